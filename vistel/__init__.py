@@ -1,0 +1,1 @@
+"""VISTEL: Virtual Space Teleconferencing. Computation and contracts; no device and no window."""

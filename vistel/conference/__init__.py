@@ -1,0 +1,1 @@
+"""The conference file: what a conference consists of."""

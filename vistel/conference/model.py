@@ -1,0 +1,181 @@
+"""The conference file as checked data. `load` reads TOML; every error names file, key and what was expected."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
+
+Name = Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9_\-]{0,31}$")]
+
+
+class ConferenceError(ValueError):
+    """A conference file that cannot be used; the text is one line per fault: file: key: what was expected."""
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Tls(_Model):
+    """Certificates for links between machines (mutual TLS)."""
+
+    ca: Path
+    certificate: Path
+    key: Path
+
+
+class BusConfig(_Model):
+    """How this conference's processes find each other."""
+
+    mode: Literal["embedded", "routed"] = "embedded"
+    """embedded: `vistel up` is the router, nothing else to install. routed: the routers in `endpoints`."""
+    endpoints: list[str] = []
+    """routed: "tls/host:7447" or "tcp/host:7447"; embedded: where to listen, default a free loopback port."""
+    tls: Tls | None = None
+
+
+class TrackerConfig(_Model):
+    """A Polhemus FASTRAK."""
+
+    kind: Literal["fastrak"] = "fastrak"
+    port: str = "sim"
+    """Serial port, or "sim" for a simulated one."""
+    baud: int = 115200
+    transmitter_position: tuple[float, float, float] = (0.0, 0.55, 0.60)
+    """Of the transmitter in the seat's frame [m]: origin on the floor under the seat, +Z where the person faces."""
+    transmitter_heading: float = 3.141592653589793
+    """Where the transmitter's +X points, about the seat's +Y from the seat's +Z [rad]; pi: back at the person."""
+    stations: dict[Literal["chest", "head", "left_hand", "right_hand"], int] = {
+        "chest": 1, "head": 2, "left_hand": 3, "right_hand": 4,
+    }  # fmt: skip
+
+
+class GloveConfig(_Model):
+    """A CyberGlove."""
+
+    kind: Literal["cyberglove"] = "cyberglove"
+    port: str = "sim"
+    baud: int = 115200
+    sensors: Literal[18, 22] = 18
+
+
+class Participant(_Model):
+    """A person at a site."""
+
+    name: Name
+    display_name: str = ""
+    seat: int = Field(default=-1, ge=-1, le=63)
+    """Which seat of the room; -1 takes the next free one."""
+    height: float = Field(default=1.75, ge=0.5, le=2.6)
+    avatar: str = "builtin"
+    """"builtin" (made from the name), "builtin:seed=3", or a file."""
+    tracker: TrackerConfig | None = TrackerConfig()
+    gloves: dict[Literal["left", "right"], GloveConfig] = {"left": GloveConfig(), "right": GloveConfig()}
+    motion: str | None = None
+    """What the simulated devices feel: a file (.bvh, a folder of 6-DOF recordings) or a built-in choreography."""
+
+
+class Display(_Model):
+    """What a site sees."""
+
+    width: int = Field(default=640, ge=16, le=16384)
+    height: int = Field(default=360, ge=16, le=16384)
+    window: bool = False
+    view: Literal["seat", "room"] = "seat"
+    video: bool = True
+    """Write an MP4 of what is shown into the output folder."""
+    frames_per_s: float = Field(default=30.0, gt=0, le=240)
+
+
+class Site(_Model):
+    """One place: its people, devices and display."""
+
+    name: Name
+    participants: list[Participant] = Field(min_length=1)
+    display: Display = Display()
+    processes: list[list[Literal["tracker", "glove", "posture", "renderer"]]] = [
+        ["tracker", "glove", "posture"],
+        ["renderer"],
+    ]
+    """Which services share a process."""
+
+
+class Room(_Model):
+    """The virtual room."""
+
+    kind: Literal["meeting"] = "meeting"
+    seats: int = Field(default=3, ge=1, le=12)
+
+
+class Playout(_Model):
+    """When a renderer shows a motion."""
+
+    delay: float = Field(default=0.1, ge=0.0, le=2.0)
+    """Seconds behind capture; must cover jitter."""
+
+
+class Conference(_Model):
+    """A whole conference file."""
+
+    name: Name = "demo"
+    seed: int = 1
+    bus: BusConfig = BusConfig()
+    room: Room = Room()
+    playout: Playout = Playout()
+    sites: list[Site] = Field(min_length=1)
+    record: bool = True
+    record_raw: bool = True
+    """Keep the devices' bytes in the log, so that a replay can start from them."""
+
+    @model_validator(mode="after")
+    def _unique(self) -> Conference:
+        _no_twice("sites", [s.name for s in self.sites])
+        _no_twice("participants", [p.name for s in self.sites for p in s.participants])
+        taken = [p.seat for s in self.sites for p in s.participants if p.seat >= 0]
+        _no_twice("seats", [str(t) for t in taken])
+        people = sum(len(s.participants) for s in self.sites)
+        if people > self.room.seats or any(t >= self.room.seats for t in taken):
+            raise ValueError(f"room.seats: {self.room.seats} seats are too few for {people} participants and their seats")
+        return self
+
+    def seat_of(self, participant: str) -> int:
+        """The seat index of a participant; automatic seats are filled in file order."""
+        taken = {p.seat for s in self.sites for p in s.participants if p.seat >= 0}
+        free = iter(i for i in range(self.room.seats) if i not in taken)
+        for site in self.sites:
+            for p in site.participants:
+                seat = p.seat if p.seat >= 0 else next(free)
+                if p.name == participant:
+                    return seat
+        raise KeyError(participant)
+
+
+def _no_twice(what: str, names: list[str]) -> None:
+    twice = sorted({n for n in names if names.count(n) > 1})
+    if twice:
+        raise ValueError(f"{what}: {', '.join(twice)} stands more than once; each must have its own")
+
+
+def load(path: Path) -> Conference:
+    """Read and check a conference file. Raises ConferenceError."""
+    try:
+        data = tomllib.loads(path.read_text("utf-8"))
+    except OSError as e:
+        raise ConferenceError(f"{path}: cannot be read: {e.strerror}") from e
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
+        raise ConferenceError(f"{path}: not valid TOML: {e}") from e
+    try:
+        return Conference.model_validate(data)
+    except ValidationError as e:
+        lines = [f"{path}: {_key(err['loc'])}: {err['msg']}" for err in e.errors()]
+        raise ConferenceError("\n".join(lines)) from e
+
+
+def _key(loc: tuple[int | str, ...]) -> str:
+    out = ""
+    for part in loc:
+        out += f"[{part}]" if isinstance(part, int) else f".{part}" if out else part
+    return out or "file"

@@ -1,0 +1,114 @@
+"""The primitives a figure is made of: cone-spheres fixed to joints (sphere and sphylinder are special cases).
+
+The same list carries the figure's implicit skin, its contacts with others and the ghosts it casts (Singh §2.5:
+23 primitives for a figure; the hands' own capsules come after them so that fingers can touch and grasp).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture import JointPose
+from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints
+
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Body:
+    """P cone-spheres, each fixed to a joint.
+
+    names: what each primitive is; joint: (P,) index of its joint; a, b: (P, 3) ends of its skeleton in the joint's
+    frame [m]; radius_a, radius_b: (P,) radii of its surface (where its own field reaches the threshold) [m].
+    """
+
+    names: tuple[str, ...]
+    joint: I32
+    a: F64
+    b: F64
+    radius_a: F64
+    radius_b: F64
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+@dataclass(frozen=True)
+class PosedBody:
+    """A body's primitives in the room: a, b (P, 3), radius_a, radius_b (P,), metres."""
+
+    a: F64
+    b: F64
+    radius_a: F64
+    radius_b: F64
+
+
+def pose_body(body: Body, pose: JointPose) -> PosedBody:
+    """The primitives of `body` with its joints at `pose`."""
+    rotation, position = pose.rotation[body.joint], pose.position[body.joint]
+    a = np.einsum("pij,pj->pi", rotation, body.a) + position
+    b = np.einsum("pij,pj->pi", rotation, body.b) + position
+    return PosedBody(a, b, body.radius_a, body.radius_b)
+
+
+def standard_body(skeleton: Skeleton, build: float = 1.0) -> Body:
+    """23 body primitives and 16 for each hand, sized after `skeleton`; `build` scales the girth (1 = average)."""
+    scale = skeleton.height / REFERENCE_HEIGHT
+    rows: list[tuple[str, str, F64, F64, float, float]] = []
+
+    def add(name: str, joint: str, a: tuple[float, float, float] | F64, b: tuple[float, float, float] | F64,
+            ra: float, rb: float, girth: bool = True) -> None:  # fmt: skip
+        s = scale * (build if girth else 1.0)
+        rows.append((name, joint, np.asarray(a, np.float64), np.asarray(b, np.float64), ra * s, rb * s))
+
+    def m(x: float, y: float, z: float) -> F64:
+        return np.array((x, y, z)) * scale
+
+    add("pelvis", "hips", m(-0.07, 0.0, -0.01), m(0.07, 0.0, -0.01), 0.105, 0.105)
+    add("abdomen", "spine_3", m(-0.055, 0, 0.0), m(0.055, 0, 0.0), 0.098, 0.098)
+    add("waist", "spine_5", m(-0.06, 0, 0.0), m(0.06, 0, 0.0), 0.098, 0.098)
+    add("chest", "spine_7", m(-0.075, 0, 0.0), m(0.075, 0, 0.0), 0.104, 0.104)
+    add("breast", "spine_8", m(-0.09, 0.045, 0.0), m(0.09, 0.045, 0.0), 0.086, 0.086)
+    neck = skeleton.tip[JOINT_INDEX["neck"]]
+    add("neck", "neck", np.zeros(3), neck, 0.062, 0.056)
+    add("skull", "head", m(0, 0.135, 0.0), m(0, 0.125, 0.02), 0.098, 0.088, girth=False)
+    add("face", "head", m(0, 0.085, 0.035), m(0, 0.035, 0.055), 0.070, 0.048, girth=False)
+    for side in ("left", "right"):
+        sign = 1.0 if side == "left" else -1.0
+        upper = skeleton.tip[JOINT_INDEX[f"{side}_upper_arm"]]
+        lower = skeleton.tip[JOINT_INDEX[f"{side}_lower_arm"]]
+        thigh = skeleton.tip[JOINT_INDEX[f"{side}_upper_leg"]]
+        shank = skeleton.tip[JOINT_INDEX[f"{side}_lower_leg"]]
+        foot = skeleton.tip[JOINT_INDEX[f"{side}_foot"]]
+        collar = skeleton.tip[JOINT_INDEX[f"{side}_shoulder"]]
+        add(f"{side}_collar", f"{side}_shoulder", collar * 0.35, collar * 0.9, 0.068, 0.062)
+        add(f"{side}_upper_arm", f"{side}_upper_arm", np.zeros(3), upper, 0.055, 0.042)
+        add(f"{side}_forearm", f"{side}_lower_arm", np.zeros(3), lower, 0.043, 0.028)
+        add(f"{side}_palm", f"{side}_hand", m(sign * 0.030, -0.002, 0.006), m(sign * 0.075, -0.002, 0.0),
+            0.024, 0.024, girth=False)  # fmt: skip
+        add(f"{side}_thigh", f"{side}_upper_leg", np.zeros(3), thigh, 0.088, 0.060)
+        add(f"{side}_shank", f"{side}_lower_leg", np.zeros(3), shank, 0.056, 0.040)
+        add(f"{side}_foot", f"{side}_foot", m(0, -0.045, -0.025), foot, 0.036, 0.030, girth=False)
+    add("crotch", "hips", m(0, -0.06, -0.01), m(0, -0.06, 0.0), 0.085, 0.085)
+    radii = {"thumb": (0.0125, 0.0115, 0.0105, 0.0090), "index": (0.0100, 0.0090, 0.0082, 0.0072),
+             "middle": (0.0102, 0.0092, 0.0083, 0.0073), "ring": (0.0096, 0.0087, 0.0079, 0.0070),
+             "little": (0.0086, 0.0077, 0.0070, 0.0062)}  # fmt: skip
+    for side in ("left", "right"):
+        sign = 1.0 if side == "left" else -1.0
+        for i, joint in enumerate(finger_joints(side)):
+            r = radii[FINGERS[i // 3]]
+            add(joint, joint, np.zeros(3), skeleton.tip[JOINT_INDEX[joint]], r[i % 3], r[i % 3 + 1], girth=False)
+        add(f"{side}_knuckles", f"{side}_hand", m(sign * 0.088, 0.0, 0.024), m(sign * 0.080, 0.0, -0.026),
+            0.0125, 0.0115, girth=False)  # fmt: skip
+    return Body(
+        tuple(r[0] for r in rows),
+        np.array([JOINT_INDEX[r[1]] for r in rows], np.int32),
+        np.array([r[2] for r in rows]),
+        np.array([r[3] for r in rows]),
+        np.array([r[4] for r in rows]),
+        np.array([r[5] for r in rows]),
+    )

@@ -1,0 +1,116 @@
+from vistel.v1 import envelope_pb2 as _envelope_pb2
+from vistel.v1 import geometry_pb2 as _geometry_pb2
+from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class TrackerReceiver(_message.Message):
+    __slots__ = ("station", "position", "rotation", "health", "error", "t_ns")
+    class Health(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        HEALTH_UNSPECIFIED: _ClassVar[TrackerReceiver.Health]
+        HEALTH_GOOD: _ClassVar[TrackerReceiver.Health]
+        HEALTH_FLAGGED: _ClassVar[TrackerReceiver.Health]
+        HEALTH_UNTRUSTED: _ClassVar[TrackerReceiver.Health]
+        HEALTH_FAULT: _ClassVar[TrackerReceiver.Health]
+    HEALTH_UNSPECIFIED: TrackerReceiver.Health
+    HEALTH_GOOD: TrackerReceiver.Health
+    HEALTH_FLAGGED: TrackerReceiver.Health
+    HEALTH_UNTRUSTED: TrackerReceiver.Health
+    HEALTH_FAULT: TrackerReceiver.Health
+    STATION_FIELD_NUMBER: _ClassVar[int]
+    POSITION_FIELD_NUMBER: _ClassVar[int]
+    ROTATION_FIELD_NUMBER: _ClassVar[int]
+    HEALTH_FIELD_NUMBER: _ClassVar[int]
+    ERROR_FIELD_NUMBER: _ClassVar[int]
+    T_NS_FIELD_NUMBER: _ClassVar[int]
+    station: int
+    position: _geometry_pb2.Vec3
+    rotation: _geometry_pb2.Quaternion
+    health: TrackerReceiver.Health
+    error: str
+    t_ns: int
+    def __init__(self, station: _Optional[int] = ..., position: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., rotation: _Optional[_Union[_geometry_pb2.Quaternion, _Mapping]] = ..., health: _Optional[_Union[TrackerReceiver.Health, str]] = ..., error: _Optional[str] = ..., t_ns: _Optional[int] = ...) -> None: ...
+
+class TrackerFrame(_message.Message):
+    __slots__ = ("header", "device", "receivers")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    DEVICE_FIELD_NUMBER: _ClassVar[int]
+    RECEIVERS_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    device: str
+    receivers: _containers.RepeatedCompositeFieldContainer[TrackerReceiver]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., receivers: _Optional[_Iterable[_Union[TrackerReceiver, _Mapping]]] = ...) -> None: ...
+
+class GloveFrame(_message.Message):
+    __slots__ = ("header", "device", "right", "raw", "angles")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    DEVICE_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_FIELD_NUMBER: _ClassVar[int]
+    RAW_FIELD_NUMBER: _ClassVar[int]
+    ANGLES_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    device: str
+    right: bool
+    raw: bytes
+    angles: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., right: _Optional[bool] = ..., raw: _Optional[bytes] = ..., angles: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class RawBytes(_message.Message):
+    __slots__ = ("header", "device", "direction", "data")
+    class Direction(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        DIRECTION_UNSPECIFIED: _ClassVar[RawBytes.Direction]
+        DIRECTION_FROM_DEVICE: _ClassVar[RawBytes.Direction]
+        DIRECTION_TO_DEVICE: _ClassVar[RawBytes.Direction]
+    DIRECTION_UNSPECIFIED: RawBytes.Direction
+    DIRECTION_FROM_DEVICE: RawBytes.Direction
+    DIRECTION_TO_DEVICE: RawBytes.Direction
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    DEVICE_FIELD_NUMBER: _ClassVar[int]
+    DIRECTION_FIELD_NUMBER: _ClassVar[int]
+    DATA_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    device: str
+    direction: RawBytes.Direction
+    data: bytes
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., direction: _Optional[_Union[RawBytes.Direction, str]] = ..., data: _Optional[bytes] = ...) -> None: ...
+
+class DeviceStatus(_message.Message):
+    __slots__ = ("header", "device", "state", "detail", "rate_hz", "frames", "bytes_skipped", "reconnects")
+    class State(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        STATE_UNSPECIFIED: _ClassVar[DeviceStatus.State]
+        STATE_SEARCHING: _ClassVar[DeviceStatus.State]
+        STATE_STARTING: _ClassVar[DeviceStatus.State]
+        STATE_STREAMING: _ClassVar[DeviceStatus.State]
+        STATE_STALLED: _ClassVar[DeviceStatus.State]
+        STATE_FAULT: _ClassVar[DeviceStatus.State]
+    STATE_UNSPECIFIED: DeviceStatus.State
+    STATE_SEARCHING: DeviceStatus.State
+    STATE_STARTING: DeviceStatus.State
+    STATE_STREAMING: DeviceStatus.State
+    STATE_STALLED: DeviceStatus.State
+    STATE_FAULT: DeviceStatus.State
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    DEVICE_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    DETAIL_FIELD_NUMBER: _ClassVar[int]
+    RATE_HZ_FIELD_NUMBER: _ClassVar[int]
+    FRAMES_FIELD_NUMBER: _ClassVar[int]
+    BYTES_SKIPPED_FIELD_NUMBER: _ClassVar[int]
+    RECONNECTS_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    device: str
+    state: DeviceStatus.State
+    detail: str
+    rate_hz: float
+    frames: int
+    bytes_skipped: int
+    reconnects: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., state: _Optional[_Union[DeviceStatus.State, str]] = ..., detail: _Optional[str] = ..., rate_hz: _Optional[float] = ..., frames: _Optional[int] = ..., bytes_skipped: _Optional[int] = ..., reconnects: _Optional[int] = ...) -> None: ...

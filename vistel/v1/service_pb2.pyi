@@ -1,0 +1,77 @@
+from vistel.v1 import envelope_pb2 as _envelope_pb2
+from google.protobuf.internal import containers as _containers
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class ImageDelay(_message.Message):
+    __slots__ = ("header", "site", "streams", "frames_per_s", "frame_time_s", "frames")
+    class Stream(_message.Message):
+        __slots__ = ("participant", "delay_s", "age_s", "jitter_s")
+        PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+        DELAY_S_FIELD_NUMBER: _ClassVar[int]
+        AGE_S_FIELD_NUMBER: _ClassVar[int]
+        JITTER_S_FIELD_NUMBER: _ClassVar[int]
+        participant: str
+        delay_s: float
+        age_s: float
+        jitter_s: float
+        def __init__(self, participant: _Optional[str] = ..., delay_s: _Optional[float] = ..., age_s: _Optional[float] = ..., jitter_s: _Optional[float] = ...) -> None: ...
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    SITE_FIELD_NUMBER: _ClassVar[int]
+    STREAMS_FIELD_NUMBER: _ClassVar[int]
+    FRAMES_PER_S_FIELD_NUMBER: _ClassVar[int]
+    FRAME_TIME_S_FIELD_NUMBER: _ClassVar[int]
+    FRAMES_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    site: str
+    streams: _containers.RepeatedCompositeFieldContainer[ImageDelay.Stream]
+    frames_per_s: float
+    frame_time_s: float
+    frames: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., site: _Optional[str] = ..., streams: _Optional[_Iterable[_Union[ImageDelay.Stream, _Mapping]]] = ..., frames_per_s: _Optional[float] = ..., frame_time_s: _Optional[float] = ..., frames: _Optional[int] = ...) -> None: ...
+
+class ClockProbe(_message.Message):
+    __slots__ = ("t_client_ns",)
+    T_CLIENT_NS_FIELD_NUMBER: _ClassVar[int]
+    t_client_ns: int
+    def __init__(self, t_client_ns: _Optional[int] = ...) -> None: ...
+
+class ClockReply(_message.Message):
+    __slots__ = ("t_client_ns", "t_server_ns")
+    T_CLIENT_NS_FIELD_NUMBER: _ClassVar[int]
+    T_SERVER_NS_FIELD_NUMBER: _ClassVar[int]
+    t_client_ns: int
+    t_server_ns: int
+    def __init__(self, t_client_ns: _Optional[int] = ..., t_server_ns: _Optional[int] = ...) -> None: ...
+
+class ClockOffset(_message.Message):
+    __slots__ = ("header", "node", "offset_ns", "uncertainty_ns")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    OFFSET_NS_FIELD_NUMBER: _ClassVar[int]
+    UNCERTAINTY_NS_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    node: str
+    offset_ns: int
+    uncertainty_ns: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., node: _Optional[str] = ..., offset_ns: _Optional[int] = ..., uncertainty_ns: _Optional[int] = ...) -> None: ...
+
+class Heartbeat(_message.Message):
+    __slots__ = ("header", "node", "services", "uptime_ns", "pid", "metrics_port")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    SERVICES_FIELD_NUMBER: _ClassVar[int]
+    UPTIME_NS_FIELD_NUMBER: _ClassVar[int]
+    PID_FIELD_NUMBER: _ClassVar[int]
+    METRICS_PORT_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    node: str
+    services: _containers.RepeatedScalarFieldContainer[str]
+    uptime_ns: int
+    pid: int
+    metrics_port: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., node: _Optional[str] = ..., services: _Optional[_Iterable[str]] = ..., uptime_ns: _Optional[int] = ..., pid: _Optional[int] = ..., metrics_port: _Optional[int] = ...) -> None: ...

@@ -1,0 +1,177 @@
+from vistel.v1 import envelope_pb2 as _envelope_pb2
+from vistel.v1 import geometry_pb2 as _geometry_pb2
+from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class Primitive(_message.Message):
+    __slots__ = ("kind", "params", "pose")
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    PARAMS_FIELD_NUMBER: _ClassVar[int]
+    POSE_FIELD_NUMBER: _ClassVar[int]
+    kind: str
+    params: _containers.RepeatedScalarFieldContainer[float]
+    pose: _geometry_pb2.Pose
+    def __init__(self, kind: _Optional[str] = ..., params: _Optional[_Iterable[float]] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ...) -> None: ...
+
+class Thing(_message.Message):
+    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape")
+    ID_FIELD_NUMBER: _ClassVar[int]
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    PRIMITIVES_FIELD_NUMBER: _ClassVar[int]
+    MASS_KG_FIELD_NUMBER: _ClassVar[int]
+    COMPLIANCE_FIELD_NUMBER: _ClassVar[int]
+    COLOUR_FIELD_NUMBER: _ClassVar[int]
+    TEXTURE_FIELD_NUMBER: _ClassVar[int]
+    SHAPE_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    name: str
+    primitives: _containers.RepeatedCompositeFieldContainer[Primitive]
+    mass_kg: float
+    compliance: float
+    colour: int
+    texture: str
+    shape: str
+    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ...) -> None: ...
+
+class ThingState(_message.Message):
+    __slots__ = ("id", "pose", "velocity", "spin", "holders", "resting")
+    ID_FIELD_NUMBER: _ClassVar[int]
+    POSE_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    SPIN_FIELD_NUMBER: _ClassVar[int]
+    HOLDERS_FIELD_NUMBER: _ClassVar[int]
+    RESTING_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    pose: _geometry_pb2.Pose
+    velocity: _geometry_pb2.Vec3
+    spin: _geometry_pb2.Vec3
+    holders: _containers.RepeatedScalarFieldContainer[str]
+    resting: bool
+    def __init__(self, id: _Optional[str] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., velocity: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., spin: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., holders: _Optional[_Iterable[str]] = ..., resting: _Optional[bool] = ...) -> None: ...
+
+class Contact(_message.Message):
+    __slots__ = ("body_a", "body_b", "primitive_a", "primitive_b", "point", "normal", "depth", "force")
+    BODY_A_FIELD_NUMBER: _ClassVar[int]
+    BODY_B_FIELD_NUMBER: _ClassVar[int]
+    PRIMITIVE_A_FIELD_NUMBER: _ClassVar[int]
+    PRIMITIVE_B_FIELD_NUMBER: _ClassVar[int]
+    POINT_FIELD_NUMBER: _ClassVar[int]
+    NORMAL_FIELD_NUMBER: _ClassVar[int]
+    DEPTH_FIELD_NUMBER: _ClassVar[int]
+    FORCE_FIELD_NUMBER: _ClassVar[int]
+    body_a: str
+    body_b: str
+    primitive_a: int
+    primitive_b: int
+    point: _geometry_pb2.Vec3
+    normal: _geometry_pb2.Vec3
+    depth: float
+    force: float
+    def __init__(self, body_a: _Optional[str] = ..., body_b: _Optional[str] = ..., primitive_a: _Optional[int] = ..., primitive_b: _Optional[int] = ..., point: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., normal: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., depth: _Optional[float] = ..., force: _Optional[float] = ...) -> None: ...
+
+class Ghost(_message.Message):
+    __slots__ = ("target", "source", "kind", "target_primitives", "source_primitives", "compliance_target", "compliance_source", "depth", "priority")
+    class Kind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        KIND_UNSPECIFIED: _ClassVar[Ghost.Kind]
+        KIND_COLLISION: _ClassVar[Ghost.Kind]
+        KIND_CONSTRAINT: _ClassVar[Ghost.Kind]
+    KIND_UNSPECIFIED: Ghost.Kind
+    KIND_COLLISION: Ghost.Kind
+    KIND_CONSTRAINT: Ghost.Kind
+    TARGET_FIELD_NUMBER: _ClassVar[int]
+    SOURCE_FIELD_NUMBER: _ClassVar[int]
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    TARGET_PRIMITIVES_FIELD_NUMBER: _ClassVar[int]
+    SOURCE_PRIMITIVES_FIELD_NUMBER: _ClassVar[int]
+    COMPLIANCE_TARGET_FIELD_NUMBER: _ClassVar[int]
+    COMPLIANCE_SOURCE_FIELD_NUMBER: _ClassVar[int]
+    DEPTH_FIELD_NUMBER: _ClassVar[int]
+    PRIORITY_FIELD_NUMBER: _ClassVar[int]
+    target: str
+    source: str
+    kind: Ghost.Kind
+    target_primitives: _containers.RepeatedScalarFieldContainer[int]
+    source_primitives: _containers.RepeatedScalarFieldContainer[int]
+    compliance_target: float
+    compliance_source: float
+    depth: float
+    priority: int
+    def __init__(self, target: _Optional[str] = ..., source: _Optional[str] = ..., kind: _Optional[_Union[Ghost.Kind, str]] = ..., target_primitives: _Optional[_Iterable[int]] = ..., source_primitives: _Optional[_Iterable[int]] = ..., compliance_target: _Optional[float] = ..., compliance_source: _Optional[float] = ..., depth: _Optional[float] = ..., priority: _Optional[int] = ...) -> None: ...
+
+class Grasp(_message.Message):
+    __slots__ = ("participant", "right", "thing", "hold", "since_ns")
+    PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_FIELD_NUMBER: _ClassVar[int]
+    THING_FIELD_NUMBER: _ClassVar[int]
+    HOLD_FIELD_NUMBER: _ClassVar[int]
+    SINCE_NS_FIELD_NUMBER: _ClassVar[int]
+    participant: str
+    right: bool
+    thing: str
+    hold: _geometry_pb2.Pose
+    since_ns: int
+    def __init__(self, participant: _Optional[str] = ..., right: _Optional[bool] = ..., thing: _Optional[str] = ..., hold: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., since_ns: _Optional[int] = ...) -> None: ...
+
+class WorldState(_message.Message):
+    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    KEY_FIELD_NUMBER: _ClassVar[int]
+    THINGS_FIELD_NUMBER: _ClassVar[int]
+    STATES_FIELD_NUMBER: _ClassVar[int]
+    CONTACTS_FIELD_NUMBER: _ClassVar[int]
+    GHOSTS_FIELD_NUMBER: _ClassVar[int]
+    GRASPS_FIELD_NUMBER: _ClassVar[int]
+    PARTICIPANTS_FIELD_NUMBER: _ClassVar[int]
+    HASH_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    step: int
+    key: bool
+    things: _containers.RepeatedCompositeFieldContainer[Thing]
+    states: _containers.RepeatedCompositeFieldContainer[ThingState]
+    contacts: _containers.RepeatedCompositeFieldContainer[Contact]
+    ghosts: _containers.RepeatedCompositeFieldContainer[Ghost]
+    grasps: _containers.RepeatedCompositeFieldContainer[Grasp]
+    participants: _containers.RepeatedScalarFieldContainer[str]
+    hash: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ...) -> None: ...
+
+class WorldInputs(_message.Message):
+    __slots__ = ("header", "step", "motions", "command_ids")
+    class Used(_message.Message):
+        __slots__ = ("participant", "motion_seq", "left", "epoch")
+        PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+        MOTION_SEQ_FIELD_NUMBER: _ClassVar[int]
+        LEFT_FIELD_NUMBER: _ClassVar[int]
+        EPOCH_FIELD_NUMBER: _ClassVar[int]
+        participant: str
+        motion_seq: int
+        left: bool
+        epoch: int
+        def __init__(self, participant: _Optional[str] = ..., motion_seq: _Optional[int] = ..., left: _Optional[bool] = ..., epoch: _Optional[int] = ...) -> None: ...
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    MOTIONS_FIELD_NUMBER: _ClassVar[int]
+    COMMAND_IDS_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    step: int
+    motions: _containers.RepeatedCompositeFieldContainer[WorldInputs.Used]
+    command_ids: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., motions: _Optional[_Iterable[_Union[WorldInputs.Used, _Mapping]]] = ..., command_ids: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class WorldSnapshot(_message.Message):
+    __slots__ = ("header", "state", "private_state")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    PRIVATE_STATE_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    state: WorldState
+    private_state: bytes
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., state: _Optional[_Union[WorldState, _Mapping]] = ..., private_state: _Optional[bytes] = ...) -> None: ...

@@ -1,0 +1,105 @@
+"""What a service sees of the bus. `vistel.wire.zenoh_bus` is the real one, `MemoryBus` joins services in one process.
+
+Both deliver messages as protobuf objects of the topic's type, check `Header.version`, and drop and count what does
+not parse: a service never sees a broken message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Awaitable, Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from google.protobuf.message import Message
+
+from vistel.wire.topics import Topic
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One message that arrived.
+
+    names: what the key's braces held (site, participant, device, ...). received_ns: conference time of arrival.
+    """
+
+    topic: Topic
+    key: str
+    names: dict[str, str]
+    message: Any
+    received_ns: int
+
+
+class Publication(Protocol):
+    """A declared key to put messages on."""
+
+    def put(self, message: Message) -> None:
+        """Send. `header.version` and `header.seq` are filled in here; set `header.t_ns` yourself. Never blocks long."""
+        ...
+
+
+class Subscription(Protocol):
+    """Messages of one topic.
+
+    NEWEST topics keep only the newest per key and drop what is older than 250 ms on arrival after a stall;
+    RELIABLE topics keep everything in order.
+    """
+
+    def __aiter__(self) -> AsyncIterator[Sample]: ...
+
+    def take(self) -> list[Sample]:
+        """What has arrived since the last call, without waiting (NEWEST: at most one per key, unless `queue_all`)."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class Bus(Protocol):
+    """A site's door to the conference. Keys are filled from `conference`, and from `site` for the site's own topics."""
+
+    conference: str
+    site: str
+
+    def publish(self, topic: Topic, **names: str) -> Publication:
+        """Declare a key of `topic`; conference and site are filled in unless named."""
+        ...
+
+    def subscribe(self, topic: Topic, *, queue_all: bool = False, **names: str) -> Subscription:
+        """Everything on `topic` in this conference; `names` narrow it. RELIABLE topics first deliver the last values.
+
+        `queue_all` makes a NEWEST subscription keep every message in order (recorder, posture); up to 4096, then
+        the oldest go and are counted.
+        """
+        ...
+
+    async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
+        """Ask the one who serves a QUERY topic; the reply, or None when none came in time."""
+        ...
+
+    def serve(self, topic: Topic, answer: Callable[[bytes], Message]) -> None:
+        """Answer queries; `answer` gets the request's bytes and is called on the event loop."""
+        ...
+
+    def announce(self, token: str) -> None:
+        """Declare presence under vistel/{conference}/alive/{site}/{token}; it goes when the process goes."""
+        ...
+
+    def watch_presence(self, callback: Callable[[str, str, bool], None]) -> None:
+        """`callback(site, token, alive)` on the event loop for every present and future token."""
+        ...
+
+    async def close(self) -> None: ...
+
+
+@dataclass
+class BusCounters:
+    """What the bus dropped; exported as metrics."""
+
+    received: int = 0
+    corrupt: int = 0
+    unknown_version: int = 0
+    stale: int = 0
+    overflow: int = 0
+
+
+Service = Callable[[Any, "Bus", Any], Awaitable[None]]
+"""`async def run(config, bus, clock) -> None`; runs until cancelled and cleans up in `finally`."""

@@ -1,0 +1,95 @@
+"""Clocks: the only place of the library that reads one. Times are integer nanoseconds of conference time."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """What a service gets instead of the operating system's time."""
+
+    def now_ns(self) -> int:
+        """Conference time."""
+        ...
+
+    async def sleep_until_ns(self, t_ns: int) -> None:
+        """Return once `now_ns() >= t_ns`; at once when that time has passed."""
+        ...
+
+
+class SystemClock:
+    """Conference time from the machine's clock plus an offset that is measured against the hub and slewed.
+
+    Never steps backwards: it runs on the monotonic clock, and `adjust` changes the offset gently.
+    """
+
+    MAX_SLEW = 0.01
+    """Seconds of correction per second of time, at most, once set."""
+
+    def __init__(self) -> None:
+        self._base_ns = time.time_ns() - time.monotonic_ns()
+        self._offset_ns = 0.0
+        self._target_ns = 0.0
+        self._slewed_at_ns = time.monotonic_ns()
+        self._synchronised = False
+
+    def now_ns(self) -> int:
+        mono = time.monotonic_ns()
+        limit = self.MAX_SLEW * (mono - self._slewed_at_ns)
+        self._slewed_at_ns = mono
+        self._offset_ns += max(-limit, min(limit, self._target_ns - self._offset_ns))
+        return int(mono + self._base_ns + self._offset_ns)
+
+    def adjust(self, offset_ns: float) -> None:
+        """Move towards being `offset_ns` ahead of where it is now; the first call steps, later ones slew."""
+        self.now_ns()
+        self._target_ns = self._offset_ns + offset_ns
+        if not self._synchronised:
+            self._offset_ns, self._synchronised = self._target_ns, True
+
+    async def sleep_until_ns(self, t_ns: int) -> None:
+        await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9))
+
+
+class SimulatedClock:
+    """Time that moves only when told to: for tests and for replaying a log faster than it was recorded."""
+
+    def __init__(self, start_ns: int = 0) -> None:
+        self._now_ns = start_ns
+        self._sleepers: list[tuple[int, int, asyncio.Future[None]]] = []
+        self._count = 0
+
+    def now_ns(self) -> int:
+        return self._now_ns
+
+    async def sleep_until_ns(self, t_ns: int) -> None:
+        if t_ns <= self._now_ns:
+            await asyncio.sleep(0)
+            return
+        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self._count += 1
+        self._sleepers.append((t_ns, self._count, future))
+        await future
+
+    async def advance_to_ns(self, t_ns: int) -> None:
+        """Move to `t_ns`, waking every sleeper on the way in the order of their times."""
+        await _settle()
+        while True:
+            due = sorted(s for s in self._sleepers if s[0] <= t_ns)
+            if not due:
+                break
+            self._now_ns = max(self._now_ns, due[0][0])
+            self._sleepers.remove(due[0])
+            if not due[0][2].done():
+                due[0][2].set_result(None)
+            await _settle()
+        self._now_ns = max(self._now_ns, t_ns)
+        await _settle()
+
+
+async def _settle() -> None:
+    """Let every task that can run do so before time moves on."""
+    for _ in range(20):
+        await asyncio.sleep(0)

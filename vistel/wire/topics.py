@@ -1,0 +1,111 @@
+"""The one table of topics. Keys, access rules, the recorder, the console and the reference page come from it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from enum import Enum
+
+from google.protobuf.message import Message
+
+from vistel.v1 import command_pb2, device_pb2, motion_pb2, service_pb2, world_pb2
+
+MESSAGE_VERSION = 1
+"""`Header.version` of this package; a receiver drops and counts any other."""
+
+
+class Delivery(Enum):
+    """How a topic travels."""
+
+    NEWEST = "newest"
+    """Best effort; a slow or cut-off reader skips old values and never sees a stale one."""
+    RELIABLE = "reliable"
+    """Ordered, nothing lost while the sender lives; the last value of each key waits for late joiners."""
+    QUERY = "query"
+    """Asked for and answered (request, reply)."""
+
+
+class Publisher(Enum):
+    """Who may publish; the access rules are derived from it."""
+
+    SITE = "site"
+    WORLD = "world"
+    HUB = "hub"
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One row. `key` holds {conference} and, for publisher SITE, {site}; further names in braces are the topic's own."""
+
+    name: str
+    key: str
+    message: type[Message]
+    rate_hz: float
+    """Nominal; 0 = on change."""
+    delivery: Delivery
+    publisher: Publisher
+    recorded: bool
+    about: str
+
+    def format(self, **names: str) -> str:
+        """The concrete key. Raises ValueError for a name that may not stand in a key."""
+        for name, value in names.items():
+            if not re.fullmatch(r"[a-z0-9][a-z0-9_\-]*", value):
+                raise ValueError(f"{name}: expected lower-case letters, digits, '-' or '_', got {value!r}")
+        return self.key.format(**names)
+
+    def pattern(self, conference: str = "*", **names: str) -> str:
+        """A key expression that matches every key of this topic; names given narrow it."""
+        filled = dict.fromkeys(self.fields, "*") | {"conference": conference} | names
+        return self.key.format(**filled)
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The names in braces, in order."""
+        return tuple(re.findall(r"{(\w+)}", self.key))
+
+    def match(self, key: str) -> dict[str, str] | None:
+        """The names of a concrete key of this topic, or None for another topic's key."""
+        found = re.fullmatch(re.sub(r"{(\w+)}", r"(?P<\1>[^/]+)", self.key), key)
+        return found.groupdict() if found else None
+
+
+_SITE = "vistel/{conference}/site/{site}"
+_WORLD = "vistel/{conference}/world"
+_N, _R, _Q = Delivery.NEWEST, Delivery.RELIABLE, Delivery.QUERY
+_S, _W, _H = Publisher.SITE, Publisher.WORLD, Publisher.HUB
+
+TOPICS: tuple[Topic, ...] = (
+    Topic("tracker", f"{_SITE}/device/{{device}}/tracker", device_pb2.TrackerFrame, 120, _N, _S, True,
+          "receiver poses of a magnetic tracker"),
+    Topic("glove", f"{_SITE}/device/{{device}}/glove", device_pb2.GloveFrame, 60, _N, _S, True,
+          "sensors and joint angles of a glove"),
+    Topic("device_status", f"{_SITE}/device/{{device}}/status", device_pb2.DeviceStatus, 1, _R, _S, True,
+          "how a device is doing"),
+    Topic("device_raw", f"{_SITE}/device/{{device}}/raw", device_pb2.RawBytes, 0, _R, _S, True,
+          "the bytes on a device's wire, published only when recording is asked for"),
+    Topic("motion", f"{_SITE}/participant/{{participant}}/motion", motion_pb2.Motion, 60, _N, _S, True,
+          "what a participant does"),
+    Topic("participant", f"{_SITE}/participant/{{participant}}/about", motion_pb2.Participant, 0, _R, _S, True,
+          "who a participant is"),
+    Topic("image_delay", f"{_SITE}/renderer/delay", service_pb2.ImageDelay, 2, _N, _S, True,
+          "how late the site's pictures are"),
+    Topic("command", f"{_SITE}/participant/{{participant}}/command", command_pb2.Command, 0, _R, _S, True,
+          "what a participant asks of the world"),
+    Topic("heartbeat", f"{_SITE}/node/{{node}}/heartbeat", service_pb2.Heartbeat, 1, _N, _S, True,
+          "a process lives"),
+    Topic("clock_offset", f"{_SITE}/node/{{node}}/clock", service_pb2.ClockOffset, 0.5, _N, _S, True,
+          "a process's clock against conference time"),
+    Topic("world_state", f"{_WORLD}/state", world_pb2.WorldState, 60, _N, _W, True,
+          "the room: things, contacts, ghosts, grasps"),
+    Topic("world_inputs", f"{_WORLD}/inputs", world_pb2.WorldInputs, 60, _R, _W, True,
+          "what each step of the world was computed from"),
+    Topic("command_result", f"{_WORLD}/result/{{participant}}", command_pb2.CommandResult, 0, _R, _W, True,
+          "what became of a command"),
+    Topic("world_snapshot", f"{_WORLD}/snapshot", world_pb2.WorldSnapshot, 0, _Q, _W, True,
+          "the whole room, for late joiners"),
+    Topic("clock", "vistel/{conference}/clock", service_pb2.ClockReply, 0, _Q, _H, False,
+          "conference time"),
+)  # fmt: skip
+
+BY_NAME: dict[str, Topic] = {t.name: t for t in TOPICS}
