@@ -1,6 +1,45 @@
+# VISTEL. `make demo` and `make test` set up everything they need; `make help` lists the rest.
 VENV := .venv
 PY := $(VENV)/bin/python
+DEMO ?= --seconds 20
+export NUMBA_CACHE_DIR ?= $(CURDIR)/$(VENV)/numba
 
-.PHONY: proto
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test check fuzz bench proto lock docs clean
+
+help:  ## list the targets
+	@awk -F':.*##' '/^[a-z]+:.*##/ {printf "  make %-8s %s\n", $$1, $$2}' Makefile
+
+setup:  ## make .venv and install VISTEL
+	@./scripts/setup.sh
+
+demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
+	@$(VENV)/bin/vistel up examples/demo.toml $(DEMO)
+
+test: setup  ## checks and tests
+	@$(MAKE) --no-print-directory check
+	@$(PY) -m pytest
+
+check: setup  ## style, types, import arrows
+	@$(VENV)/bin/ruff check .
+	@$(VENV)/bin/pyright
+	@PYTHONPATH=. $(VENV)/bin/lint-imports
+
+fuzz: setup  ## long fuzzing of parsers and graphs
+	@VISTEL_FUZZ_EXAMPLES=1000000 $(PY) -m pytest tests -k fuzz --timeout 36000
+
+bench: setup  ## every benchmark, one JSON object per line
+	@$(VENV)/bin/vistel bench --all --json
+
 proto:  ## generate Python from proto/
 	$(PY) -m grpc_tools.protoc -Iproto --python_out=. --pyi_out=. proto/vistel/v1/*.proto
+
+lock:  ## write requirements.lock anew
+	./scripts/lock.sh
+
+docs: setup  ## make the pictures and reference pages of docs/
+	@for script in docs/pictures/*.py; do echo $$script; $(PY) $$script; done
+	@$(PY) -m vistel.wire.reference
+
+clean:  ## remove what was built
+	rm -rf $(VENV) out run .pytest_cache .ruff_cache .hypothesis

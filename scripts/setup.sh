@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# Makes .venv and installs VISTEL into it; installs missing system packages where that is allowed.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+python=""
+for candidate in ${PYTHON:-} python3.13 python3.12 python3.11 python3; do
+  if command -v "$candidate" >/dev/null && "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
+    python=$candidate
+    break
+  fi
+done
+[ -n "$python" ] || { echo "setup: Python 3.11 or newer is needed (apt install python3 python3-venv), or name one: make PYTHON=/path/to/python3.12" >&2; exit 1; }
+
+missing=()
+"$python" -c 'import ensurepip, venv' 2>/dev/null || missing+=("python3-venv")
+have() { ldconfig -p 2>/dev/null | grep -q "$1"; }
+if [ "$(uname -s)" = Linux ]; then
+  have libEGL.so.1 || missing+=(libegl1)
+  have libGL.so.1 || missing+=(libgl1)
+  # Software GL. A machine with its own GPU driver draws without it.
+  compgen -G "/usr/lib/*/dri/*_dri.so" >/dev/null || missing+=(libgl1-mesa-dri)
+fi
+if [ "${#missing[@]}" -gt 0 ]; then
+  if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+    echo "setup: installing ${missing[*]}"
+    apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+  else
+    echo "setup: system packages are missing; install them and run this again: sudo apt-get install -y ${missing[*]}" >&2
+    exit 1
+  fi
+fi
+
+stamp=.venv/.installed
+wanted=$(cat requirements.lock pyproject.toml "$0" | sha256sum)
+if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
+[ -x .venv/bin/python ] || { echo "setup: making .venv with $("$python" --version)"; "$python" -m venv .venv; }
+echo "setup: installing Python packages (a few minutes the first time)"
+.venv/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
+.venv/bin/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+echo "$wanted" > "$stamp"
+echo "setup: ready"

@@ -1,0 +1,38 @@
+"""Which clock a process runs on, as text that can be passed to it."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+from vistel.wire.clock import Clock, SystemClock
+
+
+class ReplayClock:
+    """Conference time of a log played at `speed`: `log_ns` was at `monotonic_ns` of this machine's monotonic clock.
+
+    Processes of one machine that get the same three numbers agree to the nanosecond.
+    """
+
+    def __init__(self, log_ns: int, monotonic_ns: int, speed: float) -> None:
+        self._log_ns, self._monotonic_ns, self._speed = log_ns, monotonic_ns, speed
+
+    def now_ns(self) -> int:
+        return self._log_ns + int((time.monotonic_ns() - self._monotonic_ns) * self._speed)
+
+    async def sleep_until_ns(self, t_ns: int) -> None:
+        await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9 / self._speed))
+
+    def text(self) -> str:
+        """The form `clock_from_text` reads."""
+        return f"replay:{self._log_ns}:{self._monotonic_ns}:{self._speed!r}"
+
+
+def clock_from_text(text: str) -> Clock:
+    """ "system", or "replay:LOG_NS:MONOTONIC_NS:SPEED"."""
+    if text == "system":
+        return SystemClock()
+    kind, *numbers = text.split(":")
+    if kind != "replay" or len(numbers) != 3:
+        raise ValueError(f"clock: expected 'system' or 'replay:LOG_NS:MONOTONIC_NS:SPEED', got {text!r}")
+    return ReplayClock(int(numbers[0]), int(numbers[1]), float(numbers[2]))

@@ -1,0 +1,115 @@
+"""One process of a conference: opens the bus, keeps the clock, and runs its services until told to stop.
+
+    python -m vistel_services.host CONFERENCE.toml tokyo/capture --hub tcp/127.0.0.1:7447 --run RUN --out OUT
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import importlib
+import logging
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+from vistel.conference.model import Conference, ConferenceError, load
+from vistel.conference.paths import RunPaths
+from vistel.v1.service_pb2 import Heartbeat
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock, SystemClock
+from vistel.wire.clock_sync import follow_hub
+from vistel.wire.topics import BY_NAME
+from vistel.wire.zenoh_bus import ZenohBus
+from vistel_services import logs, metrics
+from vistel_services.clocks import clock_from_text
+from vistel_services.plan import ProcessPlan, find
+
+log = logging.getLogger("vistel.host")
+
+
+def process_token(label: str) -> str:
+    """The presence token of a process."""
+    return f"process-{label}"
+
+
+async def run_process(conference: Conference, plan: ProcessPlan, paths: RunPaths, bus: Bus, clock: Clock) -> None:
+    """Run the services of `plan` side by side; returns when cancelled, raises when one of them fails."""
+    site = next((s for s in conference.sites if s.name == plan.site), None)
+    async with asyncio.TaskGroup() as group:
+        for name in plan.services:
+            service = importlib.import_module(f"vistel_services.{name}")
+            config = service.configure(conference, site, paths)
+            group.create_task(service.run(config, bus, clock), name=name)
+            log.info("service started service=%s", name)
+        bus.announce(process_token(plan.label))
+
+
+async def _heartbeat(plan: ProcessPlan, port: int, bus: Bus, clock: Clock) -> None:
+    beat = bus.publish(BY_NAME["heartbeat"], node=plan.label)
+    started_ns = time.monotonic_ns()
+    while True:
+        message = Heartbeat(node=plan.node, services=plan.services, pid=os.getpid(), metrics_port=port)
+        message.uptime_ns = time.monotonic_ns() - started_ns
+        message.header.t_ns = clock.now_ns()
+        beat.put(message)
+        await asyncio.sleep(1.0)
+
+
+async def _main(args: argparse.Namespace) -> int:
+    conference = load(args.conference)
+    plan = find(conference, args.node)
+    paths = RunPaths(args.run, args.out)
+    clock = clock_from_text(args.clock)
+    tls = conference.bus.tls if conference.bus.mode == "routed" else None
+    bus = await ZenohBus.open(
+        conference=conference.name, site=plan.site, clock=clock, endpoints=args.hub,
+        tls=(str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None,
+    )  # fmt: skip
+    port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for signum in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(signum, stop.set)
+    work = [asyncio.create_task(run_process(conference, plan, paths, bus, clock), name="services")]
+    work.append(asyncio.create_task(_heartbeat(plan, port, bus, clock), name="heartbeat"))
+    if isinstance(clock, SystemClock):
+        work.append(asyncio.create_task(follow_hub(bus, clock, plan.label), name="clock"))
+    stopping = asyncio.create_task(stop.wait())
+    done, _ = await asyncio.wait([*work, stopping], return_when=asyncio.FIRST_COMPLETED)
+    code = 0
+    for task in done - {stopping}:
+        if (error := task.exception()) is not None:
+            log.error("process failed task=%s", task.get_name(), exc_info=error)
+            code = 1
+    for task in work:
+        task.cancel()
+    await asyncio.gather(*work, return_exceptions=True)
+    await bus.close()
+    log.info("process stopped exit_code=%d", code)
+    return code
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("conference", type=Path)
+    parser.add_argument("node", help='which process: "site/label" as in `vistel up --plan`, "hub/world", "hub/recorder"')
+    parser.add_argument("--hub", action="append", required=True, help="endpoint of the router; may be given twice")
+    parser.add_argument("--run", type=Path, required=True, help="folder for the ports of simulated devices")
+    parser.add_argument("--out", type=Path, required=True, help="folder for videos and logs")
+    parser.add_argument("--clock", default="system")
+    parser.add_argument("--metrics-port", type=int, default=0)
+    parser.add_argument("--log-level", default="INFO")
+    args = parser.parse_args()
+    logs.configure(args.node, args.log_level)
+    try:
+        return asyncio.run(_main(args))
+    except (ConferenceError, ValueError) as e:
+        print(e, file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())
