@@ -44,10 +44,12 @@ class TrackerConfig(_Model):
     port: str = "sim"
     """Serial port, or "sim" for a simulated one."""
     baud: int = 115200
-    transmitter_position: tuple[float, float, float] = (0.0, 0.55, 0.60)
+    transmitter_position: tuple[float, float, float] = (0.0, 0.25, 0.0)
     """Of the transmitter in the seat's frame [m]: origin on the floor under the seat, +Z where the person faces."""
-    transmitter_heading: float = 3.141592653589793
-    """Where the transmitter's +X points, about the seat's +Y from the seat's +Z [rad]; pi: back at the person."""
+    transmitter_heading: float = 0.0
+    """Where the transmitter's +X points, about the seat's +Y from its +Z [rad]; 0: where the person faces."""
+    hemisphere: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    """The side of the transmitter on which the receivers stay, in its frame (+X forward, +Z down): above it."""
     stations: dict[Literal["chest", "head", "left_hand", "right_hand"], int] = {
         "chest": 1, "head": 2, "left_hand": 3, "right_hand": 4,
     }  # fmt: skip
