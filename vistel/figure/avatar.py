@@ -1,0 +1,55 @@
+"""An avatar: the shape, texture and joints of a person's figure, in the rest pose.
+
+Every mesh lies in the model frame of `vistel.figure.skeleton` (metres, Y up, facing +Z, left arm along +X, T-pose).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.body import Body
+from vistel.figure.skeleton import Skeleton
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+U8 = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A closed surface and its texture coordinates.
+
+    vertices: (V, 3) rest pose [m]; a closed 2-manifold, oriented outwards.
+    triangles: (F, 3) vertices, counter-clockwise seen from outside.
+    corner_vertex: (R,) vertex of each drawn vertex (texture seams double vertices).
+    uv: (R, 2) texture coordinates of the drawn vertices in [0, 1], origin bottom left.
+    corner_triangles: (F, 3) the triangles again, as drawn vertices.
+    limb: (V,) index into `Body.names` of the primitive each vertex belongs to.
+    """
+
+    vertices: F32
+    triangles: I32
+    corner_vertex: I32
+    uv: F32
+    corner_triangles: I32
+    limb: I32
+
+
+@dataclass(frozen=True)
+class Avatar:
+    """A person's figure at rest.
+
+    mesh: skin, hair and clothes as one closed surface. eyeballs: left and right eye, separate closed meshes centred on
+    the joints `left_eye` and `right_eye` and fixed to them, so that gaze turns them.
+    albedo: (H, W, 3) sRGB texture of the mesh and the eyeballs, first row at the top (v = 1).
+    """
+
+    name: str
+    skeleton: Skeleton
+    body: Body
+    mesh: Mesh
+    eyeballs: tuple[Mesh, ...]
+    albedo: U8
