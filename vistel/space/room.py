@@ -1,0 +1,219 @@
+"""The built-in meeting room: a round table, chairs, and things on the table to take and hand over.
+
+Room frame: right-handed, metres, Y up, floor at y = 0, table centre at x = z = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.space.things import Axis, Primitive, Thing
+
+F64 = NDArray[np.float64]
+
+TABLE_HEIGHT = 0.72
+"""Height of the table's upper surface above the floor [m]."""
+TABLE_THICKNESS = 0.03
+CHAIR_HEIGHT = 0.425
+"""Height of a chair's seat above the floor [m]."""
+SEAT_GAP = 0.28
+"""From the table's edge to the seats' centres [m]."""
+ELBOW_ROOM = 0.60
+"""Least arc between two seats [m]."""
+ROOM_RADIUS = 4.0
+"""Things are kept within this distance of the table's centre [m]."""
+
+BATON = "baton"
+"""Id of the thing that is handed over; it starts on a rest high enough for fingers to close round it."""
+
+
+@dataclass(frozen=True)
+class Seat:
+    """Where somebody sits: position (3,) on the floor [m]; heading about +Y, 0 faces +Z [rad]."""
+
+    position: F64
+    heading: float
+
+
+@dataclass(frozen=True)
+class Room:
+    """A room as it begins: seats, and things in a fixed order."""
+
+    seats: tuple[Seat, ...]
+    things: tuple[Thing, ...]
+
+    @cached_property
+    def by_id(self) -> dict[str, Thing]:
+        return {thing.id: thing for thing in self.things}
+
+    def thing(self, thing_id: str) -> Thing:
+        """The thing with that id. Raises KeyError."""
+        return self.by_id[thing_id]
+
+
+def seat_radius(seats: int) -> float:
+    """Distance of the seats from the table's centre [m]; grows when more people need elbow room."""
+    return max(0.78, ELBOW_ROOM * seats / (2.0 * math.pi))
+
+
+def table_radius(seats: int) -> float:
+    """Radius of the table [m]: 0.5 for up to eight people."""
+    return seat_radius(seats) - SEAT_GAP
+
+
+def seat_pose(seats: int, index: int) -> tuple[F64, float]:
+    """Position (3,) on the floor under seat `index` of `seats` [m] and heading [rad], facing the centre.
+
+    Seat 0 is at -Z and faces +Z; the others follow with rising heading. Raises ValueError for no such seat.
+    """
+    if not 0 <= index < seats:
+        raise ValueError(f"seat: expected 0 to {seats - 1}, got {index}")
+    heading = 2.0 * math.pi * index / seats
+    radius = seat_radius(seats)
+    # + 0.0 turns -0.0 into 0.0, so that equal places print and hash alike.
+    position = np.array([-radius * math.sin(heading), 0.0, -radius * math.cos(heading)]) + 0.0
+    return position, heading
+
+
+def meeting_room(seats: int = 3) -> Room:
+    """A table with `seats` chairs; on it a baton on a rest, a ball, a box, a can, a ring, a cone, a tile."""
+    places = tuple(Seat(*seat_pose(seats, i)) for i in range(seats))
+    spread = table_radius(seats) / 0.5
+    fixed = (_table(table_radius(seats)), *(_chair(i, seat) for i, seat in enumerate(places)))
+    return Room(places, fixed + _loose_things(spread))
+
+
+def _turn(axis: tuple[float, float, float], angle: float) -> F64:
+    s = math.sin(angle / 2.0)
+    return np.array([axis[0] * s, axis[1] * s, axis[2] * s, math.cos(angle / 2.0)])
+
+
+_Z_UP = _turn((1.0, 0.0, 0.0), -math.pi / 2.0)
+"""Turns a primitive's Z (the axis of round superquadrics) upwards."""
+
+
+def _at(x: float, y: float, z: float) -> F64:
+    return np.array([x, y, z], np.float64)
+
+
+def _disc(radius: float, half_height: float, centre: F64, e1: float = 0.1) -> Primitive:
+    return Primitive("superellipsoid", (radius, radius, half_height, e1, 1.0), centre, _Z_UP)
+
+
+def _bar(a: tuple[float, float, float], b: tuple[float, float, float], ra: float, rb: float) -> Primitive:
+    return Primitive("cone_sphere", (*a, *b, ra, rb))
+
+
+def _table(radius: float) -> Thing:
+    top = _disc(radius, TABLE_THICKNESS / 2.0, _at(0.0, TABLE_HEIGHT - TABLE_THICKNESS / 2.0, 0.0))
+    column = _bar((0.0, 0.05, 0.0), (0.0, TABLE_HEIGHT - 0.06, 0.0), 0.045, 0.035)
+    foot = _disc(0.22, 0.015, _at(0.0, 0.015, 0.0), e1=0.4)
+    return Thing("table", "round table", "table", (top, column, foot), 0.0, 0.0, 0xB08254FF, _at(0, 0, 0))
+
+
+def _chair(index: int, seat: Seat) -> Thing:
+    """In the seat's frame: the seat under the person, the back behind (-Z), four legs."""
+    middle = _at(0.0, CHAIR_HEIGHT - 0.022, 0.0)
+    cushion = Primitive("superellipsoid", (0.21, 0.20, 0.022, 0.4, 0.35), middle, _Z_UP)
+    lean = _turn((1.0, 0.0, 0.0), -math.radians(8.0))
+    back = Primitive("superellipsoid", (0.19, 0.16, 0.016, 0.4, 0.4), _at(0.0, 0.72, -0.235), lean)
+    legs = tuple(
+        _bar((x * 0.16, CHAIR_HEIGHT - 0.04, z * 0.15), (x * 0.19, 0.012, z * 0.18), 0.016, 0.012)
+        for x in (-1.0, 1.0)
+        for z in (-1.0, 1.0)
+    )
+    posts = tuple(
+        _bar((x * 0.15, CHAIR_HEIGHT - 0.03, -0.17), (x * 0.15, 0.64, -0.225), 0.013, 0.011)
+        for x in (-1.0, 1.0)
+    )
+    return Thing(
+        f"chair-{index}", f"chair {index + 1}", "chair", (cushion, back, *legs, *posts), 0.0, 0.1, 0x46566BFF,
+        seat.position, _turn((0.0, 1.0, 0.0), seat.heading),
+    )  # fmt: skip
+
+
+def _loose_things(spread: float) -> tuple[Thing, ...]:
+    """What lies on the table; `spread` stretches the layout with the table."""
+    top = TABLE_HEIGHT
+
+    def place(x: float, height: float, z: float) -> F64:
+        return _at(x * spread, top + height, z * spread)
+
+    return (
+        *_baton_on_rest(place(-0.06, 0.055, -0.25), 0.055),
+        _ball(place(0.22, 0.038, -0.15)),
+        _box(place(0.0, 0.030, 0.02)),
+        _can(place(0.21, 0.055, 0.11)),
+        _ring(place(-0.23, 0.011, 0.02)),
+        _cone(place(-0.10, 0.0, 0.23)),
+        _tile(place(0.12, 0.009, 0.29)),
+    )
+
+
+def _baton_on_rest(centre: F64, height: float) -> tuple[Thing, Thing]:
+    """The baton's axis lies `height` above the table, so that fingers close under it clear of the table."""
+    half, radius, tip = 0.088, 0.012, 0.005
+    # Posts in two pairs form notches: each tip stands `radius + tip` from the baton's axis, 50 degrees aside.
+    aside = math.radians(50.0)
+    beside, below = (radius + tip) * math.sin(aside), (radius + tip) * math.cos(aside)
+    posts = tuple(
+        _bar((x, 0.006 - height, z * 1.6 * beside), (x, -below, z * beside), 0.007, tip)
+        for x in (-0.078, 0.078)
+        for z in (-1.0, 1.0)
+    )
+    rest = Thing("rest", "baton rest", "rest", posts, 0.0, 0.0, 0x5A4636FF, centre)
+    bar = _bar((-half, 0.0, 0.0), (half, 0.0, 0.0), radius, radius)
+    axis = Axis(_at(0, 0, 0), _at(1, 0, 0), radius)
+    return rest, Thing(BATON, "red baton", "baton", (bar,), 0.08, 0.05, 0xC23B32FF, centre, axes=(axis,))
+
+
+def _ball(centre: F64) -> Thing:
+    body = Primitive("sphere", (0.038,))
+    return Thing("ball", "yellow ball", "ball", (body,), 0.12, 0.35, 0xE8B923FF, centre)
+
+
+def _box(centre: F64) -> Thing:
+    body = Primitive("superellipsoid", (0.045, 0.030, 0.032, 0.2, 0.2))
+    axes = (Axis(_at(0, 0, 0), _at(1, 0, 0), 0.031), Axis(_at(0, 0, 0), _at(0, 1, 0), 0.038))
+    turn = _turn((0.0, 1.0, 0.0), math.radians(20.0))
+    return Thing("box", "blue box", "box", (body,), 0.25, 0.02, 0x2F6DB5FF, centre, turn, axes)
+
+
+def _can(centre: F64) -> Thing:
+    body = Primitive("superellipsoid", (0.032, 0.032, 0.055, 0.1, 1.0))
+    axes = (Axis(_at(0, 0, 0), _at(0, 0, 1), 0.032),)
+    return Thing("can", "green can", "cylinder", (body,), 0.30, 0.02, 0x3F9C5AFF, centre, _Z_UP, axes)
+
+
+def _ring(centre: F64) -> Thing:
+    tube, radius = 0.011, 0.046
+    body = Primitive("supertoroid", (tube, tube, tube, radius / tube, 1.0, 1.0))
+    axes = tuple(
+        Axis(_at(x * radius, y * radius, 0.0), _at(-y, x, 0.0), tube)
+        for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+    )
+    return Thing("ring", "violet ring", "ring", (body,), 0.07, 0.10, 0x8A56B0FF, centre, _Z_UP, axes)
+
+
+def _cone(foot: F64) -> Thing:
+    """Lies on its side: its axis leans by the angle whose sine is (big - small) / length."""
+    big, small, length = 0.034, 0.009, 0.085
+    middle = 0.34 * length
+    lean = math.asin((big - small) / length)
+    body = _bar((-middle, 0.0, 0.0), (length - middle, 0.0, 0.0), big, small)
+    position = foot + _at(0.0, big - middle * math.sin(lean), 0.0)
+    axes = (Axis(_at(0, 0, 0), _at(1, 0, 0), 0.026),)
+    turn = _turn((0.0, 0.0, 1.0), -lean)
+    return Thing("cone", "orange cone", "cone", (body,), 0.09, 0.05, 0xE0762BFF, position, turn, axes)
+
+
+def _tile(centre: F64) -> Thing:
+    angles = [k * math.pi / 3.0 for k in range(6)]
+    corners = (c for a in angles for c in (0.042 * math.cos(a), 0.0, 0.042 * math.sin(a)))
+    body = Primitive("rounded_polygon", (0.009, *corners))
+    return Thing("tile", "white tile", "tile", (body,), 0.14, 0.0, 0xD9D4C7FF, centre)

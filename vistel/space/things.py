@@ -1,0 +1,113 @@
+"""Things: what stands in the room besides people. A thing is a rigid group of implicit primitives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+
+KINDS: dict[str, int] = {
+    "sphere": 0,
+    "cone_sphere": 1,
+    "rounded_polygon": 2,
+    "superellipsoid": 3,
+    "supertoroid": 4,
+}
+"""Primitive kinds and the number that stands for each in the kernels."""
+
+MAX_POLYGON = 16
+"""Most vertices a rounded polygon of a thing may have."""
+
+_PARAMS = {"sphere": 1, "cone_sphere": 8, "superellipsoid": 5, "supertoroid": 6}
+
+
+def identity() -> F64:
+    """The quaternion of no rotation, (x, y, z, w)."""
+    return np.array([0.0, 0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """One primitive of a thing. All sizes are those of its surface, in metres, in its own frame.
+
+    kind and params:
+
+    =============== =========================================================================================
+    sphere          r
+    cone_sphere     ax, ay, az, bx, by, bz, ra, rb
+    rounded_polygon r, x0, y0, z0, x1, y1, z1, ...   planar and convex
+    superellipsoid  a1, a2, a3, e1, e2   half axes; e1: profile along Z, e2: outline in XY (1 round)
+    supertoroid     a1, a2, a3, alpha, e1, e2   ring about Z of radius alpha*a1; a1, a3: tube's half sizes
+    =============== =========================================================================================
+
+    position: (3,) metres and rotation: (4,) quaternion (x, y, z, w), primitive to thing.
+    Raises ValueError for a kind or numbers that make no primitive.
+    """
+
+    kind: str
+    params: tuple[float, ...]
+    position: F64 = field(default_factory=lambda: np.zeros(3))
+    rotation: F64 = field(default_factory=identity)
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ValueError(f"kind: expected one of {', '.join(KINDS)}, got {self.kind!r}")
+        if not all(math.isfinite(p) and abs(p) < 100.0 for p in self.params):
+            raise ValueError(f"params of {self.kind}: expected finite metres below 100, got {self.params}")
+        if self.kind == "rounded_polygon":
+            vertices = (len(self.params) - 1) / 3
+            if vertices not in range(3, MAX_POLYGON + 1) or self.params[0] <= 0:
+                raise ValueError("params of rounded_polygon: expected r > 0 and 3 to 16 vertices of x, y, z")
+            return
+        if len(self.params) != _PARAMS[self.kind]:
+            want = _PARAMS[self.kind]
+            raise ValueError(f"params of {self.kind}: expected {want} numbers, got {len(self.params)}")
+        sizes = {"sphere": self.params, "cone_sphere": self.params[6:], "superellipsoid": self.params[:3],
+                 "supertoroid": self.params[:3]}[self.kind]  # fmt: skip
+        if min(sizes) <= 0:
+            raise ValueError(f"params of {self.kind}: sizes must be above 0, got {self.params}")
+        exponents = {"superellipsoid": self.params[3:], "supertoroid": self.params[4:]}.get(self.kind, (1.0,))
+        if min(exponents) < 0.1 or max(exponents) > 1.9:
+            raise ValueError(f"params of {self.kind}: exponents must lie in 0.1 to 1.9, got {exponents}")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis a hand can close around (spec_maths §6.7).
+
+    point (3,) [m] and unit direction (3,) in the thing's frame; radius: from the axis to the surface [m].
+    """
+
+    point: F64
+    direction: F64
+    radius: float
+
+
+@dataclass(frozen=True)
+class Thing:
+    """What a thing is and where it starts. Its frame's origin is its centre of mass.
+
+    id: unique in the room; name: for people; shape: "ball", "box", ... for lists and speech; mass: kg, 0 =
+    fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (spec_maths §2.4); colour: 0xRRGGBBAA;
+    position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: what hands close around.
+    """
+
+    id: str
+    name: str
+    shape: str
+    primitives: tuple[Primitive, ...]
+    mass: float
+    compliance: float
+    colour: int
+    position: F64
+    rotation: F64 = field(default_factory=identity)
+    axes: tuple[Axis, ...] = ()
+
+    @property
+    def fixed(self) -> bool:
+        """Part of the room: nothing moves it."""
+        return self.mass == 0.0
