@@ -14,7 +14,7 @@ setup:  ## make .venv and install VISTEL
 	@./scripts/setup.sh
 
 demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
-	@$(VENV)/bin/vistel up examples/demo.toml $(DEMO)
+	@$(VENV)/bin/vistel up $(DEMO)
 
 test: setup  ## checks and tests
 	@$(MAKE) --no-print-directory check

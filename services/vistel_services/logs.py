@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
+from pathlib import Path
 
 
 class _Formatter(logging.Formatter):
@@ -23,7 +24,15 @@ class _Formatter(logging.Formatter):
 
 def configure(node: str, level: str = "INFO") -> None:
     """Send this process's log to standard error in the one format. `node`: "site/process"."""
-    handler = logging.StreamHandler(sys.stderr)
+    _install(logging.StreamHandler(sys.stderr), node, level)
+
+
+def configure_file(node: str, path: Path, level: str = "INFO") -> None:
+    """The same into a file, for a process whose standard error is a person's terminal."""
+    _install(logging.FileHandler(path, encoding="utf-8"), node, level)
+
+
+def _install(handler: logging.Handler, node: str, level: str) -> None:
     handler.setFormatter(_Formatter(node))
     root = logging.getLogger()
     root.handlers[:] = [handler]

@@ -161,6 +161,10 @@ def _no_twice(what: str, names: list[str]) -> None:
         raise ValueError(f"{what}: {', '.join(twice)} stands more than once; each must have its own")
 
 
+DEMO_FILE = Path(__file__).with_name("demo.toml")
+"""The conference that runs when no file is named."""
+
+
 def load(path: Path) -> Conference:
     """Read and check a conference file. Raises ConferenceError."""
     try:

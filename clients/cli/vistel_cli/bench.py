@@ -1,0 +1,79 @@
+"""`vistel bench`: our figures beside a named peer's, from one run."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import pkgutil
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from vistel_cli.terminal import USAGE, fail, out
+
+_ROOT = Path(__file__).resolve().parents[3]
+
+
+def bench(
+    name: Annotated[str | None, typer.Argument(help="Which benchmark; without one, the list.")] = None,
+    every: Annotated[bool, typer.Option("--all", help="Run all of them.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object per figure.")] = False,
+) -> None:
+    """Measure, alternating with a peer in the same run; medians, ratios, targets.
+
+    [bold]Examples[/bold]
+
+      vistel bench
+
+      vistel bench wire --json
+    """
+    known = _known()
+    if name is None and not every:
+        for key, about in known.items():
+            out.print(f"{key:12} {about}")
+        return
+    if name is not None and name not in known:
+        fail(f"bench {name}: no such benchmark; there are {', '.join(known)}", USAGE)
+    for key in known if every else [str(name)]:
+        rows = [asdict(r) for r in _load(key).run()]
+        if as_json:
+            for row in rows:
+                print(json.dumps(row), flush=True)
+        else:
+            _show(rows)
+
+
+def _known() -> dict[str, str]:
+    folder = _ROOT / "benchmarks"
+    if not folder.is_dir():
+        fail("bench: the benchmarks live in the repository; run from a checkout (pip install -e .)")
+    if str(_ROOT) not in sys.path:
+        sys.path.insert(0, str(_ROOT))
+    names = sorted(m.name for m in pkgutil.iter_modules([str(folder)]) if m.name.startswith("bench_"))
+    return {n.removeprefix("bench_"): _first_line(folder / f"{n}.py") for n in names}
+
+
+def _first_line(path: Path) -> str:
+    for line in path.read_text("utf-8").splitlines():
+        if line.strip():
+            return line.strip().strip('"')
+    return ""
+
+
+def _load(name: str) -> Any:
+    return importlib.import_module(f"benchmarks.bench_{name}")
+
+
+def _show(rows: list[dict[str, Any]]) -> None:
+    table = Table("bench", "case", "metric", "value", "peer", "peer value", "ratio", "target", "met")
+    met = {True: "[green]yes[/]", False: "[red]no[/]", None: "-"}
+    for r in rows:
+        peer = "" if r["peer_value"] is None else f"{r['peer_value']:.4g}"
+        ratio = "" if r["ratio"] is None else f"{r['ratio']:.3g}"
+        table.add_row(r["bench"], r["case"], r["metric"], f"{r['value']:.4g} {r['unit']}", r["peer"] or "", peer,
+                      ratio, r["target"] or "", met[r["met"]])  # fmt: skip
+    out.print(table)

@@ -1,0 +1,172 @@
+"""`vistel doctor`: what this machine has, and what is used where something is missing."""
+
+from __future__ import annotations
+
+import importlib.util
+import multiprocessing
+import os
+import platform
+import shutil
+import socket
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vistel_cli.terminal import FAILED, out
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line: `state` is "found", "absent" (something else is used) or "broken" (VISTEL cannot run)."""
+
+    what: str
+    state: str
+    detail: str
+    instead: str = ""
+
+
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False) -> None:
+    """Say what this machine has and what will be used instead of what it lacks.
+
+    [bold]Example[/bold]
+
+      vistel doctor
+    """
+    findings = [check() for check in CHECKS]
+    if as_json:
+        out.print_json(data=[asdict(f) for f in findings])
+    else:
+        colour = {"found": "green", "absent": "yellow", "broken": "red"}
+        for f in findings:
+            instead = f" → {f.instead}" if f.instead else ""
+            out.print(f"[{colour[f.state]}]{f.state:7}[/] {f.what:15} {f.detail}{instead}", soft_wrap=True)
+    if any(f.state == "broken" for f in findings):
+        raise typer.Exit(FAILED)
+
+
+def _python() -> Finding:
+    return Finding("Python", "found", f"{platform.python_version()} on {platform.system()} {platform.machine()}")
+
+
+def _machine() -> Finding:
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    detail = f"{cores} cores"
+    if hasattr(os, "sysconf"):
+        detail += f", {os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES') / 2**30:.0f} GiB memory"
+    return Finding("Processor", "found", detail)
+
+
+def _probe_gl(connection: multiprocessing.connection.Connection) -> None:
+    try:
+        import moderngl  # noqa: PLC0415  the context belongs to a process of its own
+
+        options = {"backend": "egl"} if platform.system() == "Linux" else {}
+        context = moderngl.create_context(standalone=True, require=330, **options)
+        connection.send((context.info["GL_RENDERER"], context.version_code))
+    except Exception as e:  # a driver may fail in any way; the probe's answer is that it did
+        connection.send(str(e) or type(e).__name__)
+
+
+def _gl() -> Finding:
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_probe_gl, args=(theirs,))
+    process.start()
+    theirs.close()
+    answer: tuple[str, int] | str = "no answer within 20 s"
+    try:
+        if ours.poll(20):
+            answer = ours.recv()
+    except EOFError:
+        answer = "the driver ended the process"
+    process.join(5)
+    if process.is_alive():
+        process.kill()
+    if isinstance(answer, str):
+        return Finding("OpenGL", "broken", answer.splitlines()[0], "apt-get install libegl1 libgl1 libgl1-mesa-dri")
+    name, version = answer
+    software = any(s in name.lower() for s in ("llvmpipe", "softpipe", "swiftshader"))
+    text = f"{name}, {version // 100}.{version % 100 // 10}"
+    if software:
+        return Finding("GPU", "absent", text, "software drawing; figures deform on the CPU")
+    return Finding("GPU", "found", text)
+
+
+def _display() -> Finding:
+    name = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
+    if name or platform.system() != "Linux":
+        return Finding("Display", "found", name or "desktop")
+    return Finding("Display", "absent", "neither DISPLAY nor WAYLAND_DISPLAY is set", "headless drawing into MP4")
+
+
+def _serial() -> Finding:
+    from serial.tools import list_ports  # noqa: PLC0415
+
+    ports = [p.device for p in list_ports.comports()]
+    if not ports:
+        return Finding("Serial ports", "absent", "none", "simulated FASTRAK and CyberGloves on pseudo-terminals")
+    locked = [p for p in ports if not os.access(p, os.R_OK | os.W_OK)]
+    hint = f"no permission for {', '.join(locked)}: add yourself to group dialout" if locked else ""
+    return Finding("Serial ports", "found", ", ".join(ports), hint)
+
+
+def _hid() -> Finding:
+    if importlib.util.find_spec("hid") is None:
+        return Finding("HID devices", "absent", "hidapi is not installed", "gloves on serial ports or simulated")
+    import hid  # noqa: PLC0415
+
+    gloves = [d for d in hid.enumerate() if d["vendor_id"] == 0x5D70]
+    if gloves:
+        return Finding("HID gloves", "found", ", ".join(d["product_string"] or "5DT glove" for d in gloves))
+    return Finding("HID gloves", "absent", "no 5DT glove on USB", "gloves on serial ports or simulated")
+
+
+def _sound() -> Finding:
+    cards = Path("/proc/asound/cards")
+    if platform.system() == "Linux":
+        text = cards.read_text() if cards.exists() else ""
+        if not text or "no soundcards" in text:
+            return Finding("Sound card", "absent", "none", "this version carries no voice yet; nothing is lost")
+        return Finding("Sound card", "found", text.split("]:")[-1].splitlines()[0].strip())
+    return Finding("Sound card", "found", "by the system")
+
+
+def _cameras() -> Finding:
+    cameras = sorted(str(p) for p in Path("/dev").glob("video*"))
+    if cameras:
+        return Finding("Cameras", "found", ", ".join(cameras))
+    return Finding("Cameras", "absent", "no /dev/video*", "faces stay at rest, gaze follows the motion source")
+
+
+def _ports() -> Finding:
+    with socket.socket() as s:
+        try:
+            s.bind(("127.0.0.1", 7447))
+        except OSError:
+            return Finding("Port 7447", "absent", "in use, probably by a router", "`vistel up` takes a free port")
+    return Finding("Port 7447", "found", "free for a router")
+
+
+def _encoder() -> Finding:
+    import av  # noqa: PLC0415
+
+    try:
+        av.CodecContext.create("libx264", "w")
+    except Exception as e:
+        return Finding("H.264 encoder", "broken", str(e), "pip install av")
+    return Finding("H.264 encoder", "found", f"libx264 in PyAV {av.__version__}")
+
+
+def _disk() -> Finding:
+    free = shutil.disk_usage(Path.cwd()).free / 2**30
+    if free < 1:
+        return Finding("Disk", "broken", f"{free:.1f} GiB free here", "free at least 1 GiB")
+    return Finding("Disk", "found", f"{free:.0f} GiB free here")
+
+
+CHECKS: tuple[Callable[[], Finding], ...] = (
+    _python, _machine, _gl, _display, _encoder, _serial, _hid, _sound, _cameras, _ports, _disk,
+)  # fmt: skip

@@ -1,0 +1,29 @@
+"""`vistel record`: write down a conference that is running."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vistel_cli.hub import endpoint_of, run_processes
+from vistel_cli.terminal import load_conference
+from vistel_services.plan import HUB, ProcessPlan
+
+
+def record(
+    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    hub: Annotated[str | None, typer.Option(help="Router; default from the file.")] = None,
+    output: Annotated[Path, typer.Option("--out", help="Folder for conference.mcap.")] = Path("out"),
+    seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
+) -> None:
+    """Record every topic of a running conference into an MCAP log.
+
+    [bold]Example[/bold]
+
+      vistel record conference.toml --hub tcp/127.0.0.1:7447 --seconds 60
+    """
+    conference = load_conference(file)
+    plan = ProcessPlan(HUB, "recorder", ("recorder",))
+    raise typer.Exit(run_processes(conference, [plan], endpoint_of(conference, hub), output, seconds))

@@ -1,0 +1,32 @@
+"""How the command speaks: results on standard output, faults in one line on standard error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NoReturn
+
+import typer
+from rich.console import Console
+
+from vistel.conference.model import Conference, ConferenceError, load
+
+out = Console(highlight=False)
+err = Console(stderr=True, highlight=False)
+
+USAGE, FAILED = 2, 1
+
+
+def fail(text: str, code: int = FAILED) -> NoReturn:
+    """Say what is wrong and how to mend it, and end."""
+    err.print(f"[red]error:[/red] {text}", soft_wrap=True)
+    raise typer.Exit(code)
+
+
+def load_conference(path: Path) -> Conference:
+    """The conference of a file, or the end of the command with one line per fault."""
+    try:
+        return load(path)
+    except ConferenceError as e:
+        for line in str(e).splitlines():
+            err.print(f"[red]error:[/red] {line}", soft_wrap=True, markup=True)
+        raise typer.Exit(USAGE) from e
