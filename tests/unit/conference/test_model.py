@@ -1,0 +1,77 @@
+"""A conference file is checked, and each fault is one line that names file, key and what was expected."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vistel.conference.model import DEMO_FILE, Conference, ConferenceError, load
+
+GOOD = """
+name = "small"
+[room]
+seats = 3
+[[sites]]
+name = "tokyo"
+[[sites.participants]]
+name = "aiko"
+[[sites]]
+name = "columbus"
+[[sites.participants]]
+name = "ben"
+seat = 0
+"""
+
+
+def _load(tmp_path: Path, text: str) -> Conference:
+    file = tmp_path / "c.toml"
+    file.write_text(text, "utf-8")
+    return load(file)
+
+
+def test_the_demo_conference_is_valid_and_has_three_sites() -> None:
+    conference = load(DEMO_FILE)
+    assert [s.name for s in conference.sites] == ["tokyo", "columbus", "zurich"]
+    assert all(len(s.processes) == 2 for s in conference.sites)
+
+
+def test_automatic_seats_leave_out_the_seats_that_are_named(tmp_path: Path) -> None:
+    conference = _load(tmp_path, GOOD)
+    assert conference.seat_of("ben") == 0
+    assert conference.seat_of("aiko") == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("name = \"small\"", "nmae = \"small\""), ["nmae", "Extra inputs are not permitted"]),
+        (("seats = 3", "seats = \"three\""), ["room.seats", "valid integer"]),
+        (("name = \"columbus\"", "name = \"tokyo\""), ["sites", "tokyo stands more than once"]),
+        (("name = \"ben\"", "name = \"aiko\""), ["participants", "aiko stands more than once"]),
+        (("seats = 3", "seats = 1"), ["room.seats", "too few for 2 participants"]),
+        (("name = \"aiko\"", "name = \"Aiko!\""), ["sites[0].participants[0].name", "pattern"]),
+        (("[room]", "[room"), ["not valid TOML"]),
+        (("[[sites.participants]]\nname = \"aiko\"", ""), ["sites[0].participants"]),
+    ],
+)
+def test_a_faulty_file_names_file_key_and_expectation(tmp_path: Path, change: tuple[str, str], expected: list[str]) -> None:
+    assert change[0] in GOOD
+    with pytest.raises(ConferenceError) as error:
+        _load(tmp_path, GOOD.replace(*change, 1))
+    text = str(error.value)
+    assert "c.toml" in text
+    for part in expected:
+        assert part in text
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConferenceError, match="none.toml: cannot be read"):
+        load(tmp_path / "none.toml")
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "c.toml"
+    file.write_bytes(b"\xff\xfe\x00name")
+    with pytest.raises(ConferenceError, match="not valid TOML"):
+        load(file)

@@ -1,0 +1,63 @@
+"""The house stands as docs/architecture.md says: arrows one way, short files, time only from clocks."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import tomllib
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_import_arrows_run_one_way() -> None:
+    command = [str(Path(sys.executable).with_name("lint-imports")), "--no-cache"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_library_reads_no_clock_and_no_global_random_generator_outside_the_clock() -> None:
+    forbidden = re.compile(
+        r"\btime\.(time|monotonic|perf_counter)(_ns)?\(|datetime\.now|\brandom\.(random|seed|randint|choice)"
+        r"|np\.random\.(seed|rand|randn|random|uniform|normal|randint)\("
+    )
+    found = [
+        f"{path.relative_to(ROOT)}: {line.strip()}"
+        for path in (ROOT / "vistel").rglob("*.py")
+        if path != ROOT / "vistel/wire/clock.py"
+        for line in path.read_text("utf-8").splitlines()
+        if forbidden.search(line)
+    ]
+    assert found == []
+
+
+def test_the_lock_file_names_no_download_address() -> None:
+    text = (ROOT / "requirements.lock").read_text()
+    assert "http" not in text
+    assert "--hash=sha256:" in text
+
+
+def test_every_dependency_is_locked() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = list(project["dependencies"])
+    for extra in project["optional-dependencies"].values():
+        wanted += [d for d in extra if not d.startswith("vistel[")]
+    locked = {line.split("==")[0].split("[")[0].lower().replace("_", "-")
+              for line in (ROOT / "requirements.lock").read_text().splitlines() if "==" in line and line[0] != " "}  # fmt: skip
+    names = {re.split(r"[\[<>=!~; ]", d)[0].lower().replace("_", "-") for d in wanted}
+    assert names - locked == set()
+
+
+@pytest.mark.parametrize("service", ["router", "world", "tokyo", "columbus", "recorder"])
+def test_compose_services_run_commands_that_exist(service: str) -> None:
+    compose = yaml.safe_load((ROOT / "docker-compose.yml").read_text())
+    command = compose["services"][service]["command"]
+    words = [w for w in command if not w.startswith("-") and not w.startswith("/") and "/" not in w and w not in ("tokyo", "columbus")]
+    done = subprocess.run([sys.executable, "-m", "vistel_cli.main", *words, "--help"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    for option in (w for w in command if w.startswith("--")):
+        assert option in done.stdout
