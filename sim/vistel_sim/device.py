@@ -1,0 +1,115 @@
+"""What simulated serial devices have in common: a port, mishaps, and a beat at which they measure."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from vistel.wire.clock import Clock
+from vistel_sim.faults import DeviceFaults, Fault
+from vistel_sim.pty_port import PtyPort
+
+_LATE_NS = 50_000_000
+"""A machine that is behind by more drops measurements instead of sending old ones as if they were new."""
+
+
+@dataclass(frozen=True)
+class Reply:
+    """Bytes for the host, `delay_s` from now."""
+
+    data: bytes
+    delay_s: float = 0.0
+
+
+class Instrument(Protocol):
+    """The device behind the port. Bytes in, bytes out, no port and no clock."""
+
+    def receive(self, data: bytes, t_s: float) -> list[Reply]:
+        """Bytes from the host at `t_s`; the replies."""
+        ...
+
+    @property
+    def period_s(self) -> float:
+        """Between two measurements."""
+        ...
+
+    @property
+    def latency_s(self) -> float:
+        """From a measurement to its first byte."""
+        ...
+
+    def next_length(self) -> int:
+        """How many bytes the coming measurement will send; 0 when none is asked for."""
+        ...
+
+    def disturb(self, drifting_s: float, saturated: bool) -> None:
+        """How long the measurements have been wandering off, 0 when they do not; whether they are over-driven."""
+        ...
+
+    def measure(self, t_s: float) -> bytes:
+        """The bytes of the measurement at `t_s`."""
+        ...
+
+
+class SimulatedDevice:
+    """Runs an instrument at a port."""
+
+    def __init__(
+        self, name: str, instrument: Instrument, path: Path, clock: Clock, start_ns: int,
+        faults: Iterable[Fault] = (), *, baud: int = 115200, seed: int = 0,
+    ) -> None:  # fmt: skip
+        """`start_ns`: the clock's time at which the motion and the script of faults begin."""
+        self.name = name
+        self.port = PtyPort(path, clock, self._received, baud)
+        self._instrument = instrument
+        self._clock = clock
+        self._start_ns = start_ns
+        self._faults = DeviceFaults(faults, name, np.random.default_rng(seed))
+
+    async def run(self) -> None:
+        """Until cancelled; the port vanishes then."""
+        clock, port, instrument = self._clock, self.port, self._instrument
+        port.plug()
+        beat_ns = clock.now_ns()
+        try:
+            while True:
+                beat_ns += round(instrument.period_s * 1e9)
+                if clock.now_ns() - beat_ns > _LATE_NS:
+                    beat_ns = clock.now_ns()
+                t_s = (beat_ns - self._start_ns) * 1e-9
+                self._plug_or_unplug(t_s)
+                length = instrument.next_length()
+                if not length or not port.plugged or self._faults.active("stall", t_s):
+                    await clock.sleep_until_ns(beat_ns)
+                    continue
+                await clock.sleep_until_ns(port.reserve(length, beat_ns + round(instrument.latency_s * 1e9)))
+                if instrument.next_length() == length:  # not stopped meanwhile
+                    instrument.disturb(self._faults.progress("drift", t_s), self._faults.active("saturation", t_s))
+                    port.put(self._faults.damage(instrument.measure(t_s), t_s))
+        finally:
+            port.unplug()
+
+    def _plug_or_unplug(self, t_s: float) -> None:
+        if self._faults.active("unplug", t_s):
+            self.port.unplug()
+        else:
+            self.port.plug()
+
+    def _received(self, data: bytes) -> None:
+        t_s = (self._clock.now_ns() - self._start_ns) * 1e-9
+        if self._faults.active("stall", t_s):
+            return
+        for reply in self._instrument.receive(data, t_s):
+            self.port.answer(reply.data, reply.delay_s)
+
+
+async def run_devices(devices: Iterable[SimulatedDevice]) -> None:
+    """All of them until cancelled."""
+    async with asyncio.TaskGroup() as group:
+        for device in devices:
+            group.create_task(device.run(), name=device.name)

@@ -1,0 +1,415 @@
+"""A Polhemus FASTRAK as its manual describes it (OPM00PI002 Rev. G): commands, record formats, taking turns."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel_sim import rotations
+from vistel_sim.device import Reply
+
+F64 = NDArray[np.float64]
+PoseSource = Callable[[int, float], tuple[Sequence[float] | F64, Sequence[float] | F64]]
+"""(station 1..4, t [s]) -> position (3,) [m], quaternion (4,) (x, y, z, w), in the transmitter's frame."""
+
+CYCLE_S = 1.0 / 120.0
+LATENCY_S = 0.00375
+FIRMWARE = "2.08  "
+_IMMEDIATE = b"PCcFfUuSWDd\x0b\x19\x13\x11"
+_LINE = b"OlHBbGARrNIVQxvyoeXT"
+_SIZES = {0: (1, 1), 1: (2, 2), 2: (21, 12), 3: (21, 12), 4: (21, 12), 5: (21, 12), 6: (21, 12), 7: (21, 12),
+          11: (28, 16), 16: (2, 2)}  # fmt: skip
+"""Bytes of each item as text and in binary; item + 50 is the extended form."""
+_RANGE_M = 3.05
+_DRIFT_M_PER_S = np.array([0.01, 0.005, -0.005])
+
+
+@dataclass
+class Station:
+    """What the unit knows of one receiver."""
+
+    enabled: bool = True
+    items: tuple[int, ...] = (2, 4, 1)
+    hemisphere: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    reference: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    boresight: F64 = field(default_factory=lambda: np.eye(3))
+    origin: F64 = field(default_factory=lambda: np.zeros(3))
+    alignment: F64 = field(default_factory=lambda: np.eye(3))
+    mounting: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    tip: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    envelope: tuple[float, ...] | None = None
+    last: F64 = field(default_factory=lambda: np.zeros(3))
+    stylus_mode: int = 1
+
+
+@dataclass
+class Settings:
+    """What `^K` saves and `^Y` returns to."""
+
+    stations: list[Station]
+    binary: bool = False
+    centimetres: bool = False
+    continuous: bool = False
+    compensation: bool = False
+    sync: int = 0
+    identification: str = "OutputCompensat CPG2030-003-10"
+    filters: dict[str, str] = field(default_factory=lambda: {"x": "2", "v": "2"})
+
+
+class _RefusedError(Exception):
+    """A command that cannot be obeyed; args: the manual's error code, text."""
+
+
+class Fastrak:
+    """One unit with up to four receivers, measured in turn, one each 1/120 s.
+
+    pose: where a receiver really is. Noise is Gaussian per axis: `position_noise` [m], `angle_noise` [rad]; the
+    defaults are the unit's static accuracy (0.03 in, 0.15 degrees). restart_s: how long ^Y takes (a real unit: 10).
+    """
+
+    def __init__(
+        self, pose: PoseSource, *, receivers: Sequence[int] = (1, 2, 3, 4), position_noise: float = 0.0008,
+        angle_noise: float = math.radians(0.15), seed: int = 0, restart_s: float = 10.0,
+    ) -> None:  # fmt: skip
+        self._saturated = False
+        self._drift = np.zeros(3)
+        self._pose = pose
+        self._receivers = frozenset(receivers)
+        self._noise = (position_noise, angle_noise)
+        self._rng = np.random.default_rng(seed)
+        self._restart_s = restart_s
+        self._deaf_until_s = -math.inf
+        self._now_s = 0.0
+        self._saved = self._factory()
+        self._restart()
+
+    def _factory(self) -> Settings:
+        return Settings([Station(enabled=n in self._receivers) for n in (1, 2, 3, 4)])
+
+    def _restart(self) -> None:
+        self.settings = _copy(self._saved)
+        self._line = bytearray()
+        self._turn = 0
+        self._polled: list[int] = []
+        self._suspended = False
+
+    def disturb(self, drifting_s: float, saturated: bool) -> None:
+        """Wander off for `drifting_s`; be over-driven."""
+        self._drift = _DRIFT_M_PER_S * drifting_s
+        self._saturated = saturated
+
+    # Measuring
+
+    @property
+    def period_s(self) -> float:
+        return CYCLE_S
+
+    @property
+    def latency_s(self) -> float:
+        return LATENCY_S
+
+    def next_length(self) -> int:
+        """Bytes of the coming record, 0 when none is due."""
+        station = self._next()
+        if station is None:
+            return 0
+        column = int(self.settings.binary)
+        return 3 + sum(_size(item, column) for item in self.settings.stations[station - 1].items)
+
+    def measure(self, t_s: float) -> bytes:
+        """The record of the receiver whose turn it is."""
+        station = self._next()
+        assert station is not None
+        if self._polled:
+            self._polled.pop(0)
+        else:
+            self._turn = station % 4
+        return self._record(station, t_s)
+
+    def _next(self) -> int | None:
+        if self._polled:
+            return self._polled[0]
+        s = self.settings
+        if not s.continuous or self._suspended:
+            return None
+        for k in range(4):
+            station = (self._turn + k) % 4
+            if s.stations[station].enabled:
+                return station + 1
+        return None
+
+    def _record(self, number: int, t_s: float) -> bytes:
+        station = self.settings.stations[number - 1]
+        position, attitude, error = self._measured(number, station, t_s)
+        unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
+        out = b"0%d%s" % (number, error)
+        for item in station.items:
+            out += self._item(item, position * unit, attitude, station)
+        station.last = position * unit
+        return out
+
+    def _measured(self, number: int, station: Station, t_s: float) -> tuple[F64, F64, bytes]:
+        """Position [m] and rotation (3, 3) as the unit would compute them, and the error letter."""
+        p, q = self._pose(number, t_s)
+        position = np.asarray(p, np.float64) + self._drift + self._noise[0] * self._rng.standard_normal(3)
+        attitude = rotations.matrix(np.asarray(q, np.float64))
+        attitude = rotations.from_vector(self._noise[1] * self._rng.standard_normal(3)) @ attitude
+        if any(station.hemisphere) and position @ np.array(station.hemisphere) < 0.0:
+            position = -position  # a dipole's field is the same on both sides
+        error = b" "
+        distance = float(np.linalg.norm(position))
+        if self._saturated:
+            error = b"j"
+        elif distance > _RANGE_M or number not in self._receivers:
+            error = b"k"
+        position = station.alignment.T @ (position - station.origin)
+        attitude = station.boresight @ station.alignment.T @ attitude
+        if error == b" " and station.envelope is not None:
+            unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
+            high, low = np.array(station.envelope[:3]), np.array(station.envelope[3:])
+            if np.any(position * unit > high) or np.any(position * unit < low):
+                error = b"x"
+        return position, attitude, error
+
+    def _item(self, item: int, position: F64, attitude: F64, station: Station) -> bytes:
+        kind = item % 50
+        if kind == 0:
+            return b" "
+        if kind == 1:
+            return b"\r\n"
+        if kind == 16:
+            return b" 0"
+        if kind == 2:
+            values = position
+        elif kind == 3:
+            values = position - station.last
+        elif kind == 4:
+            values = np.degrees(rotations.azimuth_elevation_roll(attitude))
+        elif kind == 11:
+            values = rotations.quaternion(attitude)[[3, 0, 1, 2]]
+        else:
+            values = attitude[kind - 5]
+        if self.settings.binary:
+            return struct.pack(f"<{len(values)}f", *values)
+        if item >= 50:
+            return "".join(f"{v: 12.5E} "[:13].rjust(13) for v in values).encode()
+        if kind in (2, 3, 4):
+            return "".join(f"{v: 7.2f}" for v in values).encode()
+        return "".join(f"{v: 7.4f}" for v in values).encode()
+
+    # Commands
+
+    def receive(self, data: bytes, t_s: float) -> list[Reply]:
+        """Bytes from the host at `t_s`, several commands in one read or one in several; the replies."""
+        self._now_s = t_s
+        replies: list[Reply] = []
+        for c in data:
+            if t_s < self._deaf_until_s:
+                break
+            if c in b"\x0b\x19\x13\x11":
+                self._line.clear()
+                self._immediate(c, replies)
+            elif c in b"\r\n":
+                if self._line:
+                    self._obey(replies)
+            elif self._line:
+                self._line.append(c)
+            elif c in _IMMEDIATE:
+                self._immediate(c, replies)
+            elif c in _LINE:
+                self._line.append(c)
+            else:
+                replies.append(_error(bytes((c,)), -99))
+        return replies
+
+    def _immediate(self, c: int, replies: list[Reply]) -> None:
+        s = self.settings
+        match chr(c):
+            case "P":
+                self._polled += [n for n in (1, 2, 3, 4) if s.stations[n - 1].enabled]
+            case "C":
+                s.continuous, self._turn = True, 0
+            case "c":
+                s.continuous = False
+                self._polled.clear()
+            case "F" | "f":
+                s.binary = c == ord("f")
+            case "U" | "u":
+                s.centimetres = c == ord("u")
+            case "D" | "d":
+                s.compensation = c == ord("D")
+            case "S":
+                replies.append(Reply(self._status()))
+            case "W":
+                self.settings = self._factory()
+            case "\x0b":
+                self._saved = _copy(s)
+            case "\x19":
+                self._restart()
+                self._deaf_until_s = self._now_s + self._restart_s
+            case _:
+                self._suspended = c == 0x13
+
+    def _status(self) -> bytes:
+        s = self.settings
+        flags = 0x3F0 | s.binary | s.centimetres << 1 | s.compensation << 2 | s.continuous << 3
+        on = sum(1 << i for i, station in enumerate(s.stations) if station.enabled)
+        text = f"2{self._turn + 1}S{flags:03X}    F3{on:X}  {FIRMWARE}{s.identification:32.32}\r\n"
+        return text.encode("ascii")
+
+    def _obey(self, replies: list[Reply]) -> None:
+        line, self._line = bytes(self._line), bytearray()
+        try:
+            reply = self._command(chr(line[0]), line[1:].decode("ascii", "replace"))
+        except _RefusedError as e:
+            replies.append(_error(line, e.args[0]))
+            return
+        if reply is not None:
+            replies.append(Reply(reply.encode("ascii") + b"\r\n"))
+
+    def _command(self, letter: str, text: str) -> str | None:
+        """Obey one line; the text of its reply, if it has one."""
+        s = self.settings
+        if letter == "X":
+            if not text:
+                return f"2 X{s.identification:32.32}"
+            s.identification = text[:32].encode("ascii", "replace").decode("ascii")
+            return None
+        if letter == "T":
+            return None if text else "2 T  0 no errors"
+        numbers = _numbers(text)
+        if letter in "xv":
+            s.filters[letter] = text
+            return None
+        if letter == "y":
+            if not numbers:
+                return f"2 y{s.sync}"
+            s.sync = int(_bounded(numbers[0], 0, 2))
+            return None
+        if letter == "o":
+            return None  # a pseudo-terminal has no speed of its own
+        if not numbers or numbers[0] is None:
+            raise _RefusedError(-1)
+        number = int(_bounded(numbers[0], 1, 4))
+        return self._of_station(letter, number, s.stations[number - 1], numbers[1:])
+
+    def _of_station(self, letter: str, number: int, st: Station, values: list[float | None]) -> str | None:
+        head = f"2{number}{letter}"
+        match letter:
+            case "l":
+                if not values:
+                    return head + "".join(str(int(x.enabled)) for x in self.settings.stations)
+                on = bool(_bounded(values[0], 0, 1))
+                st.enabled = on
+            case "O":
+                if not values:
+                    return head + "".join(f"{i:2d}" for i in st.items)
+                items = tuple(int(_bounded(v, 0, 69)) for v in values)
+                if any(i % 50 not in _SIZES for i in items):
+                    raise _RefusedError(-3)
+                st.items = items
+            case "H":
+                if not values:
+                    return head + _fixed(st.hemisphere, 2)
+                st.hemisphere = _three(values, st.hemisphere)
+            case "G":
+                if not values:
+                    return head + _fixed(st.reference, 2)
+                st.reference = _three(values, st.reference)
+            case "r":
+                if not values:
+                    return head + _fixed(st.mounting, 3)
+                st.mounting = _three(values, st.mounting)
+            case "N":
+                st.tip = _three(values, st.tip)
+            case "B":
+                _, attitude, _ = self._measured(number, dataclasses.replace(st, boresight=np.eye(3)), self._now_s)
+                st.boresight = rotations.from_euler(np.radians(st.reference)) @ attitude.T
+            case "b":
+                st.boresight = np.eye(3)
+            case "R":
+                st.origin, st.alignment = np.zeros(3), np.eye(3)
+            case "A":
+                if not values:
+                    unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
+                    axes = st.alignment.T
+                    points = (*(st.origin * unit), *axes[0], *axes[1])
+                    return head + _fixed(points, 2)
+                self._align(st, values)
+            case "V":
+                if len(values) == 6:
+                    st.envelope = tuple(_bounded(v, -1e4, 1e4) for v in values)
+            case "e":
+                st.stylus_mode = int(_bounded(values[0], 0, 1)) if values else st.stylus_mode
+            case _:
+                pass  # increments, angular envelope: accepted, no effect on what is simulated
+        return None
+
+    def _align(self, st: Station, values: list[float | None]) -> None:
+        """A: a frame from its origin, a point on +X and a point in the XY plane on the side of +Y."""
+        if len(values) != 9 or any(v is None for v in values):
+            raise _RefusedError(-1)
+        unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
+        origin, on_x, on_y = np.array(values, np.float64).reshape(3, 3) / unit
+        x, y = on_x - origin, on_y - origin
+        z = np.cross(x, y)
+        if np.linalg.norm(z) < 1e-9:
+            raise _RefusedError(-3)
+        x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
+        frame = np.stack([x, np.cross(z, x), z], axis=1)
+        st.origin = st.origin + st.alignment @ origin
+        st.alignment = st.alignment @ frame
+
+
+def _copy(settings: Settings) -> Settings:
+    return dataclasses.replace(
+        settings, stations=[dataclasses.replace(s) for s in settings.stations], filters=dict(settings.filters)
+    )
+
+
+def _size(item: int, column: int) -> int:
+    size = _SIZES[item % 50][column]
+    if item >= 50 and column == 0 and item % 50 not in (0, 1, 16):
+        return 52 if item % 50 == 11 else 39
+    return size
+
+
+def _numbers(text: str) -> list[float | None]:
+    """Comma separated numbers; an omitted one is None."""
+    fields = [f.strip() for f in text.split(",")] if text.strip() else []
+    while fields and not fields[-1]:
+        fields.pop()
+    for f in fields:
+        if f and not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([Ee][+-]?\d+)?", f):
+            raise _RefusedError(-2)
+    return [float(f) if f else None for f in fields]
+
+
+def _bounded(value: float | None, low: float, high: float) -> float:
+    if value is None:
+        raise _RefusedError(-1)
+    if not low <= value <= high:
+        raise _RefusedError(-3)
+    return value
+
+
+def _three(values: list[float | None], old: tuple[float, float, float]) -> tuple[float, float, float]:
+    new = [*values, None, None, None]
+    a, b, c = (o if v is None else _bounded(v, -1e4, 1e4) for v, o in zip(new, old, strict=False))
+    return a, b, c
+
+
+def _fixed(values: Sequence[float], digits: int) -> str:
+    return "".join(f"{v: {5 + digits}.{digits}f}" for v in values)
+
+
+def _error(line: bytes, code: int) -> Reply:
+    shown = bytes(c for c in line if 32 <= c < 127)
+    return Reply(b"2 E*ERROR*" + shown + b"*ERROR* EC %d *PS 0 *FL 0 *ST 0\r\n" % code)

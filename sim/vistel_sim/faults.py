@@ -1,0 +1,56 @@
+"""What can go wrong with a simulated device, scripted by time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+Kind = Literal["garbage", "cut", "unplug", "stall", "drift", "saturation"]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One mishap of one device, `at_s` after the simulators started, lasting `for_s`.
+
+    garbage: random bytes before every record; cut: every record loses a part of itself; unplug: the port vanishes and
+    comes back; stall: the device falls silent and deaf; drift: measurements wander off; saturation: receivers report
+    an over-driven signal, glove sensors their limit.
+    """
+
+    device: str
+    kind: Kind
+    at_s: float
+    for_s: float
+
+
+class DeviceFaults:
+    """The faults of one device, and the damage they do to its bytes."""
+
+    def __init__(self, faults: Iterable[Fault], device: str, rng: np.random.Generator) -> None:
+        self._faults = tuple(f for f in faults if f.device == device)
+        self._rng = rng
+
+    def active(self, kind: Kind, t_s: float) -> bool:
+        """Whether such a fault acts at `t_s`."""
+        return self.progress(kind, t_s) > 0.0
+
+    def progress(self, kind: Kind, t_s: float) -> float:
+        """Seconds since such a fault began, 0 when none acts."""
+        for f in self._faults:
+            if f.kind == kind and f.at_s < t_s <= f.at_s + f.for_s:
+                return t_s - f.at_s
+        return 0.0
+
+    def damage(self, record: bytes, t_s: float) -> bytes:
+        """What of `record` arrives, and what arrives with it."""
+        if not self._faults:
+            return record
+        if self.active("garbage", t_s):
+            record = self._rng.bytes(int(self._rng.integers(1, 40))) + record
+        if self.active("cut", t_s):
+            at = int(self._rng.integers(1, len(record)))
+            record = record[:at] if self._rng.random() < 0.5 else record[at:]
+        return record

@@ -1,0 +1,114 @@
+"""A serial port whose other end is a simulated device: a pseudo-terminal, paced like a wire, that can be unplugged."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import fcntl
+import os
+import struct
+import termios
+import tty
+from collections.abc import Callable
+from pathlib import Path
+
+from vistel.wire.clock import Clock
+
+_LIMIT = 2048
+"""Bytes that may wait for a reader; what a device sends beyond that is lost, as on a port nobody reads."""
+
+
+class PtyPort:
+    """Serves the master side of a pty on the event loop; clients open the link at `path`.
+
+    received: called with the bytes a client wrote. A pty knows no speed, so the time of each byte (start bit,
+    8 data bits, stop bit at `baud`) is kept here: `reserve` gives out the line, `put` hands bytes over.
+    """
+
+    def __init__(self, path: Path, clock: Clock, received: Callable[[bytes], None], baud: int = 115200) -> None:
+        self.path = path
+        self.baud = baud
+        self.dropped = 0
+        self._clock = clock
+        self._received = received
+        self._master = self._slave = -1
+        self._rest = b""
+        self._free_ns = 0
+        self._answers: set[asyncio.Task[None]] = set()
+
+    @property
+    def plugged(self) -> bool:
+        return self._master >= 0
+
+    def plug(self) -> None:
+        """Make the port appear at its path."""
+        if self.plugged:
+            return
+        self._master, self._slave = os.openpty()
+        # The slave stays open here: without it the master reports an error each time a client closes.
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        self._rest, self._free_ns = b"", 0
+        asyncio.get_running_loop().add_reader(self._master, self._readable)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        link = self.path.with_name(f".{self.path.name}.new")
+        link.unlink(missing_ok=True)
+        link.symlink_to(os.ttyname(self._slave))
+        link.replace(self.path)  # at once: nobody sees a link to an older port
+
+    def unplug(self) -> None:
+        """Make the port vanish; a client that has it open sees the line hang up."""
+        if not self.plugged:
+            return
+        self.discard_answers()
+        asyncio.get_running_loop().remove_reader(self._master)
+        self.path.unlink(missing_ok=True)
+        os.close(self._master)
+        os.close(self._slave)
+        self._master = self._slave = -1
+
+    def reserve(self, count: int, ready_ns: int) -> int:
+        """Take the line for `count` bytes that are ready at `ready_ns`; returns when the last will have crossed."""
+        self._free_ns = max(self._free_ns, ready_ns) + count * 10_000_000_000 // self.baud
+        return self._free_ns
+
+    def put(self, data: bytes) -> None:
+        """Hand over bytes that have crossed the line. All or none: a port nobody reads loses whole records."""
+        if not self.plugged:
+            return
+        waiting = struct.unpack("i", fcntl.ioctl(self._slave, termios.FIONREAD, b"\0\0\0\0"))[0]
+        if waiting > _LIMIT or len(self._rest) > _LIMIT:
+            self.dropped += 1
+            return
+        data = self._rest + data
+        written = 0
+        with contextlib.suppress(BlockingIOError):
+            written = os.write(self._master, data)
+        self._rest = data[written:]
+
+    def answer(self, data: bytes, delay_s: float = 0.0) -> None:
+        """Send a reply in its turn; one with a delay does not hold up the line."""
+        now_ns = self._clock.now_ns()
+        due = now_ns + round(delay_s * 1e9) if delay_s else self.reserve(len(data), now_ns)
+        task = asyncio.create_task(self._later(data, due))
+        self._answers.add(task)
+        task.add_done_callback(self._answers.discard)
+
+    def discard_answers(self) -> None:
+        """Forget replies not yet sent."""
+        for task in self._answers:
+            task.cancel()
+
+    async def _later(self, data: bytes, due_ns: int) -> None:
+        await self._clock.sleep_until_ns(due_ns)
+        self.put(data)
+
+    def _readable(self) -> None:
+        try:
+            data = os.read(self._master, 4096)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if data:
+            self._received(data)

@@ -1,0 +1,59 @@
+"""The few rotation formulas a simulated tracker needs; its own, so that it shares no mistake with what reads it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+
+
+def matrix(q: F64) -> F64:
+    """(3, 3) from a quaternion (x, y, z, w) of any length but 0."""
+    x, y, z, w = q / math.sqrt(float(q @ q))
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ])  # fmt: skip
+
+
+def quaternion(m: F64) -> F64:
+    """Unit quaternion (x, y, z, w), w >= 0, from a rotation (3, 3): the longest column of q q^T (Bar-Itzhack)."""
+    products = np.array([
+        [1 + m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
+        [m[0, 1] + m[1, 0], 1 - m[0, 0] + m[1, 1] - m[2, 2], m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
+        [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], 1 - m[0, 0] - m[1, 1] + m[2, 2], m[1, 0] - m[0, 1]],
+        [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], 1 + m[0, 0] + m[1, 1] + m[2, 2]],
+    ])  # fmt: skip
+    q = products[int(np.argmax(np.diag(products)))]
+    q = q / math.sqrt(float(q @ q))
+    return q if q[3] >= 0 else -q
+
+
+def from_vector(v: F64) -> F64:
+    """(3, 3) of a rotation vector [rad]."""
+    angle = math.sqrt(float(v @ v))
+    k = 0.5 if angle < 1e-9 else math.sin(angle / 2) / angle
+    return matrix(np.array([v[0] * k, v[1] * k, v[2] * k, math.cos(angle / 2)]))
+
+
+def azimuth_elevation_roll(m: F64) -> F64:
+    """(3,) radians: about Z, then the new Y, then the new X."""
+    return np.array([
+        math.atan2(m[1, 0], m[0, 0]),
+        math.asin(max(-1.0, min(1.0, -m[2, 0]))),
+        math.atan2(m[2, 1], m[2, 2]),
+    ])  # fmt: skip
+
+
+def from_euler(angles: F64) -> F64:
+    """(3, 3) from azimuth, elevation, roll [rad]."""
+    ca, ce, cr = np.cos(angles)
+    sa, se, sr = np.sin(angles)
+    rz = np.array([[ca, -sa, 0], [sa, ca, 0], [0, 0, 1]])
+    ry = np.array([[ce, 0, se], [0, 1, 0], [-se, 0, ce]])
+    rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    return rz @ ry @ rx
