@@ -6,6 +6,7 @@ Every mesh lies in the model frame of `vistel.figure.skeleton` (metres, Y up, fa
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,3 +54,11 @@ class Avatar:
     mesh: Mesh
     eyeballs: tuple[Mesh, ...]
     albedo: U8
+
+
+def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:
+    """The built-in person of `spec`; see `vistel.figure.avatar_builtin.builtin_avatar`."""
+    # Making people needs the packages of the extra "avatar"; who only draws avatars does without.
+    from vistel.figure import avatar_builtin  # noqa: PLC0415
+
+    return avatar_builtin.builtin_avatar(spec, name=name, height=height, cache=cache)

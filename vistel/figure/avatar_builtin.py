@@ -1,0 +1,56 @@
+"""Built-in people by specification, kept in the user's cache directory."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from vistel.figure.avatar import Avatar
+from vistel.figure.avatar_file import AvatarFileError, load_avatar, save_avatar
+from vistel.figure.people.person import VERSION, make_person
+from vistel.figure.people.recipe import parse_spec
+
+_log = logging.getLogger("vistel.figure.avatar")
+
+
+def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:
+    """The built-in person of `spec`: "builtin" (made from the name), "builtin:seed=3", "builtin:seed=3,build=1.1".
+
+    height in metres (0.5 to 2.6). The first call makes the person (some seconds), later ones read it from `cache`
+    (default: the user's cache directory); a cache that is damaged or cannot be written costs one log line, nothing else.
+    Raises ValueError naming what is wrong in the spec or the height.
+    """
+    recipe = parse_spec(spec, name)
+    if not 0.5 <= height <= 2.6:
+        raise ValueError(f"height: expected 0.5 to 2.6 m, got {height}")
+    folder = cache if cache is not None else default_cache()
+    key = hashlib.sha256(repr((VERSION, recipe, round(height, 4))).encode()).hexdigest()[:20]
+    path = folder / f"person-{key}.npz"
+    try:
+        return replace(load_avatar(path), name=name)
+    except FileNotFoundError:
+        pass
+    except (AvatarFileError, OSError) as fault:
+        _log.warning("event=avatar_cache_unreadable path=%s reason=%s action=make_again", path, fault)
+    avatar = make_person(recipe, name=name, height=height)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        save_avatar(avatar, path)
+    except OSError as fault:
+        _log.warning("event=avatar_cache_unwritable path=%s reason=%s", path, fault)
+    return avatar
+
+
+def default_cache() -> Path:
+    """The user's cache directory for avatars on this platform."""
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return base / "vistel" / "avatars"

@@ -1,0 +1,92 @@
+"""Avatars on file: the cache's own format and an export others can open.
+
+An .npz of arrays (no pickles) keeps everything; OBJ + MTL + PNG keeps shape and texture.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.body import Body
+from vistel.figure.skeleton import Skeleton
+
+FORMAT = 1
+_MESH_ARRAYS = ("vertices", "triangles", "corner_vertex", "uv", "corner_triangles", "limb")
+_BODY_ARRAYS = ("joint", "a", "b", "radius_a", "radius_b")
+
+
+class AvatarFileError(ValueError):
+    """An avatar file that cannot be used: which, and why."""
+
+
+def save_avatar(avatar: Avatar, path: Path) -> None:
+    """Writes the avatar to an .npz, whole or not at all. Raises OSError."""
+    arrays: dict[str, Any] = {
+        "format": np.array(FORMAT), "name": np.array(avatar.name), "albedo": avatar.albedo,
+        "rest": avatar.skeleton.rest, "tip": avatar.skeleton.tip, "limbs": np.array(avatar.body.names),
+        "eyeballs": np.array(len(avatar.eyeballs)),
+    }  # fmt: skip
+    for array in _BODY_ARRAYS:
+        arrays[f"body.{array}"] = getattr(avatar.body, array)
+    for i, mesh in enumerate((avatar.mesh, *avatar.eyeballs)):
+        for array in _MESH_ARRAYS:
+            arrays[f"mesh{i}.{array}"] = getattr(mesh, array)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            np.savez_compressed(stream, **arrays)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def load_avatar(path: Path) -> Avatar:
+    """Reads what `save_avatar` wrote. Raises AvatarFileError when it is damaged or of another format, OSError."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            if int(file["format"]) != FORMAT:
+                raise AvatarFileError(f"{path}: avatar format {int(file['format'])}, expected {FORMAT}")
+            body = Body(tuple(str(n) for n in file["limbs"]), *(file[f"body.{array}"] for array in _BODY_ARRAYS))
+            meshes = [
+                Mesh(*(file[f"mesh{i}.{array}"] for array in _MESH_ARRAYS)) for i in range(1 + int(file["eyeballs"]))
+            ]
+            return Avatar(
+                str(file["name"]), Skeleton(file["rest"], file["tip"]), body, meshes[0], tuple(meshes[1:]), file["albedo"]
+            )
+    except (KeyError, ValueError, EOFError, zipfile.BadZipFile, zipfile.LargeZipFile) as fault:
+        if isinstance(fault, AvatarFileError):
+            raise
+        raise AvatarFileError(f"{path}: not a whole avatar file ({fault})") from fault
+
+
+def export_obj(avatar: Avatar, path: Path) -> None:
+    """Writes PATH (.obj), and beside it the material (.mtl) and the texture (.png). Raises OSError."""
+    material, texture = path.with_suffix(".mtl"), path.with_suffix(".png")
+    Image.fromarray(avatar.albedo).save(texture)
+    material.write_text(f"newmtl avatar\nKd 1 1 1\nmap_Kd {texture.name}\n", encoding="utf-8")
+    lines = [f"mtllib {material.name}", "usemtl avatar"]
+    first_vertex = first_corner = 1
+    for label, mesh in zip(("skin", "left_eye", "right_eye"), (avatar.mesh, *avatar.eyeballs), strict=False):
+        lines.append(f"o {label}")
+        lines += [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in mesh.vertices]
+        lines += [f"vt {u:.6f} {v:.6f}" for u, v in mesh.uv]
+        lines += _faces(mesh.triangles + first_vertex, mesh.corner_triangles + first_corner)
+        first_vertex, first_corner = first_vertex + len(mesh.vertices), first_corner + len(mesh.uv)
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _faces(vertices: NDArray[np.int32], corners: NDArray[np.int32]) -> list[str]:
+    return [
+        "f " + " ".join(f"{v}/{c}" for v, c in zip(vs, cs, strict=True))
+        for vs, cs in zip(vertices.tolist(), corners.tolist(), strict=True)
+    ]

@@ -1,0 +1,1 @@
+"""People made from implicit primitives: shape, surface, texture."""

@@ -1,0 +1,105 @@
+"""What a built-in person looks like, as numbers; drawn from a seed, each number may be given in the avatar's spec."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+_PALETTES: dict[str, tuple[tuple[int, int, int], ...]] = {
+    "skin": ((243, 208, 183), (232, 190, 160), (224, 177, 140), (205, 154, 117), (176, 122, 86), (141, 92, 62), (104, 66, 46)),
+    "hair": ((28, 22, 20), (52, 35, 25), (84, 55, 34), (122, 82, 48), (173, 128, 75), (136, 66, 36), (150, 146, 142)),
+    "top": ((46, 74, 118), (122, 38, 46), (52, 92, 78), (196, 178, 150), (92, 88, 120), (214, 214, 210), (196, 120, 44),
+            (70, 74, 80), (158, 76, 104)),
+    "trousers": ((38, 44, 62), (58, 56, 54), (96, 84, 66), (44, 60, 92), (76, 78, 84), (122, 104, 80)),
+    "shoes": ((44, 32, 26), (30, 30, 32), (108, 70, 42), (196, 194, 188)),
+    "eyes": ((92, 58, 32), (64, 42, 28), (84, 110, 132), (92, 108, 74), (128, 104, 62)),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A person's look. Sizes are ratios to the average; colours are indices into the palettes.
+
+    build: girth; female: 0 male look, 1 female look; hair_style: 0 short, 1 side parting, 2 bob, 3 bun, 4 cropped;
+    pattern: 0 plain, 1 knit, 2 stripes, 3 checks, 4 jacket over a shirt.
+    """
+
+    seed: int = 0
+    build: float = 1.0
+    female: float = 0.0
+    skin: int = 1
+    hair: int = 1
+    hair_style: int = 0
+    eyes: int = 0
+    top: int = 0
+    pattern: int = 0
+    trousers: int = 0
+    shoes: int = 0
+
+    def colour(self, what: str) -> tuple[int, int, int]:
+        """sRGB of "skin", "hair", "top", "trousers", "shoes" or "eyes"."""
+        return _PALETTES[what][getattr(self, what)]
+
+
+HAIR_STYLES = 5
+PATTERNS = 5
+
+
+def recipe_from_seed(seed: int) -> Recipe:
+    """The person with this seed."""
+    rng = np.random.default_rng(seed)
+    female = float(rng.random() < 0.5)
+    pick = {what: int(rng.integers(len(colours))) for what, colours in _PALETTES.items()}
+    styles = (1, 2, 3) if female else (0, 1, 4)
+    return Recipe(
+        seed=seed, build=round(float(rng.uniform(0.93, 1.10)), 3), female=female, hair_style=int(rng.choice(styles)),
+        pattern=int(rng.integers(PATTERNS)), **pick,
+    )  # fmt: skip
+
+
+def parse_spec(spec: str, name: str) -> Recipe:
+    """The recipe of "builtin" (seeded by the name), "builtin:seed=3" or "builtin:seed=3,build=1.1,hair_style=2".
+
+    Raises ValueError naming the key and what was expected.
+    """
+    kind, _, text = spec.partition(":")
+    if kind != "builtin":
+        raise ValueError(f"avatar {spec!r}: expected builtin or builtin:key=value,...")
+    given: dict[str, str] = {}
+    for item in filter(None, text.split(",")):
+        key, equals, value = item.partition("=")
+        if not equals:
+            raise ValueError(f"avatar {spec!r}: expected key=value, got {item!r}")
+        given[key.strip()] = value.strip()
+    known = {f.name: f.type for f in fields(Recipe)}
+    for key in given:
+        if key not in known:
+            raise ValueError(f"avatar {spec!r}: unknown key {key!r}, expected one of {', '.join(known)}")
+    seed = _number(spec, "seed", given.get("seed", str(_seed_of(name))), 0, 2**32 - 1, whole=True)
+    recipe = recipe_from_seed(int(seed))
+    limits = {"build": (0.8, 1.35), "female": (0.0, 1.0), "hair_style": (0, HAIR_STYLES - 1), "pattern": (0, PATTERNS - 1)}
+    for key, value in given.items():
+        if key == "seed":
+            continue
+        low, high = limits[key] if key in limits else (0, len(_PALETTES[key]) - 1)
+        whole = known[key] == "int"
+        number = _number(spec, key, value, low, high, whole=whole)
+        recipe = replace(recipe, **{key: int(number) if whole else number})
+    return recipe
+
+
+def _seed_of(name: str) -> int:
+    return int.from_bytes(hashlib.sha256(name.encode()).digest()[:4], "little")
+
+
+def _number(spec: str, key: str, text: str, low: float, high: float, *, whole: bool) -> float:
+    try:
+        value = int(text) if whole else float(text)
+    except ValueError:
+        value = None
+    if value is None or not low <= value <= high:
+        kind = "a whole number" if whole else "a number"
+        raise ValueError(f"avatar {spec!r}: {key}: expected {kind} from {low} to {high}, got {text!r}")
+    return value
