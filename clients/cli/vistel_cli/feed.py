@@ -1,0 +1,76 @@
+"""Puts a log's messages back on the bus when their time comes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+
+from vistel.v1.device_pb2 import RawBytes
+from vistel.wire.bus import Bus, Publication
+from vistel.wire.clock import Clock
+from vistel.wire.log import LogReader, LogRecord
+from vistel.wire.topics import BY_NAME, Topic
+from vistel_services.glove import GloveDecoder
+from vistel_services.tracker import FastrakDecoder
+
+FED_TOPICS: dict[str, tuple[str, ...]] = {
+    "devices": ("device_raw", "command"),
+    "motion": ("participant", "motion", "command"),
+    "recorded": ("participant", "motion", "world_state", "command_result"),
+}
+LIVE_SERVICES: dict[str, tuple[str, ...]] = {
+    "devices": ("posture", "world", "renderer"),
+    "motion": ("world", "renderer"),
+    "recorded": ("renderer",),
+}
+"""What runs on what is fed."""
+
+
+class Feeder:
+    """Feeds one log to one bus; `fed` counts the messages put."""
+
+    def __init__(self, reader: LogReader, bus: Bus, clock: Clock, source: str) -> None:
+        self._reader, self._bus, self._clock = reader, bus, clock
+        self._topics = FED_TOPICS[source]
+        self._publications: dict[str, Publication] = {}
+        self._decoders: dict[str, FastrakDecoder | GloveDecoder] = {}
+        self.fed = 0
+
+    async def feed(self, preroll_ns: int, begin_ns: int, end_ns: int) -> None:
+        """What lies between `preroll_ns` and `begin_ns` at once (and who takes part, from the log's beginning), then the rest at its time."""
+        await self._clock.sleep_until_ns(begin_ns - 1_000_000_000)
+        for record in self._reader.records(topics=("participant",), end_ns=begin_ns):
+            if record.topic.name in self._topics:
+                self._put(record.topic, record.names, record.message)
+        for n, record in enumerate(self._reader.records(topics=self._topics, begin_ns=preroll_ns, end_ns=end_ns)):
+            if record.log_ns > begin_ns and record.log_ns > self._clock.now_ns():
+                await self._clock.sleep_until_ns(record.log_ns)
+            elif n % 64 == 0:
+                await asyncio.sleep(0)
+            for topic, message in self._messages(record):
+                self._put(topic, record.names, message)
+
+    def _messages(self, record: LogRecord) -> Iterator[tuple[Topic, object]]:
+        if record.topic.name != "device_raw":
+            yield record.topic, record.message
+            return
+        raw: RawBytes = record.message
+        if raw.direction != RawBytes.DIRECTION_FROM_DEVICE:
+            return
+        decoder = self._decoder(raw.device)
+        topic = BY_NAME["tracker" if isinstance(decoder, FastrakDecoder) else "glove"]
+        for message in decoder.feed(raw.data, raw.header.t_ns):
+            yield topic, message
+
+    def _decoder(self, device: str) -> FastrakDecoder | GloveDecoder:
+        if device not in self._decoders:
+            glove = "-glove-" in device
+            self._decoders[device] = GloveDecoder(device) if glove else FastrakDecoder(device)
+        return self._decoders[device]
+
+    def _put(self, topic: Topic, names: dict[str, str], message: object) -> None:
+        key = topic.key.format(**names)
+        if key not in self._publications:
+            self._publications[key] = self._bus.publish(topic, **names)
+        self._publications[key].put(message)  # type: ignore[arg-type]
+        self.fed += 1

@@ -1,0 +1,21 @@
+"""`vistel replay --verify`: the world once more, compared bit for bit."""
+
+from __future__ import annotations
+
+from vistel.wire.log import LogReader
+from vistel_cli.terminal import FAILED, err, out
+from vistel_services.world.verify import verify
+
+VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state")
+
+
+def verify_log(reader: LogReader, as_json: bool) -> int:
+    """Re-run the world on the log; the exit code."""
+    report = verify((r.topic.name, r.names, r.message, r.log_ns) for r in reader.records(topics=VERIFIED_TOPICS))
+    if as_json:
+        out.print_json(data={"steps": report.steps, "equal": report.equal, "difference": report.difference})
+    elif report.equal:
+        out.print(f"{report.steps} world states re-run and compared: every one is equal, bit for bit")
+    else:
+        err.print(f"[red]error:[/red] {report.difference}")
+    return 0 if report.equal else FAILED
