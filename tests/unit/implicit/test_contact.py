@@ -1,0 +1,161 @@
+"""Contact lists against brute force, and what they promise: symmetry, order, sense of the normal."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vistel.implicit.contact import cone_sphere_contacts, find_contacts
+from vistel.implicit.contact_kernels import INVERSE_T, field_of_ratio, surface
+from vistel.implicit.contact_set import KIND_CODES, PrimitiveSet
+
+
+def cones(rng: np.random.Generator, n: int, spread: float = 0.12) -> PrimitiveSet:
+    a = rng.normal(size=(n, 3)) * spread
+    return PrimitiveSet.of_cone_spheres(
+        a, a + rng.normal(size=(n, 3)) * 0.15, rng.uniform(0.02, 0.07, n), rng.uniform(0.02, 0.07, n)
+    )
+
+
+def stick(a: object, b: object, radius: float) -> PrimitiveSet:
+    r = np.array([radius])
+    return PrimitiveSet.of_cone_spheres(np.array([a], float), np.array([b], float), r, r)
+
+
+def one(kind: str, params: list[float], position: tuple[float, float, float] = (0, 0, 0)) -> PrimitiveSet:
+    return PrimitiveSet.of_kinds([kind], [params], np.eye(3)[None], np.array([position], float))
+
+
+THINGS = {
+    "sphere": [0.08],
+    "cone_sphere": [-0.1, 0, 0, 0.1, 0, 0, 0.05, 0.03],
+    "rounded_polygon": [0.02, -0.3, 0, -0.2, -0.3, 0, 0.2, 0.3, 0, 0.2, 0.3, 0, -0.2],
+    "superellipsoid": [0.1, 0.08, 0.06, 0.4, 0.4],
+    "supertoroid": [0.03, 0.03, 0.03, 3.0, 1.0, 1.0],
+}
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6))
+def test_depth_of_two_cone_spheres_is_the_brute_force_one(seed):
+    rng = np.random.default_rng(seed)
+    a, b = cones(rng, 1), cones(rng, 1)
+    found = find_contacts(a, b, margin=10.0)
+    s = np.linspace(0, 1, 201)
+    pa, pb = a.params.reshape(8), b.params.reshape(8)
+    qa, qb = pa[:3] + s[:, None] * (pa[3:6] - pa[:3]), pb[:3] + s[:, None] * (pb[3:6] - pb[:3])
+    distance = np.linalg.norm(qa[:, None] - qb[None], axis=2)
+    radii = (pa[6] + s * (pa[7] - pa[6]))[:, None] + (pb[6] + s * (pb[7] - pb[6]))[None]
+    assert found.depth[0] == pytest.approx((radii - distance).max(), abs=2e-4)
+    assert np.linalg.norm(found.normal[0]) == pytest.approx(1.0)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6))
+def test_swapping_the_sets_swaps_the_contacts(seed):
+    rng = np.random.default_rng(seed)
+    a, b = cones(rng, 5), cones(rng, 4)
+    ab, ba = find_contacts(a, b), find_contacts(b, a)
+    assert {*zip(ab.a, ab.b, strict=True)} == {*zip(ba.b, ba.a, strict=True)}
+    order = np.lexsort((ba.a, ba.b))
+    np.testing.assert_allclose(ab.depth, ba.depth[order], atol=1e-4)
+    assert list(zip(ab.a, ab.b, strict=True)) == sorted(zip(ab.a, ab.b, strict=True))
+
+
+def test_two_spheres_meet_where_their_fields_are_equal():
+    c = cone_sphere_contacts(one("sphere", [INVERSE_T]), one("sphere", [INVERSE_T], (0.9, 0, 0)))
+    np.testing.assert_allclose(c.point[0], (0.45, 0, 0), atol=1e-9)
+    np.testing.assert_allclose(c.normal[0], (1, 0, 0), atol=1e-9)
+    assert c.depth[0] == pytest.approx(2 * INVERSE_T - 0.9)
+    assert c.field_depth[0] == pytest.approx((1 - 0.45**2) ** 2 - 0.5)
+
+
+@pytest.mark.parametrize("kind", THINGS)
+def test_surface_is_zero_and_one_on_the_surface_and_its_normal_is_the_gradient(kind):
+    rng = np.random.default_rng(3)
+    params, out, other = np.array(THINGS[kind], float), np.empty(5), np.empty(5)
+    for _ in range(50):
+        p = rng.normal(size=3) * 0.12
+        for _ in range(60):
+            surface(*p, KIND_CODES[kind], params, out)
+            p = p - out[0] * out[1:4]
+        surface(*p, KIND_CODES[kind], params, out)
+        assert abs(out[0]) < 1e-6
+        assert out[4] == pytest.approx(1.0, abs=1e-4)
+        which = 0 if kind == "cone_sphere" else 4  # its normal is that of the distance, not of the ratio
+        p = p * 1.02
+        surface(*p, KIND_CODES[kind], params, out)
+        gradient = np.empty(3)
+        for axis in range(3):
+            step = np.zeros(3)
+            step[axis] = 1e-6
+            surface(*(p + step), KIND_CODES[kind], params, other)
+            high = other[which]
+            surface(*(p - step), KIND_CODES[kind], params, other)
+            gradient[axis] = high - other[which]
+        np.testing.assert_allclose(out[1:4], gradient / np.linalg.norm(gradient), atol=2e-3)
+
+
+@pytest.mark.parametrize("kind", THINGS)
+def test_a_fingertip_pressed_into_a_thing_is_found_with_its_depth_and_outward_normal(kind):
+    out = np.empty(5)
+    direction = np.array((0.2, 0.1, 1.0)) if kind == "superellipsoid" else np.array((0.2, 1.0, 0.1))
+    if kind == "supertoroid":
+        direction = np.array((1.0, 0.3, 0.05))
+    p = direction / np.linalg.norm(direction) * 0.2
+    for _ in range(60):
+        surface(*p, KIND_CODES[kind], np.array(THINGS[kind], float), out)
+        p = p - out[0] * out[1:4]
+    tip = p + out[1:4] * 0.006
+    finger = stick(tip + out[1:4] * 0.05, tip, 0.009)
+    found = find_contacts(finger, one(kind, THINGS[kind]))
+    assert len(found) == 1
+    assert found.depth[0] == pytest.approx(0.003, abs=6e-4)
+    assert found.normal[0] @ out[1:4] < -0.95
+    assert 0.0 < found.field_depth[0] < 0.5
+    thing, gap = one(kind, THINGS[kind]), stick(tip + out[1:4] * 0.06, tip + out[1:4] * 0.01, 0.009)
+    assert len(find_contacts(gap, thing)) == 0
+    assert find_contacts(gap, thing, margin=0.02).depth[0] == pytest.approx(-0.007, abs=1e-3)
+
+
+def test_a_box_sunk_into_a_table_top_is_found_by_its_probes():
+    table = one("rounded_polygon", [0.02, -1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1])
+    box = one("superellipsoid", [0.1, 0.1, 0.1, 0.2, 0.2], (0.1, 0.117, 0.0))
+    found = find_contacts(box, table)
+    assert found.depth[0] == pytest.approx(0.003, abs=1e-6)
+    np.testing.assert_allclose(found.normal[0], (0, -1, 0), atol=1e-6)
+
+
+def test_crossing_skeletons_give_a_finite_contact():
+    a, b = stick((-0.1, 0, 0), (0.1, 0, 0), 0.05), stick((0, -0.1, 0), (0, 0.1, 0), 0.05)
+    c = find_contacts(a, b)
+    assert c.depth[0] == pytest.approx(0.1)
+    assert abs(c.normal[0, 2]) == pytest.approx(1.0)
+    assert c.field_depth[0] == pytest.approx(0.5)
+
+
+def test_skipped_pairs_are_left_out_and_a_wrong_mask_is_refused():
+    a = one("sphere", [0.1])
+    assert len(find_contacts(a, a)) == 1
+    assert len(find_contacts(a, a, skip=np.ones((1, 1), bool))) == 0
+    with pytest.raises(ValueError, match="skip"):
+        find_contacts(a, a, skip=np.ones((2, 1), bool))
+
+
+def test_more_contacts_than_the_first_guess_are_all_returned():
+    rng = np.random.default_rng(0)
+    a = cones(rng, 20, 0.01)
+    assert len(find_contacts(a, a)) == 400
+
+
+def test_field_of_ratio_is_the_quartic():
+    assert field_of_ratio(1.0) == pytest.approx(0.5)
+    assert field_of_ratio(1.0 / INVERSE_T) == 0.0
+
+
+def test_joined_and_moved_sets_keep_every_primitive():
+    joined = PrimitiveSet.join([one(k, p) for k, p in THINGS.items()])
+    assert len(joined) == 5
+    np.testing.assert_allclose(joined.params[joined.start[3] : joined.start[4]], THINGS["superellipsoid"])
+    turn = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    np.testing.assert_allclose(joined.moved(turn, np.array([1.0, 2, 3])).position[0], (1, 2, 3))

@@ -1,0 +1,108 @@
+"""A set of posed primitives of any kind, as the flat arrays the contact and ghost kernels walk.
+
+Sizes are those of the surface (where the primitive's own quartic field is T = 0.5). Kinds and parameters:
+
+====================== ==================================================================
+SPHERE (0)             r
+CONE_SPHERE (1)        ax, ay, az, bx, by, bz, ra, rb
+ROUNDED_POLYGON (2)    r, x0, y0, z0, x1, y1, z1, ...  planar, convex
+SUPERELLIPSOID (3)     a1, a2, a3, e1, e2
+SUPERTOROID (4)        a1, a2, a3, alpha, e1, e2  ring about Z
+====================== ==================================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+
+SPHERE, CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, SUPERTOROID = range(5)
+KIND_CODES = {
+    "sphere": SPHERE,
+    "cone_sphere": CONE_SPHERE,
+    "rounded_polygon": ROUNDED_POLYGON,
+    "superellipsoid": SUPERELLIPSOID,
+    "supertoroid": SUPERTOROID,
+}
+
+
+@dataclass(frozen=True)
+class PrimitiveSet:
+    """N posed primitives.
+
+    kind: (N,). params: flat; those of primitive i are params[start[i] : start[i + 1]], metres, in its frame.
+    start: (N + 1,). rotation: (N, 3, 3) own frame to room; position: (N, 3) [m, room].
+    """
+
+    kind: I32
+    start: I32
+    params: F64
+    rotation: F64
+    position: F64
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    @staticmethod
+    def of_cone_spheres(a: F64, b: F64, radius_a: F64, radius_b: F64) -> PrimitiveSet:
+        """Cone-spheres given in the room frame: a, b (N, 3), radius_a, radius_b (N,) [m]."""
+        n = len(radius_a)
+        params = np.empty((n, 8))
+        params[:, 0:3], params[:, 3:6], params[:, 6], params[:, 7] = a, b, radius_a, radius_b
+        rotation = np.zeros((n, 3, 3))
+        rotation[:, 0, 0] = rotation[:, 1, 1] = rotation[:, 2, 2] = 1.0
+        return PrimitiveSet(
+            np.full(n, CONE_SPHERE, np.int32),
+            np.arange(0, 8 * n + 1, 8, dtype=np.int32),
+            params.reshape(-1),
+            rotation,
+            np.zeros((n, 3)),
+        )
+
+    @staticmethod
+    def of_kinds(
+        kinds: Sequence[str], params: Sequence[Sequence[float]], rotation: F64, position: F64
+    ) -> PrimitiveSet:
+        """Primitives by name: kinds (N), params (N lists), rotation (N, 3, 3), position (N, 3).
+
+        Raises ValueError for a kind that is none.
+        """
+        for kind in kinds:
+            if kind not in KIND_CODES:
+                raise ValueError(f"kind: expected one of {', '.join(KIND_CODES)}, got {kind!r}")
+        start = np.zeros(len(kinds) + 1, np.int32)
+        start[1:] = np.cumsum([len(p) for p in params])
+        flat = np.array([x for p in params for x in p], np.float64)
+        return PrimitiveSet(
+            np.array([KIND_CODES[k] for k in kinds], np.int32),
+            start,
+            flat,
+            np.ascontiguousarray(rotation, dtype=np.float64).reshape(-1, 3, 3),
+            np.ascontiguousarray(position, dtype=np.float64).reshape(-1, 3),
+        )
+
+    def moved(self, rotation: F64, position: F64) -> PrimitiveSet:
+        """The same primitives carried along by a frame: rotation (3, 3), position (3,)."""
+        return PrimitiveSet(
+            self.kind, self.start, self.params,
+            np.ascontiguousarray(rotation @ self.rotation), self.position @ rotation.T + position,
+        )  # fmt: skip
+
+    @staticmethod
+    def join(sets: Sequence[PrimitiveSet]) -> PrimitiveSet:
+        """All primitives of `sets` in one, in order."""
+        offsets = np.cumsum([0] + [len(s.params) for s in sets])
+        starts = [s.start[:-1] + o for s, o in zip(sets, offsets[:-1], strict=True)]
+        return PrimitiveSet(
+            np.concatenate([s.kind for s in sets]),
+            np.concatenate([*starts, offsets[-1:]]).astype(np.int32),
+            np.concatenate([s.params for s in sets]),
+            np.concatenate([s.rotation for s in sets]),
+            np.concatenate([s.position for s in sets]),
+        )
