@@ -1,0 +1,196 @@
+"""A meeting round a table, made up: people talk, gesture, look at each other, hand a baton over and touch hands.
+
+All of it is a smooth function of time and the conference's seed. The script (`script.py`) says where hands go; this
+file adds what people do without thinking: breathing, swaying, gesturing while they speak, turning to who speaks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.hands import OPEN, RELAXED
+from vistel.figure.posture import Posture
+from vistel.figure.rotation import slerp
+from vistel.figure.sensors import Placement
+from vistel_sim.motion.script import CYCLE_S, Script, write_script
+from vistel_sim.motion.sitter import Sitter
+from vistel_sim.motion.source import Place, receivers_of
+from vistel_sim.motion.speech import Conversation
+from vistel_sim.motion.tracks import Attention, HandState
+
+F64 = NDArray[np.float64]
+
+TICK_HZ = 60.0
+"""Postures are computed on this grid and receivers interpolated between, so that asking often stays cheap."""
+
+
+@dataclass(frozen=True)
+class _Tick:
+    posture: Posture
+    receivers: dict[str, Placement]
+
+
+class Meeting:
+    """The built-in motion source (see the module)."""
+
+    def __init__(self, people: Sequence[Place], seats: int, seed: int) -> None:
+        self._people = {p.name: p for p in people}
+        self._sitters = {p.name: Sitter(p) for p in people}
+        self._talk = Conversation(tuple(self._people), seed)
+        self._script: Script = write_script(self._sitters, seats)
+        self._habits = {name: _Habits(seed * 1009 + i) for i, name in enumerate(self._people)}
+        self._ticks: dict[tuple[str, int], _Tick] = {}
+        self._attention: dict[tuple[str, int], Attention] = {}
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        return tuple(self._people)
+
+    def speaking(self, participant: str, t_s: float) -> float:
+        return self._talk.loudness(participant, t_s)
+
+    def things(self, t_s: float) -> dict[str, Placement]:
+        return self._script.things(t_s % CYCLE_S)
+
+    def hand_angles(self, participant: str, t_s: float) -> F64:
+        a, b, share = self._around(participant, t_s)
+        return a.posture.hands + share * (b.posture.hands - a.posture.hands)
+
+    def receivers(self, participant: str, t_s: float) -> dict[str, Placement]:
+        a, b, share = self._around(participant, t_s)
+        return {
+            name: (p + share * (b.receivers[name][0] - p), slerp(q, b.receivers[name][1], share))
+            for name, (p, q) in a.receivers.items()
+        }
+
+    def posture(self, participant: str, t_s: float) -> Posture:
+        talk = self._talk.weight(participant, t_s)
+        habits = self._habits[participant]
+        hands: list[HandState] = []
+        for row, side in enumerate(("left", "right")):
+            state = self._script.hand(participant, side, t_s % CYCLE_S)
+            hands.append(habits.gesture(self._sitters[participant], row, state, talk, t_s))
+        look = self._look(participant, t_s)
+        return self._sitters[participant].posture(
+            hands[0], hands[1], look, habits.sway(t_s, talk), habits.gaze(t_s)
+        )
+
+    def _around(self, participant: str, t_s: float) -> tuple[_Tick, _Tick, float]:
+        k = math.floor(t_s * TICK_HZ)
+        return self._tick(participant, k), self._tick(participant, k + 1), t_s * TICK_HZ - k
+
+    def _tick(self, participant: str, k: int) -> _Tick:
+        key = (participant, k)
+        found = self._ticks.get(key)
+        if found is None:
+            if len(self._ticks) > 64 * max(1, len(self._people)):
+                self._ticks.clear()
+            posture = self.posture(participant, k / TICK_HZ)
+            found = self._ticks[key] = _Tick(posture, receivers_of(self._people[participant], posture))
+        return found
+
+    def _look(self, participant: str, t_s: float) -> F64:
+        cycle = int(t_s // CYCLE_S)
+        key = (participant, cycle)
+        if key not in self._attention:
+            if len(self._attention) > 64:
+                self._attention.clear()
+            # The last glance of the cycle before is where this one starts from.
+            before = self._glances(participant, cycle - 1)[-1] if cycle else None
+            glances = self._glances(participant, cycle)
+            self._attention[key] = Attention(([before] if before else []) + glances, 0.55)
+        source, target, share = self._attention[key].at(t_s)
+        a, b = self._point(source, t_s), self._point(target, t_s)
+        return a + share * (b - a)
+
+    def _glances(self, participant: str, cycle: int) -> list[tuple[float, str]]:
+        start = cycle * CYCLE_S
+        work = [(start + a, start + b, what) for a, b, what in self._script.looks.get(participant, [])]
+        out = [
+            (t, f"head:{whom}")
+            for t, whom in self._talk.glances(participant, start, start + CYCLE_S)
+            if not any(a <= t < b for a, b, _ in work)
+        ]
+        for a, b, what in work:
+            out += [(a, what), (b, f"head:{self._talk.whom_to_watch(participant, b)}")]
+        return sorted(out)
+
+    def _point(self, target: str, t_s: float) -> F64:
+        kind, _, name = target.partition(":")
+        if kind == "head":
+            if name in self._sitters:
+                sitter = self._sitters[name]
+                return sitter.out_of_seat(np.array([0.0, 0.68 * sitter.place.skeleton.height, 0.05]))
+            return np.array([0.0, 1.1, 0.0])
+        if kind == "thing":
+            return self._script.things(t_s % CYCLE_S)[name][0]
+        return self._script.points[name]
+
+
+class _Habits:
+    """What one person does without thinking; phases and tempi drawn once from the seed."""
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        self._phase = rng.uniform(0.0, 2.0 * math.pi, 24)
+        self._tempo = rng.uniform(0.88, 1.12, 24)
+        self._liveliness = rng.uniform(0.8, 1.15)
+        self._favourite = rng.uniform(0.55, 1.0, 2)
+
+    def _wave(self, k: int, hertz: float, t: float) -> float:
+        return math.sin(2.0 * math.pi * hertz * float(self._tempo[k]) * t + float(self._phase[k]))
+
+    def sway(self, t: float, talk: float) -> F64:
+        """Breathing, weight shifts, nods of the trunk while speaking: rotation vector of the chest [rad]."""
+        pitch = 0.010 * self._wave(0, 0.25, t) + 0.020 * self._wave(1, 0.07, t) + 0.020 * talk * self._wave(2, 0.9, t)
+        yaw = 0.030 * self._wave(3, 0.05, t) + 0.035 * talk * self._wave(4, 0.45, t)
+        roll = 0.014 * self._wave(5, 0.06, t) + 0.012 * talk * self._wave(6, 0.6, t)
+        return np.array([pitch + 0.04 * talk, yaw, roll])
+
+    def gaze(self, t: float) -> F64:
+        """Small restless movements of the eyes [rad]."""
+        return np.array([0.02 * self._wave(7, 0.8, t), 0.012 * self._wave(8, 0.6, t)])
+
+    def gesture(self, sitter: Sitter, row: int, hand: HandState, talk: float, t: float) -> HandState:
+        """The hand's own task, and, as far as it is free, gestures that go with the speech."""
+        side = 1.0 if row == 0 else -1.0
+        k = 9 + 7 * row
+        idle = hand.free * (1.0 - talk)
+        share = hand.free * talk * self._liveliness * float(self._favourite[row])
+        beat = 0.5 + 0.5 * self._wave(k, 0.85, t)
+        rise = share * (0.07 + 0.10 * beat * (0.6 + 0.4 * self._wave(k + 1, 0.23, t)))
+        out = share * (0.03 + 0.05 * self._wave(k + 2, 0.5, t))
+        ahead = share * (0.03 + 0.05 * self._wave(k + 3, 0.37, t))
+        drift = 0.004 * idle * self._wave(k + 4, 0.11, t)
+        offset = sitter.direction_in_room(np.array([side * out + drift, rise, ahead]))
+        turned = slerp(hand.rotation, self.open_palm(sitter, side), min(1.0, share * (0.45 + 0.25 * beat)))
+        spread = min(1.0, 0.8 * share * (0.5 + 0.5 * self._wave(k + 5, 0.7, t)))
+        fingers = hand.fingers + spread * (OPEN - RELAXED)
+        fingers[4::4] += hand.free * 0.05 * (self._wave(k + 6, 0.31, t) + 1.0)
+        return HandState(hand.position + offset, turned, fingers, hand.free)
+
+    @cached_property
+    def _palms(self) -> dict[float, F64]:
+        return {}
+
+    def open_palm(self, sitter: Sitter, side: float) -> F64:
+        """(4,) quaternion of a hand held up to explain: fingers ahead and inwards, palm inwards and up."""
+        if side not in self._palms:
+            self._palms[side] = sitter_palm(sitter, side)
+        return self._palms[side]
+
+
+def sitter_palm(sitter: Sitter, side: float) -> F64:
+    """(4,) quaternion hand to room of an explaining hand; side +1 left, -1 right."""
+    from vistel.figure.hands import hand_rotation
+    from vistel.figure.rotation import quaternion_from_matrix
+
+    fingers = sitter.direction_in_room(np.array([-side * 0.35, 0.25, 0.9]))
+    palm = sitter.direction_in_room(np.array([-side * 0.9, 0.3, 0.1]))
+    return quaternion_from_matrix(hand_rotation(side, fingers, palm))

@@ -1,0 +1,257 @@
+"""The made-up meeting's script: where every hand goes in one cycle, where the baton is, who looks at it.
+
+Seat 0 takes the baton from its rest, hands it to seat 1, gets it back later and puts it down again; the last seat
+lays a hand on seat 0's; seats 1 and the last press their palms together. Parts whose people are absent are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.body import standard_body
+from vistel.figure.hands import FLAT, OPEN, RELAXED, closed_round, hand_rotation
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.figure.sensors import Placement
+from vistel.figure.skeleton import REFERENCE_HEIGHT
+from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room, table_radius
+from vistel_sim.motion.sitter import Sitter
+from vistel_sim.motion.tracks import HandKey, HandState, HandTrack
+
+F64 = NDArray[np.float64]
+
+CYCLE_S = 20.0
+UP = np.array([0.0, 1.0, 0.0])
+SIDES = {"left": 1.0, "right": -1.0}
+
+GRIP = np.array([0.088, -0.0255, 0.0])
+"""Where a held bar crosses the palm, in the left hand's frame of a person of REFERENCE_HEIGHT; mirrored for the right."""
+GIVER_BELOW, TAKER_ABOVE = 0.032, 0.046
+"""How far from the baton's middle the two hold it [m]."""
+
+
+@dataclass(frozen=True)
+class Script:
+    """Hand tracks by (participant, side), things that are carried, points and times of attention."""
+
+    tracks: dict[tuple[str, str], HandTrack]
+    baton: tuple[tuple[float, str | None, str, float], ...]
+    """(from time, participant or None, side, where along the hand's Z the middle is [m]): who holds the baton."""
+    baton_rest: Placement
+    scale: dict[str, float]
+    points: dict[str, F64] = field(default_factory=dict)
+    looks: dict[str, list[tuple[float, float, str]]] = field(default_factory=dict)
+
+    def hand(self, participant: str, side: str, t: float) -> HandState:
+        """Where the hand's task wants it at time `t` of the cycle."""
+        return self.tracks[participant, side].at(t)
+
+    def things(self, t: float) -> dict[str, Placement]:
+        """Where carried things are meant to be at time `t` of the cycle (room frame)."""
+        if not self.baton:
+            return {}
+        _, who, side, along = next(h for h in reversed(self.baton) if h[0] <= t)
+        if who is None:
+            return {BATON: self.baton_rest}
+        hand = self.hand(who, side, t)
+        rotation = matrix_from_quaternion(hand.rotation)
+        middle = hand.position + rotation @ (_grip(side, self.scale[who]) + np.array([0.0, 0.0, along]))
+        # The baton's own axis is X; the hand's Z runs along it.
+        axes = np.column_stack((rotation[:, 2], rotation[:, 1], -rotation[:, 0]))
+        return {BATON: (middle, quaternion_from_matrix(axes))}
+
+
+def write_script(sitters: Mapping[str, Sitter], seats: int) -> Script:
+    """The script for the people that are there."""
+    by_seat = {s.place.seat: s for s in sitters.values()}
+    desk = {(name, side): _Hand(s, side) for name, s in sitters.items() for side in SIDES}
+    first, second, last = by_seat.get(0), by_seat.get(1), by_seat.get(seats - 1) if seats > 2 else None
+    looks: dict[str, list[tuple[float, float, str]]] = {name: [] for name in sitters}
+    points: dict[str, F64] = {}
+    holds: list[tuple[float, str | None, str, float]] = []
+    baton = meeting_room(seats).thing(BATON)
+    if first is not None and second is not None and seats <= 4:
+        holds = _hand_over(desk, first, second, baton.position, seats)
+        looks[first.place.name] += [(1.2, 7.0, f"thing:{BATON}"), (9.8, 14.6, f"thing:{BATON}")]
+        looks[second.place.name] += [(2.6, 4.2, f"thing:{BATON}"), (4.8, 8.6, f"thing:{BATON}"), (9.6, 12.2, f"thing:{BATON}")]
+        if last is not None:
+            looks[last.place.name] += [(2.4, 4.0, f"thing:{BATON}"), (5.0, 6.6, f"thing:{BATON}")]
+    if first is not None and last is not None and seats <= 4:
+        points["comfort"] = _hand_on_hand(desk, first, last)
+        looks[last.place.name] += [(8.6, 10.2, "point:comfort"), (10.2, 11.6, "head:" + first.place.name)]
+    if second is not None and last is not None and second is not last and seats == 3:
+        points["palms"] = _palm_to_palm(desk, second, last)
+        looks[second.place.name] += [(14.4, 16.4, "point:palms")]
+        looks[last.place.name] += [(14.3, 16.4, "point:palms")]
+    scale = {name: s.place.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
+    tracks = {key: HandTrack(hand.keys) for key, hand in desk.items()}
+    return Script(tracks, tuple(holds), (baton.position, baton.rotation), scale, points, looks)
+
+
+class _Hand:
+    """A hand while its track is being written."""
+
+    def __init__(self, sitter: Sitter, side: str) -> None:
+        self.sitter, self.side, self.sign = sitter, side, SIDES[side]
+        place = sitter.place
+        self.scale = place.skeleton.height / REFERENCE_HEIGHT
+        position = sitter.out_of_seat(np.array([self.sign * 0.175, TABLE_HEIGHT + 0.058, 0.385]))
+        fingers = sitter.direction_in_room(np.array([-self.sign * 0.42, -0.16, 0.9]))
+        palm = sitter.direction_in_room(np.array([-self.sign * 0.35, -1.0, 0.0]))
+        self.home = (position, quaternion_from_matrix(hand_rotation(self.sign, fingers, palm)))
+        self.keys: list[HandKey] = [HandKey(0.0, *self.home, RELAXED, free=1.0)]
+
+    def shoulder(self) -> F64:
+        """(3,) about where the shoulder is, upright, room frame."""
+        return self.sitter.out_of_seat(np.array([self.sign * 0.18 * self.scale, 0.57 * self.sitter.place.skeleton.height, 0.0]))
+
+    def rest(self, t: float, lift: float = 0.02) -> None:
+        self.keys.append(HandKey(t, *self.home, RELAXED, lift, 1.0))
+
+    def leave(self, t: float) -> None:
+        """Stop gesturing at `t` and begin to work 0.25 s later, from the rest place."""
+        self.keys.append(HandKey(t, *self.home, RELAXED, 0.0, 1.0))
+        self.keys.append(HandKey(t + 0.3, *self.home, RELAXED, 0.0, 0.0))
+
+    def hold(self, t: float, wrist: F64, rotation: F64, fingers: F64, lift: float = 0.0) -> None:
+        self.keys.append(HandKey(t, wrist, quaternion_from_matrix(rotation), fingers, lift, 0.0))
+
+    def wrist_for(self, grip_point: F64, rotation: F64) -> F64:
+        """(3,) of the wrist that puts the grip at `grip_point`."""
+        return grip_point - rotation @ _grip(self.side, self.scale)
+
+    def closed(self, radius: float) -> F64:
+        """(20,) fingers closed round a bar of `radius`."""
+        skeleton = self.sitter.place.skeleton
+        return closed_round(skeleton, standard_body(skeleton), self.side, _grip(self.side, self.scale), radius)
+
+
+def _grip(side: str, scale: float) -> F64:
+    return GRIP * (SIDES[side], 1.0, 1.0) * scale
+
+
+def _level(d: F64) -> F64:
+    flat = np.array([d[0], 0.0, d[2]])
+    return flat / np.linalg.norm(flat)
+
+
+def _between(a: Sitter, b: Sitter, towards_centre: float) -> F64:
+    """(3,) on the floor, half-way between two seats, moved towards the table's centre by a share."""
+    return 0.5 * (a.place.seat_position + b.place.seat_position) * (1.0 - towards_centre)
+
+
+def _hand_over(
+    desk: dict[tuple[str, str], _Hand], a: Sitter, b: Sitter, baton: F64, seats: int
+) -> list[tuple[float, str | None, str, float]]:
+    """`a` takes the baton with the right hand and gives it to `b`'s left; `b` gives it back; `a` puts it down."""
+    giver, taker = desk[a.place.name, "right"], desk[b.place.name, "left"]
+    radius = 0.012
+    fist_a, fist_b = giver.closed(radius), taker.closed(radius)
+
+    # Palm down over the baton, fingers ahead, the thumb's side towards the free end.
+    down = hand_rotation(-1.0, a.direction_in_room(np.array([0.0, 0.0, 1.0])), -UP)
+    pick = giver.wrist_for(baton - GIVER_BELOW * down[:, 2], down)
+    above = pick + 0.085 * UP + a.direction_in_room(np.array([0.0, 0.0, -0.03]))
+
+    # Thumb up, the baton upright between the two.
+    meet = _between(a, b, 0.02) + np.array([0.0, TABLE_HEIGHT + 0.24, 0.0])
+    fa, fb = _level(meet - giver.shoulder()), _level(meet - taker.shoulder())
+    give = hand_rotation(-1.0, fa, np.cross(UP, fa))
+    take = hand_rotation(1.0, fb, -np.cross(UP, fb))
+    give_wrist = giver.wrist_for(meet - GIVER_BELOW * UP, give)
+    take_wrist = taker.wrist_for(meet + TAKER_ABOVE * UP, take)
+    give_back = 0.07 * np.cross(UP, fa) * -1.0 - 0.03 * fa
+    take_back = 0.07 * np.cross(UP, fb) - 0.03 * fb
+
+    # `b` looks at it upright, close by.
+    see = b.out_of_seat(np.array([0.10, TABLE_HEIGHT + 0.26, 0.40]))
+    seen = hand_rotation(1.0, b.direction_in_room(np.array([-0.25, 0.1, 0.95])), b.direction_in_room(np.array([-1.0, 0.15, 0.0])))
+
+    giver.leave(0.9)
+    giver.hold(2.3, above, down, OPEN, 0.03)
+    giver.hold(2.8, pick, down, OPEN)
+    giver.hold(3.2, pick, down, fist_a)
+    giver.hold(3.3, pick, down, fist_a)
+    giver.hold(3.8, pick + 0.07 * UP, down, fist_a)
+    giver.hold(5.0, give_wrist, give, fist_a, 0.03)
+    giver.hold(5.9, give_wrist, give, fist_a)
+    giver.hold(6.25, give_wrist, give, OPEN)
+    giver.hold(6.75, give_wrist + give_back, give, OPEN)
+    giver.rest(7.9)
+
+    taker.leave(3.4)
+    taker.hold(5.0, take_wrist + take_back, take, OPEN, 0.03)
+    taker.hold(5.4, take_wrist, take, OPEN)
+    taker.hold(5.8, take_wrist, take, fist_b)
+    taker.hold(6.3, take_wrist, take, fist_b)
+    taker.hold(7.5, taker.wrist_for(see, seen), seen, fist_b)
+    taker.hold(9.3, taker.wrist_for(see + 0.01 * UP, seen), seen, fist_b)
+    taker.hold(10.5, take_wrist, take, fist_b)
+    taker.hold(11.5, take_wrist, take, fist_b)
+    taker.hold(11.85, take_wrist, take, OPEN)
+    taker.hold(12.3, take_wrist + take_back, take, OPEN)
+    taker.rest(13.4)
+
+    giver.leave(9.0)
+    giver.hold(10.6, give_wrist + give_back, give, OPEN, 0.03)
+    giver.hold(11.0, give_wrist, give, OPEN)
+    giver.hold(11.4, give_wrist, give, fist_a)
+    giver.hold(11.9, give_wrist, give, fist_a)
+    giver.hold(13.2, pick + 0.06 * UP, down, fist_a, 0.03)
+    giver.hold(13.7, pick, down, fist_a)
+    giver.hold(13.8, pick, down, fist_a)
+    giver.hold(14.2, pick, down, OPEN)
+    giver.hold(14.7, above, down, OPEN)
+    giver.rest(15.9)
+    return [
+        (0.0, None, "", 0.0),
+        (3.25, a.place.name, "right", GIVER_BELOW),
+        (5.85, b.place.name, "left", -TAKER_ABOVE),
+        (11.45, a.place.name, "right", GIVER_BELOW),
+        (13.75, None, "", 0.0),
+    ]
+
+
+def _hand_on_hand(desk: dict[tuple[str, str], _Hand], a: Sitter, c: Sitter) -> F64:
+    """`a` rests the left hand on the table, `c` lays the right hand on it. Returns where (3,)."""
+    under, over = desk[a.place.name, "left"], desk[c.place.name, "right"]
+    spot = _between(a, c, 0.05) + np.array([0.0, TABLE_HEIGHT, 0.0])
+    fa, fc = _level(spot - under.shoulder()), _level(spot - over.shoulder())
+    flat, laid = hand_rotation(1.0, fa, -UP), hand_rotation(-1.0, fc, -UP - 0.12 * fc)
+    low = spot - 0.06 * under.scale * fa + 0.027 * UP
+    high = spot - 0.062 * over.scale * fc + (0.027 + 0.043) * UP
+    under.leave(6.8)
+    under.hold(8.0, low, flat, FLAT, 0.03)
+    under.hold(12.4, low, flat, FLAT)
+    under.rest(13.5, 0.03)
+    over.leave(7.4)
+    over.hold(8.9, high + 0.09 * UP, laid, OPEN, 0.03)
+    over.hold(9.5, high, laid, FLAT)
+    over.hold(10.1, high + 0.004 * UP, laid, FLAT)
+    over.hold(10.6, high - 0.002 * UP, laid, RELAXED)
+    over.hold(11.5, high, laid, RELAXED)
+    over.hold(12.0, high + 0.08 * UP, laid, OPEN)
+    over.rest(13.1)
+    return spot
+
+
+def _palm_to_palm(desk: dict[tuple[str, str], _Hand], b: Sitter, c: Sitter) -> F64:
+    """`b`'s right and `c`'s left palm meet over the table. Returns where (3,)."""
+    one, two = desk[b.place.name, "right"], desk[c.place.name, "left"]
+    spot = _between(b, c, 0.0) + np.array([0.0, TABLE_HEIGHT + 0.30, 0.0])
+    across = _level(c.place.seat_position - b.place.seat_position)
+    for hand, palm, face in ((one, across, -1.0), (two, -across, 1.0)):
+        fingers = 0.8 * UP + 0.6 * _level(spot - hand.shoulder())
+        rotation = hand_rotation(hand.sign, fingers, palm)
+        centre = rotation @ (np.array([hand.sign * 0.062, 0.0, 0.0]) * hand.scale)
+        wrist = spot - centre - 0.0215 * palm
+        hand.leave(13.6)
+        hand.hold(14.9, wrist - 0.09 * palm, rotation, FLAT, 0.02)
+        hand.hold(15.3, wrist, rotation, FLAT)
+        hand.hold(16.1, wrist + 0.002 * palm, rotation, FLAT)
+        hand.hold(16.6, wrist - 0.10 * palm, rotation, OPEN)
+        hand.rest(17.8)
+    return spot

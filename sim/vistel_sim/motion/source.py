@@ -1,0 +1,89 @@
+"""What every motion source offers, and the places of the people it moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.conference.model import Conference, TrackerConfig
+from vistel.figure.posture import Posture, pose_joints
+from vistel.figure.sensors import Mount, Placement, into_frame, receiver_mounts, receiver_poses, transmitter_in_room
+from vistel.figure.skeleton import Skeleton, standard_skeleton
+from vistel.space.room import seat_pose
+
+F64 = NDArray[np.float64]
+
+
+class MotionError(ValueError):
+    """A recording that cannot be played; one line: what, where, how to mend it."""
+
+
+class MotionSource(Protocol):
+    """Ground truth: what each participant does at any time, and what the sensors on them would feel.
+
+    Times are seconds from the source's own start, any order, never negative.
+    """
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        """Whom this source moves."""
+        ...
+
+    def posture(self, participant: str, t_s: float) -> Posture:
+        """The true posture, room frame."""
+        ...
+
+    def receivers(self, participant: str, t_s: float) -> dict[str, Placement]:
+        """The tracker's four receivers in the participant's transmitter frame: position [m], quaternion x y z w."""
+        ...
+
+    def hand_angles(self, participant: str, t_s: float) -> F64:
+        """(2, 20) finger joint angles, left hand first [rad]; order of `Posture.hands`."""
+        ...
+
+    def speaking(self, participant: str, t_s: float) -> float:
+        """Loudness of the participant's voice, 0 (silent) to 1."""
+        ...
+
+    def things(self, t_s: float) -> dict[str, Placement]:
+        """Where the source means things to be (room frame), by thing id; empty when it moves none."""
+        ...
+
+
+@dataclass(frozen=True)
+class Place:
+    """A participant's body, seat and transmitter. Seat: position (3,) in the room [m], heading about +Y [rad]."""
+
+    name: str
+    seat: int
+    skeleton: Skeleton
+    seat_position: F64
+    seat_heading: float
+    transmitter: Placement
+    mounts: dict[str, Mount]
+
+
+def places(conference: Conference) -> dict[str, Place]:
+    """Every participant of the conference at their seat."""
+    out: dict[str, Place] = {}
+    for site in conference.sites:
+        for person in site.participants:
+            seat = conference.seat_of(person.name)
+            position, heading = seat_pose(conference.room.seats, seat)
+            tracker = person.tracker or TrackerConfig()
+            transmitter = transmitter_in_room(
+                position, heading, tracker.transmitter_position, tracker.transmitter_heading
+            )
+            skeleton = standard_skeleton(person.height)
+            mounts = receiver_mounts(skeleton)
+            out[person.name] = Place(person.name, seat, skeleton, position, heading, transmitter, mounts)
+    return out
+
+
+def receivers_of(place: Place, posture: Posture) -> dict[str, Placement]:
+    """What the receivers on a person in `posture` read, in their transmitter's frame."""
+    poses = receiver_poses(place.skeleton, pose_joints(place.skeleton, posture), place.mounts)
+    return {name: into_frame(place.transmitter, *pose) for name, pose in poses.items()}
