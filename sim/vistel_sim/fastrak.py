@@ -357,13 +357,11 @@ class Fastrak:
         if len(values) != 9 or any(v is None for v in values):
             raise _RefusedError(-1)
         unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
-        origin, on_x, on_y = np.array(values, np.float64).reshape(3, 3) / unit
-        x, y = on_x - origin, on_y - origin
-        z = np.cross(x, y)
-        if np.linalg.norm(z) < 1e-9:
+        points: F64 = np.array(values, np.float64).reshape(3, 3) / unit
+        origin, on_x, on_y = points
+        frame = rotations.from_plane(on_x - origin, on_y - origin)
+        if frame is None:
             raise _RefusedError(-3)
-        x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
-        frame = np.stack([x, np.cross(z, x), z], axis=1)
         st.origin = st.origin + st.alignment @ origin
         st.alignment = st.alignment @ frame
 

@@ -57,3 +57,15 @@ def from_euler(angles: F64) -> F64:
     ry = np.array([[ce, 0, se], [0, 1, 0], [-se, 0, ce]])
     rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     return rz @ ry @ rx
+
+
+def from_plane(x: F64, y: F64) -> F64 | None:
+    """(3, 3) whose +X is along `x` and whose +Y is in the plane of `x` and `y`, on y's side; None when parallel."""
+    z: F64 = np.cross(x, y)
+    if float(np.linalg.norm(z)) < 1e-9:
+        return None
+    out = np.empty((3, 3))
+    out[:, 0] = x / np.linalg.norm(x)
+    out[:, 2] = z / np.linalg.norm(z)
+    out[:, 1] = np.cross(out[:, 2], out[:, 0])
+    return out

@@ -1,0 +1,62 @@
+"""The trackers of a site: FASTRAK bytes in, TrackerFrame messages out."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from vistel.conference.model import Conference, Site
+from vistel.conference.paths import RunPaths
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel_services.device import keep_running
+from vistel_services.tracker.decoder import FastrakDecoder
+from vistel_services.tracker.driver import FastrakDriver
+from vistel_services.transport import open_serial
+
+__all__ = ["Config", "FastrakDecoder", "TrackerDevice", "configure", "run"]
+log = logging.getLogger("vistel.tracker")
+
+
+@dataclass(frozen=True)
+class TrackerDevice:
+    """One unit. stations: role to station 1..4; hemisphere: the side the receivers stay on, transmitter frame."""
+
+    name: str
+    port: str
+    baud: int
+    stations: Mapping[str, int]
+    hemisphere: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Config:
+    """All trackers of a site. raw: publish their bytes too."""
+
+    devices: tuple[TrackerDevice, ...]
+    raw: bool
+
+
+def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
+    """From the conference file; a simulated device's port is a link among the run's files."""
+    devices = [
+        TrackerDevice(
+            name := f"{p.name}-tracker",
+            str(paths.device(name)) if p.tracker.port == "sim" else p.tracker.port,
+            p.tracker.baud, {role: n for role, n in p.tracker.stations.items()}, p.tracker.hemisphere,
+        )
+        for p in site.participants if p.tracker is not None
+    ]  # fmt: skip
+    return Config(tuple(devices), conference.record_raw)
+
+
+async def run(config: Config, bus: Bus, clock: Clock) -> None:
+    """One task per tracker, until cancelled."""
+    async with asyncio.TaskGroup() as group:
+        for d in config.devices:
+            driver = FastrakDriver(d.name, d.stations, d.hemisphere, d.baud)
+            opener = open_serial(d.port, d.baud, clock)
+            group.create_task(keep_running(driver, opener, bus, clock, log, raw=config.raw), name=d.name)
+        await asyncio.Event().wait()

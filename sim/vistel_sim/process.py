@@ -1,0 +1,146 @@
+"""All simulated devices of a conference, moved by one motion source.
+
+   python -m vistel_sim.process CONFERENCE.toml --run RUN [--site SITE] [--fault DEVICE:KIND:AT_S:FOR_S ...]
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import logging
+import signal
+import sys
+import zlib
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Protocol, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.conference.model import Conference, ConferenceError, Participant, load
+from vistel.conference.paths import RunPaths
+from vistel.wire.clock import Clock, SystemClock
+from vistel_sim.cyberglove import CyberGlove
+from vistel_sim.device import SimulatedDevice, run_devices
+from vistel_sim.fastrak import Fastrak
+from vistel_sim.faults import Fault, Kind
+from vistel_sim.motion import MotionError, open_motion
+
+F64 = NDArray[np.float64]
+log = logging.getLogger("vistel.sim")
+
+_RESTART_S = 0.3
+"""Simulated units restart faster than real ones (10 s and 1.75 s); the protocol is the same."""
+
+
+class BodyMotion(Protocol):
+    """What the devices need of a motion source (`vistel_sim.motion.MotionSource` has more)."""
+
+    def receivers(self, participant: str, t_s: float) -> dict[str, tuple[F64, F64]]:
+        """By role: position [m] and quaternion (x, y, z, w) in the participant's transmitter frame."""
+        ...
+
+    def hand_angles(self, participant: str, t_s: float) -> F64:
+        """(2, 20) radians, left hand first."""
+        ...
+
+
+def simulated_devices(
+    conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int,
+    *, site: str | None = None, faults: Iterable[Fault] = (),
+) -> list[SimulatedDevice]:  # fmt: skip
+    """The devices whose port is "sim"; of one site, or of all. Raises ValueError for a fault of no such device."""
+    faults = tuple(faults)
+    devices = [
+        SimulatedDevice(name, instrument, paths.device(name), clock, start_ns, faults, baud=baud, seed=seed)
+        for s in conference.sites if site in (None, s.name)
+        for p in s.participants
+        for name, instrument, baud, seed in _instruments(p, conference.seed, motion)
+    ]  # fmt: skip
+    names = {d.name for d in devices}
+    for fault in faults:
+        if fault.device not in names:
+            raise ValueError(f"fault: no simulated device {fault.device!r}; there are {', '.join(sorted(names))}")
+    return devices
+
+
+def _instruments(person: Participant, seed: int, motion: BodyMotion):
+    if person.tracker is not None and person.tracker.port == "sim":
+        name = f"{person.name}-tracker"
+        roles = {station: role for role, station in person.tracker.stations.items()}
+
+        def pose(station: int, t_s: float) -> tuple[F64, F64]:
+            return motion.receivers(person.name, t_s)[roles[station]]
+
+        own = _seed(seed, name)
+        unit = Fastrak(pose, receivers=sorted(roles), seed=own, restart_s=_RESTART_S)
+        yield name, unit, person.tracker.baud, own
+    for side, glove in sorted(person.gloves.items()):
+        if glove.port != "sim":
+            continue
+        name = f"{person.name}-glove-{side}"
+
+        def angles(t_s: float, row: int = int(side == "right")) -> Sequence[float]:
+            return motion.hand_angles(person.name, t_s)[row].tolist()
+
+        own = _seed(seed, name)
+        unit = CyberGlove(angles, sensors=glove.sensors, right=side == "right", seed=own, restart_s=_RESTART_S)
+        yield name, unit, glove.baud, own
+
+
+def _seed(seed: int, name: str) -> int:
+    return zlib.crc32(f"{seed}/{name}".encode())
+
+
+async def run_simulators(
+    conference: Conference, paths: RunPaths, clock: Clock, faults: Iterable[Fault] = (), *, site: str | None = None
+) -> None:
+    """Run them until cancelled. The motion, and the times of `faults`, begin now."""
+    motion = open_motion(conference)
+    devices = simulated_devices(conference, motion, paths, clock, clock.now_ns(), site=site, faults=faults)
+    log.info("simulated devices=%s", ",".join(d.name for d in devices))
+    await run_devices(devices)
+
+
+def fault_from_text(text: str) -> Fault:
+    """DEVICE:KIND:AT_S:FOR_S. Raises ValueError."""
+    kinds: dict[str, Kind] = {k: k for k in get_args(Kind)}
+    try:
+        device, kind, at_s, for_s = text.split(":")
+        return Fault(device, kinds[kind], float(at_s), float(for_s))
+    except (ValueError, KeyError):
+        raise ValueError(
+            f"fault {text!r}: expected DEVICE:KIND:AT_S:FOR_S, KIND one of {', '.join(kinds)}"
+        ) from None
+
+
+async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault]) -> None:
+    work = asyncio.create_task(run_simulators(conference, paths, SystemClock(), faults, site=site))
+    for signum in (signal.SIGTERM, signal.SIGINT):
+        asyncio.get_running_loop().add_signal_handler(signum, work.cancel)
+    try:
+        await work
+    except asyncio.CancelledError:
+        log.info("simulated devices stopped")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("conference", type=Path)
+    parser.add_argument("--run", type=Path, required=True, help="folder for the ports")
+    parser.add_argument("--site", help="only this site's devices")
+    parser.add_argument("--fault", action="append", default=[], help="DEVICE:KIND:AT_S:FOR_S, may be given often")
+    args = parser.parse_args()
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s")
+    try:
+        faults = [fault_from_text(text) for text in args.fault]
+        asyncio.run(_main(load(args.conference), RunPaths(args.run, args.run), args.site, faults))
+    except (ConferenceError, MotionError, ValueError) as e:
+        print(e, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
