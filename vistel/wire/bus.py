@@ -99,6 +99,8 @@ class BusCounters:
     unknown_version: int = 0
     stale: int = 0
     overflow: int = 0
+    lost: int = 0
+    """Reliable messages whose sender could not repeat them."""
 
 
 Service = Callable[[Any, "Bus", Any], Awaitable[None]]

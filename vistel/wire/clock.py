@@ -37,7 +37,7 @@ class SystemClock:
 
     def now_ns(self) -> int:
         mono = time.monotonic_ns()
-        limit = self.MAX_SLEW * (mono - self._slewed_at_ns)
+        limit = self.MAX_SLEW * max(0, mono - self._slewed_at_ns)  # another thread may have been here meanwhile
         self._slewed_at_ns = mono
         self._offset_ns += max(-limit, min(limit, self._target_ns - self._offset_ns))
         return int(mono + self._base_ns + self._offset_ns)

@@ -1,0 +1,181 @@
+"""What a subscription holds between the network's thread and the service's event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections import deque
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+from google.protobuf.message import DecodeError
+
+from vistel.wire.bus import BusCounters, Sample
+from vistel.wire.freshness import Freshness
+from vistel.wire.topics import MESSAGE_VERSION, Delivery, Topic
+
+log = logging.getLogger("vistel.bus")
+
+QUEUE_LIMIT = 4096
+RELIABLE_LIMIT = 65536
+STALE_AFTER_NS = 250_000_000
+
+
+class Decoder:
+    """Bytes to messages of one topic; what cannot be used is counted, and told once per key and reason."""
+
+    def __init__(self, topic: Topic, counters: BusCounters) -> None:
+        self.topic = topic
+        self._counters = counters
+        self._has_header = "header" in topic.message.DESCRIPTOR.fields_by_name
+        self._told: set[tuple[str, str]] = set()
+
+    def decode(self, key: str, payload: bytes) -> Any | None:
+        """The message, or None."""
+        message = self.topic.message()
+        try:
+            message.ParseFromString(payload)
+        except DecodeError:
+            self._counters.corrupt += 1
+            self._tell(key, f"{len(payload)} bytes that are no {self.topic.message.DESCRIPTOR.name}")
+            return None
+        if self._has_header:
+            version = message.header.version  # pyright: ignore[reportAttributeAccessIssue]
+            if version != MESSAGE_VERSION:
+                self._counters.unknown_version += 1
+                self._tell(key, f"message version {version}, this is {MESSAGE_VERSION}: update the older side")
+                return None
+        return message
+
+    def _tell(self, key: str, what: str) -> None:
+        if (key, what) not in self._told and len(self._told) < 100:
+            self._told.add((key, what))
+            log.warning("message dropped key=%s reason=%r", key, what)
+
+
+class Inbox:
+    """A `Subscription`: `push` from any thread, everything else on the event loop.
+
+    NEWEST topics keep the newest payload per key and decode only that; with `queue_all`, and for RELIABLE topics,
+    everything is kept in order. However many messages arrive, the loop is woken once until it has drained.
+    """
+
+    def __init__(
+        self, topic: Topic, counters: BusCounters, loop: asyncio.AbstractEventLoop, *, queue_all: bool = False,
+        stale_after_ns: int | None = STALE_AFTER_NS, on_close: Callable[[], None] = lambda: None,
+    ) -> None:  # fmt: skip
+        self.topic = topic
+        self._decoder = Decoder(topic, counters)
+        self._counters = counters
+        self._loop = loop
+        self._newest_only = topic.delivery is Delivery.NEWEST and not queue_all
+        self._stale_after_ns = stale_after_ns if self._newest_only else None
+        self._limit = RELIABLE_LIMIT if topic.delivery is Delivery.RELIABLE else QUEUE_LIMIT
+        self._on_close = on_close
+        self._lock = threading.Lock()
+        self._raw_newest: dict[str, tuple[bytes, int]] = {}
+        self._raw: deque[tuple[str, bytes, int]] = deque()
+        self._woken = False
+        self._ready: deque[Sample] = deque()
+        self._freshness: dict[str, Freshness] = {}
+        self._names: dict[str, dict[str, str] | None] = {}
+        self._arrived = asyncio.Event()
+        self.closed = False
+
+    def push(self, key: str, payload: bytes, received_ns: int) -> None:
+        """Called by the network, on any thread; never blocks and never waits for the loop."""
+        with self._lock:
+            self._counters.received += 1
+            if self._newest_only:
+                self._raw_newest[key] = (payload, received_ns)
+            else:
+                self._raw.append((key, payload, received_ns))
+                if len(self._raw) > self._limit:
+                    self._raw.popleft()
+                    self._overflow()
+            if self._woken:
+                return
+            self._woken = True
+        wake(self._loop, self._drain)
+
+    def take(self) -> list[Sample]:
+        self._drain()
+        self._arrived.clear()
+        out = list(self._ready)
+        self._ready.clear()
+        return out
+
+    async def __aiter__(self) -> AsyncIterator[Sample]:
+        while True:
+            while self._ready:
+                yield self._ready.popleft()
+            if self.closed:
+                return
+            self._arrived.clear()
+            await self._arrived.wait()
+
+    def close(self) -> None:
+        if not self.closed:
+            self.closed = True
+            self._arrived.set()
+            self._on_close()
+
+    def _drain(self) -> None:
+        with self._lock:
+            self._woken = False
+            if self._newest_only:
+                items = [(key, payload, at) for key, (payload, at) in self._raw_newest.items()]
+                self._raw_newest = {}
+            else:
+                items = list(self._raw)
+                self._raw.clear()
+        for key, payload, received_ns in items:
+            sample = self._sample(key, payload, received_ns)
+            if sample is not None:
+                self._keep(sample)
+        if self._ready:
+            self._arrived.set()
+
+    def _sample(self, key: str, payload: bytes, received_ns: int) -> Sample | None:
+        if key not in self._names:
+            self._names[key] = self.topic.match(key)
+        names = self._names[key]
+        if names is None:
+            return None
+        message = self._decoder.decode(key, payload)
+        if message is None:
+            return None
+        if self._stale_after_ns is not None:
+            freshness = self._freshness.get(key)
+            if freshness is None:
+                freshness = self._freshness[key] = Freshness(self._stale_after_ns)
+            if not freshness.accept(message.header.t_ns, received_ns):
+                self._counters.stale += 1
+                return None
+        return Sample(self.topic, key, names, message, received_ns)
+
+    def _keep(self, sample: Sample) -> None:
+        if self._newest_only:
+            for i, waiting in enumerate(self._ready):
+                if waiting.key == sample.key:
+                    self._ready[i] = sample
+                    return
+        self._ready.append(sample)
+        if len(self._ready) > self._limit:
+            self._ready.popleft()
+            self._overflow()
+
+    def _overflow(self) -> None:
+        self._counters.overflow += 1
+        if self.topic.delivery is Delivery.RELIABLE and self._counters.overflow % 1000 == 1:
+            log.error("reliable messages lost topic=%s reason='the reader is %d behind'", self.topic.name, self._limit)
+
+
+def wake(loop: asyncio.AbstractEventLoop, callback: Callable[[], object]) -> None:
+    """Run `callback` on the loop, from any thread; a loop that has closed needs it no more."""
+    try:
+        loop.call_soon_threadsafe(callback)
+    except RuntimeError:
+        if not loop.is_closed():
+            raise

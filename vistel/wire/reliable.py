@@ -1,0 +1,148 @@
+"""Reliable delivery over a bus that may drop: a cache at the sender, gaps and their repair at the receiver.
+
+Every reliable message carries (epoch, seq, oldest): which life of the sender, its number in that life (1, 2, ...), and
+the oldest number the sender can still repeat. A receiver that misses numbers asks for them. A sender that has been
+silent repeats its last number now and then, so that a loss at the end is noticed too. No message waits for the network,
+no link has to be closed for being slow, and a router may restart: what was sent meanwhile is fetched afterwards.
+"""
+
+from __future__ import annotations
+
+import struct
+import threading
+from collections import deque
+from dataclasses import dataclass, field
+
+CACHE_MESSAGES = 4096
+CACHE_BYTES = 4 << 20
+REPLY_LIMIT = 512
+"""Messages repeated per request."""
+
+_STAMP = struct.Struct("<QQQ")
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """What a reliable message carries besides its payload."""
+
+    epoch: int
+    seq: int
+    oldest: int
+
+    def to_bytes(self) -> bytes:
+        return _STAMP.pack(self.epoch, self.seq, self.oldest)
+
+    @staticmethod
+    def from_bytes(data: bytes) -> Stamp | None:
+        return Stamp(*_STAMP.unpack(data)) if len(data) == _STAMP.size else None
+
+
+class SendCache:
+    """The last messages of one key, for late joiners and for repairs. Safe from any thread."""
+
+    def __init__(self, epoch: int) -> None:
+        self.epoch = epoch
+        self._lock = threading.Lock()
+        self._seq = 0
+        self._bytes = 0
+        self._kept: deque[bytes] = deque()
+
+    def append(self, seq: int, payload: bytes) -> Stamp:
+        """Keep message `seq` (one more than the last) and stamp it."""
+        with self._lock:
+            if seq != self._seq + 1:
+                raise ValueError(f"seq {seq} does not follow {self._seq}")
+            self._seq = seq
+            self._kept.append(payload)
+            self._bytes += len(payload)
+            while len(self._kept) > 1 and (len(self._kept) > CACHE_MESSAGES or self._bytes > CACHE_BYTES):
+                self._bytes -= len(self._kept.popleft())
+            return self._stamp(seq)
+
+    def last(self) -> tuple[Stamp, bytes]:
+        """The newest message; an empty payload when there is none yet."""
+        with self._lock:
+            return self._stamp(self._seq), self._kept[-1] if self._kept else b""
+
+    def beat(self) -> Stamp:
+        """The newest number, without its message."""
+        with self._lock:
+            return self._stamp(self._seq)
+
+    def between(self, first: int, last: int) -> list[tuple[Stamp, bytes]]:
+        """Messages first..last as far as they are still kept, at most REPLY_LIMIT."""
+        with self._lock:
+            oldest = self._seq - len(self._kept) + 1
+            first = max(first, oldest)
+            last = min(last, self._seq, first + REPLY_LIMIT - 1)
+            return [(self._stamp(n), self._kept[n - oldest]) for n in range(first, last + 1)]
+
+    def _stamp(self, seq: int) -> Stamp:
+        return Stamp(self.epoch, seq, self._seq - len(self._kept) + 1)
+
+
+@dataclass
+class ReceiveOrder:
+    """One key's messages at a receiver: put in order, doubles removed, gaps named.
+
+    `next`: the number to deliver next. None until the first stamp has been seen.
+    """
+
+    epoch: int = 0
+    next: int = 1
+    highest: int = 0
+    lost: int = 0
+    waiting: dict[int, bytes] = field(default_factory=dict[int, bytes])
+    retired: set[int] = field(default_factory=set[int])
+
+    @staticmethod
+    def starting(stamp: Stamp, *, from_last: bool) -> ReceiveOrder:
+        """A key seen for the first time. from_last: deliver the last value and what follows; else all that is kept."""
+        first = max(1, stamp.seq) if from_last else max(1, stamp.oldest)
+        return ReceiveOrder(epoch=stamp.epoch, next=first)
+
+    def offer(self, stamp: Stamp, payload: bytes) -> list[bytes]:
+        """Take a message (or, without payload, word of one); what can be delivered now, in order."""
+        out: list[bytes] = []
+        if stamp.epoch != self.epoch:
+            if stamp.epoch in self.retired:
+                return out
+            out = self._finish()
+            self.retired.add(self.epoch)
+            self.epoch, self.next, self.highest = stamp.epoch, 1, 0
+        self.highest = max(self.highest, stamp.seq)
+        if payload and stamp.seq >= self.next:
+            self.waiting[stamp.seq] = payload
+        out += self._deliver()
+        if stamp.oldest > self.next:
+            out += self.skip_to(stamp.oldest)
+        return out
+
+    def missing(self) -> tuple[int, int] | None:
+        """The first gap: numbers first..last, both included."""
+        if self.highest < self.next:
+            return None
+        return self.next, (min(self.waiting) - 1 if self.waiting else self.highest)
+
+    def give_up(self) -> list[bytes]:
+        """Stop waiting for the first gap; what can be delivered then."""
+        gap = self.missing()
+        return self.skip_to(gap[1] + 1) if gap else []
+
+    def skip_to(self, seq: int) -> list[bytes]:
+        """Count what is missing before `seq` as lost and go on there."""
+        due = sorted(n for n in self.waiting if n < seq)
+        out = [self.waiting.pop(n) for n in due]
+        self.lost += max(0, seq - self.next) - len(out)
+        self.next = max(self.next, seq)
+        return out + self._deliver()
+
+    def _deliver(self) -> list[bytes]:
+        out: list[bytes] = []
+        while self.next in self.waiting:
+            out.append(self.waiting.pop(self.next))
+            self.next += 1
+        return out
+
+    def _finish(self) -> list[bytes]:
+        return self.skip_to(self.highest + 1)
