@@ -2,66 +2,89 @@
 
 from __future__ import annotations
 
-from vistel.figure.people.field import Sculpture
-from vistel.figure.people.material import HAIR, LIP, SKIN
+from vistel.figure.people.field import Sculpture, Section
+from vistel.figure.people.hair import add_hair
+from vistel.figure.people.material import LIP, SKIN
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.trunk import turn
 
 UPPER_LIP, LOWER_LIP, EARS = 20, 21, 22
 EYE = (0.032, 1.645, 0.085)
 EYE_RADIUS = 0.0128
+MOUTH_Y = 1.5655
 
 
 def add_head(s: Sculpture, r: Recipe) -> None:
     """Everything above the neck except the eyeballs."""
     f = r.female
-    s.ellipsoid((0, 1.664, 0.003), (0.0745, 0.082, 0.095), width=0.05, material=SKIN, exponent=2.15)
-    s.ellipsoid((0, 1.610, 0.040), (0.060, 0.078, 0.056), width=0.04, material=SKIN, exponent=2.2)
-    s.ellipsoid((0, 1.575, 0.062), (0.040, 0.045, 0.038), width=0.03, material=SKIN)
-    s.ellipsoid((0, 1.531, 0.079 - 0.003 * f), (0.021 - 0.003 * f, 0.016, 0.017), width=0.022, material=SKIN)
+    s.ellipsoid((0, 1.667, 0.003), (0.0740, 0.081, 0.0955), width=0.04, material=SKIN, exponent=2.2)
+    jaw = 1.0 - 0.09 * f
+    face = [
+        Section(1.516, 0.043 * jaw, 0.0865, -0.020, 0.020, (2.1, 3.0)),
+        Section(1.530, 0.048 * jaw, 0.0925 - 0.002 * f, -0.020, 0.020, (2.05, 3.2)),
+        Section(1.546, 0.0530 * jaw, 0.0890, -0.018, 0.018, (2.0, 3.2)),
+        Section(1.566, 0.0590 * jaw, 0.0940, -0.016, 0.016, (2.0, 3.0)),
+        Section(1.588, 0.0635, 0.0965, -0.016, 0.014, (2.05, 3.0)),
+        Section(1.610, 0.0665, 0.0960, -0.020, 0.012, (2.25, 2.6)),
+        Section(1.630, 0.0680, 0.0935, -0.030, 0.012, (2.45, 2.4)),
+        Section(1.646, 0.0680, 0.0925, -0.040, 0.010, (2.45, 2.3)),
+        Section(1.664, 0.0685, 0.1010 - 0.001 * f, -0.050, 0.008, (2.45, 2.2)),
+        Section(1.690, 0.0690, 0.1015, -0.060, 0.008, (2.4, 2.2)),
+        Section(1.715, 0.0600, 0.0880, -0.060, 0.008, (2.2, 2.2)),
+    ]
+    s.loft(face, width=0.018, material=SKIN, rounding=0.012, shear=0.36, shear_about=0.088)
     for side in (1.0, -1.0):
-        s.cone((side * 0.0545, 1.572, 0.008), (side * 0.016, 1.531, 0.074), 0.0165 - 0.002 * f, 0.0135, width=0.028, material=SKIN)
-        s.cone((side * 0.058, 1.615, 0.010), (side * 0.054, 1.572, 0.010), 0.016, 0.015, width=0.03, material=SKIN)
-        s.ellipsoid((side * 0.046, 1.611, 0.066), (0.022, 0.015, 0.018), width=0.026, material=SKIN)
-        s.cone((side * 0.010, 1.661, 0.0905), (side * 0.048, 1.664, 0.070), 0.0095 - 0.002 * f, 0.0095, width=0.018, material=SKIN)
-        # Socket, lids round the eyeball, opening between them.
-        s.ellipsoid((side * 0.0315, 1.646, 0.102), (0.019, 0.0125, 0.014), width=0.014, material=SKIN, mode="carve", weight=0.6)
-        ex, ey, ez = side * EYE[0], EYE[1], EYE[2]
-        s.ellipsoid((ex, ey, ez), (EYE_RADIUS + 0.0020,) * 3, width=0.008, material=SKIN)
-        s.ellipsoid((ex, ey + 0.0002, ez + 0.010), (0.0122, 0.0050, 0.016), width=0.002, material=SKIN, mode="cut",
-                    turn=turn(z=side * 0.06))  # fmt: skip
-        # Nostril wings.
-        s.ellipsoid((side * 0.0125, 1.5985, 0.1055), (0.0080, 0.0085, 0.0110), width=0.008, material=SKIN)
-        s.ellipsoid((side * 0.0065, 1.5915, 0.1110), (0.0036, 0.0045, 0.0060), width=0.003, material=SKIN, mode="cut")
+        _eye(s, r, side)
+        _nostril(s, side)
         _ear(s, side)
-    # Nose.
-    s.cone((0, 1.655, 0.0965), (0, 1.608, 0.1195), 0.0080, 0.0090, width=0.014, material=SKIN)
-    s.ellipsoid((0, 1.6025, 0.1210), (0.0105, 0.0095, 0.0105), width=0.010, material=SKIN)
-    # Mouth: two lips that do not blend, and the line between them.
-    full = 1.0 + 0.18 * f
+        # Cheekbone, cheek, brow.
+        s.ellipsoid((side * 0.0490, 1.6140, 0.0580), (0.0180, 0.0130, 0.0200), width=0.022, material=SKIN, turn=turn(y=side * 0.7))
+        s.limb([(side * 0.008, 1.6610, 0.0925), (side * 0.026, 1.6645, 0.0905), (side * 0.046, 1.6620, 0.0745)],
+               (0.0070, 0.0092 - 0.002 * f, 0.0070), width=0.014, material=SKIN)  # fmt: skip
+    s.limb([(0, 1.662, 0.0945), (0, 1.648, 0.0960), (0, 1.630, 0.1030), (0, 1.612, 0.1110), (0, 1.6045, 0.1140)],
+           (0.0085, 0.0066, 0.0074, 0.0082, 0.0088), width=0.012, material=SKIN)  # fmt: skip
+    s.ellipsoid((0, 1.6020, 0.1160), (0.0098, 0.0084, 0.0098), width=0.008, material=SKIN)
+    s.limb([(0, 1.5945, 0.1115), (0, 1.5905, 0.0980)], (0.0050, 0.0050), width=0.008, material=SKIN)
+    # Chin, hollow above it, and the furrow under the nose.
+    s.ellipsoid((0, 1.5300, 0.0815 - 0.002 * f), (0.0190 - 0.003 * f, 0.0150, 0.0160), width=0.020, material=SKIN)
+    _mouth(s, r)
+    add_hair(s, r)
+
+
+def _eye(s: Sculpture, r: Recipe, side: float) -> None:
+    x, y, z = side * EYE[0], EYE[1], EYE[2]
+    # Socket, lids as a shell round the eyeball, the slit between them (almond: two arcs), the fold of the upper lid.
+    s.ellipsoid((side * 0.0315, 1.6465, 0.1040), (0.0185, 0.0115, 0.0140), width=0.016, material=SKIN, mode="carve", weight=0.45)
+    s.ellipsoid((side * 0.0150, 1.6480, 0.1020), (0.0060, 0.0070, 0.0080), width=0.010, material=SKIN, mode="carve", weight=0.4)
+    s.ellipsoid((x, y, z), (EYE_RADIUS + 0.0020,) * 3, width=0.008, material=SKIN)
+    tall = 0.0050 + 0.0004 * r.female
+    s.ellipsoid((x, y - 0.0002, z + 0.010), (0.0126, tall, 0.020), width=0.0015, material=SKIN, mode="cut", turn=turn(z=side * 0.07),
+                exponent=1.75)  # fmt: skip
+
+
+def _nostril(s: Sculpture, side: float) -> None:
+    s.ellipsoid((side * 0.0118, 1.5985, 0.1045), (0.0068, 0.0072, 0.0100), width=0.006, material=SKIN)
+    s.ellipsoid((side * 0.0063, 1.5925, 0.1085), (0.0032, 0.0042, 0.0058), width=0.0025, material=SKIN, mode="cut",
+                turn=turn(y=-side * 0.35))  # fmt: skip
+
+
+def _mouth(s: Sculpture, r: Recipe) -> None:
+    """Two lips that touch without blending; the line between them is where they meet."""
+    full = 1.0 + 0.22 * r.female
     for side in (1.0, -1.0):
-        s.cone((side * 0.0045, 1.5685, 0.0985), (side * 0.0225, 1.5650, 0.0880), 0.0058 * full, 0.0028, width=0.007, material=LIP,
-               group=UPPER_LIP)  # fmt: skip
-        s.cone((side * 0.0030, 1.5590, 0.0965), (side * 0.0210, 1.5635, 0.0880), 0.0065 * full, 0.0026, width=0.007, material=LIP,
-               group=LOWER_LIP)  # fmt: skip
-    s.ellipsoid((0, 1.579, 0.104), (0.0035, 0.007, 0.004), width=0.006, material=SKIN, mode="carve", weight=0.35)
-    s.ellipsoid((0, 1.5475, 0.099), (0.014, 0.004, 0.006), width=0.010, material=SKIN, mode="carve", weight=0.4)
-    _hair(s, r)
+        s.limb([(0, MOUTH_Y + 0.0045, 0.0945), (side * 0.006, MOUTH_Y + 0.0052, 0.0940), (side * 0.014, MOUTH_Y + 0.0032, 0.0905),
+                (side * 0.0245, MOUTH_Y - 0.0008, 0.0815)], (0.0044 * full, 0.0047 * full, 0.0040 * full, 0.0020), width=0.006,
+               material=LIP, group=UPPER_LIP)  # fmt: skip
+        s.limb([(0, MOUTH_Y - 0.0048, 0.0925), (side * 0.007, MOUTH_Y - 0.0046, 0.0920), (side * 0.015, MOUTH_Y - 0.0032, 0.0885),
+                (side * 0.0235, MOUTH_Y - 0.0012, 0.0815)], (0.0056 * full, 0.0055 * full, 0.0042 * full, 0.0018), width=0.006,
+               material=LIP, group=LOWER_LIP)  # fmt: skip
+        s.limb([(0, MOUTH_Y + 0.0004, 0.1040), (side * 0.012, MOUTH_Y + 0.0002, 0.1000), (side * 0.026, MOUTH_Y - 0.0012, 0.0885)],
+               (0.0032, 0.0030, 0.0016), width=0.005, material=SKIN, mode="carve", weight=0.35)  # fmt: skip
+    s.limb([(0, 1.5880, 0.1025), (0, MOUTH_Y + 0.0105, 0.1030)], (0.0030, 0.0036), width=0.006, material=SKIN, mode="carve", weight=0.35)
 
 
 def _ear(s: Sculpture, side: float) -> None:
-    tilt = turn(x=-0.18, y=side * 0.42)
-    s.ellipsoid((side * 0.0785, 1.632, -0.004), (0.0055, 0.031, 0.017), width=0.006, material=SKIN, group=EARS, turn=tilt)
-    s.ellipsoid((side * 0.0835, 1.634, -0.001), (0.0040, 0.019, 0.0095), width=0.006, material=SKIN, mode="carve", weight=0.5,
+    tilt = turn(x=-0.20, y=side * 0.45)
+    s.ellipsoid((side * 0.0775, 1.6340, -0.0060), (0.0050, 0.0310, 0.0170), width=0.006, material=SKIN, group=EARS, turn=tilt)
+    s.ellipsoid((side * 0.0830, 1.6370, -0.0030), (0.0040, 0.0190, 0.0095), width=0.005, material=SKIN, mode="carve", weight=0.45,
                 turn=tilt)  # fmt: skip
-
-
-def _hair(s: Sculpture, r: Recipe) -> None:
-    s.ellipsoid((0, 1.680, -0.012), (0.0830, 0.082, 0.098), width=0.02, material=HAIR, exponent=2.2, turn=turn(x=-0.15))
-    if r.hair_style == 2:  # bob
-        for side in (1.0, -1.0):
-            s.cone((side * 0.070, 1.68, -0.01), (side * 0.074, 1.545, -0.012), 0.026, 0.028, width=0.02, material=HAIR,
-                   flat=((0, 0, 1), 1.6))  # fmt: skip
-        s.ellipsoid((0, 1.60, -0.062), (0.076, 0.085, 0.050), width=0.03, material=HAIR)
-    elif r.hair_style == 3:  # bun
-        s.ellipsoid((0, 1.715, -0.112), (0.036, 0.034, 0.032), width=0.012, material=HAIR)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.people import material
 from vistel.figure.people.bake import rasterise, spread
-from vistel.figure.people.field import materials
+from vistel.figure.people.field import Solid
 from vistel.figure.people.head import EYE, EYE_RADIUS
 from vistel.figure.people.recipe import Recipe
 
@@ -17,7 +17,7 @@ U8 = NDArray[np.uint8]
 
 
 def paint(
-    recipe: Recipe, rows: F64, parts: list[tuple[F64, I64]], corner_vertex: I64, uv: F64, corner_triangles: I64, size: int
+    recipe: Recipe, solid: Solid, parts: list[tuple[F64, I64]], corner_vertex: I64, uv: F64, corner_triangles: I64, size: int
 ) -> U8:
     """(size, size, 3) sRGB texture; parts are the skin mesh and the two eyeballs of the reference person."""
     owner, weight = rasterise(uv, corner_triangles, size)
@@ -28,7 +28,7 @@ def paint(
     position = np.concatenate([v for v, _ in parts])[corner_vertex]
     p = np.einsum("nk,nkc->nc", w, position[corners])
     eye = owner[texel] >= len(parts[0][1])
-    what = np.where(eye, material.EYE, materials(rows, p))
+    what = np.where(eye, material.EYE, solid.materials(p))
     colour = np.zeros((len(p), 3))
     for m, fill in (
         (material.SKIN, recipe.colour("skin")), (material.LIP, recipe.colour("skin")), (material.HAIR, recipe.colour("hair")),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import Body, standard_body
 from vistel.figure.people import trunk
-from vistel.figure.people.field import Sculpture, project
+from vistel.figure.people.field import Sculpture, Solid
 from vistel.figure.people.hand import add_hand
 from vistel.figure.people.head import EYE, EYE_RADIUS, add_head
 from vistel.figure.people.paint import paint
@@ -33,8 +33,8 @@ _log = logging.getLogger("vistel.figure.people")
 _xatlas: Any = xatlas
 
 
-def sculpt(recipe: Recipe) -> F64:
-    """Rows of the primitives of a person of REFERENCE_HEIGHT."""
+def sculpt(recipe: Recipe) -> Solid:
+    """The primitives of a person of REFERENCE_HEIGHT."""
     s = Sculpture()
     skeleton = standard_skeleton()
     trunk.add_trunk(s, recipe)
@@ -43,29 +43,29 @@ def sculpt(recipe: Recipe) -> F64:
         trunk.add_leg(s, recipe, sign)
         add_hand(s, recipe, skeleton, side)
     add_head(s, recipe)
-    return s.rows()
+    return s.solid()
 
 
 def make_person(recipe: Recipe, *, name: str, height: float) -> Avatar:
     """The avatar of `recipe`, `height` metres tall; takes some seconds, logs its steps."""
     skeleton, scale = standard_skeleton(height), height / REFERENCE_HEIGHT
     body = standard_body(skeleton, recipe.build)
-    rows = sculpt(recipe)
+    solid = sculpt(recipe)
     half = graded_axis([(0.0, 0.0025), (0.125, 0.007), (0.70, 0.0015)], 0.95)
     axes = (
         np.concatenate([-half[:0:-1], half]),
         graded_axis([(-0.02, 0.006), (1.38, 0.0016), (1.44, 0.0025)], 1.85),
         graded_axis([(-0.26, 0.005), (-0.055, 0.002), (0.14, 0.005)], 0.30),
     )
-    fine_vertices, fine_triangles = polygonise(rows, axes)
+    fine_vertices, fine_triangles = polygonise(solid, axes)
     _log.info("step=polygonise vertices=%d triangles=%d", len(fine_vertices), len(fine_triangles))
     vertices, triangles = reduce(fine_vertices, fine_triangles, TRIANGLES)
-    vertices = project(rows, vertices)
+    vertices = solid.project(vertices)
     _log.info("step=reduce vertices=%d triangles=%d", len(vertices), len(triangles))
     eyes = [_eyeball(sign) for sign in (1.0, -1.0)]
     parts = [(vertices, triangles), *eyes]
     corner_vertex, uv, corner_triangles = _unwrap(parts)
-    albedo = paint(recipe, rows, parts, corner_vertex, uv, corner_triangles, TEXTURE_SIZE)
+    albedo = paint(recipe, solid, parts, corner_vertex, uv, corner_triangles, TEXTURE_SIZE)
     _log.info("step=paint size=%d", TEXTURE_SIZE)
     limb = _limbs(body, skeleton, vertices * scale)
     meshes: list[Mesh] = []

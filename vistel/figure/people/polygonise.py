@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage import measure
 
-from vistel.figure.people.field import THRESHOLD, boxes, field_block
+from vistel.figure.people.field import THRESHOLD, Solid, boxes, field_block
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-_BLOCK = 24
+_BLOCK = 16
 _measure: Any = measure
 
 
@@ -27,10 +27,10 @@ def graded_axis(spans: list[tuple[float, float]], last: float) -> F64:
     return np.append(np.concatenate(parts), last)
 
 
-def polygonise(rows: F64, axes: tuple[F64, F64, F64]) -> tuple[F64, I64]:
+def polygonise(solid: Solid, axes: tuple[F64, F64, F64]) -> tuple[F64, I64]:
     """Vertices (V, 3) [m] and outward triangles (F, 3) of F = T on the grid; closed if the grid holds the surface."""
     xs, ys, zs = axes
-    low, high = boxes(rows)
+    low, high = boxes(solid.rows)
     vertices: list[F64] = []
     triangles: list[I64] = []
     base = 0
@@ -48,7 +48,7 @@ def polygonise(rows: F64, axes: tuple[F64, F64, F64]) -> tuple[F64, I64]:
                 if not near.any():
                     continue
                 block = np.empty((len(bx), len(by), len(bz)), np.float32)
-                if not field_block(rows[near], bx, by, bz, block):
+                if not field_block(solid.rows, solid.tables, np.flatnonzero(near), bx, by, bz, block):
                     continue
                 # No sample exactly on the surface: each crossing then lies inside an edge and cannot degenerate.
                 block[np.abs(block - THRESHOLD) < 1e-5] = THRESHOLD + 1e-5

@@ -7,79 +7,113 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.figure.people.field import F64, Sculpture
+from vistel.figure.people.field import F64, Sculpture, Section
 from vistel.figure.people.material import COLLAR, SHOE, SKIN, SOLE, TOP, TROUSERS
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.rotation import rotation_x, rotation_y, rotation_z
 
 LEFT_LEG, RIGHT_LEG = 1, 2
+ARM_Y = 1.41
+HEM_Y = 0.965
+"""Height of the top's hem over the trousers."""
 
 
 def add_trunk(s: Sculpture, r: Recipe) -> None:
     """Neck to hips."""
     g, f = r.build, r.female
-    broad = 1.0 - 0.06 * f  # of the rib cage
-    s.ellipsoid((0, 1.255, -0.008), (0.150 * g * broad, 0.200, 0.112 * g * broad), width=0.10, material=TOP, exponent=2.4)
-    s.cone((-0.105, 1.385, -0.018), (0.105, 1.385, -0.018), 0.064, 0.064, width=0.08, material=TOP)
-    s.ellipsoid((0, 1.085, 0.004), ((0.142 - 0.012 * f) * g, 0.150, 0.106 * g), width=0.10, material=TOP, exponent=2.3)
-    s.ellipsoid((0, 0.945, -0.006), ((0.158 + 0.006 * f) * g, 0.100, 0.112 * g), width=0.08, material=TOP, exponent=2.4)
-    s.cone((0, 1.44, -0.016), (0, 1.565, 0.008), 0.056 - 0.006 * f, 0.053 - 0.007 * f, width=0.03, material=SKIN)
+    belly = max(0.0, g - 1.0) * 0.22
+
+    def level(y: float, half: float, front: float, back: float, square: tuple[float, float] = (2.4, 2.4),
+              woman: tuple[float, float, float] = (0.0, 0.0, 0.0), stomach: float = 0.0) -> Section:  # fmt: skip
+        return Section(
+            y, (half + f * woman[0]) * g, (front + f * woman[1]) * g + stomach * belly, -(back + f * woman[2]) * g, 0.0, square
+        )
+
+    hips = [
+        level(0.835, 0.120, 0.070, 0.080, (2.2, 2.2), (0.004, 0, 0)),
+        level(0.865, 0.158, 0.094, 0.104, woman=(0.006, -0.002, 0.004)),
+        level(0.905, 0.169, 0.103, 0.115, woman=(0.006, -0.003, 0.006), stomach=0.2),
+        level(0.950, 0.165, 0.106, 0.108, woman=(0.004, -0.004, 0.004), stomach=0.6),
+        level(1.000, 0.156, 0.106, 0.096, woman=(-0.004, -0.006, 0.000), stomach=1.0),
+        level(1.060, 0.148, 0.104, 0.086, woman=(-0.012, -0.009, -0.002), stomach=1.0),
+    ]
+    s.loft(hips, width=0.035, material=TROUSERS, rounding=0.03)
+    top = [
+        level(HEM_Y, 0.1675, 0.1095, 0.1075, woman=(0.001, -0.005, 0.002), stomach=0.7),
+        level(0.985, 0.165, 0.112, 0.105, woman=(-0.003, -0.006, 0.001), stomach=1.0),
+        level(1.060, 0.153, 0.110, 0.092, woman=(-0.012, -0.009, -0.003), stomach=1.0),
+        level(1.120, 0.149, 0.109, 0.092, woman=(-0.017, -0.009, -0.005), stomach=0.9),
+        level(1.190, 0.154, 0.111, 0.102, woman=(-0.015, -0.007, -0.006), stomach=0.5),
+        level(1.250, 0.162, 0.116, 0.114, woman=(-0.013, -0.006, -0.010), stomach=0.2),
+        level(1.310, 0.167, 0.115, 0.121, woman=(-0.015, -0.012, -0.013)),
+        level(1.360, 0.166, 0.102, 0.120, woman=(-0.015, -0.014, -0.013)),
+        level(1.400, 0.155, 0.080, 0.108, (2.6, 2.6), woman=(-0.012, -0.010, -0.010)),
+        level(1.435, 0.115, 0.054, 0.086, woman=(-0.008, -0.004, -0.006)),
+        level(1.465, 0.070, 0.040, 0.066, (2.2, 2.2), (-0.003, 0, -0.004)),
+    ]
+    s.loft(top, width=0.030, material=TOP, rounding=0.008)
+    neck = 0.0575 - 0.0085 * f
+    s.limb([(0, 1.40, -0.022), (0, 1.47, -0.012), (0, 1.53, 0.000), (0, 1.58, 0.004)], (neck + 0.006, neck, neck - 0.002, neck),
+           width=0.03, material=SKIN)  # fmt: skip
     for side in (1.0, -1.0):
-        # Trapezius, pectoral or breast, shoulder blade, latissimus.
-        s.cone((side * 0.022, 1.485, -0.034), (side * 0.150, 1.425, -0.018), 0.030, 0.036, width=0.07, material=TOP)
+        # Trapezius, pectoral or breast, shoulder blade, sternomastoid.
+        s.limb([(side * 0.030, 1.500, -0.030), (side * 0.075, 1.452, -0.026), (side * 0.155, 1.422, -0.012)],
+               (0.024, 0.032, 0.040), width=0.05, material=TOP)  # fmt: skip
         if f > 0.5:
-            s.ellipsoid((side * 0.068, 1.268, 0.078), (0.062, 0.060, 0.052), width=0.05, material=TOP)
+            s.ellipsoid((side * 0.070, 1.268, 0.070), (0.064, 0.070, 0.066), width=0.09, material=TOP)
         else:
-            s.ellipsoid((side * 0.070, 1.315, 0.068), (0.076, 0.058, 0.040), width=0.06, material=TOP)
-        s.ellipsoid((side * 0.085, 1.320, -0.088), (0.058, 0.080, 0.030), width=0.07, material=TOP)
-        s.ellipsoid((side * 0.125, 1.290, -0.030), (0.034, 0.110, 0.070), width=0.07, material=TOP)
-        s.ellipsoid((side * 0.075, 0.905, -0.058), (0.076 * g, 0.078, 0.068 * g), width=0.05, material=TROUSERS,
+            s.ellipsoid((side * 0.078, 1.322, 0.068), (0.078, 0.056, 0.040), width=0.07, material=TOP)
+        s.ellipsoid((side * 0.085, 1.335, -0.085), (0.060, 0.085, 0.034), width=0.07, material=TOP)
+        s.ellipsoid((side * 0.078, 0.905, -0.064), (0.074 * g, 0.085, 0.064 * g), width=0.06, material=TROUSERS,
                     group=LEFT_LEG if side > 0 else RIGHT_LEG)  # fmt: skip
-    # Collar: a ring round the neck, lower in front.
-    ring = [(0.066 * np.sin(a), 1.468 - 0.022 * np.cos(a), -0.008 + 0.064 * np.cos(a)) for a in np.linspace(0, 2 * np.pi, 17)]
-    for a, b in zip(ring[:-1], ring[1:], strict=True):
-        s.cone(a, b, 0.011, 0.011, width=0.012, material=COLLAR, flat=((0, 1, 0), 1.25))
+        s.limb([(side * 0.050, 1.575, -0.012), (side * 0.040, 1.520, 0.014), (side * 0.014, 1.452, 0.036)], (0.015, 0.013, 0.008),
+               width=0.018, material=SKIN)  # fmt: skip
+    _collar(s, r)
+
+
+def _collar(s: Sculpture, r: Recipe) -> None:
+    """A ring of fabric round the neck, lower in front."""
+    around = np.linspace(0.0, 2.0 * np.pi, 33)
+    wide = 1.0 - 0.10 * r.female
+    ring = [(0.0665 * wide * np.sin(a), 1.473 - 0.024 * np.cos(a), -0.010 + 0.061 * wide * np.cos(a)) for a in around]
+    s.limb(ring, [0.0085] * len(ring), width=0.010, material=COLLAR, flat=((0, 1, 0), 1.5), steps=1)
 
 
 def add_arm(s: Sculpture, r: Recipe, side: float) -> None:
-    """Shoulder to wrist, sleeved; the arm lies along x at y = 1.41."""
-    g = r.build * (1.0 - 0.10 * r.female)
-    y = 1.41
-    s.ellipsoid((side * 0.188, y + 0.002, -0.004), (0.078, 0.062 * g, 0.062 * g), width=0.06, material=TOP)
-    s.cone((side * 0.17, y, -0.002), (side * 0.47, y, -0.002), 0.058 * g, 0.049 * g, width=0.05, material=TOP)
-    s.ellipsoid((side * 0.32, y - 0.002, 0.014), (0.10, 0.048 * g, 0.044 * g), width=0.04, material=TOP)
-    s.ellipsoid((side * 0.30, y, -0.020), (0.11, 0.048 * g, 0.040 * g), width=0.04, material=TOP)
-    s.cone((side * 0.45, y, 0), (side * 0.712, y, 0), 0.048 * g, 0.0385 * g, width=0.035, material=TOP)
-    s.ellipsoid((side * 0.545, y, 0.004), (0.09, 0.045 * g, 0.048 * g), width=0.035, material=TOP)
+    """Shoulder to wrist, sleeved; the arm lies along x at ARM_Y."""
+    g = (0.35 + 0.65 * r.build) * (1.0 - 0.13 * r.female)
+    y = ARM_Y
+    s.limb([(side * x, y, z) for x, z in ((0.125, -0.010), (0.175, -0.006), (0.22, -0.003), (0.30, 0.0), (0.40, 0.0), (0.465, -0.002),
+            (0.52, 0.0), (0.58, 0.002), (0.65, 0.002), (0.704, 0.002))],
+           [q * g for q in (0.062, 0.066, 0.063, 0.0565, 0.0515, 0.0480, 0.0485, 0.0460, 0.0400, 0.0365)], width=0.035, material=TOP)  # fmt: skip
+    s.ellipsoid((side * 0.195, y + 0.012, -0.002), (0.070, 0.056 * g, 0.060 * g), width=0.05, material=TOP)
     # Cuff with a flat end, and the wrist coming out of it.
-    s.cone((side * 0.675, y, 0), (side * 0.718, y, 0), 0.0405 * g, 0.0400 * g, width=0.010, material=TOP, capped=True)
-    s.cone((side * 0.66, y, 0.0), (side * 0.745, y - 0.001, 0.001), 0.0265 * g, 0.0255 * g, width=0.015, material=SKIN,
-           flat=((0, 1, 0), 0.78))  # fmt: skip
+    s.cone((side * 0.690, y, 0.002), (side * 0.716, y, 0.002), 0.0375 * g, 0.0370 * g, width=0.008, material=TOP, capped=True)
+    s.limb([(side * 0.66, y, 0.002), (side * 0.70, y, 0.002), (side * 0.735, y - 0.001, 0.002), (side * 0.760, y - 0.001, 0.003)],
+           [q * g for q in (0.0300, 0.0288, 0.0285, 0.0300)], width=0.018, material=SKIN, flat=((0, 1, 0), 0.70))  # fmt: skip
 
 
 def add_leg(s: Sculpture, r: Recipe, side: float) -> None:
     """Hip to shoe; trousers fall over the shoe."""
-    g, f = r.build, r.female
+    g, f = 0.25 + 0.75 * r.build, r.female
     leg = LEFT_LEG if side > 0 else RIGHT_LEG
     x = side * 0.09
-    s.cone((side * (0.080 + 0.004 * f), 0.90, -0.004), (x, 0.52, 0.004), 0.092 * g, 0.070 * g, width=0.05, material=TROUSERS, group=leg)
-    s.ellipsoid((x + side * 0.008, 0.72, 0.018), (0.070 * g, 0.17, 0.072 * g), width=0.05, material=TROUSERS, group=leg)
-    s.ellipsoid((x, 0.70, -0.022), (0.064 * g, 0.16, 0.062 * g), width=0.05, material=TROUSERS, group=leg)
-    s.cone((x, 0.53, 0.004), (x, 0.14, -0.008), 0.068 * g, 0.060 * g, width=0.04, material=TROUSERS, group=leg)
-    s.ellipsoid((x, 0.37, -0.026), (0.056 * g, 0.12, 0.058 * g), width=0.04, material=TROUSERS, group=leg)
-    s.ellipsoid((x, 0.505, 0.022), (0.050 * g, 0.060, 0.050 * g), width=0.03, material=TROUSERS, group=leg)
-    s.cone((x, 0.17, -0.008), (x, 0.062, -0.002), 0.0605 * g, 0.064 * g, width=0.012, material=TROUSERS, group=leg, capped=True,
-           flat=((0, 0, 1), 1.10))  # fmt: skip
-    # Shoe: heel, instep, ball, toe cap, sole.
-    out = side * 0.006
-    s.cone((x, 0.046, -0.028), (x, 0.075, -0.012), 0.036, 0.036, width=0.02, material=SHOE, group=leg)
-    s.cone((x, 0.078, 0.012), (x + out, 0.036, 0.105), 0.040, 0.030, width=0.03, material=SHOE, group=leg, flat=((1, 0, 0), 1.05))
-    s.ellipsoid((x + out, 0.030, 0.135), (0.047, 0.031, 0.066), width=0.02, material=SHOE, group=leg, exponent=2.2)
-    s.cone((x, 0.030, -0.025), (x + out, 0.028, 0.110), 0.034, 0.036, width=0.02, material=SHOE, group=leg, flat=((1, 0, 0), 1.12))
-    sole = [((0.0, -0.030), 0.0375), ((0.001, 0.05), 0.036), ((0.007, 0.115), 0.049), ((0.004, 0.158), 0.043)]
-    for ((xa, za), ra), ((xb, zb), rb) in zip(sole[:-1], sole[1:], strict=True):
-        s.cone((x + side * xa, 0.010, za), (x + side * xb, 0.010, zb), ra, rb, width=0.008, material=SOLE, group=leg,
-               flat=((0, 1, 0), 0.24))  # fmt: skip
+    path = [
+        (0.086, 0.93, -0.006, 0.086), (0.087, 0.87, -0.004, 0.0935 + 0.003 * f), (0.0885, 0.80, 0.002, 0.0910 + 0.002 * f),
+        (0.0895, 0.70, 0.004, 0.0825), (0.09, 0.60, 0.004, 0.0725), (0.09, 0.50, 0.004, 0.0655), (0.09, 0.40, -0.008, 0.0655),
+        (0.09, 0.30, -0.012, 0.0615), (0.09, 0.20, -0.010, 0.0580), (0.09, 0.13, -0.006, 0.0575),
+    ]  # fmt: skip
+    s.limb([(side * px, py, pz) for px, py, pz, _ in path], [q * g for *_, q in path], width=0.035, material=TROUSERS, group=leg)
+    s.cone((x, 0.16, -0.007), (x, 0.058, 0.000), 0.0570 * g, 0.0610, width=0.010, material=TROUSERS, group=leg, capped=True,
+           flat=((0, 0, 1), 1.12))  # fmt: skip
+    # Shoe: heel, instep, toes, sole.
+    s.limb([(x, 0.100, -0.014), (x, 0.060, -0.020), (x, 0.030, -0.026)], (0.034, 0.035, 0.0345), width=0.012, material=SHOE, group=leg)
+    s.limb([(x, 0.085, 0.010), (x + side * 0.002, 0.062, 0.060), (x + side * 0.005, 0.038, 0.115), (x + side * 0.004, 0.027, 0.165)],
+           (0.040, 0.036, 0.034, 0.027), width=0.020, material=SHOE, group=leg, flat=((1, 0, 0), 1.12))  # fmt: skip
+    s.limb([(x, 0.030, -0.025), (x, 0.028, 0.050), (x + side * 0.006, 0.027, 0.125), (x + side * 0.003, 0.024, 0.165)],
+           (0.0345, 0.033, 0.0365, 0.026), width=0.012, material=SHOE, group=leg, flat=((1, 0, 0), 1.18))  # fmt: skip
+    s.limb([(x, 0.008, -0.027), (x, 0.008, 0.045), (x + side * 0.007, 0.008, 0.120), (x + side * 0.003, 0.008, 0.166)],
+           (0.0385, 0.0385, 0.0475, 0.0370), width=0.004, material=SOLE, group=leg, flat=((0, 1, 0), 0.24))  # fmt: skip
     s.plane((0, 0.0, 0), (0, -1, 0), width=0.004, low=(-0.4, -0.1, -0.3), high=(0.4, 0.02, 0.4))
 
 
