@@ -48,8 +48,8 @@ def test_the_baton_is_found_by_its_id_and_clear_of_the_table() -> None:
 def test_every_thing_is_within_reach_of_somebody() -> None:
     room = meeting_room(3)
     for thing in (t for t in room.things if not t.fixed):
-        shoulders = [s.position + (0.0, 1.0, 0.0) for s in room.seats]
-        assert min(np.linalg.norm(thing.position - s) for s in shoulders) < 0.70
+        shoulders = [s.position + np.array([0.0, 1.0, 0.0]) for s in room.seats]
+        assert min(np.linalg.norm(thing.position - s) for s in shoulders) < 0.85  # an arm and a little leaning
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,227 @@
+"""Things as flat arrays for the kernels: posed primitives, probes on the surface, mass and inertia."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion
+from vistel.space.distance import signed_distance
+from vistel.space.things import KINDS, MAX_POLYGON, Primitive, Thing
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+PARAMETERS = 2 + 3 * MAX_POLYGON
+GRID = 20
+"""Samples along each side of a thing's bounding box for its inertia."""
+
+
+@dataclass(frozen=True)
+class Solids:
+    """N things with P primitives and M probes, in the order of `things`.
+
+    first, probe_first: (N + 1,) where each thing's primitives and probes begin; owner: (P,) thing of a primitive;
+    kind: (P,); params: (P, PARAMETERS); rotation (P, 3, 3), position (P, 3): primitive to thing; centre (P, 3) and
+    bound (P,): a sphere round each primitive, thing frame; probe: (M, 3), probe_radius: (M,): little spheres that
+    together touch the surface from inside; radius: (N,) round the whole thing; inverse_mass (N,) [1/kg];
+    inverse_inertia (N, 3, 3) in the thing's frame [1/(kg m^2)]; both 0 for fixed things.
+    """
+
+    things: tuple[Thing, ...]
+    first: I64
+    owner: I64
+    kind: I64
+    params: F64
+    rotation: F64
+    position: F64
+    centre: F64
+    bound: F64
+    probe_first: I64
+    probe: F64
+    probe_radius: F64
+    radius: F64
+    inverse_mass: F64
+    inverse_inertia: F64
+
+
+@dataclass(frozen=True)
+class Posed:
+    """Primitives in the room: rotation (P, 3, 3), position (P, 3), centre (P, 3) of the bounding spheres."""
+
+    rotation: F64
+    position: F64
+    centre: F64
+
+
+def solids(things: tuple[Thing, ...]) -> Solids:
+    """The arrays of `things`."""
+    primitives = [(n, p) for n, thing in enumerate(things) for p in thing.primitives]
+    owner = np.array([n for n, _ in primitives], np.int64)
+    rotation = _stack([matrix_from_quaternion(p.rotation) for _, p in primitives], (3, 3))
+    position = _stack([p.position for _, p in primitives], (3,))
+    bounds = [_bound(p) for _, p in primitives]
+    centre = _stack([r @ b[0] + x for r, x, b in zip(rotation, position, bounds, strict=True)], (3,))
+    bound = np.array([b[1] for b in bounds], np.float64)
+    probes = [_probes(p) for _, p in primitives]
+    count = np.zeros(len(things), np.int64)
+    for (n, _), (points, _) in zip(primitives, probes, strict=True):
+        count[n] += len(points)
+    probe = _stack(
+        [r @ c + x for r, x, (points, _) in zip(rotation, position, probes, strict=True) for c in points], (3,)
+    )
+    params = _stack([_flat(p) for _, p in primitives], (PARAMETERS,))
+    kind = np.array([KINDS[p.kind] for _, p in primitives], np.int64)
+    reach = np.sqrt((centre * centre).sum(axis=1)) + bound
+    out = Solids(
+        things=things,
+        first=np.searchsorted(owner, np.arange(len(things) + 1)).astype(np.int64),
+        owner=owner,
+        kind=kind,
+        params=params,
+        rotation=rotation,
+        position=position,
+        centre=centre,
+        bound=bound,
+        probe_first=np.concatenate([np.zeros(1, np.int64), np.cumsum(count)]),
+        probe=probe,
+        probe_radius=np.array([r for _, radii in probes for r in radii], np.float64),
+        radius=np.array([reach[owner == n].max(initial=0.0) for n in range(len(things))], np.float64),
+        inverse_mass=np.array([0.0 if t.fixed else 1.0 / t.mass for t in things], np.float64),
+        inverse_inertia=np.zeros((len(things), 3, 3)),
+    )
+    for n, thing in enumerate(things):
+        if not thing.fixed:
+            part = slice(out.first[n], out.first[n + 1])
+            per_mass = _inertia(kind[part], params[part], rotation[part], position[part], out.radius[n], GRID)
+            out.inverse_inertia[n] = np.linalg.inv(thing.mass * per_mass)
+    return out
+
+
+def pose_solids(s: Solids, rotation: F64, position: F64) -> Posed:
+    """Primitives in the room for things at `rotation` (N, 3, 3) and `position` (N, 3)."""
+    posed = Posed(np.empty_like(s.rotation), np.empty_like(s.position), np.empty_like(s.centre))
+    _pose(s.owner, s.rotation, s.position, s.centre, rotation, position, posed.rotation, posed.position, posed.centre)
+    return posed
+
+
+def _stack(rows: list[F64], shape: tuple[int, ...]) -> F64:
+    return np.array(rows, np.float64) if rows else np.zeros((0, *shape))
+
+
+def _flat(p: Primitive) -> F64:
+    row = np.zeros(PARAMETERS)
+    if p.kind == "rounded_polygon":
+        row[0], row[1] = p.params[0], (len(p.params) - 1) // 3
+        row[2 : len(p.params) + 1] = p.params[1:]
+    else:
+        row[: len(p.params)] = p.params
+    return row
+
+
+def _bound(p: Primitive) -> tuple[F64, float]:
+    """Centre (3,) in the primitive's frame and radius of a sphere round it."""
+    q = p.params
+    if p.kind == "cone_sphere":
+        a, b = np.array(q[:3]), np.array(q[3:6])
+        return 0.5 * (a + b), 0.5 * math.dist(q[:3], q[3:6]) + max(q[6:])
+    if p.kind == "rounded_polygon":
+        corners = np.array(q[1:]).reshape(-1, 3)
+        centre = corners.mean(axis=0)
+        return centre, float(np.sqrt(((corners - centre) ** 2).sum(axis=1)).max()) + q[0]
+    if p.kind == "superellipsoid":
+        outline = 2.0 ** (0.5 - min(1.0, q[4]) / 2.0)  # a square outline reaches sqrt(2) times as far
+        return np.zeros(3), math.hypot(max(q[:2]) * outline, q[2])
+    if p.kind == "supertoroid":
+        return np.zeros(3), math.hypot(max(q[:2]) * (q[3] + 1.0) * 2.0 ** (0.5 - min(1.0, q[5]) / 2.0), q[2])
+    return np.zeros(3), q[0]
+
+
+def _probes(p: Primitive) -> tuple[list[F64], list[float]]:
+    """Centres in the primitive's frame and radii of spheres that reach the surface where it may rest."""
+    q = p.params
+    if p.kind == "sphere":
+        return [np.zeros(3)], [q[0]]
+    if p.kind == "cone_sphere":
+        a, b = np.array(q[:3]), np.array(q[3:6])
+        steps = np.linspace(0.0, 1.0, 5)
+        return [a + t * (b - a) for t in steps], [q[6] + t * (q[7] - q[6]) for t in steps]
+    if p.kind == "rounded_polygon":
+        corners = list(np.array(q[1:]).reshape(-1, 3))
+        edges = [0.5 * (a + b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+        return corners + edges, [q[0]] * (2 * len(corners))
+    if p.kind == "superellipsoid":
+        points = [
+            np.array([q[0] * ce * cw, q[1] * ce * sw, q[2] * se])
+            for (ce, se), (cw, sw) in itertools.product(_profile(q[3]), _outline(q[4]))
+        ]
+        return points, [0.0] * len(points)
+    tube = min(q[0], q[2])
+    return [np.array([q[0] * q[3] * c, q[1] * q[3] * s, 0.0]) for c, s in _outline(q[5])], [tube] * len(_outline(q[5]))
+
+
+def _outline(e: float) -> list[tuple[float, float]]:
+    """Points of a superellipse |x|^(2/e) + |y|^(2/e) = 1; for boxy ones, where the flat sides end and the corners."""
+    if e < 0.5:
+        angles = [math.radians(90.0 * k + a) for k in range(4) for a in (10.0, 45.0, 80.0)]
+    else:
+        angles = [2.0 * math.pi * k / 16 for k in range(16)]
+    return [(_signed_power(math.cos(a), e), _signed_power(math.sin(a), e)) for a in angles]
+
+
+def _profile(e: float) -> list[tuple[float, float]]:
+    """(outwards, up) points of the profile from below to above."""
+    half = (10.0, 45.0, 80.0) if e < 0.5 else (0.0, 30.0, 60.0, 85.0)
+    angles = sorted({s * a for a in half for s in (-1.0, 1.0)})
+    return [
+        (_signed_power(math.cos(math.radians(a)), e), _signed_power(math.sin(math.radians(a)), e)) for a in angles
+    ]
+
+
+def _signed_power(x: float, e: float) -> float:
+    return math.copysign(abs(x) ** e, x) if abs(x) > 1e-12 else 0.0
+
+
+@nb.njit(cache=True)
+def _inertia(kind: I64, params: F64, rotation: F64, position: F64, radius: float, grid: int) -> F64:
+    """(3, 3) inertia per kilogram about the thing's origin, by sampling its inside."""
+    out = np.zeros((3, 3))
+    scratch = np.empty(4)
+    count = 0
+    for i in range(grid**3):
+        p = np.array([i % grid, i // grid % grid, i // (grid * grid)])
+        x = ((p + 0.5) / grid * 2.0 - 1.0) * radius
+        for k in range(len(kind)):
+            d = x - position[k]
+            r = rotation[k]
+            a = r[0, 0] * d[0] + r[1, 0] * d[1] + r[2, 0] * d[2]
+            b = r[0, 1] * d[0] + r[1, 1] * d[1] + r[2, 1] * d[2]
+            c = r[0, 2] * d[0] + r[1, 2] * d[1] + r[2, 2] * d[2]
+            if signed_distance(kind[k], params[k], a, b, c, scratch) <= 0.0:
+                out += (x * x).sum() * np.eye(3) - x.reshape(3, 1) * x.reshape(1, 3)
+                count += 1
+                break
+    # A thing thinner than the grid still has some inertia: that of a point cloud at a tenth of its radius.
+    least = 0.01 * radius * radius
+    return out / max(1, count) + least * np.eye(3)
+
+
+@nb.njit(cache=True)
+def _pose(owner, local_r, local_p, local_c, body_r, body_p, out_r, out_p, out_c):
+    for k in range(len(owner)):
+        n = owner[k]
+        for i in range(3):
+            out_p[k, i], out_c[k, i] = body_p[n, i], body_p[n, i]
+            for j in range(3):
+                out_p[k, i] += body_r[n, i, j] * local_p[k, j]
+                out_c[k, i] += body_r[n, i, j] * local_c[k, j]
+                out_r[k, i, j] = (
+                    body_r[n, i, 0] * local_r[k, 0, j]
+                    + body_r[n, i, 1] * local_r[k, 1, j]
+                    + body_r[n, i, 2] * local_r[k, 2, j]
+                )
