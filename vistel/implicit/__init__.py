@@ -1,0 +1,70 @@
+"""Implicit surfaces made of primitives <V, S, f>, blended and combined, evaluated fast.
+
+    import vistel.implicit as vi
+
+    arm = vi.Sphylinder((0, 0, 0), (1, 0, 0), 0.3) + vi.ConeSphere((1, 0, 0), (2, 0.4, 0), 0.3, 0.2)
+    program = vi.compile(arm | vi.Sphere((2, 0.4, 0), 0.4))
+    field = program.grid((-1, -1, -1), (3, 1, 1), 128)
+
+The surface of a shape is where its field is T = 1/2. See docs/reference/implicit.md.
+"""
+
+from vistel.implicit.blend import HERMITE, QUAD2, QUARTIC, THRESHOLD, WYVILL, Blend
+from vistel.implicit.checks import ShapeError
+from vistel.implicit.combine import (
+    Attributed,
+    Complement,
+    Diff,
+    Extremum,
+    Placed,
+    Ricci,
+    Sum,
+    difference,
+    intersection,
+    selective,
+    subtract,
+    total,
+    union,
+)
+from vistel.implicit.kinds import KINDS, primitive
+from vistel.implicit.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
+from vistel.implicit.primitive import Primitive
+from vistel.implicit.program import Evaluation, FieldProgram, compile
+from vistel.implicit.shape import Shape
+from vistel.implicit.superquadric import Superellipsoid, Supertoroid
+
+__all__ = [
+    "HERMITE",
+    "KINDS",
+    "QUAD2",
+    "QUARTIC",
+    "THRESHOLD",
+    "WYVILL",
+    "Attributed",
+    "Blend",
+    "Complement",
+    "ConeSphere",
+    "Diff",
+    "Evaluation",
+    "Extremum",
+    "FieldProgram",
+    "Placed",
+    "Primitive",
+    "Ricci",
+    "RoundedPolygon",
+    "Shape",
+    "ShapeError",
+    "Sphere",
+    "Sphylinder",
+    "Sum",
+    "Superellipsoid",
+    "Supertoroid",
+    "compile",
+    "difference",
+    "intersection",
+    "primitive",
+    "selective",
+    "subtract",
+    "total",
+    "union",
+]

@@ -1,0 +1,184 @@
+"""Numba building blocks on rows of float32: one row holds one quantity for a block of points.
+
+Small leaf functions over at most four contiguous rows, without branches or wide literals, are what LLVM turns into
+full-width SIMD; a test looks for it in the machine code. Blends work on u = d^2, so that quartic and Wyvill need no
+square root and no slope is singular on the skeleton.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+F32 = np.float32
+ZERO, ONE, TWO, THREE, HALF = F32(0.0), F32(1.0), F32(2.0), F32(3.0), F32(0.5)
+C4_9, C11, C6, C22 = F32(4 / 9), F32(11.0), F32(6.0), F32(2 / 9)
+QUARTER, FOUR = F32(0.25), F32(4.0)
+SINGULAR = F32(1e6)
+
+FAST = {"contract", "reassoc", "nsz", "arcp"}
+row = nb.njit(fastmath=FAST, nogil=True, error_model="numpy")
+
+
+@row
+def fill(a, n, value):
+    for i in range(n):
+        a[i] = value
+
+
+@row
+def add(a, b, n):
+    for i in range(n):
+        a[i] += b[i]
+
+
+@row
+def add_scaled(a, b, s, n):
+    for i in range(n):
+        a[i] += s * b[i]
+
+
+@row
+def add_product(a, b, c, n):
+    for i in range(n):
+        a[i] += b[i] * c[i]
+
+
+@row
+def add_positive(a, value, s, n):
+    """a += s * max(value, 0)."""
+    for i in range(n):
+        v = value[i]
+        a[i] += s * (v if v > ZERO else ZERO)
+
+
+@row
+def offset_slope(g, x, c, s, n):
+    """g = s (x - c)."""
+    for i in range(n):
+        g[i] = s * (x[i] - c)
+
+
+@row
+def axis_slope(g, x, t, c, e, s, n):
+    """g = s (x - c - t e)."""
+    for i in range(n):
+        g[i] = s * (x[i] - c - t[i] * e)
+
+
+@row
+def affine(out, x, y, z, a, b, c, d, n):
+    """out = a x + b y + c z + d."""
+    for i in range(n):
+        out[i] = a * x[i] + b * y[i] + c * z[i] + d
+
+
+@row
+def accumulate_quartic(acc, u, w, n):
+    for i in range(n):
+        q = ONE - u[i]
+        q = q if q > ZERO else ZERO
+        acc[i] += w * (q * q)
+
+
+@row
+def quartic(u, value, rate, w, n):
+    for i in range(n):
+        q = ONE - u[i]
+        q = q if q > ZERO else ZERO
+        value[i] = w * (q * q)
+        rate[i] = -TWO * w * q
+
+
+@row
+def wyvill(u, value, rate, w, n):
+    for i in range(n):
+        v = u[i]
+        q = ONE - v
+        q = q if q > ZERO else ZERO
+        value[i] = w * (q * q) * (ONE - C4_9 * v)
+        rate[i] = -w * C22 * q * (C11 - C6 * v)
+
+
+@row
+def hermite(u, value, rate, w, n):
+    for i in range(n):
+        v = u[i]
+        v = v if v < ONE else ONE
+        x = math.sqrt(v)
+        value[i] = w * (ONE - v * (THREE - TWO * x))
+        rate[i] = THREE * w * (x - ONE)
+
+
+@row
+def quad2(u, value, rate, w, n):
+    for i in range(n):
+        v = u[i]
+        v = v if v < ONE else ONE
+        x = math.sqrt(v)
+        q = ONE - x
+        far = v > QUARTER
+        safe = x if far else ONE
+        value[i] = w * (TWO * q * q if far else ONE - TWO * v)
+        rate[i] = w * (-TWO * q / safe if far else -TWO)
+
+
+@row
+def warp_in(u, s, b, n):
+    """u becomes v = y^2 of the Moebius warp y = d / (d + b (1 - d)); s keeps the denominator."""
+    for i in range(n):
+        v = u[i]
+        v = v if v < ONE else ONE
+        d = math.sqrt(v)
+        k = d + b * (ONE - d)
+        s[i] = k
+        u[i] = v / (k * k)
+
+
+@row
+def warp_out(rate, s, b, n):
+    """df/dv becomes df/du: dv/du = b / s^3."""
+    for i in range(n):
+        k = s[i]
+        rate[i] *= b / (k * k * k)
+
+
+@row
+def blend(code, b, w, u, value, rate, spare, n):
+    """value = w f(d) and rate = w df/du for rows of u = d^2; u is used up."""
+    if b != ONE:
+        warp_in(u, spare, b, n)
+    if code == 2:
+        quartic(u, value, rate, w, n)
+    elif code == 1:
+        wyvill(u, value, rate, w, n)
+    elif code == 0:
+        hermite(u, value, rate, w, n)
+    else:
+        quad2(u, value, rate, w, n)
+    if b != ONE:
+        warp_out(rate, spare, b, n)
+
+
+@row
+def blend_one(code, b, d):
+    """f(d) and f'(d) at one distance ratio, for kernels that mix blends themselves."""
+    x = d if d < ONE else ONE
+    s = x + b * (ONE - x)
+    y = x / s
+    u = y * y
+    if code == 2:
+        q = ONE - u
+        f, df = q * q, -FOUR * y * q
+    elif code == 1:
+        q = ONE - u
+        f, df = q * q * (ONE - C4_9 * u), -C4_9 * y * q * (C11 - C6 * u)
+    elif code == 0:
+        f, df = ONE - u * (THREE - TWO * y), -C6 * y * (ONE - y)
+    elif y <= HALF:
+        f, df = ONE - TWO * u, -FOUR * y
+    else:
+        f, df = TWO * (ONE - y) * (ONE - y), -FOUR * (ONE - y)
+    return f, df * b / (s * s)
