@@ -1,0 +1,76 @@
+"""A figure: an avatar in a posture. Joints, rigid component, then the implicit deformation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.body import PosedBody, pose_body
+from vistel.figure.posture import JointPose, Posture, pose_joints
+from vistel.figure.rigid import RigidSkin
+from vistel.figure.skeleton import JOINT_INDEX
+
+F32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class FigureState:
+    """A figure at one instant, room frame. The arrays are the figure's own buffers: valid until its next
+    `pose`.
+
+    vertices, normals: (V, 3) of the avatar's mesh [m, unit]; draw them as `vertices[mesh.corner_vertex]`.
+    eyeballs: vertices and normals of each eyeball. joints: every joint; posed: the primitives.
+    """
+
+    vertices: F32
+    normals: F32
+    eyeballs: tuple[tuple[F32, F32], ...]
+    joints: JointPose
+    posed: PosedBody
+
+
+class Figure:
+    """Poses and deforms one avatar. Not for two threads at once; different figures are independent."""
+
+    def __init__(self, avatar: Avatar) -> None:
+        self.avatar = avatar
+        mesh = avatar.mesh
+        normals = vertex_normals(mesh)
+        self._skin = RigidSkin(
+            avatar.skeleton, mesh.vertices, normals, mesh.triangles, avatar.body.joint[mesh.limb]
+        )
+        self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)
+        self._eyes = [
+            (mesh.vertices - avatar.skeleton.rest[joint].astype(np.float32), vertex_normals(mesh), joint)
+            for mesh, joint in zip(
+                avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False
+            )
+        ]
+
+    def pose(self, posture: Posture) -> FigureState:
+        """The figure in `posture`."""
+        joints = pose_joints(self.avatar.skeleton, posture)
+        self._skin.pose(joints, self._vertices, self._normals)
+        posed = pose_body(self.avatar.body, joints)
+        return FigureState(self._vertices, self._normals, self._pose_eyes(joints), joints, posed)
+
+    def _pose_eyes(self, joints: JointPose) -> tuple[tuple[F32, F32], ...]:
+        out: list[tuple[F32, F32]] = []
+        for offsets, normals, joint in self._eyes:
+            turn = joints.rotation[joint].T.astype(np.float32)
+            out.append((offsets @ turn + joints.position[joint].astype(np.float32), normals @ turn))
+        return tuple(out)
+
+
+def vertex_normals(mesh: Mesh) -> F32:
+    """(V, 3) unit vertex normals, faces weighted by their area."""
+    p = mesh.vertices[mesh.triangles].astype(np.float64)
+    faces = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    out = np.zeros(mesh.vertices.shape)
+    for corner in range(3):
+        np.add.at(out, mesh.triangles[:, corner], faces)
+    length = np.linalg.norm(out, axis=1, keepdims=True)
+    return (out / np.maximum(length, 1e-20)).astype(np.float32)

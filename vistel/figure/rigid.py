@@ -1,0 +1,71 @@
+"""The rigid component: vertices follow the joints, with rotations interpolated round each joint (Singh
+§2.4, §6.4).
+
+Every vertex has up to four influences. Round a joint the rotation goes over smoothly from one limb to the
+next, by quaternions about the joint's centre (blended dual quaternions: the same thing for two limbs that
+share a joint, and still rigid where they do not), so that neither a bent elbow nor a twisted forearm loses
+its girth. The trunk is a free-form deformation along the spine: quadratic B-spline weights over its
+segments. Two kinds of bones are added to the joints: the forearm carrying the whole twist of the hand, and
+the upper arm without its own twist; vertices in between take their share, so that a twist is spread along
+the limb.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture import JointPose
+from vistel.figure.rigid_kernels import bone_transforms, skin_dual_quaternion  # pyright: ignore[reportUnknownVariableType]
+from vistel.figure.rigid_weights import TWIST_BONES, influences
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Influences:
+    """Which bones a vertex follows: bone (V, 4) indices, weight (V, 4), largest first, summing to 1."""
+
+    bone: I32
+    weight: F32
+
+
+class RigidSkin:
+    """Poses the vertices of one mesh; everything that does not depend on the posture is done once.
+
+    vertices, normals: (V, 3) rest pose [m, unit]; triangles: (F, 3); limb_joint: (V,) joint of the primitive
+    each vertex belongs to.
+    """
+
+    def __init__(
+        self, skeleton: Skeleton, vertices: F32, normals: F32, triangles: I32, limb_joint: I32
+    ) -> None:
+        bone, weight = influences(skeleton, vertices, triangles, limb_joint)
+        self.influences = Influences(bone, weight)
+        self._vertices = np.ascontiguousarray(vertices, np.float32)
+        self._normals = np.ascontiguousarray(normals, np.float32)
+        self._single = (weight[:, 0] >= 1.0).astype(np.uint8)
+        self._centres = np.concatenate(
+            [skeleton.rest, skeleton.rest[[JOINT_INDEX[b.joint] for b in TWIST_BONES]]]
+        )
+        self._twist = np.array(
+            [(JOINT_INDEX[b.joint], JOINT_INDEX[b.other], b.kind) for b in TWIST_BONES], np.int32
+        )
+        count = len(JOINTS) + len(TWIST_BONES)
+        self._dual = np.empty((count, 8), np.float32)
+        self._matrix = np.empty((count, 12), np.float32)
+
+    def pose(self, joints: JointPose, vertices: F32, normals: F32) -> None:
+        """Write the posed vertices and unit normals, both (V, 3), in the room frame [m]."""
+        bone_transforms(
+            np.ascontiguousarray(joints.rotation), np.ascontiguousarray(joints.position),
+            self._centres, self._twist, self._dual, self._matrix,
+        )  # fmt: skip
+        skin_dual_quaternion(
+            self._vertices, self._normals, self.influences.bone, self.influences.weight, self._single,
+            self._dual, self._matrix, vertices, normals,
+        )  # fmt: skip
