@@ -1,0 +1,71 @@
+"""Access rules of a router, derived from the table of topics: who shows which certificate may say what.
+
+The common name of a node's certificate is its site's name; the world shows `world`, the hub that keeps the time `hub`,
+an observer any name that is listed as such. A router sees only the certificate of its direct neighbour: where sites have
+routers of their own, the hub's router is the one that decides, and their routers show their site's certificate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from vistel.wire.topics import TOPICS, Publisher
+
+WORLD_NAME = "world"
+HUB_NAME = "hub"
+
+_SAY = ["put", "delete", "declare_queryable", "reply"]
+_PRESENCE = ["liveliness_token"]
+_ASK = ["declare_subscriber", "query", "declare_liveliness_subscriber", "liveliness_query"]
+
+
+def access_rules(
+    conference: str, sites: Sequence[str], *, observers: Sequence[str] = (), world: str = WORLD_NAME, hub: str = HUB_NAME
+) -> dict[str, Any]:
+    """The `access_control` section of a Zenoh router's configuration.
+
+    sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the console of
+    a conference, so it may say what the world says; a `world` of its own may say only that. Everybody listed may listen;
+    everything else is denied, silently as far as the one denied can see.
+    """
+    rules: list[dict[str, Any]] = [
+        _rule("listen", "ingress", _ASK, [f"vistel/{conference}/**"]),
+        _rule("hear", "egress", [*_SAY, *_PRESENCE, *_ASK], [f"vistel/{conference}/**"]),
+    ]
+    policies: list[dict[str, Any]] = []
+    subjects: list[dict[str, Any]] = []
+
+    def allow(name: str, keys: list[str]) -> None:
+        mine: list[str] = []
+        if keys:
+            rules.append(_rule(f"{name}-say", "ingress", _SAY, keys))
+            rules.append(_rule(f"{name}-alive", "ingress", _PRESENCE, [f"vistel/{conference}/alive/{name}/**"]))
+            mine = [f"{name}-say", f"{name}-alive"]
+        subjects.append({"id": name, "cert_common_names": [name]})
+        policies.append({"rules": [*mine, "listen", "hear"], "subjects": [name]})
+
+    for site in sites:
+        allow(site, _keys(Publisher.SITE, conference, site))
+    world_keys = _keys(Publisher.WORLD, conference, world)
+    allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"))
+    hub_site = _keys(Publisher.SITE, conference, hub, "heartbeat", "clock_offset")
+    allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site)
+    for observer in observers:
+        allow(observer, [])
+    return {
+        "enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies,
+    }  # fmt: skip
+
+
+def _keys(publisher: Publisher, conference: str, site: str, *only: str) -> list[str]:
+    """Key expressions of what `publisher` may say, one per topic."""
+    return [
+        t.pattern(conference, site=site)
+        for t in TOPICS
+        if t.publisher is publisher and (not only or t.name in only)
+    ]
+
+
+def _rule(name: str, flow: str, messages: list[str], keys: list[str]) -> dict[str, Any]:
+    return {"id": name, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys}

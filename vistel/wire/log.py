@@ -1,0 +1,244 @@
+"""Logs of a conference: MCAP files with the protobuf schemas inside, so that Foxglove and Rerun open them too.
+
+One channel per key. `log_time` is when a message arrived at the recorder, `publish_time` its `header.t_ns`, both
+conference time. The conference file is an attachment; the clock offsets of the nodes, as last seen, are metadata.
+Chunks are closed at 256 KB or after a second, so a recorder that dies loses at most the last second.
+"""
+
+from __future__ import annotations
+
+import heapq
+import os
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from google.protobuf.descriptor import FileDescriptor
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.message import DecodeError, Message
+from mcap.exceptions import McapError
+from mcap.records import Channel, Chunk
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import CRCValidationError, breakup_chunk
+from mcap.writer import CompressionType, Writer
+
+from vistel.wire.log_index import ChunkPlace, LogIndex, read_chunk, read_index
+from vistel.wire.topics import BY_NAME, MESSAGE_VERSION, TOPICS, Topic
+
+CHUNK_BYTES = 256 * 1024
+FLUSH_NS = 1_000_000_000
+CONFERENCE_FILE = "conference.toml"
+OFFSETS = "vistel.clock_offsets"
+
+
+class LogError(ValueError):
+    """A log that cannot be used at all; the text is one line that says why."""
+
+
+@dataclass(frozen=True)
+class LogRecord:
+    """One message of a log. log_ns: conference time of its arrival; size: bytes of its payload."""
+
+    topic: Topic
+    key: str
+    names: dict[str, str]
+    message: Any
+    log_ns: int
+    size: int
+
+
+class LogWriter:
+    """Writes a log; use it in a `with`. Not for two threads at once."""
+
+    def __init__(self, path: Path, conference: str | None = None) -> None:
+        """conference: the text of the conference file. Raises OSError when `path` cannot be written."""
+        self.path = path
+        self._file = path.open("wb")
+        self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.LZ4)
+        self._writer.start(profile="vistel", library="vistel")
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        self._offsets: dict[str, str] = {}
+        self._flushed_ns: int | None = None
+        self.messages = 0
+        if conference is not None:
+            self._writer.add_attachment(0, 0, CONFERENCE_FILE, "application/toml", conference.encode("utf-8"))
+        self._file.flush()
+
+    def write(self, topic: Topic, key: str, message: Message, log_ns: int) -> None:
+        """Append a message of `topic` that arrived on `key` at `log_ns`."""
+        header = getattr(message, "header", None)
+        if topic.name == "clock_offset":
+            self._note_offset(message)
+        self._writer.add_message(
+            self._channel(topic, key), log_time=log_ns, data=message.SerializeToString(),
+            publish_time=header.t_ns if header is not None else log_ns,
+            sequence=header.seq & 0xFFFFFFFF if header is not None else 0,
+        )  # fmt: skip
+        self.messages += 1
+        if self._flushed_ns is None:
+            self._flushed_ns = log_ns
+        elif not 0 <= log_ns - self._flushed_ns < FLUSH_NS:
+            self.flush()
+            self._flushed_ns = log_ns
+
+    def flush(self) -> None:
+        """Close the open chunk and hand it to the operating system."""
+        self._writer._Writer__finalize_chunk()  # pyright: ignore # noqa: SLF001; mcap has no public way
+        self._file.flush()
+
+    def close(self) -> None:
+        """Write the index. A log that was not closed can be read all the same."""
+        if not self._file.closed:
+            if self._offsets:
+                self._writer.add_metadata(OFFSETS, self._offsets)
+            self._writer.finish()
+            self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def _channel(self, topic: Topic, key: str) -> int:
+        found = self._channels.get(key)
+        if found is None:
+            found = self._channels[key] = self._writer.register_channel(
+                key, "protobuf", self._schema(topic), {"topic": topic.name}
+            )
+        return found
+
+    def _schema(self, topic: Topic) -> int:
+        descriptor = topic.message.DESCRIPTOR
+        found = self._schemas.get(descriptor.full_name)
+        if found is None:
+            files = FileDescriptorSet()
+            _add_with_imports(files, descriptor.file, set())
+            found = self._schemas[descriptor.full_name] = self._writer.register_schema(
+                descriptor.full_name, "protobuf", files.SerializeToString()
+            )
+        return found
+
+    def _note_offset(self, message: Any) -> None:
+        self._offsets[message.node] = f"{message.offset_ns} ns +- {message.uncertainty_ns} ns at {message.header.t_ns}"
+
+
+class LogReader:
+    """Reads a log, whole or damaged: what is whole comes, `damage` tells what is missing.
+
+    begin_ns, end_ns: conference time of the first and last message. conference: the conference file as data, or None.
+    damage: one line per fault; grows while reading, when a chunk turns out to be broken.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Raises LogError when `path` is absent or no log."""
+        self.path = path
+        try:
+            with path.open("rb") as file:
+                index = read_index(file, os.fstat(file.fileno()).st_size)
+        except OSError as e:
+            raise LogError(f"{path}: cannot be read: {e.strerror}") from e
+        except (McapError, ValueError) as e:
+            raise LogError(f"{path}: is not an MCAP log: {e}") from e
+        self._index: LogIndex = index
+        self.damage: list[str] = list(index.damage)
+        self.begin_ns: int = min((c.begin_ns for c in index.chunks), default=0)
+        self.end_ns: int = max((c.end_ns for c in index.chunks), default=0)
+        text = index.attachments.get(CONFERENCE_FILE)
+        self.conference_toml: str | None = text.decode("utf-8", "replace") if text is not None else None
+        self.conference: dict[str, Any] | None = self._parse(self.conference_toml)
+        self.clock_offsets: dict[str, str] = index.metadata.get(OFFSETS, {})
+
+    def records(
+        self, topics: tuple[str, ...] | None = None, begin_ns: int | None = None, end_ns: int | None = None
+    ) -> Iterator[LogRecord]:
+        """Messages in the order they arrived, from `begin_ns` (included) to `end_ns` (excluded).
+
+        topics: names of the topics table; None gives all. Starts at once from any time, by the chunks' index.
+        """
+        wanted = {BY_NAME[name].name for name in topics} if topics is not None else None
+        known: dict[int, tuple[Topic, str, dict[str, str]] | None] = {}
+        begin = self.begin_ns if begin_ns is None else begin_ns
+        end = self.end_ns + 1 if end_ns is None else end_ns
+        for channel, message in self._messages(begin, end):
+            if channel.id not in known:
+                known[channel.id] = self._topic_of(channel.topic)
+            found = known[channel.id]
+            if found is None or (wanted is not None and found[0].name not in wanted):
+                continue
+            parsed = self._decode(found[0], channel.topic, message)
+            if parsed is not None:
+                yield LogRecord(found[0], channel.topic, found[2], parsed, message.log_time, len(message.data))
+
+    def _messages(self, begin_ns: int, end_ns: int) -> Iterator[tuple[Channel, McapMessage]]:
+        """Merge the chunks by time; they overlap only a little, so few are open at once."""
+        chunks = [c for c in self._index.chunks if c.end_ns >= begin_ns and c.begin_ns < end_ns]
+        chunks.sort(key=lambda c: (c.begin_ns, c.offset), reverse=True)
+        channels = dict(self._index.channels)
+        heap: list[tuple[int, int, int, McapMessage]] = []
+        with self.path.open("rb") as file:
+            while heap or chunks:
+                while chunks and (not heap or chunks[-1].begin_ns <= heap[0][0]):
+                    place = chunks.pop()
+                    for n, record in enumerate(self._open_chunk(read_chunk(file, place), place)):
+                        if isinstance(record, Channel):
+                            channels[record.id] = record
+                        elif isinstance(record, McapMessage) and begin_ns <= record.log_time < end_ns:
+                            heapq.heappush(heap, (record.log_time, place.offset, n, record))
+                while heap and not (chunks and chunks[-1].begin_ns <= heap[0][0]):
+                    message = heapq.heappop(heap)[3]
+                    if message.channel_id in channels:
+                        yield channels[message.channel_id], message
+
+    def _open_chunk(self, chunk: Chunk, place: ChunkPlace) -> list[Any]:
+        try:
+            return list(breakup_chunk(chunk, validate_crc=True))
+        except (McapError, CRCValidationError, RuntimeError, ValueError, EOFError) as e:
+            at, until = ((t - self.begin_ns) * 1e-9 for t in (place.begin_ns, place.end_ns))
+            self._tell(f"a chunk at byte {place.offset} is broken ({e}): messages from {at:.3f} s to {until:.3f} s are missing")
+            return []
+
+    def _topic_of(self, key: str) -> tuple[Topic, str, dict[str, str]] | None:
+        for topic in TOPICS:
+            names = topic.match(key)
+            if names is not None:
+                return topic, key, names
+        self._tell(f"channel {key} is not in this version's table of topics; it is left out")
+        return None
+
+    def _decode(self, topic: Topic, key: str, record: McapMessage) -> Any | None:
+        message = topic.message()
+        try:
+            message.ParseFromString(record.data)
+        except DecodeError:
+            self._tell(f"channel {key} holds messages that are no {topic.message.DESCRIPTOR.name}; they are left out")
+            return None
+        version = getattr(message, "header").version  # noqa: B009
+        if version != MESSAGE_VERSION:
+            self._tell(f"channel {key} holds messages of version {version}, this is {MESSAGE_VERSION}; they are left out")
+            return None
+        return message
+
+    def _parse(self, text: str | None) -> dict[str, Any] | None:
+        try:
+            return tomllib.loads(text) if text is not None else None
+        except tomllib.TOMLDecodeError as e:
+            self._tell(f"the conference file inside is not valid TOML: {e}")
+            return None
+
+    def _tell(self, line: str) -> None:
+        if line not in self.damage:
+            self.damage.append(line)
+
+
+def _add_with_imports(files: FileDescriptorSet, file: FileDescriptor, seen: set[str]) -> None:
+    if file.name in seen:
+        return
+    seen.add(file.name)
+    for imported in file.dependencies:
+        _add_with_imports(files, imported, seen)
+    file.CopyToProto(files.file.add())

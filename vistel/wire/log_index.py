@@ -1,0 +1,119 @@
+"""Where everything lies in an MCAP file: from its summary, or, when it was cut off, by walking through its records."""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+from dataclasses import dataclass, field
+from io import BytesIO
+from typing import BinaryIO
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.reader import SeekingReader
+from mcap.records import Attachment, Channel, Chunk, Metadata
+from mcap.stream_reader import breakup_chunk
+
+MAGIC = b"\x89MCAP0\r\n"
+_RECORD = struct.Struct("<BQ")
+_TIMES = struct.Struct("<QQ")
+
+
+@dataclass(frozen=True)
+class ChunkPlace:
+    """A chunk of messages: where its record begins in the file [byte], and the log times it spans."""
+
+    offset: int
+    begin_ns: int
+    end_ns: int
+
+
+@dataclass
+class LogIndex:
+    """Everything but the messages."""
+
+    chunks: list[ChunkPlace] = field(default_factory=list[ChunkPlace])
+    channels: dict[int, Channel] = field(default_factory=dict[int, Channel])
+    attachments: dict[str, bytes] = field(default_factory=dict[str, bytes])
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict[str, dict[str, str]])
+    damage: list[str] = field(default_factory=list[str])
+
+
+def read_index(file: BinaryIO, size: int) -> LogIndex:
+    """The index of a file of `size` bytes. Raises ValueError when it is no MCAP file."""
+    if file.read(len(MAGIC)) != MAGIC:
+        raise ValueError("it does not begin as one" if size else "it is empty")
+    file.seek(max(0, size - len(MAGIC)))
+    if file.read() == MAGIC and size > len(MAGIC):
+        try:
+            return _from_summary(file)
+        except (McapError, ValueError, EOFError, struct.error):
+            return _by_walking(file, size, "its index is broken; it was read from the front")
+    return _by_walking(file, size, None)
+
+
+def read_chunk(file: BinaryIO, place: ChunkPlace) -> Chunk:
+    """The chunk at `place`, still compressed."""
+    file.seek(place.offset)
+    _, length = _RECORD.unpack(file.read(_RECORD.size))
+    return Chunk.read(ReadDataStream(BytesIO(file.read(length))))
+
+
+def _from_summary(file: BinaryIO) -> LogIndex:
+    file.seek(0)
+    reader = SeekingReader(file)
+    summary = reader.get_summary()
+    if summary is None or (summary.statistics and summary.statistics.message_count and not summary.chunk_indexes):
+        raise ValueError("no summary")
+    index = LogIndex(channels=dict(summary.channels))
+    for c in summary.chunk_indexes:
+        index.chunks.append(ChunkPlace(c.chunk_start_offset, c.message_start_time, c.message_end_time))
+    for attachment in reader.iter_attachments():
+        index.attachments[attachment.name] = attachment.data
+    for metadata in reader.iter_metadata():
+        index.metadata[metadata.name] = dict(metadata.metadata)
+    return index
+
+
+def _by_walking(file: BinaryIO, size: int, remark: str | None) -> LogIndex:
+    """Hop from record to record as long as they are whole."""
+    index = LogIndex(damage=[remark] if remark else [])
+    offset = len(MAGIC)
+    ended = False
+    while not ended and offset + _RECORD.size <= size:
+        file.seek(offset)
+        opcode, length = _RECORD.unpack(file.read(_RECORD.size))
+        begin = offset + _RECORD.size
+        if begin + length > size or not 1 <= opcode <= 15:
+            break
+        if opcode == Opcode.CHUNK:
+            place = ChunkPlace(offset, *_TIMES.unpack(file.read(_TIMES.size)))
+            index.chunks.append(place)
+            _note_channels(index, read_chunk(file, place))
+        elif opcode == Opcode.ATTACHMENT:
+            attachment = Attachment.read(ReadDataStream(BytesIO(file.read(length))))
+            index.attachments[attachment.name] = attachment.data
+        elif opcode == Opcode.METADATA:
+            metadata = Metadata.read(ReadDataStream(BytesIO(file.read(length))))
+            index.metadata[metadata.name] = dict(metadata.metadata)
+        ended = opcode == Opcode.DATA_END
+        offset = begin + length
+    if not ended:
+        index.damage.append(_cut_off(index, offset, size))
+    return index
+
+
+def _note_channels(index: LogIndex, chunk: Chunk) -> None:
+    """Channels stand only in the chunk that has their first message."""
+    with contextlib.suppress(McapError, RuntimeError, ValueError, EOFError):  # reading the chunk will tell
+        index.channels.update((r.id, r) for r in breakup_chunk(chunk) if isinstance(r, Channel))
+
+
+def _cut_off(index: LogIndex, whole: int, size: int) -> str:
+    if index.chunks:
+        first, last = min(c.begin_ns for c in index.chunks), max(c.end_ns for c in index.chunks)
+        have = f"the last whole message is at {(last - first) * 1e-9:.3f} s"
+    else:
+        have = "no message in it is whole"
+    return f"cut off: {size - whole} of {size} bytes at the end are not readable, and what should follow is missing; {have}"
