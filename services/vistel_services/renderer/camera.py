@@ -1,0 +1,105 @@
+"""Where the picture is taken from: matrices of a pinhole camera and the smoothed eyes of a participant."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture import JointPose
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
+from vistel.figure.skeleton import JOINT_INDEX
+
+F64 = NDArray[np.float64]
+
+NEAR, FAR = 0.05, 30.0
+SEAT_FIELD_OF_VIEW = math.radians(56.0)
+ROOM_FIELD_OF_VIEW = math.radians(38.0)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """position: (3,) room frame [m]. rotation: (3, 3) camera to room; the camera looks along its -Z, +Y up.
+
+    field_of_view: of the picture's height [rad].
+    """
+
+    position: F64
+    rotation: F64
+    field_of_view: float
+
+    def view(self) -> F64:
+        """(4, 4) room to camera."""
+        out = np.eye(4)
+        out[:3, :3] = self.rotation.T
+        out[:3, 3] = -self.rotation.T @ self.position
+        return out
+
+    def projection(self, aspect: float) -> F64:
+        """(4, 4) camera to clip space; `aspect` is width / height."""
+        f = 1.0 / math.tan(0.5 * self.field_of_view)
+        out = np.zeros((4, 4))
+        out[0, 0], out[1, 1] = f / aspect, f
+        out[2, 2], out[2, 3] = (FAR + NEAR) / (NEAR - FAR), 2.0 * FAR * NEAR / (NEAR - FAR)
+        out[3, 2] = -1.0
+        return out
+
+    def project(self, points: F64, width: int, height: int) -> F64:
+        """(n, 3) pixel x (right), y (down) and distance in front of the camera [m] of (n, 3) room points."""
+        p = (np.asarray(points) - self.position) @ self.rotation
+        depth = -p[:, 2]
+        f = 0.5 * height / math.tan(0.5 * self.field_of_view)
+        safe = np.where(np.abs(depth) < 1e-9, 1e-9, depth)
+        return np.stack((0.5 * width + f * p[:, 0] / safe, 0.5 * height - f * p[:, 1] / safe, depth), axis=1)
+
+
+def look_at(eye: F64, target: F64, field_of_view: float) -> Camera:
+    """A camera at `eye` with `target` in the middle of the picture, upright."""
+    back = np.asarray(eye, np.float64) - target
+    back = back / np.linalg.norm(back)
+    right = np.cross((0.0, 1.0, 0.0), back)
+    norm = np.linalg.norm(right)
+    right = np.array((1.0, 0.0, 0.0)) if norm < 1e-9 else right / norm
+    return Camera(np.asarray(eye, np.float64), np.stack((right, np.cross(back, right), back), axis=1), field_of_view)
+
+
+class SeatCamera:
+    """The eyes of the local participant, steadied: a display does not shake when a head does."""
+
+    POSITION_TAU_S = 0.08
+    ROTATION_TAU_S = 0.22
+
+    def __init__(self) -> None:
+        self._position: F64 | None = None
+        self._quaternion: F64 | None = None
+        self._t_ns = 0
+
+    def follow(self, t_ns: int, joints: JointPose) -> Camera:
+        """The camera at `t_ns` for a head as it is then; upright (a head that tilts does not tilt the room)."""
+        eyes = joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]].mean(axis=0)
+        head = joints.rotation[JOINT_INDEX["head"]]
+        ahead = joints.rotation[JOINT_INDEX["hips"]][:, 2]
+        looking = FOLLOW * (head @ np.array((0.0, math.sin(SEAT_TILT), math.cos(SEAT_TILT))))
+        looking = looking + (1.0 - FOLLOW) * (ahead + (0.0, math.tan(SEAT_TILT), 0.0))
+        aim = quaternion_from_matrix(np.ascontiguousarray(look_at(eyes, eyes + looking, SEAT_FIELD_OF_VIEW).rotation))
+        if self._position is None or self._quaternion is None:
+            self._position, self._quaternion = eyes, aim
+        else:
+            dt = max(0.0, (t_ns - self._t_ns) * 1e-9)
+            self._position = self._position + (1.0 - math.exp(-dt / self.POSITION_TAU_S)) * (eyes - self._position)
+            self._quaternion = slerp(self._quaternion, aim, 1.0 - math.exp(-dt / self.ROTATION_TAU_S))
+        self._t_ns = t_ns
+        return Camera(self._position, matrix_from_quaternion(self._quaternion), SEAT_FIELD_OF_VIEW)
+
+
+FOLLOW = 0.55
+"""How much of the head's turn the picture makes: a display stands still while one looks about in it."""
+SEAT_TILT = math.radians(-6.0)
+"""The picture's middle lies a little below where the head points, so that table and hands are in it [rad]."""
+
+
+def overview() -> Camera:
+    """The whole table from a corner of the room, at the height of a standing person."""
+    return look_at(np.array((1.75, 1.85, 2.35)), np.array((0.0, 0.80, 0.0)), ROOM_FIELD_OF_VIEW)

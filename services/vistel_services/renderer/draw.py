@@ -1,0 +1,312 @@
+"""Draws one frame: shadow map, figures, things, room, names. Owns everything on the graphics side.
+
+Every call comes from the thread that opened the surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel_services.renderer.camera import Camera
+from vistel_services.renderer.gl_context import Surface
+from vistel_services.renderer.labels import Label, paint_label
+from vistel_services.renderer.programs import program, put
+from vistel_services.renderer.room import Furniture, Panel
+from vistel_services.renderer.shadow import ShadowMap
+from vistel_services.renderer.tessellate import Surface3
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+U8 = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class FigureModel:
+    """What of a figure stays: uv (n, 2), material (n,) 0 cloth, 1 skin, 2 eye; triangles (m, 3) and those without the
+    head (drawn for one's own body, seen through its eyes); texture (h, w, 3) sRGB, first row at the top."""
+
+    uv: F32
+    material: F32
+    triangles: I32
+    headless: I32
+    texture: U8
+
+
+@dataclass(frozen=True)
+class FigureView:
+    """A figure in a frame: positions and normals (n, 3), room frame; limbs (P, 8): ends a, radius, b, radius [m]."""
+
+    name: str
+    model: FigureModel
+    positions: F32
+    normals: F32
+    limbs: F32
+    own: bool = False
+
+
+@dataclass(frozen=True)
+class ThingView:
+    """A thing in a frame; matrix: (4, 4) thing to room."""
+
+    id: str
+    matrix: F32
+
+
+@dataclass(frozen=True)
+class LabelView:
+    """A name over the room point `place` (3,)."""
+
+    label: Label
+    place: F64
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Everything that is seen at one instant."""
+
+    camera: Camera
+    figures: Sequence[FigureView] = ()
+    things: Sequence[ThingView] = ()
+    labels: Sequence[LabelView] = ()
+
+
+@dataclass
+class _FigureBuffers:
+    model: FigureModel
+    dynamic: moderngl.Buffer
+    whole: moderngl.VertexArray
+    headless: moderngl.VertexArray
+    texture: moderngl.Texture
+    parts: list[moderngl.Buffer] = field(default_factory=list)
+
+    def release(self) -> None:
+        for part in (self.whole, self.headless, self.texture, self.dynamic, *self.parts):
+            part.release()
+
+
+@dataclass
+class Solid:
+    """A rigid body on the graphics side."""
+
+    vao: moderngl.VertexArray
+    shadow: moderngl.VertexArray
+    buffers: list[moderngl.Buffer]
+
+    def release(self) -> None:
+        for part in (self.vao, self.shadow, *self.buffers):
+            part.release()
+
+
+class Painter:
+    """Draws frames of `width` x `height` into its own picture."""
+
+    def __init__(self, surface: Surface, width: int, height: int) -> None:
+        self.surface, self.width, self.height = surface, width, height
+        ctx = self.ctx = surface.ctx
+        self.software = surface.capability.software
+        self._colour = ctx.renderbuffer((width, height), 4)
+        self._target = ctx.framebuffer([self._colour], ctx.depth_renderbuffer((width, height)))
+        # Software GL pays for every sample: no multisampling there.
+        samples = 0 if self.software else min(4, ctx.max_samples)
+        self._multisampled = None
+        if samples > 1:
+            self._multisampled = ctx.framebuffer(
+                [ctx.renderbuffer((width, height), 4, samples=samples)],
+                ctx.depth_renderbuffer((width, height), samples=samples),
+            )
+        self._figure_program = program(ctx, "figure")
+        self._solid_program = program(ctx, "solid")
+        self._room_program = program(ctx, "room")
+        self._label_program = program(ctx, "label")
+        self.shadow = ShadowMap(ctx, 1024)
+        self._figures: dict[str, _FigureBuffers] = {}
+        self._things: dict[str, Solid] = {}
+        self._panels: list[tuple[moderngl.VertexArray, moderngl.Texture, Panel]] = []
+        self._furniture: Solid | None = None
+        corners = ctx.buffer(np.array(((0, 0), (1, 0), (0, 1), (1, 1)), np.float32).tobytes())
+        self._label_vao = ctx.vertex_array(self._label_program, [(corners, "2f", "corner")])
+        self._label_textures: dict[Label, moderngl.Texture] = {}
+        self._line = max(12, round(height * 0.052))
+        self._drawn = 0
+
+    # -- what is drawn -------------------------------------------------------------------------------------------
+
+    def set_room(self, panels: Sequence[Panel], furniture: Furniture) -> None:
+        """The room to draw from now on."""
+        for panel in panels:
+            vbo = self.ctx.buffer(np.hstack((panel.positions, panel.normals, panel.uv)).astype(np.float32).tobytes())
+            ibo = self.ctx.buffer(panel.triangles.astype(np.int32).tobytes())
+            vao = self.ctx.vertex_array(self._room_program, [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo)
+            self._panels.append((vao, self._texture(panel.texture), panel))
+        self._furniture = self._solid(furniture.surface, furniture.tint)
+
+    def set_thing(self, thing_id: str, surface: Surface3, colours: F32) -> None:
+        """What a thing looks like; colours: (n, 3) linear, one per vertex."""
+        self.drop_thing(thing_id)
+        tint = np.column_stack((colours, np.ones(len(colours)))).astype(np.float32)
+        self._things[thing_id] = self._solid(surface, tint)
+
+    def drop_thing(self, thing_id: str) -> None:
+        """Forget a thing."""
+        if (old := self._things.pop(thing_id, None)) is not None:
+            old.release()
+
+    def drop_figure(self, name: str) -> None:
+        """Forget a figure."""
+        if (old := self._figures.pop(name, None)) is not None:
+            old.release()
+
+    # -- drawing -------------------------------------------------------------------------------------------------
+
+    def draw(self, frame: Frame) -> None:
+        """Draw into the picture."""
+        ctx = self.ctx
+        for view in frame.figures:
+            buffers = self._figure(view)
+            buffers.dynamic.write(np.hstack((view.positions, view.normals)))
+        things = [(t, self._things[t.id]) for t in frame.things if t.id in self._things]
+        self._shadows(frame, things)
+        target = self._multisampled or self._target
+        target.use()
+        ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        ctx.clear(0.05, 0.05, 0.06, 1.0)
+        camera = frame.camera
+        clip = camera.projection(self.width / self.height) @ camera.view()
+        shared = {
+            "clip_from_room": _matrix(clip), "eye": tuple(camera.position), "shadow_map": 1,
+            "shadow_from_room": _matrix(self.shadow.matrix), "shadow_texel": 1.0 / self.shadow.size,
+        }  # fmt: skip
+        self.shadow.texture.use(1)
+        put(self._figure_program, albedo=0, **shared)
+        for view in sorted(frame.figures, key=lambda v: not v.own):
+            buffers = self._figures[view.name]
+            buffers.texture.use(0)
+            (buffers.headless if view.own else buffers.whole).render()
+        put(self._solid_program, gloss=0.35, **shared)
+        for thing, solid in things:
+            put(self._solid_program, room_from_thing=_matrix(thing.matrix))
+            solid.vao.render()
+        if self._furniture is not None:
+            put(self._solid_program, gloss=0.12, room_from_thing=_matrix(np.eye(4)))
+            self._furniture.vao.render()
+        put(self._room_program, baked=0, **shared)
+        for vao, texture, panel in self._panels:
+            texture.use(0)
+            put(self._room_program, key_share=1.0 if panel.key else 0.0, gloss=panel.gloss)
+            vao.render()
+        self._labels(frame, clip)
+        if self._multisampled is not None:
+            ctx.copy_framebuffer(self._target, self._multisampled)
+        self._drawn += 1
+
+    def read_into(self, out: U8) -> None:
+        """The picture as (height, width, 4) RGBA bytes, first row at the *bottom*."""
+        self.surface.finish()
+        self._target.read_into(out, components=4, alignment=1)
+
+    def image(self) -> U8:
+        """The picture as (height, width, 3) RGB, first row at the top."""
+        out = np.empty((self.height, self.width, 4), np.uint8)
+        self.read_into(out)
+        return np.ascontiguousarray(out[::-1, :, :3])
+
+    def show(self) -> bool:
+        """Put the picture on the surface's window; False when it was closed."""
+        width, height = self.surface.window_size()
+        if width and height:
+            screen = self.ctx.screen
+            screen.viewport = (0, 0, width, height)
+            self.ctx.copy_framebuffer(screen, self._target)
+        return self.surface.show()
+
+    def error(self) -> str:
+        """What OpenGL complains about since the last call; "GL_NO_ERROR" when nothing."""
+        return self.ctx.error
+
+    # -- parts ---------------------------------------------------------------------------------------------------
+
+    def _shadows(self, frame: Frame, things: Sequence[tuple[ThingView, Solid]]) -> None:
+        # Shadows move slowly: every other frame is enough where the CPU draws.
+        if self.software and self._drawn % 2 and self._drawn > 1:
+            return
+        solids = [(thing.matrix, solid.shadow) for thing, solid in things]
+        if self._furniture is not None:
+            solids.append((np.eye(4, dtype=np.float32), self._furniture.shadow))
+        self.shadow.draw([view.limbs for view in frame.figures], solids)
+
+    def _labels(self, frame: Frame, clip: F64) -> None:
+        ctx = self.ctx
+        ctx.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
+        ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        wanted = set()
+        for view in sorted(frame.labels, key=lambda v: -float(((v.place - frame.camera.position) ** 2).sum())):
+            wanted.add(view.label)
+            at = clip @ np.append(view.place, 1.0)
+            if at[3] < 0.2 or abs(at[0]) > 1.3 * at[3] or abs(at[1]) > 1.3 * at[3]:
+                continue
+            texture = self._label_textures.get(view.label)
+            if texture is None:
+                image = paint_label(view.label, self._line)
+                texture = self._label_textures[view.label] = self._texture(image, mipmaps=False)
+            w, h = texture.size
+            x = round((0.5 + 0.5 * at[0] / at[3]) * self.width - 0.5 * w)
+            y = round((0.5 + 0.5 * at[1] / at[3]) * self.height)
+            x, y = max(2, min(self.width - w - 2, x)), max(2, min(self.height - h - 2, y))
+            box = (2 * x / self.width - 1, 2 * y / self.height - 1, 2 * (x + w) / self.width - 1, 2 * (y + h) / self.height - 1)
+            texture.use(0)
+            put(self._label_program, text=0, opacity=1.0, box=box, depth=float(at[2] / at[3]))
+            self._label_vao.render(moderngl.TRIANGLE_STRIP)
+        for label in set(self._label_textures) - wanted:
+            self._label_textures.pop(label).release()
+
+    def _figure(self, view: FigureView) -> _FigureBuffers:
+        found = self._figures.get(view.name)
+        if found is not None and found.model is view.model:
+            return found
+        self.drop_figure(view.name)
+        ctx, model = self.ctx, view.model
+        dynamic = ctx.buffer(reserve=len(model.uv) * 24, dynamic=True)
+        fixed = ctx.buffer(np.column_stack((model.uv, model.material)).astype(np.float32).tobytes())
+        layout = [(dynamic, "3f 3f", "position", "normal"), (fixed, "2f 1f", "uv", "material")]
+        whole, headless = (ctx.buffer(t.astype(np.int32).tobytes()) for t in (model.triangles, model.headless))
+        buffers = _FigureBuffers(
+            model, dynamic, ctx.vertex_array(self._figure_program, layout, whole),
+            ctx.vertex_array(self._figure_program, layout, headless), self._texture(model.texture),
+            [fixed, whole, headless],
+        )  # fmt: skip
+        self._figures[view.name] = buffers
+        return buffers
+
+    def _solid(self, surface: Surface3, tint: F32) -> Solid:
+        data = np.hstack((surface.vertices, surface.normals, tint)).astype(np.float32)
+        vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(surface.triangles.astype(np.int32).tobytes())
+        vao = self.ctx.vertex_array(self._solid_program, [(vbo, "3f 3f 4f", "position", "normal", "tint")], ibo)
+        return Solid(vao, self.shadow.solid(vbo, "3f 28x", ibo), [vbo, ibo])
+
+    def _texture(self, image: U8, mipmaps: bool = True) -> moderngl.Texture:
+        limit = 4096 if self.software else 8192
+        step = -(-max(image.shape[:2]) // limit)
+        flipped = np.ascontiguousarray(image[::-step if step > 1 else -1, :: max(1, step)])
+        h, w, components = flipped.shape
+        texture = self.ctx.texture((w, h), components, flipped.tobytes(), alignment=1)
+        if mipmaps:
+            texture.build_mipmaps()
+            nearest = moderngl.LINEAR_MIPMAP_NEAREST if self.software else moderngl.LINEAR_MIPMAP_LINEAR
+            texture.filter = (nearest, moderngl.LINEAR)
+            if not self.software:
+                texture.anisotropy = 8.0
+        else:
+            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            texture.repeat_x = texture.repeat_y = False
+        return texture
+
+
+def _matrix(m: F64 | F32) -> bytes:
+    """Column by column, as OpenGL reads it."""
+    return np.ascontiguousarray(m.T, np.float32).tobytes()

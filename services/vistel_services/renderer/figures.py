@@ -1,0 +1,136 @@
+"""Figures as the renderer needs them: an avatar that deforms, or a stand-in of bare limbs while there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.avatar import Avatar
+from vistel.figure.body import Body, PosedBody, pose_body, standard_body
+from vistel.figure.figure import Figure
+from vistel.figure.posture import JointPose, Posture, pose_joints
+from vistel.figure.skeleton import Skeleton, standard_skeleton
+from vistel.space.things import Primitive
+from vistel_services.renderer.draw import FigureModel
+from vistel_services.renderer.tessellate import join, tessellate
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+
+CLOTH, SKIN, EYE = 0.0, 1.0, 2.0
+CASTER = 0.82
+"""Share of a limb's radius that casts its shadow: a sculpted skin dips below its primitives in places."""
+_HEAD = ("neck", "skull", "face")
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A figure at one instant, room frame: positions and normals (n, 3) float32 of the model's drawn vertices."""
+
+    positions: F32
+    normals: F32
+    joints: JointPose
+    posed: PosedBody
+
+
+class Shape(Protocol):
+    """A participant's figure."""
+
+    skeleton: Skeleton
+    body: Body
+    model: FigureModel
+
+    def pose(self, posture: Posture) -> Posed:
+        """The figure in `posture`; what it returns is valid until its next `pose`."""
+        ...
+
+
+def is_skin(limb: str) -> bool:
+    """Whether a limb of that name is bare: head and hands."""
+    return limb in _HEAD or any(word in limb for word in ("palm", "knuckles", "thumb", "index", "middle", "ring", "little"))
+
+
+def avatar_model(avatar: Avatar) -> FigureModel:
+    """Texture coordinates, materials and triangles of an avatar; eyeballs follow the skin's drawn vertices."""
+    mesh = avatar.mesh
+    names = avatar.body.names
+    skin = np.array([SKIN if is_skin(n) else CLOTH for n in names], np.float32)
+    head = np.array([n in _HEAD for n in names])
+    uv, material, triangles = [mesh.uv], [skin[mesh.limb[mesh.corner_vertex]]], [mesh.corner_triangles]
+    start = len(mesh.uv)
+    for ball in avatar.eyeballs:
+        uv.append(ball.uv)
+        material.append(np.full(len(ball.uv), EYE, np.float32))
+        triangles.append(ball.corner_triangles + start)
+        start += len(ball.uv)
+    of_head = head[mesh.limb[mesh.triangles]].any(axis=1)
+    return FigureModel(
+        np.concatenate(uv).astype(np.float32), np.concatenate(material), np.concatenate(triangles).astype(np.int32),
+        np.ascontiguousarray(mesh.corner_triangles[~of_head]), avatar.albedo,
+    )  # fmt: skip
+
+
+class StandIn:
+    """A figure of its bare limbs in grey: shown while an avatar is being made, and for one that cannot be had."""
+
+    def __init__(self, height: float) -> None:
+        self.skeleton = standard_skeleton(height)
+        self.body = standard_body(self.skeleton)
+        b = self.body
+        parts = [
+            tessellate(Primitive("cone_sphere", (*b.a[i], *b.b[i], b.radius_a[i], b.radius_b[i])), 0.5)
+            for i in range(len(b))
+        ]
+        whole = join(parts)
+        self._vertices, self._normals = whole.vertices, whole.normals
+        limb = np.repeat(np.arange(len(b)), [len(p.vertices) for p in parts])
+        self._joint = b.joint[limb]
+        uv = np.column_stack((np.full(len(limb), 0.5), np.where([is_skin(b.names[i]) for i in limb], 0.75, 0.25)))
+        texture = np.zeros((2, 2, 3), np.uint8)
+        texture[0], texture[1] = (178, 166, 158), (126, 132, 140)
+        texture = np.repeat(np.repeat(texture, 8, axis=0), 8, axis=1)
+        of_head = np.array([b.names[i] in _HEAD for i in limb])[whole.triangles].any(axis=1)
+        self.model = FigureModel(
+            uv.astype(np.float32), np.zeros(len(limb), np.float32), whole.triangles, whole.triangles[~of_head], texture
+        )
+
+    def pose(self, posture: Posture) -> Posed:
+        """The limbs in `posture`, each stiff."""
+        joints = pose_joints(self.skeleton, posture)
+        r = joints.rotation[self._joint].astype(np.float32)
+        positions = np.einsum("nij,nj->ni", r, self._vertices) + joints.position[self._joint]
+        normals = np.einsum("nij,nj->ni", r, self._normals)
+        return Posed(positions.astype(np.float32), normals, joints, pose_body(self.body, joints))
+
+
+class Person:
+    """An avatar's figure."""
+
+    def __init__(self, avatar: Avatar) -> None:
+        self.skeleton, self.body = avatar.skeleton, avatar.body
+        self.model = avatar_model(avatar)
+        self._figure = Figure(avatar)
+        self._corners = [mesh.corner_vertex for mesh in (avatar.mesh, *avatar.eyeballs)]
+        count = len(self.model.uv)
+        self._positions, self._normals = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
+
+    def pose(self, posture: Posture) -> Posed:
+        """The figure in `posture`."""
+        state = self._figure.pose(posture)
+        start = 0
+        for corner, (vertices, normals) in zip(
+            self._corners, ((state.vertices, state.normals), *state.eyeballs), strict=True
+        ):
+            end = start + len(corner)
+            np.take(vertices, corner, axis=0, out=self._positions[start:end])
+            np.take(normals, corner, axis=0, out=self._normals[start:end])
+            start = end
+        return Posed(self._positions, self._normals, state.joints, state.posed)
+
+
+def limb_rows(posed: PosedBody) -> F32:
+    """(P, 8) end a, radius, end b, radius of each limb, for the shadow pass."""
+    return np.column_stack((posed.a, CASTER * posed.radius_a, posed.b, CASTER * posed.radius_b)).astype(np.float32)

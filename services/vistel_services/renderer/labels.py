@@ -1,0 +1,57 @@
+"""Names over heads: small pictures of text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+U8 = NDArray[np.uint8]
+
+_MAX_CHARACTERS = 28
+
+
+@dataclass(frozen=True)
+class Label:
+    """A name and, when there is something to say, a second line in small ("holds the red baton", "no signal")."""
+
+    name: str
+    remark: str = ""
+    warning: bool = False
+
+
+@lru_cache(maxsize=8)
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    """DejaVu Sans where the system has it (it knows more scripts), else the font that comes with Pillow."""
+    try:
+        return ImageFont.truetype("DejaVuSans.ttf", size)
+    except OSError:
+        return ImageFont.load_default(size)
+
+
+def _short(text: str) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= _MAX_CHARACTERS else text[: _MAX_CHARACTERS - 1] + "…"
+
+
+def paint_label(label: Label, line_height: int) -> U8:
+    """(h, w, 4) RGBA, first row at the top; the name's line is `line_height` pixels high."""
+    lines = [(_short(label.name), _font(max(8, round(0.66 * line_height))), (255, 255, 255, 255), line_height)]
+    if label.remark:
+        colour = (255, 196, 120, 255) if label.warning else (178, 220, 255, 255)
+        small = round(0.78 * line_height)
+        lines.append((_short(label.remark), _font(max(7, round(0.50 * line_height))), colour, small))
+    pad = round(0.40 * line_height)
+    width = max(round(font.getlength(text)) for text, font, _, _ in lines) + 2 * pad
+    height = sum(h for _, _, _, h in lines) + 2
+    image = Image.new("RGBA", (width, height), (12, 16, 20, 0))
+    draw = ImageDraw.Draw(image)
+    draw.rounded_rectangle((0, 0, width - 1, height - 1), radius=round(0.4 * line_height), fill=(12, 16, 20, 150))
+    y = 1.0
+    for text, font, colour, h in lines:
+        draw.text((0.5 * width, y + 0.5 * h), text, font=font, fill=colour, anchor="mm")
+        y += h
+    return np.asarray(image, np.uint8)

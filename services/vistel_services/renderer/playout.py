@@ -1,0 +1,150 @@
+"""When a renderer shows what: frames are buffered on the sender's clock and shown a fixed time behind.
+
+Nothing here reads a clock: arrival and drawing times are arguments, so a simulated conference plays out the same.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+BLEND_NS = 200_000_000
+"""How long a picture takes to return from a held frame to the live ones."""
+KEPT_NS = 2_000_000_000
+"""A frame older than the newest by this much is no stray: the sender began again with another clock."""
+MAX_SKEW_RATE = 0.05
+"""How fast the playout point may move against the clock to meet a sender whose clock is off [s/s]."""
+TRANSIT_WINDOW = 128
+"""Arrivals over which the fastest transit is taken."""
+MIN_MARGIN_NS = 20_000_000
+"""Slack kept between arrival and showing, where the configured delay leaves less."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How late a stream is, all in nanoseconds.
+
+    delay: drawing time minus capture time of what is shown. age: drawing time minus capture time of the newest frame
+    that has arrived. jitter: smoothed change of the transit time (RFC 3550 §6.4.1).
+    """
+
+    delay_ns: int
+    age_ns: int
+    jitter_ns: int
+    holding: bool
+
+
+class Playout(Generic[T]):
+    """The frames of one stream and the point in them that is being shown.
+
+    `interpolate(a, b, u)` gives the value between `a` (u = 0) and `b` (u = 1). While frames are missing the last value
+    is held; when they return the picture blends back within BLEND_NS. The point shown never moves backwards.
+    """
+
+    def __init__(self, interpolate: Callable[[T, T, float], T], delay_ns: int) -> None:
+        self._interpolate = interpolate
+        self._delay_ns = delay_ns
+        self._times: list[int] = []
+        self._values: list[T] = []
+        self._transits: list[int] = []
+        self._jitter_ns = 0.0
+        self._skew_ns = 0.0
+        self._point_ns: int | None = None
+        self._sampled_ns: int | None = None
+        self._shown: T | None = None
+        self._starved_at_ns: int | None = None
+        self._home_at_ns: int | None = None
+        self._timing: Timing | None = None
+
+    def push(self, t_ns: int, value: T, received_ns: int) -> bool:
+        """A frame captured at `t_ns` (sender's clock) that arrived at `received_ns`.
+
+        False when it is older than one that came before: the stream is ordered, such a frame is a stray.
+        """
+        if self._times and t_ns <= self._times[-1]:
+            if t_ns > self._times[-1] - KEPT_NS:
+                return False
+            self._restart()
+        transit = received_ns - t_ns
+        if self._transits:
+            self._jitter_ns += (abs(transit - self._transits[-1]) - self._jitter_ns) / 16.0
+        self._transits.append(transit)
+        del self._transits[:-TRANSIT_WINDOW]
+        self._times.append(t_ns)
+        self._values.append(value)
+        return True
+
+    def _restart(self) -> None:
+        """The sender's clock went back: what was buffered belongs to a time that will not return."""
+        self._times.clear()
+        self._values.clear()
+        self._transits.clear()
+        self._point_ns = None
+        if self._sampled_ns is not None:
+            self._home_at_ns = self._sampled_ns + BLEND_NS
+
+    def sample(self, now_ns: int) -> T | None:
+        """What to show at `now_ns`; None until the first frame has arrived."""
+        if not self._times:
+            return None
+        point = self._advance(now_ns)
+        newest = self._times[-1]
+        target = self._at(point)
+        if self._starved_at_ns is not None and self._starved_at_ns != newest:
+            self._home_at_ns = (now_ns if self._sampled_ns is None else self._sampled_ns) + BLEND_NS
+        self._starved_at_ns = newest if point > newest else None
+        self._shown = self._homing(target, now_ns)
+        self._sampled_ns = now_ns
+        self._timing = Timing(now_ns - min(point, newest), now_ns - newest, int(self._jitter_ns), point > newest)
+        self._forget(point)
+        return self._shown
+
+    @property
+    def timing(self) -> Timing | None:
+        """Of the last sample."""
+        return self._timing
+
+    def _homing(self, target: T, now_ns: int) -> T:
+        """`target`, or while coming back from a hold the value on the way to it, there when the blend ends."""
+        if self._home_at_ns is None or self._shown is None or self._sampled_ns is None:
+            return target
+        if now_ns >= self._home_at_ns:
+            self._home_at_ns = None
+            return target
+        step = (now_ns - self._sampled_ns) / (self._home_at_ns - self._sampled_ns)
+        return self._interpolate(self._shown, target, step)
+
+    def _at(self, point: int) -> T:
+        i = bisect_right(self._times, point)
+        if i == len(self._times):
+            return self._values[-1]
+        if i == 0:
+            return self._values[0]
+        t0, t1 = self._times[i - 1], self._times[i]
+        return self._interpolate(self._values[i - 1], self._values[i], (point - t0) / (t1 - t0))
+
+    def _advance(self, now_ns: int) -> int:
+        """The point to show: behind by the delay, moved gently for a sender whose clock is off, never backwards."""
+        fastest = min(self._transits)
+        margin = max(MIN_MARGIN_NS, 3.0 * self._jitter_ns)
+        wanted = -min(fastest, 0) - max(0.0, fastest + margin - self._delay_ns)
+        if self._sampled_ns is None:
+            self._skew_ns = wanted
+        else:
+            limit = MAX_SKEW_RATE * max(0, now_ns - self._sampled_ns)
+            self._skew_ns += min(limit, max(-limit, wanted - self._skew_ns))
+        point = now_ns - self._delay_ns + int(self._skew_ns)
+        if self._point_ns is not None:
+            point = max(point, self._point_ns)
+        self._point_ns = point
+        return point
+
+    def _forget(self, point: int) -> None:
+        """Drop what lies before the frame that is being shown."""
+        i = bisect_right(self._times, point) - 1
+        if i > 0:
+            del self._times[:i], self._values[:i]

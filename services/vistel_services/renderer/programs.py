@@ -1,0 +1,33 @@
+"""The renderer's shaders, read from `shaders/` beside this file. `#include "name"` is resolved here."""
+
+from __future__ import annotations
+
+import re
+from importlib import resources
+
+import moderngl
+
+
+def source(name: str) -> str:
+    """The text of a shader with its includes in place."""
+    folder = resources.files("vistel_services.renderer") / "shaders"
+    text = (folder / name).read_text("utf-8")
+    return re.sub(r'#include "([\w.]+)"', lambda m: source(m.group(1)), text)
+
+
+def program(ctx: moderngl.Context, vertex: str, fragment: str | None = None) -> moderngl.Program:
+    """`vertex`.vert.glsl with `fragment`.frag.glsl (default: of the same name)."""
+    return ctx.program(
+        vertex_shader=source(f"{vertex}.vert.glsl"), fragment_shader=source(f"{fragment or vertex}.frag.glsl")
+    )
+
+
+def put(prog: moderngl.Program, **uniforms: object) -> None:
+    """Set uniforms; those the compiler found unused are skipped."""
+    for name, value in uniforms.items():
+        if name in prog:
+            member = prog[name]
+            if isinstance(value, bytes):
+                member.write(value)  # type: ignore[union-attr]
+            else:
+                member.value = value  # type: ignore[union-attr]

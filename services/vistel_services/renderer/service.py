@@ -1,0 +1,226 @@
+"""The renderer as a service: takes motion and world from the bus, draws at its rate, writes the site's video."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from prometheus_client import Counter, Gauge, Histogram
+
+from vistel.conference.model import Conference, Site
+from vistel.conference.paths import RunPaths
+from vistel.v1 import service_pb2
+from vistel.wire.bus import Bus, Publication
+from vistel.wire.clock import Clock
+from vistel.wire.topics import BY_NAME
+from vistel_services.renderer.gl_context import NoOpenGl
+from vistel_services.renderer.stage import Instant, Stage
+from vistel_services.renderer.studio import Studio, View
+from vistel_services.renderer.video import VideoWriter
+
+log = logging.getLogger("vistel.renderer")
+
+_FRAMES = Counter("vistel_renderer_frames_total", "Pictures drawn", ["site"])
+_LEFT_OUT = Counter("vistel_renderer_video_left_out_total", "Pictures the video encoder had no time for", ["site"])
+_FRAME_TIME = Histogram(
+    "vistel_renderer_frame_time_seconds", "Drawing one picture", ["site"],
+    buckets=(0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.25, 0.5, 1.0),
+)  # fmt: skip
+_RATE = Gauge("vistel_renderer_rate_hertz", "Pictures per second over the last report", ["site"])
+_AGE = Gauge("vistel_renderer_motion_age_seconds", "Age of the newest motion when drawn", ["site", "participant"])
+
+_REPORT_NS = 500_000_000
+_RETRY_S = 2.0
+
+
+@dataclass(frozen=True)
+class Config:
+    """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
+    seats: of the room; video: the MP4 to write, None for none."""
+
+    site: str
+    view: View
+    rate: float
+    delay_s: float
+    seats: int
+    video: Path | None
+
+
+def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
+    """The renderer of `site`."""
+    if site is None:
+        raise ValueError("renderer: runs at a site, and none was named")
+    shown = site.display
+    view = View(shown.width, shown.height, shown.view, site.participants[0].name, shown.window, f"VISTEL {site.name}")
+    return Config(
+        site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
+        paths.video(site.name) if shown.video else None,
+    )  # fmt: skip
+
+
+class _Reporter:
+    """Tells the others how late this site's pictures are, twice a second."""
+
+    def __init__(self, site: str, publication: Publication) -> None:
+        self._site, self._publication = site, publication
+        self._frames = 0
+        self._since_ns: int | None = None
+        self._since_frames = 0
+        self._spent_ns = 0
+
+    def drawn(self, instant: Instant, done_ns: int) -> None:
+        """A picture of `instant` was ready at `done_ns`."""
+        took = done_ns - instant.now_ns
+        self._frames += 1
+        self._spent_ns += took
+        _FRAMES.labels(self._site).inc()
+        _FRAME_TIME.labels(self._site).observe(took * 1e-9)
+        if self._since_ns is None:
+            self._since_ns = done_ns
+            self._since_frames = self._frames
+            self._spent_ns = 0
+            return
+        if done_ns - self._since_ns < _REPORT_NS:
+            return
+        count = self._frames - self._since_frames
+        rate = count / ((done_ns - self._since_ns) * 1e-9)
+        message = service_pb2.ImageDelay(
+            site=self._site, frames=self._frames, frames_per_s=rate, frame_time_s=self._spent_ns * 1e-9 / max(1, count)
+        )
+        message.header.t_ns = done_ns
+        for person in instant.people:
+            t = person.timing
+            message.streams.add(
+                participant=person.about.name, delay_s=(t.delay_ns + took) * 1e-9, age_s=t.age_ns * 1e-9,
+                jitter_s=t.jitter_ns * 1e-9,
+            )  # fmt: skip
+            _AGE.labels(self._site, person.about.name).set(t.age_ns * 1e-9)
+        self._publication.put(message)
+        _RATE.labels(self._site).set(rate)
+        self._since_ns, self._since_frames, self._spent_ns = done_ns, self._frames, 0
+
+
+async def run(config: Config, bus: Bus, clock: Clock) -> None:
+    """Draw until cancelled."""
+    thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
+    stage = Stage(round(config.delay_s * 1e9))
+    inputs = _Inputs(bus, stage)
+    reporter = _Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
+    video = _open_video(config)
+    easel = _Easel(config, thread)
+    late = asyncio.create_task(inputs.catch_up(clock), name="snapshot")
+    period_ns = round(1e9 / config.rate)
+    due_ns = clock.now_ns()
+    try:
+        while True:
+            inputs.take()
+            instant = stage.instant(clock.now_ns())
+            picture = await easel.draw(instant)
+            if picture is not None:
+                reporter.drawn(instant, clock.now_ns())
+                if video is not None and not video.put(instant.now_ns, picture):
+                    _LEFT_OUT.labels(config.site).inc()
+            due_ns = max(due_ns + period_ns, clock.now_ns() - period_ns // 4)
+            await clock.sleep_until_ns(due_ns)
+    finally:
+        late.cancel()
+        inputs.close()
+        await asyncio.shield(_wind_up(easel, video, thread))
+
+
+async def _wind_up(easel: _Easel, video: VideoWriter | None, thread: ThreadPoolExecutor) -> None:
+    await easel.close()
+    if video is not None:
+        await asyncio.to_thread(video.close)
+        log.info("event=video_written path=%s frames=%d left_out=%d", video.path, video.written, video.left_out)
+    thread.shutdown(wait=False)
+
+
+def _open_video(config: Config) -> VideoWriter | None:
+    if config.video is None:
+        return None
+    try:
+        return VideoWriter(config.video, config.view.width, config.view.height, config.rate)
+    except Exception as e:  # a disk or an encoder that fails must not take the picture away
+        log.error("event=no_video path=%s reason=%r", config.video, str(e))
+        return None
+
+
+class _Inputs:
+    """What the stage listens to."""
+
+    def __init__(self, bus: Bus, stage: Stage) -> None:
+        self._bus, self._stage = bus, stage
+        self._about = bus.subscribe(BY_NAME["participant"])
+        self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True)
+        self._world = bus.subscribe(BY_NAME["world_state"], queue_all=True)
+
+    def take(self) -> None:
+        """Hand everything that has arrived to the stage."""
+        for sample in self._about.take():
+            self._stage.hear_about(sample.message)
+        for sample in self._motion.take():
+            self._stage.hear_motion(sample.names["participant"], sample.message, sample.received_ns)
+        for sample in self._world.take():
+            self._stage.hear_world(sample.message, sample.received_ns)
+
+    async def catch_up(self, clock: Clock) -> None:
+        """Ask the world once for the whole room, so that a late joiner need not wait for the next key frame."""
+        snapshot = await self._bus.query(BY_NAME["world_snapshot"], None, 2.0)
+        if snapshot is not None:
+            self._stage.hear_world(snapshot.state, clock.now_ns())
+
+    def close(self) -> None:
+        for subscription in (self._about, self._motion, self._world):
+            subscription.close()
+
+
+class _Easel:
+    """The studio in its own thread; set up again when drawing fails (a graphics card lost, a window closed)."""
+
+    def __init__(self, config: Config, thread: ThreadPoolExecutor) -> None:
+        self._config, self._thread = config, thread
+        self._view = config.view
+        self._studio: Studio | None = None
+        self._started = False
+
+    async def draw(self, instant: Instant) -> NDArray[np.uint8] | None:
+        """The picture, or None when there is none this time."""
+        try:
+            return await self._call(self._draw, instant)
+        except NoOpenGl:
+            raise
+        except Exception:
+            log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", _RETRY_S)
+            self._studio = None
+            await asyncio.sleep(_RETRY_S)
+            return None
+
+    async def close(self) -> None:
+        if self._studio is not None:
+            studio, self._studio = self._studio, None
+            await self._call(studio.close)
+
+    async def _call(self, function: Any, *args: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._thread, function, *args)
+
+    def _draw(self, instant: Instant) -> NDArray[np.uint8]:
+        if self._studio is None:
+            self._studio = Studio(self._view, self._config.seats)
+            found = self._studio.capability
+            log.info(
+                "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d",
+                found.renderer, found.version, found.software, found.window, self._view.width, self._view.height,
+            )  # fmt: skip
+        picture = self._studio.render(instant)
+        if self._studio.closed_by_user:
+            log.info("event=window_closed using=headless")
+            self._studio.close()
+            self._studio, self._view = None, replace(self._view, window=False)
+        return picture

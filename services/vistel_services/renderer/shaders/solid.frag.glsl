@@ -1,0 +1,21 @@
+#version 330
+#include "common.glsl"
+in vec3 p_room;
+in vec3 n_room;
+in vec4 base_colour;  // linear colour, and how much ambient light reaches the place
+uniform float gloss;
+out vec4 colour;
+
+void main() {
+    vec3 n = normalize(n_room);
+    vec3 v = normalize(eye - p_room);
+    float c = max(dot(n, KEY_DIRECTION), 0.0);
+    float visible = c > 0.0 ? key_visible(p_room, n, 0.008) : 0.0;
+    float f = max(0.0, (dot(n, FILL_DIRECTION) + 0.25) / 1.56);
+    vec3 light = KEY * c * visible + (FILL * f + ambient(n)) * base_colour.a;
+    vec3 h = normalize(KEY_DIRECTION + v);
+    float edge = 1.0 - max(dot(n, v), 0.0);
+    edge *= edge;
+    vec3 shine = gloss * (KEY * visible * pow(max(dot(n, h), 0.0), 48.0) + SKY * (0.10 + 0.6 * edge * edge) * base_colour.a);
+    colour = vec4(display(base_colour.rgb * light + shine), 1.0);
+}

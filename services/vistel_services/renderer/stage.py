@@ -1,0 +1,135 @@
+"""Who and what is in the room, buffered until it is shown. Lives on the event loop; knows no graphics and no clock."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from vistel.figure.posture import Posture, interpolate
+from vistel.space.things import Thing
+from vistel.v1 import motion_pb2, world_pb2
+from vistel_services.renderer.motion_in import MotionReader
+from vistel_services.renderer.playout import Playout, Timing
+from vistel_services.renderer.world_view import WorldView, between, follow, thing_of
+
+log = logging.getLogger("vistel.renderer")
+
+GONE_NS = 20_000_000_000
+"""A participant silent this long is no longer drawn."""
+
+
+@dataclass(frozen=True)
+class About:
+    """Who a participant is."""
+
+    name: str
+    display_name: str
+    avatar: str = "builtin"
+    height: float = 1.75
+
+
+@dataclass(frozen=True)
+class PersonNow:
+    """A participant at the instant shown."""
+
+    about: About
+    posture: Posture
+    timing: Timing
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Everything that is shown at one instant; now_ns: conference time at which it is drawn."""
+
+    now_ns: int
+    people: tuple[PersonNow, ...] = ()
+    world: WorldView = field(default_factory=WorldView)
+    things: Mapping[str, Thing] = field(default_factory=lambda: MappingProxyType({}))
+
+
+class _Person:
+    def __init__(self, about: About, delay_ns: int) -> None:
+        self.about = about
+        self.reader = MotionReader()
+        self.playout: Playout[Posture] = Playout(interpolate, delay_ns)
+
+
+class Stage:
+    """Takes messages in, gives instants out."""
+
+    def __init__(self, delay_ns: int) -> None:
+        self._delay_ns = delay_ns
+        self._people: dict[str, _Person] = {}
+        self._things: Mapping[str, Thing] = MappingProxyType({})
+        self._described: dict[str, bytes] = {}
+        self._world: Playout[WorldView] = Playout(between, delay_ns)
+        self._latest = WorldView()
+        self._began = False
+
+    def hear_about(self, message: motion_pb2.Participant) -> None:
+        """Who somebody is."""
+        about = About(
+            message.participant, message.display_name or message.participant, message.avatar or "builtin",
+            message.height_m if 0.5 <= message.height_m <= 2.6 else 1.75,
+        )  # fmt: skip
+        person = self._people.get(about.name)
+        if person is None:
+            self._people[about.name] = _Person(about, self._delay_ns)
+        else:
+            person.about = about
+
+    def hear_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
+        """What somebody did; before we heard who they are, they are shown under their key's name."""
+        person = self._people.get(name)
+        if person is None:
+            person = self._people[name] = _Person(About(name, name), self._delay_ns)
+        posture = person.reader.read(message)
+        if posture is not None:
+            person.playout.push(message.header.t_ns, posture, received_ns)
+
+    def hear_world(self, message: world_pb2.WorldState, received_ns: int) -> None:
+        """The room. Until the first key frame nothing is known of what only moves."""
+        if message.key:
+            self._describe(message)
+            self._began = True
+        if not self._began:
+            return
+        if message.step < self._latest.step and not message.key:
+            return
+        self._latest = follow(self._latest, message)
+        self._world.push(message.header.t_ns, self._latest, received_ns)
+
+    def instant(self, now_ns: int) -> Instant:
+        """What is shown at `now_ns`."""
+        people: list[PersonNow] = []
+        for name, person in list(self._people.items()):
+            posture = person.playout.sample(now_ns)
+            timing = person.playout.timing
+            if posture is None or timing is None:
+                continue
+            if timing.age_ns > GONE_NS:
+                log.info("event=participant_gone participant=%s silent_s=%.0f", name, timing.age_ns * 1e-9)
+                del self._people[name]
+                continue
+            people.append(PersonNow(person.about, posture, timing))
+        world = self._world.sample(now_ns) or WorldView()
+        return Instant(now_ns, tuple(people), world, self._things)
+
+    def _describe(self, message: world_pb2.WorldState) -> None:
+        if not message.things:
+            return
+        described = {t.id: t.SerializeToString(deterministic=True) for t in message.things}
+        if described == self._described:
+            return
+        things: dict[str, Thing] = {}
+        for t in message.things:
+            if self._described.get(t.id) == described[t.id] and t.id in self._things:
+                things[t.id] = self._things[t.id]
+                continue
+            try:
+                things[t.id] = thing_of(t)
+            except ValueError as e:
+                log.error("event=bad_thing thing=%s reason=%r action=not_drawn", t.id, str(e))
+        self._described, self._things = described, MappingProxyType(things)

@@ -1,0 +1,162 @@
+"""From an instant to a picture: poses the figures, aims the camera, draws, hands the picture on. One thread owns it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion
+from vistel.figure.skeleton import JOINT_INDEX
+from vistel.space.room import Room, meeting_room
+from vistel_services.renderer.camera import Camera, SeatCamera, overview
+from vistel_services.renderer.draw import FigureView, Frame, LabelView, Painter, ThingView
+from vistel_services.renderer.figures import Posed, Shape, StandIn, limb_rows
+from vistel_services.renderer.gl_context import open_surface
+from vistel_services.renderer.labels import Label
+from vistel_services.renderer.people import load_shape
+from vistel_services.renderer.room import build_room, linear
+from vistel_services.renderer.stage import About, Instant, PersonNow
+from vistel_services.renderer.tessellate import join, tessellate
+
+log = logging.getLogger("vistel.renderer")
+
+F32 = NDArray[np.float32]
+U8 = NDArray[np.uint8]
+
+NO_SIGNAL_NS = 1_500_000_000
+
+
+@dataclass(frozen=True)
+class View:
+    """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room"."""
+
+    width: int
+    height: int
+    kind: str
+    eyes: str
+    window: bool
+    title: str = "VISTEL"
+
+
+@dataclass
+class _Cast:
+    about: About
+    shape: Shape
+    coming: Future[Shape] | None
+    remark: str = ""
+
+
+class Studio:
+    """Owns the surface. Create, use and close it in one thread."""
+
+    def __init__(self, view: View, seats: int, load: Callable[[About], Shape] = load_shape) -> None:
+        self.view = view
+        self._surface = open_surface(view.width, view.height, view.window, view.title)
+        self.capability = self._surface.capability
+        self.painter = Painter(self._surface, view.width, view.height)
+        self._room: Room = meeting_room(seats)
+        self._fixed = {t.id for t in self._room.things if t.fixed and t.shape in ("table", "chair")}
+        self.painter.set_room(*build_room(self._room))
+        self._camera = SeatCamera()
+        self._cast: dict[str, _Cast] = {}
+        self._things: dict[str, object] = {}
+        self._load = load
+        self._loader = ThreadPoolExecutor(1, thread_name_prefix="avatars")
+        self.closed_by_user = False
+
+    def render(self, instant: Instant) -> U8:
+        """The picture of an instant, (height, width, 4) RGBA, first row at the bottom."""
+        self._meet(instant)
+        self._furnish(instant)
+        self.painter.draw(self._frame(instant))
+        out = np.empty((self.view.height, self.view.width, 4), np.uint8)
+        self.painter.read_into(out)
+        if not self.painter.show():
+            self.closed_by_user = True
+        return out
+
+    def close(self) -> None:
+        self._loader.shutdown(wait=False, cancel_futures=True)
+        self._surface.close()
+
+    def _frame(self, instant: Instant) -> Frame:
+        posed = {p.about.name: self._cast[p.about.name].shape.pose(p.posture) for p in instant.people}
+        camera = self._aim(instant, posed)
+        figures: list[FigureView] = []
+        labels: list[LabelView] = []
+        for person in instant.people:
+            name = person.about.name
+            cast, now = self._cast[name], posed[name]
+            own = self.view.kind == "seat" and name == self.view.eyes
+            figures.append(
+                FigureView(name, cast.shape.model, now.positions, now.normals, limb_rows(now.posed), own)
+            )
+            if not own:
+                head = JOINT_INDEX["head"]
+                crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
+                labels.append(LabelView(self._label(instant, person, cast), crown + (0.0, 0.07, 0.0)))
+        things: list[ThingView] = []
+        for thing_id, (position, rotation) in instant.world.poses.items():
+            if thing_id in self._things:
+                matrix = np.eye(4, dtype=np.float32)
+                matrix[:3, :3] = matrix_from_quaternion(rotation)
+                matrix[:3, 3] = position
+                things.append(ThingView(thing_id, matrix))
+        return Frame(camera, figures, things, labels)
+
+    def _aim(self, instant: Instant, posed: dict[str, Posed]) -> Camera:
+        if self.view.kind == "seat" and self.view.eyes in posed:
+            return self._camera.follow(instant.now_ns, posed[self.view.eyes].joints)
+        return overview()
+
+    def _label(self, instant: Instant, person: PersonNow, cast: _Cast) -> Label:
+        if person.timing.age_ns > NO_SIGNAL_NS:
+            return Label(person.about.display_name, "no signal", warning=True)
+        if cast.remark:
+            return Label(person.about.display_name, cast.remark, warning=True)
+        held = [g.thing for g in instant.world.grasps if g.participant == person.about.name]
+        names = [instant.things[h].name if h in instant.things else h for h in dict.fromkeys(held)]
+        return Label(person.about.display_name, f"holds {', '.join(names)}" if names else "")
+
+    def _meet(self, instant: Instant) -> None:
+        """Give everybody a figure; those whose avatar is not there yet, or cannot be had, a stand-in."""
+        for person in instant.people:
+            about = person.about
+            cast = self._cast.get(about.name)
+            if cast is None or cast.about != about:
+                coming = self._loader.submit(self._load, about)
+                stand_in = cast.shape if cast and cast.about.height == about.height else StandIn(about.height)
+                cast = self._cast[about.name] = _Cast(about, stand_in, coming)
+            if cast.coming is not None and cast.coming.done():
+                fault = cast.coming.exception()
+                if fault is None:
+                    cast.shape = cast.coming.result()
+                else:
+                    cast.remark = "avatar missing"
+                    log.error(
+                        "event=avatar_missing participant=%s avatar=%r reason=%r shown=stand-in",
+                        about.name, about.avatar, str(fault),
+                    )  # fmt: skip
+                cast.coming = None
+        present = {p.about.name for p in instant.people}
+        for name in set(self._cast) - present:
+            del self._cast[name]
+            self.painter.drop_figure(name)
+
+    def _furnish(self, instant: Instant) -> None:
+        """Make the pictures of things that are new or changed."""
+        for thing_id, thing in instant.things.items():
+            if thing_id in self._fixed or self._things.get(thing_id) is thing or not thing.primitives:
+                continue
+            surface = join([tessellate(p, 0.9) for p in thing.primitives])
+            colours = np.tile(np.array(linear(thing.colour), np.float32), (len(surface.vertices), 1))
+            self.painter.set_thing(thing_id, surface, colours)
+            self._things[thing_id] = thing
+        for thing_id in set(self._things) - set(instant.things):
+            self.painter.drop_thing(thing_id)
+            del self._things[thing_id]

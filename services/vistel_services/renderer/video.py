@@ -1,0 +1,92 @@
+"""H.264 in MP4, written in fragments: what was written stays playable however the process ends."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import queue
+import threading
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+log = logging.getLogger("vistel.renderer")
+
+U8 = NDArray[np.uint8]
+
+_TIME_BASE = Fraction(1, 90_000)
+_QUEUE = 8
+
+
+class VideoWriter:
+    """Encodes in a thread of its own; `put` never waits: when the encoder falls behind, pictures are left out and counted.
+
+    A disk that fails ends the video with one line, not the renderer.
+    """
+
+    def __init__(self, path: Path, width: int, height: int, rate: float) -> None:
+        self.path = path
+        self._width, self._height = width - width % 2, height - height % 2
+        self.left_out = 0
+        self.written = 0
+        self._queue: queue.Queue[tuple[int, U8] | None] = queue.Queue(_QUEUE)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        options = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
+        self._container = av.open(str(path), "w", format="mp4", options=options)
+        stream = self._container.add_stream("libx264", rate=max(1, round(rate)))
+        stream.width, stream.height, stream.pix_fmt = self._width, self._height, "yuv420p"
+        stream.time_base = _TIME_BASE
+        stream.codec_context.time_base = _TIME_BASE
+        stream.codec_context.thread_count = 1
+        stream.codec_context.gop_size = max(1, round(rate))
+        stream.options = {"preset": "ultrafast", "tune": "zerolatency", "crf": "21"}
+        self._stream = stream
+        self._failed = False
+        self._last_pts = -1
+        self._start_ns: int | None = None
+        self._thread = threading.Thread(target=self._work, name="video", daemon=True)
+        self._thread.start()
+
+    def put(self, t_ns: int, rgba: U8) -> bool:
+        """A picture (h, w, 4) RGBA, first row at the bottom, shown at `t_ns`. The array is the writer's from now on."""
+        try:
+            self._queue.put_nowait((t_ns, rgba))
+        except queue.Full:
+            self.left_out += 1
+            return False
+        return True
+
+    def close(self) -> None:
+        """Write what is left and end the file."""
+        self._queue.put(None)
+        self._thread.join(timeout=10.0)
+
+    def _work(self) -> None:
+        while (item := self._queue.get()) is not None:
+            if self._failed:
+                continue
+            try:
+                self._encode(*item)
+            except (av.FFmpegError, OSError) as e:
+                self._failed = True
+                log.error("event=video_failed path=%s reason=%r written=%d", self.path, str(e), self.written)
+        with contextlib.suppress(av.FFmpegError, OSError):
+            if not self._failed:
+                self._container.mux(self._stream.encode(None))
+            self._container.close()
+
+    def _encode(self, t_ns: int, rgba: U8) -> None:
+        upright = cv2.flip(rgba, 0)[: self._height, : self._width]
+        i420 = cv2.cvtColor(np.ascontiguousarray(upright), cv2.COLOR_RGBA2YUV_I420)
+        frame = av.VideoFrame.from_ndarray(i420, format="yuv420p")
+        if self._start_ns is None:
+            self._start_ns = t_ns
+        pts = max(self._last_pts + 1, (t_ns - self._start_ns) * 90_000 // 1_000_000_000)
+        self._last_pts = frame.pts = pts
+        frame.time_base = _TIME_BASE
+        self._container.mux(self._stream.encode(frame))
+        self.written += 1

@@ -1,0 +1,70 @@
+"""The shared room at an instant of playout, from the world's messages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import slerp
+from vistel.space.things import Primitive, Thing
+from vistel.v1 import geometry_pb2, world_pb2
+
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WorldView:
+    """poses: position (3,) [m] and quaternion (4,) (x, y, z, w) of each thing; ghosts and grasps that act."""
+
+    step: int = 0
+    poses: Mapping[str, tuple[F64, F64]] = field(default_factory=dict)
+    ghosts: tuple[world_pb2.Ghost, ...] = ()
+    grasps: tuple[world_pb2.Grasp, ...] = ()
+
+
+def vector(v: geometry_pb2.Vec3) -> F64:
+    """(3,) of a message."""
+    return np.array((v.x, v.y, v.z))
+
+
+def quaternion(q: geometry_pb2.Quaternion) -> F64:
+    """(4,) unit quaternion of a message; all zero means identity."""
+    out = np.array((q.x, q.y, q.z, q.w))
+    n = float(np.linalg.norm(out))
+    return out / n if n > 1e-6 else np.array((0.0, 0.0, 0.0, 1.0))
+
+
+def follow(before: WorldView, state: world_pb2.WorldState) -> WorldView:
+    """The view after `state`: a key frame says everything, others only what moved."""
+    poses = {} if state.key else dict(before.poses)
+    for s in state.states:
+        poses[s.id] = (vector(s.pose.position), quaternion(s.pose.rotation))
+    return WorldView(state.step, poses, tuple(state.ghosts), tuple(state.grasps))
+
+
+def between(a: WorldView, b: WorldView, u: float) -> WorldView:
+    """Things between their places in `a` (u = 0) and `b` (u = 1); what acts is that of the nearer one."""
+    poses = dict(a.poses)
+    for thing, (p1, q1) in b.poses.items():
+        if thing in poses:
+            p0, q0 = poses[thing]
+            if p0 is not p1:
+                poses[thing] = (p0 + u * (p1 - p0), slerp(q0, q1, u))
+        else:
+            poses[thing] = (p1, q1)
+    near = a if u < 0.5 else b
+    return WorldView(near.step, {k: v for k, v in poses.items() if k in near.poses}, near.ghosts, near.grasps)
+
+
+def thing_of(message: world_pb2.Thing) -> Thing:
+    """A thing as the room describes it. Raises ValueError for a primitive that is none."""
+    primitives = tuple(
+        Primitive(p.kind, tuple(p.params), vector(p.pose.position), quaternion(p.pose.rotation))
+        for p in message.primitives
+    )
+    return Thing(
+        message.id, message.name, message.shape, primitives, message.mass_kg, message.compliance, message.colour, np.zeros(3)
+    )
