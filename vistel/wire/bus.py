@@ -32,8 +32,16 @@ class Sample:
 class Publication(Protocol):
     """A declared key to put messages on."""
 
+    @property
+    def next_seq(self) -> int:
+        """The `header.seq` of the message that is put next."""
+        ...
+
     def put(self, message: Message) -> None:
-        """Send. `header.version` and `header.seq` are filled in here; set `header.t_ns` yourself. Never blocks long."""
+        """Send; never blocks long. Set `header.t_ns` yourself; `header.version` and `header.seq` are filled in here.
+
+        A `header.seq` above the last one is kept, so that a replay can send the numbers it has recorded.
+        """
         ...
 
 
@@ -59,8 +67,11 @@ class Bus(Protocol):
     conference: str
     site: str
 
-    def publish(self, topic: Topic, **names: str) -> Publication:
-        """Declare a key of `topic`; conference and site are filled in unless named."""
+    def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
+        """Declare a key of `topic`; conference and site are filled in unless named.
+
+        verbatim: messages keep the header they have, for a replay of what was recorded.
+        """
         ...
 
     def subscribe(self, topic: Topic, *, queue_all: bool = False, **names: str) -> Subscription:

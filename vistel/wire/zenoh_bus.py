@@ -129,11 +129,11 @@ class ZenohBus:
         """Whether a router is there now."""
         return not self._session.is_closed() and bool(self._session.info.routers_zid())
 
-    def publish(self, topic: Topic, **names: str) -> Publication:
+    def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
         key = topic.format(**self._filled(topic, names))
         found = self._publications.get(key)
         if found is None:
-            found = self._publications[key] = _ZenohPublication(self._session, topic, key, self._epoch)
+            found = self._publications[key] = _ZenohPublication(self._session, topic, key, self._epoch, verbatim)
             if topic.delivery is Delivery.RELIABLE and self._beating is None:
                 self._beating = self._loop.create_task(self._beat())
         return found
@@ -267,8 +267,9 @@ class ZenohBus:
 
 
 class _ZenohPublication:
-    def __init__(self, session: zenoh.Session, topic: Topic, key: str, epoch: int) -> None:
+    def __init__(self, session: zenoh.Session, topic: Topic, key: str, epoch: int, verbatim: bool) -> None:
         self.key = key
+        self._verbatim = verbatim
         self._lock = threading.Lock()
         self._seq = 0
         self._put_at_s = 0.0
@@ -281,18 +282,23 @@ class _ZenohPublication:
         )
         self._queryable = session.declare_queryable(key, self._repeat) if self._cache is not None else None
 
+    @property
+    def next_seq(self) -> int:
+        return self._seq + 1
+
     def put(self, message: Any) -> None:
         """See `vistel.wire.bus.Publication`. Safe from any thread."""
         with self._lock:
-            self._seq += 1
-            message.header.version = MESSAGE_VERSION
-            message.header.seq = self._seq
+            self._seq = max(self._seq + 1, message.header.seq)
+            if not self._verbatim:
+                message.header.version = MESSAGE_VERSION
+                message.header.seq = self._seq
             payload = message.SerializeToString()
             if self._cache is None:
                 self._publisher.put(payload)
             else:
                 self._put_at_s = time.monotonic()
-                self._publisher.put(payload, attachment=self._cache.append(self._seq, payload).to_bytes())
+                self._publisher.put(payload, attachment=self._cache.append(payload).to_bytes())
 
     def beat(self) -> None:
         """Say what the last message was, if nothing was said lately."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Iterator
 
+from vistel.conference.model import Conference
+from vistel.protocol.glove_calibration import default_calibration
 from vistel.v1.device_pb2 import RawBytes
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.topics import BY_NAME, Topic
-from vistel_services.glove import GloveDecoder
+from vistel_services.glove import CyberGloveDecoder
 from vistel_services.tracker import FastrakDecoder
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
@@ -25,15 +27,20 @@ LIVE_SERVICES: dict[str, tuple[str, ...]] = {
 }
 """What runs on what is fed."""
 
+VERBATIM = ("motion", "world_state")
+"""Numbered by their sender; others refer to the numbers."""
+
 
 class Feeder:
     """Feeds one log to one bus; `fed` counts the messages put."""
 
-    def __init__(self, reader: LogReader, bus: Bus, clock: Clock, source: str) -> None:
+    def __init__(self, reader: LogReader, conference: Conference, bus: Bus, clock: Clock, source: str) -> None:
         self._reader, self._bus, self._clock = reader, bus, clock
+        people = [p for s in conference.sites for p in s.participants]
+        self._gloves = {f"{p.name}-glove-{side}": glove for p in people for side, glove in p.gloves.items()}
         self._topics = FED_TOPICS[source]
         self._publications: dict[str, Publication] = {}
-        self._decoders: dict[str, FastrakDecoder | GloveDecoder] = {}
+        self._decoders: dict[str, FastrakDecoder | CyberGloveDecoder] = {}
         self.fed = 0
 
     async def feed(self, preroll_ns: int, begin_ns: int, end_ns: int) -> None:
@@ -62,15 +69,21 @@ class Feeder:
         for message in decoder.feed(raw.data, raw.header.t_ns):
             yield topic, message
 
-    def _decoder(self, device: str) -> FastrakDecoder | GloveDecoder:
+    def _decoder(self, device: str) -> FastrakDecoder | CyberGloveDecoder:
         if device not in self._decoders:
-            glove = "-glove-" in device
-            self._decoders[device] = GloveDecoder(device) if glove else FastrakDecoder(device)
+            self._decoders[device] = self._new_decoder(device)
         return self._decoders[device]
+
+    def _new_decoder(self, device: str) -> FastrakDecoder | CyberGloveDecoder:
+        if "-glove-" not in device:
+            return FastrakDecoder(device)
+        right = device.endswith("-right")
+        glove = self._gloves[device]
+        return CyberGloveDecoder(device, right=right, sensors=glove.sensors, calibration=default_calibration(right))
 
     def _put(self, topic: Topic, names: dict[str, str], message: object) -> None:
         key = topic.key.format(**names)
         if key not in self._publications:
-            self._publications[key] = self._bus.publish(topic, **names)
+            self._publications[key] = self._bus.publish(topic, verbatim=topic.name in VERBATIM, **names)
         self._publications[key].put(message)  # type: ignore[arg-type]
         self.fed += 1

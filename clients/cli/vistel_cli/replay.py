@@ -120,7 +120,7 @@ async def _play(
         specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans if p.services[0] in services]
         supervisor = Supervisor(specs, folder)
         await supervisor.start()
-        feeder = Feeder(reader, bus, clock, source.value)
+        feeder = Feeder(reader, conference, bus, clock, source.value)
         with _progress() as bar:
             task = bar.add_task(f"starting {len(specs)} processes", total=end - begin)
             feeding = asyncio.create_task(feeder.feed(begin_ns - int(PREROLL_S * 1e9), begin_ns, end_ns))

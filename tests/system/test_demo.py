@@ -1,0 +1,143 @@
+"""A whole three-site conference on this machine: devices' bytes in, pictures and a log out, with processes killed on the way."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import av
+import numpy as np
+import psutil
+import pytest
+
+from vistel.v1.motion_pb2 import Motion
+from vistel.v1.world_pb2 import WorldState
+from vistel.wire.log import LogReader
+
+pytestmark = pytest.mark.slow
+
+SITES = ("tokyo", "columbus", "zurich")
+PEOPLE = ("aiko", "ben", "carla")
+CATCH_UP_S = 3.0
+
+
+@dataclass
+class Run:
+    """A finished conference and what happened to it."""
+
+    out: Path
+    text: str
+    code: int
+    killed_at_ns: dict[str, int]
+
+    @property
+    def report(self) -> dict:
+        return json.loads((self.out / "report.json").read_text())
+
+
+def _process(node: str, parent: psutil.Process) -> psutil.Process:
+    for child in parent.children(recursive=True):
+        if node in child.cmdline():
+            return child
+    raise AssertionError(f"{node} is not running")
+
+
+@pytest.fixture(scope="module")
+def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
+    """16 s of the demo; one renderer and the world are killed with SIGKILL on the way."""
+    out = tmp_path_factory.mktemp("conference") / "out"
+    command = [sys.executable, "-m", "vistel_cli.main", "up", "--seconds", "16", "--out", str(out)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    parent = psutil.Process(process.pid)
+    killed: dict[str, int] = {}
+    deadline = time.monotonic() + 150
+    while time.monotonic() < deadline and process.poll() is None and len(killed) < 2:
+        time.sleep(0.25)
+        videos = [out / f"{s}.mp4" for s in SITES]
+        if not killed and all(v.exists() and v.stat().st_size > 20_000 for v in videos):
+            _process("zurich/renderer", parent).send_signal(signal.SIGKILL)
+            killed["zurich/renderer"] = time.time_ns()
+        elif killed and time.time_ns() - killed["zurich/renderer"] > 4e9:
+            _process("hub/world", parent).send_signal(signal.SIGKILL)
+            killed["hub/world"] = time.time_ns()
+    text, _ = process.communicate(timeout=120)
+    yield Run(out, text, process.returncode, killed)
+
+
+def test_the_command_ends_well_and_names_what_it_left(conference: Run) -> None:
+    assert len(conference.killed_at_ns) == 2, conference.text
+    assert conference.code == 0, conference.text
+    for name in (*(f"{s}.mp4" for s in SITES), "conference.mcap", "report.json"):
+        assert (conference.out / name).exists()
+        assert name in conference.text
+
+
+def test_every_site_has_a_video_that_shows_a_changing_scene(conference: Run) -> None:
+    for site in SITES:
+        with av.open(str(conference.out / f"{site}.mp4")) as video:
+            frames = [f.to_ndarray(format="gray") for i, f in enumerate(video.decode(video=0)) if i % 10 == 0]
+        assert len(frames) >= 5
+        assert all(f.shape == (360, 640) for f in frames)
+        assert min(f.std() for f in frames) > 15
+        assert np.abs(frames[0].astype(int) - frames[-1]).mean() > 0.5
+
+
+def test_every_device_streamed_at_its_rate(conference: Run) -> None:
+    devices = conference.report["devices"]
+    assert sorted(devices) == sorted(f"{p}-{d}" for p in PEOPLE for d in ("tracker", "glove-left", "glove-right"))
+    for name, device in devices.items():
+        assert device["state"] == "streaming", name
+        assert device["frames"] > (400 if "glove" in name else 800), name
+        assert device["bytes_skipped"] < 200, name
+
+
+def _records(run: Run, topic: str) -> list:
+    return list(LogReader(run.out / "conference.mcap").records(topics=(topic,)))
+
+
+def test_motion_of_the_others_goes_on_while_processes_die(conference: Run) -> None:
+    for person in PEOPLE:
+        times = [r.message.header.t_ns for r in _records(conference, "motion") if r.names["participant"] == person]
+        assert len(times) > 400
+        assert max(np.diff(sorted(times))) < 0.5e9
+
+
+def test_a_killed_world_is_back_within_three_seconds_and_goes_on_where_it_was(conference: Run) -> None:
+    killed = conference.killed_at_ns["hub/world"]
+    states: list[WorldState] = [r.message for r in _records(conference, "world_state")]
+    before = max((s for s in states if s.header.t_ns < killed), key=lambda s: s.header.t_ns)
+    after = min((s for s in states if s.header.t_ns > killed + 50_000_000), key=lambda s: s.header.t_ns)
+    assert (after.header.t_ns - killed) * 1e-9 < CATCH_UP_S
+    assert after.step >= before.step - 120
+    assert {t.id for s in states if s.key for t in s.things} == {t.id for s in states[-200:] if s.key for t in s.things}
+
+
+def test_a_killed_renderer_draws_again_within_three_seconds(conference: Run) -> None:
+    killed = conference.killed_at_ns["zurich/renderer"]
+    times = [r.message.header.t_ns for r in _records(conference, "image_delay") if r.names["site"] == "zurich"]
+    assert min(t for t in times if t > killed + 50_000_000) - killed < CATCH_UP_S * 1e9
+
+
+def test_the_log_decodes_and_motion_frames_follow_each_other(conference: Run) -> None:
+    for person in PEOPLE:
+        motions: list[Motion] = [r.message for r in _records(conference, "motion") if r.names["participant"] == person]
+        steps = np.diff([m.header.seq for m in motions])
+        assert (steps > 0).all()
+        assert np.mean(steps == 1) > 0.98
+
+
+def test_a_thing_changed_hands(conference: Run) -> None:
+    held = conference.report["world"]["things_held_by_in_turn"]
+    assert any(len(set(holders)) >= 2 for holders in held.values()), held
+
+
+def test_no_process_of_the_conference_is_left(conference: Run) -> None:
+    left = [p.pid for p in psutil.process_iter(["cmdline"]) if str(conference.out) in " ".join(p.info["cmdline"] or [])]
+    assert [pid for pid in left if pid != os.getpid()] == []
