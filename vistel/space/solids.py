@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.space.distance import signed_distance
-from vistel.space.things import KINDS, MAX_POLYGON, Primitive, Thing
+from vistel.implicit.contact_kernels import surface  # pyright: ignore[reportUnknownVariableType]
+from vistel.implicit.contact_set import PrimitiveSet
+from vistel.space.things import Primitive, Thing
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-PARAMETERS = 2 + 3 * MAX_POLYGON
 GRID = 20
 """Samples along each side of a thing's bounding box for its inertia."""
 
@@ -27,19 +27,16 @@ class Solids:
     """N things with P primitives and M probes, in the order of `things`.
 
     first, probe_first: (N + 1,) where each thing's primitives and probes begin; owner: (P,) thing of a primitive;
-    kind: (P,); params: (P, PARAMETERS); rotation (P, 3, 3), position (P, 3): primitive to thing; centre (P, 3) and
-    bound (P,): a sphere round each primitive, thing frame; probe: (M, 3), probe_radius: (M,): little spheres that
-    together touch the surface from inside; radius: (N,) round the whole thing; inverse_mass (N,) [1/kg];
-    inverse_inertia (N, 3, 3) in the thing's frame [1/(kg m^2)]; both 0 for fixed things.
+    primitives: the P primitives, posed in their thing's frame; centre (P, 3) and bound (P,): a sphere round each,
+    thing frame; probe (M, 3), probe_radius (M,): little spheres that together reach the surface from inside;
+    radius: (N,) round the whole thing; inverse_mass (N,) [1/kg]; inverse_inertia (N, 3, 3) in the thing's frame
+    [1/(kg m^2)]; both 0 for fixed things.
     """
 
     things: tuple[Thing, ...]
     first: I64
     owner: I64
-    kind: I64
-    params: F64
-    rotation: F64
-    position: F64
+    primitives: PrimitiveSet
     centre: F64
     bound: F64
     probe_first: I64
@@ -48,15 +45,6 @@ class Solids:
     radius: F64
     inverse_mass: F64
     inverse_inertia: F64
-
-
-@dataclass(frozen=True)
-class Posed:
-    """Primitives in the room: rotation (P, 3, 3), position (P, 3), centre (P, 3) of the bounding spheres."""
-
-    rotation: F64
-    position: F64
-    centre: F64
 
 
 def solids(things: tuple[Thing, ...]) -> Solids:
@@ -75,17 +63,15 @@ def solids(things: tuple[Thing, ...]) -> Solids:
     probe = _stack(
         [r @ c + x for r, x, (points, _) in zip(rotation, position, probes, strict=True) for c in points], (3,)
     )
-    params = _stack([_flat(p) for _, p in primitives], (PARAMETERS,))
-    kind = np.array([KINDS[p.kind] for _, p in primitives], np.int64)
+    shapes = PrimitiveSet.of_kinds(
+        [p.kind for _, p in primitives], [p.params for _, p in primitives], rotation, position
+    )
     reach = np.sqrt((centre * centre).sum(axis=1)) + bound
     out = Solids(
         things=things,
         first=np.searchsorted(owner, np.arange(len(things) + 1)).astype(np.int64),
         owner=owner,
-        kind=kind,
-        params=params,
-        rotation=rotation,
-        position=position,
+        primitives=shapes,
         centre=centre,
         bound=bound,
         probe_first=np.concatenate([np.zeros(1, np.int64), np.cumsum(count)]),
@@ -97,31 +83,24 @@ def solids(things: tuple[Thing, ...]) -> Solids:
     )
     for n, thing in enumerate(things):
         if not thing.fixed:
-            part = slice(out.first[n], out.first[n + 1])
-            per_mass = _inertia(kind[part], params[part], rotation[part], position[part], out.radius[n], GRID)
+            per_mass = _inertia(
+                shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1],
+                out.radius[n], GRID,
+            )  # fmt: skip
             out.inverse_inertia[n] = np.linalg.inv(thing.mass * per_mass)
     return out
 
 
-def pose_solids(s: Solids, rotation: F64, position: F64) -> Posed:
-    """Primitives in the room for things at `rotation` (N, 3, 3) and `position` (N, 3)."""
-    posed = Posed(np.empty_like(s.rotation), np.empty_like(s.position), np.empty_like(s.centre))
-    _pose(s.owner, s.rotation, s.position, s.centre, rotation, position, posed.rotation, posed.position, posed.centre)
-    return posed
+def pose_solids(s: Solids, rotation: F64, position: F64) -> PrimitiveSet:
+    """All primitives in the room, for things at `rotation` (N, 3, 3) and `position` (N, 3) [m]."""
+    rest = s.primitives
+    out_r, out_p = np.empty_like(rest.rotation), np.empty_like(rest.position)
+    _pose(s.owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
+    return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
 
 
 def _stack(rows: list[F64], shape: tuple[int, ...]) -> F64:
     return np.array(rows, np.float64) if rows else np.zeros((0, *shape))
-
-
-def _flat(p: Primitive) -> F64:
-    row = np.zeros(PARAMETERS)
-    if p.kind == "rounded_polygon":
-        row[0], row[1] = p.params[0], (len(p.params) - 1) // 3
-        row[2 : len(p.params) + 1] = p.params[1:]
-    else:
-        row[: len(p.params)] = p.params
-    return row
 
 
 def _bound(p: Primitive) -> tuple[F64, float]:
@@ -188,38 +167,37 @@ def _signed_power(x: float, e: float) -> float:
 
 
 @nb.njit(cache=True)
-def _inertia(kind: I64, params: F64, rotation: F64, position: F64, radius: float, grid: int) -> F64:
+def _inertia(kind, start, params, rotation, position, first, end, radius, grid):
     """(3, 3) inertia per kilogram about the thing's origin, by sampling its inside."""
     out = np.zeros((3, 3))
-    scratch = np.empty(4)
+    seen = np.empty(5)
     count = 0
     for i in range(grid**3):
-        p = np.array([i % grid, i // grid % grid, i // (grid * grid)])
-        x = ((p + 0.5) / grid * 2.0 - 1.0) * radius
-        for k in range(len(kind)):
+        x = np.array([i % grid, i // grid % grid, i // (grid * grid)])
+        x = ((x + 0.5) / grid * 2.0 - 1.0) * radius
+        for k in range(first, end):
             d = x - position[k]
             r = rotation[k]
             a = r[0, 0] * d[0] + r[1, 0] * d[1] + r[2, 0] * d[2]
             b = r[0, 1] * d[0] + r[1, 1] * d[1] + r[2, 1] * d[2]
             c = r[0, 2] * d[0] + r[1, 2] * d[1] + r[2, 2] * d[2]
-            if signed_distance(kind[k], params[k], a, b, c, scratch) <= 0.0:
+            surface(a, b, c, kind[k], params[start[k] : start[k + 1]], seen)
+            if seen[0] <= 0.0:
                 out += (x * x).sum() * np.eye(3) - x.reshape(3, 1) * x.reshape(1, 3)
                 count += 1
                 break
-    # A thing thinner than the grid still has some inertia: that of a point cloud at a tenth of its radius.
-    least = 0.01 * radius * radius
-    return out / max(1, count) + least * np.eye(3)
+    # A thing thinner than the grid still has some inertia.
+    return out / max(1, count) + 0.01 * radius * radius * np.eye(3)
 
 
 @nb.njit(cache=True)
-def _pose(owner, local_r, local_p, local_c, body_r, body_p, out_r, out_p, out_c):
+def _pose(owner, local_r, local_p, body_r, body_p, out_r, out_p):
     for k in range(len(owner)):
         n = owner[k]
         for i in range(3):
-            out_p[k, i], out_c[k, i] = body_p[n, i], body_p[n, i]
+            out_p[k, i] = body_p[n, i]
             for j in range(3):
                 out_p[k, i] += body_r[n, i, j] * local_p[k, j]
-                out_c[k, i] += body_r[n, i, j] * local_c[k, j]
                 out_r[k, i, j] = (
                     body_r[n, i, 0] * local_r[k, 0, j]
                     + body_r[n, i, 1] * local_r[k, 1, j]

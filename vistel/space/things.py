@@ -8,16 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from vistel.implicit.contact_set import KIND_CODES
 
-KINDS: dict[str, int] = {
-    "sphere": 0,
-    "cone_sphere": 1,
-    "rounded_polygon": 2,
-    "superellipsoid": 3,
-    "supertoroid": 4,
-}
-"""Primitive kinds and the number that stands for each in the kernels."""
+F64 = NDArray[np.float64]
 
 MAX_POLYGON = 16
 """Most vertices a rounded polygon of a thing may have."""
@@ -54,8 +47,8 @@ class Primitive:
     rotation: F64 = field(default_factory=identity)
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise ValueError(f"kind: expected one of {', '.join(KINDS)}, got {self.kind!r}")
+        if self.kind not in KIND_CODES:
+            raise ValueError(f"kind: expected one of {', '.join(KIND_CODES)}, got {self.kind!r}")
         if not all(math.isfinite(p) and abs(p) < 100.0 for p in self.params):
             raise ValueError(f"params of {self.kind}: expected finite metres below 100, got {self.params}")
         if self.kind == "rounded_polygon":
