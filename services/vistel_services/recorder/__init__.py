@@ -1,0 +1,5 @@
+"""Writes everything that crosses the bus into one log."""
+
+from vistel_services.recorder.service import Config, configure, run
+
+__all__ = ["Config", "configure", "run"]

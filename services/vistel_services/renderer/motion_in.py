@@ -6,20 +6,19 @@ import numpy as np
 
 from vistel.figure.posture import Posture, Stance
 from vistel.v1 import motion_pb2
+from vistel.wire.motion import MotionDecoder
 
 
 class MotionReader:
-    """Decodes one participant's stream; frames whose key frame was lost are left out."""
+    """Decodes one participant's stream."""
 
     def __init__(self) -> None:
-
         self._decoder = MotionDecoder()
 
     def read(self, message: motion_pb2.Motion) -> Posture | None:
-        decoded = self._decoder.decode(message)
-        if decoded is None:
+        """The posture, or None when the key frame it refers to was lost or the message is broken."""
+        sample = self._decoder.decode(message)
+        if sample is None:
             return None
-        return Posture(
-            np.array(decoded.body, np.float64), np.array(decoded.hands, np.float64).reshape(2, 20),
-            Stance(np.array(decoded.stance[:3], np.float64), float(decoded.stance[3])), np.array(decoded.gaze, np.float64),
-        )
+        gaze = np.zeros(2) if sample.gaze is None else sample.gaze
+        return Posture(sample.body, sample.hands, Stance(sample.stance[:3], float(sample.stance[3])), gaze)

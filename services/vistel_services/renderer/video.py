@@ -12,6 +12,7 @@ from pathlib import Path
 import av
 import cv2
 import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
 from numpy.typing import NDArray
 
 log = logging.getLogger("vistel.renderer")
@@ -23,25 +24,28 @@ _QUEUE = 8
 
 
 class VideoWriter:
-    """Encodes in a thread of its own; `put` never waits: when the encoder falls behind, pictures are left out and counted.
+    """Encodes in a thread of its own; `put` never waits: when it falls behind, pictures are left out and counted.
 
+    A file that is there already (this renderer was started again) is kept, and "name.2.mp4" written.
     A disk that fails ends the video with one line, not the renderer.
     """
 
     def __init__(self, path: Path, width: int, height: int, rate: float) -> None:
-        self.path = path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self.path = _free(path)
         self._width, self._height = width - width % 2, height - height % 2
         self.left_out = 0
         self.written = 0
         self._queue: queue.Queue[tuple[int, U8] | None] = queue.Queue(_QUEUE)
-        path.parent.mkdir(parents=True, exist_ok=True)
         options = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
-        self._container = av.open(str(path), "w", format="mp4", options=options)
+        self._container = av.open(str(self.path), "w", format="mp4", options=options)
         stream = self._container.add_stream("libx264", rate=max(1, round(rate)))
         stream.width, stream.height, stream.pix_fmt = self._width, self._height, "yuv420p"
         stream.time_base = _TIME_BASE
         stream.codec_context.time_base = _TIME_BASE
         stream.codec_context.thread_count = 1
+        stream.codec_context.color_range = ColorRange.MPEG
+        stream.codec_context.colorspace = Colorspace.ITU601  # what cv2 makes
         stream.codec_context.gop_size = max(1, round(rate))
         stream.options = {"preset": "ultrafast", "tune": "zerolatency", "crf": "21"}
         self._stream = stream
@@ -52,7 +56,10 @@ class VideoWriter:
         self._thread.start()
 
     def put(self, t_ns: int, rgba: U8) -> bool:
-        """A picture (h, w, 4) RGBA, first row at the bottom, shown at `t_ns`. The array is the writer's from now on."""
+        """A picture (h, w, 4) RGBA, first row at the bottom, shown at `t_ns`; the array is the writer's from now on.
+
+        False when there was no time for it.
+        """
         try:
             self._queue.put_nowait((t_ns, rgba))
         except queue.Full:
@@ -90,3 +97,18 @@ class VideoWriter:
         frame.time_base = _TIME_BASE
         self._container.mux(self._stream.encode(frame))
         self.written += 1
+
+
+def _free(path: Path) -> Path:
+    number = 1
+    out = path
+    while out.exists():
+        number += 1
+        out = path.with_name(f"{path.stem}.{number}{path.suffix}")
+    return out
+
+
+def save_png(path: Path, rgba: U8) -> None:
+    """A picture (h, w, 4) RGBA, first row at the bottom, as a file. Raises OSError."""
+    if not cv2.imwrite(str(path), cv2.cvtColor(cv2.flip(rgba, 0), cv2.COLOR_RGBA2BGR)):
+        raise OSError(f"{path}: could not be written")

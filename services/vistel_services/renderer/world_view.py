@@ -65,6 +65,5 @@ def thing_of(message: world_pb2.Thing) -> Thing:
         Primitive(p.kind, tuple(p.params), vector(p.pose.position), quaternion(p.pose.rotation))
         for p in message.primitives
     )
-    return Thing(
-        message.id, message.name, message.shape, primitives, message.mass_kg, message.compliance, message.colour, np.zeros(3)
-    )
+    m = message
+    return Thing(m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3))

@@ -1,0 +1,148 @@
+"""The recorder as a service: every recorded topic of the table into an MCAP log."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+
+import tomli_w
+from prometheus_client import Counter, Gauge
+
+from vistel.conference.model import Conference, Site
+from vistel.conference.paths import RunPaths
+from vistel.wire.bus import Bus, Sample, Subscription
+from vistel.wire.clock import Clock
+from vistel.wire.log import LogWriter
+from vistel.wire.topics import TOPICS, Delivery
+
+log = logging.getLogger("vistel.recorder")
+
+_MESSAGES = Counter("vistel_recorder_messages_total", "Messages written to the log", ["topic"])
+_FAILED = Counter("vistel_recorder_failed_total", "Messages that could not be written", ["topic"])
+_SIZE = Gauge("vistel_recorder_log_size_bytes", "Size of the log")
+
+_ROUND_NS = 100_000_000
+_FLUSH_NS = 1_000_000_000
+_RETRY_NS = 2_000_000_000
+
+
+@dataclass(frozen=True)
+class Config:
+    """path: the log to write; conference: the text of the conference file, kept inside it."""
+
+    path: Path
+    conference: str | None = None
+
+
+def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
+    """The recorder of a conference; it belongs to no site."""
+    text = tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True))
+    return Config(paths.log, text)
+
+
+async def run(config: Config, bus: Bus, clock: Clock) -> None:
+    """Record until cancelled; then the log gets its index."""
+    subscriptions = [
+        bus.subscribe(topic, queue_all=True) for topic in TOPICS if topic.recorded and topic.delivery is not Delivery.QUERY
+    ]
+    book = _Book(config)
+    due_ns = clock.now_ns()
+    try:
+        while True:
+            book.write(_arrived(subscriptions), clock.now_ns())
+            due_ns = max(due_ns + _ROUND_NS, clock.now_ns())
+            await clock.sleep_until_ns(due_ns)
+    finally:
+        book.write(_arrived(subscriptions), clock.now_ns())
+        for subscription in subscriptions:
+            subscription.close()
+        book.close()
+
+
+def _arrived(subscriptions: list[Subscription]) -> list[Sample]:
+    """Everything new, in the order of arrival."""
+    samples = [sample for subscription in subscriptions for sample in subscription.take()]
+    samples.sort(key=lambda s: s.received_ns)
+    return samples
+
+
+def free_path(path: Path) -> Path:
+    """`path`, or when a log stands there already (the recorder was started again) the next free "name.2.mcap"."""
+    if not path.exists():
+        return path
+    number = 2
+    while (other := path.with_name(f"{path.stem}.{number}{path.suffix}")).exists():
+        number += 1
+    return other
+
+
+class _Book:
+    """The log being written. A disk that refuses costs messages, which are counted, and never the recorder."""
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._writer: LogWriter | None = None
+        self._flushed_ns = 0
+        self._retry_ns: int | None = None
+        self._lost = 0
+
+    def write(self, samples: list[Sample], now_ns: int) -> None:
+        """Append what has arrived; what was written reaches the disk within a second."""
+        writer = self._open(now_ns)
+        for sample in samples:
+            if writer is None:
+                self._lose(sample)
+                continue
+            try:
+                writer.write(sample.topic, sample.key, sample.message, sample.received_ns)
+                _MESSAGES.labels(sample.topic.name).inc()
+            except OSError as e:
+                self._lose(sample)
+                self._fail(e, now_ns)
+                writer = None
+            except Exception as e:  # one message that cannot be written must not end the recording
+                self._lose(sample)
+                log.error("event=message_not_written key=%s reason=%r", sample.key, str(e))
+        if writer is not None and now_ns - self._flushed_ns >= _FLUSH_NS:
+            self._flushed_ns = now_ns
+            try:
+                writer.flush()
+                _SIZE.set(writer.path.stat().st_size)
+            except OSError as e:
+                self._fail(e, now_ns)
+
+    def close(self) -> None:
+        """Write the index."""
+        if self._writer is None:
+            return
+        try:
+            self._writer.close()
+            log.info(
+                "event=log_written path=%s messages=%d lost=%d", self._writer.path, self._writer.messages, self._lost
+            )
+        except OSError as e:
+            log.error("event=log_not_closed path=%s reason=%r readable=yes", self._writer.path, str(e))
+
+    def _open(self, now_ns: int) -> LogWriter | None:
+        if self._writer is None and (self._retry_ns is None or now_ns >= self._retry_ns):
+            try:
+                self._config.path.parent.mkdir(parents=True, exist_ok=True)
+                self._writer = LogWriter(free_path(self._config.path), self._config.conference)
+                log.info("event=recording path=%s", self._writer.path)
+            except OSError as e:
+                self._fail(e, now_ns)
+        return self._writer
+
+    def _fail(self, fault: OSError, now_ns: int) -> None:
+        log.error(
+            "event=log_failed path=%s reason=%r retry_s=%.0f lost=%d",
+            self._config.path, fault.strerror or str(fault), _RETRY_NS * 1e-9, self._lost,
+        )  # fmt: skip
+        self._writer = None
+        self._retry_ns = now_ns + _RETRY_NS
+
+    def _lose(self, sample: Sample) -> None:
+        self._lost += 1
+        _FAILED.labels(sample.topic.name).inc()
