@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.hands import RELAXED
-from vistel.figure.posture import DOF_COUNT, ELBOW, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture
+from vistel.figure.posture import DOF_COUNT, ELBOW, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture, Stance
 from vistel.figure.rotation import (
     matrix_from_rotvec,
     rotation_y,
@@ -69,17 +69,18 @@ class PostureSolver:
     def __init__(
         self,
         skeleton: Skeleton,
-        heading: float | None = None,
+        seat: Stance | None = None,
         mounts: Mapping[str, Mount] | None = None,
         weights: F64 = SWIVEL_WEIGHTS,
     ) -> None:
-        """`heading`: where the person is expected to face at first (their seat), about the room's +Y [rad]."""
+        """`seat`: the floor under where the person is expected to sit, and where they would face."""
         self._skeleton = skeleton
         self._mounts = dict(mounts or receiver_mounts(skeleton))
         self._weights = np.ascontiguousarray(weights, np.float64)
         rest = skeleton.rest
         spine = JOINT_INDEX["spine_1"]
         self._top = rest[spine] + np.array([0.0, skeleton.spine, 0.0])
+        self._seated_top = self._top - np.array([0.0, skeleton.upper_leg, 0.0])
         self._segment = skeleton.spine / SPINE_SEGMENTS
         self._spine_base = np.ascontiguousarray(skeleton.offsets[spine])
         self._ankle, self._hip = rest[JOINT_INDEX["left_foot"]].copy(), rest[JOINT_INDEX["left_upper_leg"]].copy()
@@ -90,7 +91,8 @@ class PostureSolver:
         self._elbow = {s: np.array([sign * 0.4, -1.0, -0.4]) for s, sign in SIDES.items()}
         self._scale = dict.fromkeys(SIDES, 1.0)
         self._solved = dict.fromkeys(SIDES, False)
-        self._stance = StanceFollower(skeleton, heading)
+        self._stance = StanceFollower(skeleton, seat.heading if seat else None)
+        self._seat = seat or Stance()
         self._chest = Channel()
         self._head = Channel()
         self._wrists = {s: Channel() for s in SIDES}
@@ -153,8 +155,8 @@ class PostureSolver:
         stance = self._stance.stance
         if stance is None:
             if head is None:
-                facing = rotation_y(self._stance.heading_hint)
-                return Frame(self._top + self._collar["left"], facing)
+                facing = rotation_y(self._seat.heading)
+                return Frame(self._seat.position + facing @ (self._seated_top + self._collar["left"]), facing)
             facing = rotation_y(math.atan2(head[1][0, 2], head[1][2, 2]))
             return Frame(head[0] - facing @ self._neck, facing)
         facing = rotation_y(stance.heading)

@@ -42,10 +42,6 @@ class StanceFollower:
         """(3,) where the hips were at the last call, room frame."""
 
     @property
-    def heading_hint(self) -> float:
-        return self._heading
-
-    @property
     def stance(self) -> Stance | None:
         """None before the first `follow`."""
         return None if self._position is None else Stance(self._position, self._heading)

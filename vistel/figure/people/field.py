@@ -432,6 +432,32 @@ def field_block(
     return low < THRESHOLD <= high
 
 
+@nb.njit(cache=True, fastmath=True)
+def field_block_rows(rows: F64, tables: F64, active: I64, low: F64, high: F64) -> I64:
+    """Which of the rows `active` can shape the surface inside the box low..high; none where it cannot be there."""
+    c = 0.5 * (low + high)
+    # The distances are of first order: half as much again is a safe reach for their growth over the box.
+    reach = 0.75 * math.sqrt(((high - low) ** 2).sum())
+    kept = np.empty(len(active), np.int64)
+    count = 0
+    solid = False
+    carved = False
+    for i in active:
+        row = rows[i]
+        s, w = _distance(row, tables, c[0], c[1], c[2]), row[_WIDTH]
+        if s - reach > (1.0 - RATIO_AT_SURFACE) * w:
+            continue
+        kept[count] = i
+        count += 1
+        if int(row[_MODE]) != ADD:
+            carved = True
+        elif row[_GROUP] == 0.0 and row[_WEIGHT] >= 1.0 and s + reach < -RATIO_AT_SURFACE * w:
+            solid = True
+    if solid and not carved:
+        count = 0
+    return kept[:count]
+
+
 @nb.njit(cache=True)
 def _near(origin, shape, starts, items, x, y, z):
     i, j, k = int((x - origin[0]) / _CELL), int((y - origin[1]) / _CELL), int((z - origin[2]) / _CELL)

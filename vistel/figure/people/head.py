@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from vistel.figure.people.field import Sculpture, Section
+import numpy as np
+
+from vistel.figure.people.field import F64, Sculpture, Section
 from vistel.figure.people.hair import add_hair
 from vistel.figure.people.material import LIP, SKIN
 from vistel.figure.people.recipe import Recipe
@@ -11,7 +13,7 @@ from vistel.figure.people.trunk import turn
 UPPER_LIP, LOWER_LIP, EARS = 20, 21, 22
 EYE = (0.032, 1.645, 0.085)
 EYE_RADIUS = 0.0128
-MOUTH_Y = 1.5655
+MOUTH_Y = 1.5675
 
 
 def add_head(s: Sculpture, r: Recipe) -> None:
@@ -20,30 +22,31 @@ def add_head(s: Sculpture, r: Recipe) -> None:
     s.ellipsoid((0, 1.667, 0.003), (0.0740, 0.081, 0.0955), width=0.04, material=SKIN, exponent=2.2)
     jaw = 1.0 - 0.09 * f
     face = [
-        Section(1.516, 0.043 * jaw, 0.0865, -0.020, 0.020, (2.1, 3.0)),
-        Section(1.530, 0.048 * jaw, 0.0925 - 0.002 * f, -0.020, 0.020, (2.05, 3.2)),
-        Section(1.546, 0.0530 * jaw, 0.0890, -0.018, 0.018, (2.0, 3.2)),
-        Section(1.566, 0.0590 * jaw, 0.0940, -0.016, 0.016, (2.0, 3.0)),
-        Section(1.588, 0.0635, 0.0965, -0.016, 0.014, (2.05, 3.0)),
-        Section(1.610, 0.0665, 0.0960, -0.020, 0.012, (2.25, 2.6)),
-        Section(1.630, 0.0680, 0.0935, -0.030, 0.012, (2.45, 2.4)),
-        Section(1.646, 0.0680, 0.0925, -0.040, 0.010, (2.45, 2.3)),
-        Section(1.664, 0.0685, 0.1010 - 0.001 * f, -0.050, 0.008, (2.45, 2.2)),
-        Section(1.690, 0.0690, 0.1015, -0.060, 0.008, (2.4, 2.2)),
-        Section(1.715, 0.0600, 0.0880, -0.060, 0.008, (2.2, 2.2)),
+        Section(1.519, 0.044 * jaw, 0.0870, -0.018, 0.020, (2.0, 3.0)),
+        Section(1.532, 0.0495 * jaw, 0.0930 - 0.002 * f, -0.018, 0.020, (2.0, 3.2)),
+        Section(1.548, 0.0545 * jaw, 0.0900, -0.016, 0.018, (2.0, 3.2)),
+        Section(1.568, 0.0600 * jaw, 0.0950, -0.016, 0.016, (2.0, 3.0)),
+        Section(1.589, 0.0640 - 0.001 * f, 0.0985, -0.016, 0.014, (2.1, 3.0)),
+        Section(1.610, 0.0675, 0.0980, -0.020, 0.012, (2.5, 2.6)),
+        Section(1.626, 0.0695, 0.0970, -0.030, 0.012, (2.8, 2.4)),
+        Section(1.645, 0.0690, 0.0955, -0.040, 0.010, (2.8, 2.3)),
+        Section(1.663, 0.0690, 0.1020 - 0.001 * f, -0.040, 0.010, (2.6, 2.2)),
+        Section(1.688, 0.0690, 0.1035, -0.020, 0.012, (2.4, 2.2)),
+        Section(1.704, 0.0600, 0.0960, -0.010, 0.020, (2.2, 2.2)),
     ]
     s.loft(face, width=0.018, material=SKIN, rounding=0.012, shear=0.36, shear_about=0.088)
     for side in (1.0, -1.0):
         _eye(s, r, side)
         _nostril(s, side)
         _ear(s, side)
-        # Cheekbone, cheek, brow.
-        s.ellipsoid((side * 0.0490, 1.6140, 0.0580), (0.0180, 0.0130, 0.0200), width=0.022, material=SKIN, turn=turn(y=side * 0.7))
-        s.limb([(side * 0.008, 1.6610, 0.0925), (side * 0.026, 1.6645, 0.0905), (side * 0.046, 1.6620, 0.0745)],
-               (0.0070, 0.0092 - 0.002 * f, 0.0070), width=0.014, material=SKIN)  # fmt: skip
-    s.limb([(0, 1.662, 0.0945), (0, 1.648, 0.0960), (0, 1.630, 0.1030), (0, 1.612, 0.1110), (0, 1.6045, 0.1140)],
-           (0.0085, 0.0066, 0.0074, 0.0082, 0.0088), width=0.012, material=SKIN)  # fmt: skip
-    s.ellipsoid((0, 1.6020, 0.1160), (0.0098, 0.0084, 0.0098), width=0.008, material=SKIN)
+        # Cheekbone and brow.
+        s.ellipsoid((side * 0.0450, 1.6170, 0.0600), (0.0200, 0.0120, 0.0180), width=0.040, material=SKIN, turn=turn(y=side * 0.7),
+                    weight=0.6)  # fmt: skip
+        s.limb([(side * 0.006, 1.6610, 0.0950), (side * 0.024, 1.6645, 0.0930), (side * 0.048, 1.6630, 0.0740)],
+               (0.0062, 0.0080 - 0.002 * f, 0.0050), width=0.020, material=SKIN, weight=0.8)  # fmt: skip
+    s.limb([(0, 1.664, 0.0970), (0, 1.648, 0.0975), (0, 1.630, 0.1040), (0, 1.612, 0.1120), (0, 1.6045, 0.1150)],
+           (0.0085, 0.0064, 0.0070, 0.0078, 0.0086), width=0.014, material=SKIN)  # fmt: skip
+    s.ellipsoid((0, 1.6020, 0.1172), (0.0096, 0.0082, 0.0096), width=0.008, material=SKIN)
     s.limb([(0, 1.5945, 0.1115), (0, 1.5905, 0.0980)], (0.0050, 0.0050), width=0.008, material=SKIN)
     # Chin, hollow above it, and the furrow under the nose.
     s.ellipsoid((0, 1.5300, 0.0815 - 0.002 * f), (0.0190 - 0.003 * f, 0.0150, 0.0160), width=0.020, material=SKIN)
@@ -54,11 +57,11 @@ def add_head(s: Sculpture, r: Recipe) -> None:
 def _eye(s: Sculpture, r: Recipe, side: float) -> None:
     x, y, z = side * EYE[0], EYE[1], EYE[2]
     # Socket, lids as a shell round the eyeball, the slit between them (almond: two arcs), the fold of the upper lid.
-    s.ellipsoid((side * 0.0315, 1.6465, 0.1040), (0.0185, 0.0115, 0.0140), width=0.016, material=SKIN, mode="carve", weight=0.45)
+    s.ellipsoid((side * 0.0315, 1.6465, 0.1040), (0.0180, 0.0100, 0.0120), width=0.018, material=SKIN, mode="carve", weight=0.35)
     s.ellipsoid((side * 0.0150, 1.6480, 0.1020), (0.0060, 0.0070, 0.0080), width=0.010, material=SKIN, mode="carve", weight=0.4)
-    s.ellipsoid((x, y, z), (EYE_RADIUS + 0.0020,) * 3, width=0.008, material=SKIN)
-    tall = 0.0050 + 0.0004 * r.female
-    s.ellipsoid((x, y - 0.0002, z + 0.010), (0.0126, tall, 0.020), width=0.0015, material=SKIN, mode="cut", turn=turn(z=side * 0.07),
+    s.ellipsoid((x, y, z), (EYE_RADIUS + 0.0016,) * 3, width=0.020, material=SKIN)
+    tall = 0.0045 + 0.0005 * r.female
+    s.ellipsoid((x, y - 0.0004, z + 0.010), (0.0130, tall, 0.020), width=0.0015, material=SKIN, mode="cut", turn=turn(z=side * 0.07),
                 exponent=1.75)  # fmt: skip
 
 
@@ -73,10 +76,10 @@ def _mouth(s: Sculpture, r: Recipe) -> None:
     full = 1.0 + 0.22 * r.female
     for side in (1.0, -1.0):
         s.limb([(0, MOUTH_Y + 0.0045, 0.0945), (side * 0.006, MOUTH_Y + 0.0052, 0.0940), (side * 0.014, MOUTH_Y + 0.0032, 0.0905),
-                (side * 0.0245, MOUTH_Y - 0.0008, 0.0815)], (0.0044 * full, 0.0047 * full, 0.0040 * full, 0.0020), width=0.006,
+                (side * 0.0245, MOUTH_Y - 0.0008, 0.0815)], (0.0038 * full, 0.0042 * full, 0.0036 * full, 0.0016), width=0.006,
                material=LIP, group=UPPER_LIP)  # fmt: skip
         s.limb([(0, MOUTH_Y - 0.0048, 0.0925), (side * 0.007, MOUTH_Y - 0.0046, 0.0920), (side * 0.015, MOUTH_Y - 0.0032, 0.0885),
-                (side * 0.0235, MOUTH_Y - 0.0012, 0.0815)], (0.0056 * full, 0.0055 * full, 0.0042 * full, 0.0018), width=0.006,
+                (side * 0.0235, MOUTH_Y - 0.0012, 0.0815)], (0.0050 * full, 0.0050 * full, 0.0040 * full, 0.0015), width=0.006,
                material=LIP, group=LOWER_LIP)  # fmt: skip
         s.limb([(0, MOUTH_Y + 0.0004, 0.1040), (side * 0.012, MOUTH_Y + 0.0002, 0.1000), (side * 0.026, MOUTH_Y - 0.0012, 0.0885)],
                (0.0032, 0.0030, 0.0016), width=0.005, material=SKIN, mode="carve", weight=0.35)  # fmt: skip
@@ -84,7 +87,16 @@ def _mouth(s: Sculpture, r: Recipe) -> None:
 
 
 def _ear(s: Sculpture, side: float) -> None:
-    tilt = turn(x=-0.20, y=side * 0.45)
-    s.ellipsoid((side * 0.0775, 1.6340, -0.0060), (0.0050, 0.0310, 0.0170), width=0.006, material=SKIN, group=EARS, turn=tilt)
-    s.ellipsoid((side * 0.0830, 1.6370, -0.0030), (0.0040, 0.0190, 0.0095), width=0.005, material=SKIN, mode="carve", weight=0.45,
-                turn=tilt)  # fmt: skip
+    # In the ear's plane: u backwards, v upwards; the plane leans out behind and tilts back.
+    frame = turn(x=-0.16, y=-side * 0.40)
+    centre = (side * 0.0770, 1.6360, -0.0040)
+
+    def at(u: float, v: float, out: float = 0.0) -> F64:
+        return np.asarray(centre) + frame @ (side * out, v, -u)
+
+    rim = [(-0.0090, -0.0040), (-0.0085, 0.0120), (-0.0030, 0.0250), (0.0060, 0.0290), (0.0140, 0.0230), (0.0165, 0.0100),
+           (0.0130, -0.0060), (0.0060, -0.0180), (-0.0010, -0.0260), (-0.0070, -0.0240)]  # fmt: skip
+    s.limb([at(u, v, 0.0030) for u, v in rim], [0.0026] * 8 + [0.0042, 0.0034], width=0.004, material=SKIN, group=EARS, steps=3)
+    s.ellipsoid(at(0.0030, 0.0020, -0.0010), (0.0030, 0.0260, 0.0140), width=0.006, material=SKIN, group=EARS, turn=frame)
+    s.ellipsoid(at(0.0010, -0.0040, 0.0035), (0.0032, 0.0100, 0.0065), width=0.004, material=SKIN, mode="carve", weight=0.5, turn=frame)
+    s.limb([at(-0.0100, -0.0060, 0.001), at(-0.0080, -0.0130, 0.001)], (0.0036, 0.0030), width=0.006, material=SKIN, group=EARS)

@@ -18,7 +18,9 @@ from vistel.figure.people.head import EYE, EYE_RADIUS, add_head
 from vistel.figure.people.paint import paint
 from vistel.figure.people.polygonise import graded_axis, polygonise
 from vistel.figure.people.recipe import Recipe
-from vistel.figure.people.reduce import reduce, stretch
+from vistel.figure.people.reduce import improve, reduce
+from vistel.figure.people.sizing import wanted_size
+from vistel.figure.people.stretch import stretch
 from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
 
 F64 = NDArray[np.float64]
@@ -26,7 +28,7 @@ I64 = NDArray[np.int64]
 
 VERSION = 1
 """Of what this package makes; a change of it makes cached people void."""
-TRIANGLES = 20_000
+VERTICES = 10_000
 TEXTURE_SIZE = 2048
 
 _log = logging.getLogger("vistel.figure.people")
@@ -59,8 +61,10 @@ def make_person(recipe: Recipe, *, name: str, height: float) -> Avatar:
     )
     fine_vertices, fine_triangles = polygonise(solid, axes)
     _log.info("step=polygonise vertices=%d triangles=%d", len(fine_vertices), len(fine_triangles))
-    vertices, triangles = reduce(fine_vertices, fine_triangles, TRIANGLES)
-    vertices = solid.project(vertices)
+    vertices, triangles, size = reduce(fine_vertices, fine_triangles, wanted_size(fine_vertices), VERTICES)
+    for _ in range(4):
+        vertices, triangles = improve(vertices, triangles, size)
+        vertices = solid.project(vertices, steps=3)
     _log.info("step=reduce vertices=%d triangles=%d", len(vertices), len(triangles))
     eyes = [_eyeball(sign) for sign in (1.0, -1.0)]
     parts = [(vertices, triangles), *eyes]

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage import measure
 
-from vistel.figure.people.field import THRESHOLD, Solid, boxes, field_block
+from vistel.figure.people.field import THRESHOLD, Solid, boxes, field_block, field_block_rows
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-_BLOCK = 16
+_BLOCK = 10
 _measure: Any = measure
 
 
@@ -47,8 +47,14 @@ def polygonise(solid: Solid, axes: tuple[F64, F64, F64]) -> tuple[F64, I64]:
                 near = in_xy & (low[:, 2] <= bz[-1]) & (high[:, 2] >= bz[0])
                 if not near.any():
                     continue
+                active = field_block_rows(
+                    solid.rows, solid.tables, np.flatnonzero(near),
+                    np.array((bx[0], by[0], bz[0])), np.array((bx[-1], by[-1], bz[-1])),
+                )  # fmt: skip
+                if not len(active):
+                    continue
                 block = np.empty((len(bx), len(by), len(bz)), np.float32)
-                if not field_block(solid.rows, solid.tables, np.flatnonzero(near), bx, by, bz, block):
+                if not field_block(solid.rows, solid.tables, active, bx, by, bz, block):
                     continue
                 # No sample exactly on the surface: each crossing then lies inside an edge and cannot degenerate.
                 block[np.abs(block - THRESHOLD) < 1e-5] = THRESHOLD + 1e-5

@@ -49,34 +49,40 @@ def add_trunk(s: Sculpture, r: Recipe) -> None:
         level(1.360, 0.166, 0.102, 0.120, woman=(-0.015, -0.014, -0.013)),
         level(1.400, 0.155, 0.080, 0.108, (2.6, 2.6), woman=(-0.012, -0.010, -0.010)),
         level(1.435, 0.115, 0.054, 0.086, woman=(-0.008, -0.004, -0.006)),
-        level(1.465, 0.070, 0.040, 0.066, (2.2, 2.2), (-0.003, 0, -0.004)),
+        level(1.470, 0.066, 0.036, 0.074, (2.2, 2.2), (-0.006, -0.004, -0.006)),
     ]
     s.loft(top, width=0.030, material=TOP, rounding=0.008)
-    neck = 0.0575 - 0.0085 * f
-    s.limb([(0, 1.40, -0.022), (0, 1.47, -0.012), (0, 1.53, 0.000), (0, 1.58, 0.004)], (neck + 0.006, neck, neck - 0.002, neck),
+    neck = 0.0560 - 0.0080 * f
+    s.limb([(0, 1.40, -0.022), (0, 1.47, -0.014), (0, 1.53, -0.004), (0, 1.58, 0.000)], (neck + 0.006, neck, neck - 0.002, neck),
            width=0.03, material=SKIN)  # fmt: skip
     for side in (1.0, -1.0):
         # Trapezius, pectoral or breast, shoulder blade, sternomastoid.
-        s.limb([(side * 0.030, 1.500, -0.030), (side * 0.075, 1.452, -0.026), (side * 0.155, 1.422, -0.012)],
-               (0.024, 0.032, 0.040), width=0.05, material=TOP)  # fmt: skip
+        s.limb([(side * 0.028, 1.510, -0.030), (side * 0.072, 1.462, -0.026), (side * 0.155, 1.426, -0.012)],
+               (0.024, 0.032, 0.041), width=0.05, material=TOP)  # fmt: skip
         if f > 0.5:
-            s.ellipsoid((side * 0.070, 1.268, 0.070), (0.064, 0.070, 0.066), width=0.09, material=TOP)
+            s.ellipsoid((side * 0.066, 1.272, 0.060), (0.062, 0.072, 0.066), width=0.11, material=TOP)
         else:
             s.ellipsoid((side * 0.078, 1.322, 0.068), (0.078, 0.056, 0.040), width=0.07, material=TOP)
         s.ellipsoid((side * 0.085, 1.335, -0.085), (0.060, 0.085, 0.034), width=0.07, material=TOP)
         s.ellipsoid((side * 0.078, 0.905, -0.064), (0.074 * g, 0.085, 0.064 * g), width=0.06, material=TROUSERS,
                     group=LEFT_LEG if side > 0 else RIGHT_LEG)  # fmt: skip
-        s.limb([(side * 0.050, 1.575, -0.012), (side * 0.040, 1.520, 0.014), (side * 0.014, 1.452, 0.036)], (0.015, 0.013, 0.008),
-               width=0.018, material=SKIN)  # fmt: skip
+        s.limb([(side * 0.040, 1.585, -0.010), (side * 0.034, 1.525, 0.014), (side * 0.012, 1.452, 0.034)], (0.010, 0.0105, 0.007),
+               width=0.022, material=SKIN, weight=0.7)  # fmt: skip
     _collar(s, r)
 
 
 def _collar(s: Sculpture, r: Recipe) -> None:
     """A ring of fabric round the neck, lower in front."""
-    around = np.linspace(0.0, 2.0 * np.pi, 33)
-    wide = 1.0 - 0.10 * r.female
-    ring = [(0.0665 * wide * np.sin(a), 1.473 - 0.024 * np.cos(a), -0.010 + 0.061 * wide * np.cos(a)) for a in around]
+    wide = 1.0 - 0.08 * r.female
+    ring = [(x * wide, collar_height(np.array(z)), z * wide) for x, z in
+            ((0.0690 * np.sin(a), -0.014 + 0.060 * np.cos(a)) for a in np.linspace(0.0, 2.0 * np.pi, 33))]  # fmt: skip
     s.limb(ring, [0.0085] * len(ring), width=0.010, material=COLLAR, flat=((0, 1, 0), 1.5), steps=1)
+
+
+def collar_height(z: F64) -> F64:
+    """Height of the middle of the collar over the depth z: low in front, high at the sides and behind [m]."""
+    c = np.clip((z + 0.014) / 0.060, -1.0, 1.0)
+    return 1.482 - 0.024 * c + 0.014 * (1.0 - c * c)
 
 
 def add_arm(s: Sculpture, r: Recipe, side: float) -> None:

@@ -1,0 +1,129 @@
+"""One participant's sensors, gathered and solved. No bus, no clock: times come with the messages."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture import HAND_DOF_COUNT, pose_joints, standing
+from vistel.figure.sensors import Placement, out_of_frame, receiver_poses
+from vistel.figure.skeleton import standard_skeleton
+from vistel.figure.solve import PostureSolver, Solved
+from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver
+from vistel_services.posture.config import Person
+from vistel_services.posture.one_euro import PoseFilter
+
+F64 = NDArray[np.float64]
+
+RATE_HZ = 60.0
+SILENT_S = 0.25
+"""A receiver or glove not heard of for this long counts as silent."""
+FAR_M = 5.0
+"""A receiver farther from its transmitter than this is not believed."""
+START_S = 1.0
+"""How long the first posture waits for every receiver to be heard once."""
+
+_USABLE = (
+    TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED,
+)  # fmt: skip
+
+
+class Capture:
+    """Takes what the devices say and gives postures of one person."""
+
+    def __init__(self, person: Person) -> None:
+        self.person = person
+        self._solver = PostureSolver(standard_skeleton(person.height_m), person.seat)
+        self._filters = {receiver: PoseFilter() for receiver in person.stations.values()}
+        self._gloves: dict[str, tuple[float, F64]] = {}
+        self._epoch_ns: int | None = None
+        self._newest_ns = 0
+        self._solved_ns = 0
+        self.rejected = 0
+        """Samples that were not believed: not finite, too far, or flagged by the device as untrusted."""
+
+    @property
+    def newest_ns(self) -> int:
+        """When the newest receiver was measured, conference time; 0 before the first."""
+        return self._newest_ns
+
+    @property
+    def solved_ns(self) -> int:
+        """Time of the last posture; 0 before the first."""
+        return self._solved_ns
+
+    def tracker(self, frame: TrackerFrame) -> bool:
+        """Take a tracker's frame. True when a posture is due: a sixtieth of a second of news has come in."""
+        for r in frame.receivers:
+            receiver = self.person.stations.get(r.station)
+            if receiver is None or self._seconds(r.t_ns) <= self._filters[receiver].t:
+                continue
+            pose = _pose(r)
+            if pose is None or r.health not in _USABLE:
+                self.rejected += 1
+                continue
+            self._filters[receiver].update(self._seconds(r.t_ns), *out_of_frame(self.person.transmitter, *pose))
+            self._newest_ns = max(self._newest_ns, r.t_ns)
+        if not self._newest_ns:
+            return False
+        complete = all(f.t > -math.inf for f in self._filters.values())
+        if not complete and self._seconds(self._newest_ns) < START_S:
+            return False
+        return self._newest_ns - self._solved_ns >= 0.75e9 / RATE_HZ
+
+    def glove(self, frame: GloveFrame) -> None:
+        """Take a glove's frame."""
+        side = self.person.gloves.get(frame.device)
+        if side is None:
+            return
+        angles = np.array(frame.angles, np.float64)
+        if angles.shape != (HAND_DOF_COUNT,) or not np.isfinite(angles).all():
+            self.rejected += 1
+            return
+        t = self._seconds(frame.header.t_ns)
+        if side not in self._gloves or t > self._gloves[side][0]:
+            self._gloves[side] = (t, angles)
+
+    def solve(self, t_ns: int) -> Solved:
+        """The posture at `t_ns`, which must lie after the last one."""
+        self._solved_ns = t_ns
+        t = self._seconds(t_ns)
+        receivers: dict[str, Placement] = {
+            name: f.at(t) for name, f in self._filters.items() if t - f.t < SILENT_S
+        }
+        return self._solver.solve(t, receivers, (self._hand("left", t), self._hand("right", t)))
+
+    def _seconds(self, t_ns: int) -> float:
+        """Seconds since the first time this person was heard of: small numbers keep their nanoseconds."""
+        if self._epoch_ns is None:
+            self._epoch_ns = t_ns
+        return (t_ns - self._epoch_ns) * 1e-9
+
+    def _hand(self, side: str, t: float) -> F64 | None:
+        heard = self._gloves.get(side)
+        return None if heard is None or t - heard[0] > SILENT_S else heard[1]
+
+
+def _pose(r: TrackerReceiver) -> Placement | None:
+    p = np.array((r.position.x, r.position.y, r.position.z))
+    q = np.array((r.rotation.x, r.rotation.y, r.rotation.z, r.rotation.w))
+    if not (np.isfinite(p).all() and np.isfinite(q).all()) or np.linalg.norm(p) > FAR_M:
+        return None
+    n = float(np.linalg.norm(q))
+    if n == 0.0:
+        return p, np.array([0.0, 0.0, 0.0, 1.0])
+    return (p, q / n) if abs(n - 1.0) < 0.1 else None
+
+
+def warm_up() -> None:
+    """Have everything a posture needs compiled, so that the first one is as quick as the others."""
+    skeleton = standard_skeleton()
+    solver = PostureSolver(skeleton)
+    poses = receiver_poses(skeleton, pose_joints(skeleton, standing()))
+    still = PoseFilter()
+    for k in range(3):
+        still.update(k / RATE_HZ, *out_of_frame(poses["chest"], *poses["head"]))
+        still.at(k / RATE_HZ)
+        solver.solve(k / RATE_HZ, poses if k != 1 else {})

@@ -1,0 +1,60 @@
+"""Who sits where and which devices they wear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vistel.conference.model import Conference, Site
+from vistel.conference.paths import RunPaths
+from vistel.figure.posture import Stance
+from vistel.figure.sensors import Placement, transmitter_in_room
+from vistel.space.room import seat_pose
+
+
+@dataclass(frozen=True)
+class Person:
+    """A participant of this site. tracker, glove names are None where they wear none."""
+
+    name: str
+    display_name: str
+    avatar: str
+    height_m: float
+    seat: Stance
+    """On the floor under the seat, facing the table."""
+    tracker: str | None
+    stations: dict[int, str]
+    """Station number to receiver ("chest", ...)."""
+    transmitter: Placement
+    """In the room."""
+    gloves: dict[str, str]
+    """Device name to side."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """The posture service of one site."""
+
+    site: str
+    people: tuple[Person, ...]
+
+
+def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config: 
+    """The people of `site` and the devices they wear."""
+    if site is None:
+        raise ValueError("posture: this service belongs to a site; name one")
+    people: list[Person] = []
+    for p in site.participants:
+        position, heading = seat_pose(conference.room.seats, conference.seat_of(p.name))
+        t = p.tracker
+        transmitter = transmitter_in_room(
+            position, heading, t.transmitter_position if t else np.zeros(3), t.transmitter_heading if t else 0.0
+        )
+        people.append(Person(
+            name=p.name, display_name=p.display_name or p.name, avatar=p.avatar, height_m=p.height,
+            seat=Stance(position, heading), tracker=f"{p.name}-tracker" if t else None,
+            stations={station: receiver for receiver, station in t.stations.items()} if t else {},
+            transmitter=transmitter, gloves={f"{p.name}-glove-{side}": side for side in p.gloves},
+        ))  # fmt: skip
+    return Config(site.name, tuple(people))

@@ -1,0 +1,75 @@
+"""The One-Euro filter (Casiez, Roussel and Vogel, CHI 2012) for a receiver's pose.
+
+A first-order low-pass whose cut-off rises with speed: still hands do not tremble, quick hands do not lag. The pose can
+be asked for a little later than its last sample: stations of one tracker are measured one after the other, and a
+posture needs all four at one instant.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import (
+    matrix_from_quaternion,
+    matrix_from_rotvec,
+    quaternion_from_matrix,
+    rotvec_from_matrix,
+    slerp,
+)
+
+F64 = NDArray[np.float64]
+
+POSITION_CUTOFF_HZ, POSITION_SPEED_GAIN = 4.0, 40.0
+"""Cut-off at rest [Hz], and Hz more for each m/s."""
+ROTATION_CUTOFF_HZ, ROTATION_SPEED_GAIN = 4.0, 8.0
+"""Cut-off at rest [Hz], and Hz more for each rad/s."""
+SPEED_CUTOFF_HZ = 4.0
+FORGET_S = 0.5
+"""After a gap this long the filter starts anew."""
+MOST_AHEAD_S = 0.035
+"""How far a pose is carried on by its speed: a tracker's cycle over four stations, no more."""
+
+
+def _share(cutoff_hz: float, dt: float) -> float:
+    r = 2.0 * math.pi * cutoff_hz * dt
+    return r / (r + 1.0)
+
+
+class PoseFilter:
+    """Filters one receiver; times in seconds, positions (3,) [m], quaternions (4,) x y z w."""
+
+    def __init__(self) -> None:
+        self._t = -math.inf
+        self._p, self._q = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+        self._v, self._w = np.zeros(3), np.zeros(3)
+
+    @property
+    def t(self) -> float:
+        """Time of the last sample; -inf before the first."""
+        return self._t
+
+    def update(self, t: float, p: F64, q: F64) -> None:
+        """Take a sample. One that is not newer than the last is left out."""
+        dt = t - self._t
+        if dt <= 0.0:
+            return
+        if dt > FORGET_S:
+            self._p, self._q, self._v, self._w = p, q, np.zeros(3), np.zeros(3)
+        else:
+            k = _share(SPEED_CUTOFF_HZ, dt)
+            self._v = self._v + k * ((p - self._p) / dt - self._v)
+            turn = matrix_from_quaternion(q) @ matrix_from_quaternion(self._q).T
+            self._w = self._w + k * (rotvec_from_matrix(turn) / dt - self._w)
+            speed, spin = float(np.linalg.norm(self._v)), float(np.linalg.norm(self._w))
+            self._p = self._p + _share(POSITION_CUTOFF_HZ + POSITION_SPEED_GAIN * speed, dt) * (p - self._p)
+            self._q = slerp(self._q, q, _share(ROTATION_CUTOFF_HZ + ROTATION_SPEED_GAIN * spin, dt))
+        self._t = t
+
+    def at(self, t: float) -> tuple[F64, F64]:
+        """The pose at `t`, carried on from the last sample by its speed."""
+        ahead = min(MOST_AHEAD_S, max(0.0, t - self._t))
+        turn = matrix_from_rotvec(self._w * ahead)
+        return self._p + self._v * ahead, quaternion_from_matrix(turn @ matrix_from_quaternion(self._q))

@@ -1,0 +1,140 @@
+"""The service: devices in, Motion out, as soon as the sensors have said enough."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+import time
+from functools import reduce
+from operator import or_
+
+import numpy as np
+from prometheus_client import Counter, Gauge, Histogram
+
+from vistel.figure.solve import Solved
+from vistel.v1.motion_pb2 import Motion, Participant
+from vistel.wire.bus import Bus, Publication, Subscription
+from vistel.wire.clock import Clock
+from vistel.wire.motion import MotionEncoder, MotionSample, StalePart
+from vistel.wire.topics import BY_NAME
+from vistel_services.posture.capture import RATE_HZ, Capture, warm_up
+from vistel_services.posture.config import Config, Person
+
+log = logging.getLogger("vistel.posture")
+
+_SOLVE = Histogram("vistel_posture_solve_seconds", "Time to solve one posture", ["participant"],
+                   buckets=(0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.05))  # fmt: skip
+_MOTIONS = Counter("vistel_posture_motions_total", "Motion messages published", ["participant"])
+_REJECTED = Gauge("vistel_posture_rejected_samples", "Sensor samples not believed", ["participant"])
+_STALE = Gauge("vistel_posture_stale_sensors", "Sensors that are silent", ["participant"])
+
+_STALE_PART = {
+    "chest": StalePart.CHEST, "head": StalePart.HEAD, "left_hand": StalePart.LEFT_HAND,
+    "right_hand": StalePart.RIGHT_HAND, "left_glove": StalePart.LEFT_GLOVE, "right_glove": StalePart.RIGHT_GLOVE,
+}  # fmt: skip
+
+PATIENCE_NS = 100_000_000
+"""Without news from the tracker for this long the clock drives the posture, so that what is silent can relax."""
+
+
+async def run(config: Config, bus: Bus, clock: Clock) -> None:
+    """Publish Participant and Motion of every person of the site until cancelled."""
+    await asyncio.to_thread(warm_up)
+    makers = [_Maker(person, config.site, bus) for person in config.people]
+    by_device = {device: m for m in makers for device in (m.person.tracker, *m.person.gloves) if device}
+    tracker = bus.subscribe(BY_NAME["tracker"], queue_all=True, site=config.site)
+    glove = bus.subscribe(BY_NAME["glove"], queue_all=True, site=config.site)
+    for maker in makers:
+        maker.announce(clock)
+    try:
+        async with asyncio.TaskGroup() as group:
+            group.create_task(_follow_trackers(tracker, by_device))
+            group.create_task(_follow_gloves(glove, by_device))
+            for maker in makers:
+                group.create_task(maker.keep_going(clock))
+    finally:
+        tracker.close()
+        glove.close()
+
+
+async def _follow_trackers(subscription: Subscription, by_device: dict[str, _Maker]) -> None:
+    async for sample in subscription:
+        maker = by_device.get(sample.names["device"])
+        if maker is not None and maker.capture.tracker(sample.message):
+            maker.publish(maker.capture.newest_ns)
+
+
+async def _follow_gloves(subscription: Subscription, by_device: dict[str, _Maker]) -> None:
+    async for sample in subscription:
+        maker = by_device.get(sample.names["device"])
+        if maker is not None:
+            maker.capture.glove(sample.message)
+
+
+class _Maker:
+    """Makes one participant's Motion."""
+
+    def __init__(self, person: Person, site: str, bus: Bus) -> None:
+        self.person = person
+        self.capture = Capture(person)
+        self._site = site
+        self._bus = bus
+        self._encoder = MotionEncoder()
+        self._motion: Publication = bus.publish(BY_NAME["motion"], participant=person.name)
+        self._about: Publication = bus.publish(BY_NAME["participant"], participant=person.name)
+        self._silent: frozenset[str] = frozenset()
+
+    def announce(self, clock: Clock) -> None:
+        """Say who this is."""
+        about = Participant(
+            participant=self.person.name, site=self._site, display_name=self.person.display_name,
+            avatar=self.person.avatar, height_m=self.person.height_m,
+        )  # fmt: skip
+        about.header.t_ns = clock.now_ns()
+        about.header.source = f"{self._site}/posture"
+        self._about.put(about)
+        self._bus.announce(f"participant-{self.person.name}")
+        log.info("participant announced participant=%s height_m=%.2f", self.person.name, self.person.height_m)
+
+    def publish(self, t_ns: int) -> None:
+        """Solve for `t_ns` and send."""
+        if t_ns <= self.capture.solved_ns:
+            return
+        started = time.perf_counter()
+        solved = self.capture.solve(t_ns)
+        _SOLVE.labels(self.person.name).observe(time.perf_counter() - started)
+        self._motion.put(self._message(t_ns, solved))
+        _MOTIONS.labels(self.person.name).inc()
+        if solved.stale != self._silent:
+            self._note(solved.stale)
+
+    def _message(self, t_ns: int, solved: Solved) -> Motion:
+        posture = solved.posture
+        return self._encoder.encode(MotionSample(
+            seq=self._motion.next_seq, t_ns=t_ns, body=posture.dofs, hands=posture.hands,
+            stance=np.array([*posture.stance.position, posture.stance.heading]),
+            stale=reduce(or_, (_STALE_PART[name] for name in solved.stale), StalePart(0)),
+        ))  # fmt: skip
+
+    async def keep_going(self, clock: Clock) -> None:
+        """Go on by the clock while the tracker is silent."""
+        tick = 0
+        start_ns = clock.now_ns()
+        while True:
+            tick += 1
+            await clock.sleep_until_ns(start_ns + int(tick * 1e9 / RATE_HZ))
+            now_ns = clock.now_ns()
+            if now_ns - max(self.capture.newest_ns, start_ns) > PATIENCE_NS:
+                self.publish(now_ns)
+            # After a pause of the process go on from now instead of running after the ticks missed.
+            tick = max(tick, math.floor((clock.now_ns() - start_ns) * 1e-9 * RATE_HZ))
+
+    def _note(self, stale: frozenset[str]) -> None:
+        for name in sorted(stale - self._silent):
+            log.warning("sensor silent participant=%s sensor=%s", self.person.name, name)
+        for name in sorted(self._silent - stale):
+            log.info("sensor back participant=%s sensor=%s", self.person.name, name)
+        self._silent = stale
+        _STALE.labels(self.person.name).set(len(stale))
+        _REJECTED.labels(self.person.name).set(self.capture.rejected)
