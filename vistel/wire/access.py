@@ -1,8 +1,9 @@
 """Access rules of a router, derived from the table of topics: who shows which certificate may say what.
 
-The common name of a node's certificate is its site's name; the world shows `world`, the hub that keeps the time `hub`,
-an observer any name that is listed as such. A router sees only the certificate of its direct neighbour: where sites have
-routers of their own, the hub's router is the one that decides, and their routers show their site's certificate.
+The common name of a node's certificate is its site's name; the world shows `world`, the hub that keeps the
+time `hub`, an observer any name that is listed as such. A router sees only the certificate of its direct
+neighbour: where sites have routers of their own, the hub's router is the one that decides, and their routers
+show their site's certificate.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ def access_rules(
 ) -> dict[str, Any]:
     """The `access_control` section of a Zenoh router's configuration.
 
-    sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the console of
-    a conference, so it may say what the world says; a `world` of its own may say only that. Everybody listed may listen;
-    everything else is denied, silently as far as the one denied can see.
+    sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the
+    console of a conference, so it may say what the world says; a `world` of its own may say only that.
+    Everybody listed may listen; everything else is denied, silently as far as the one denied can see.
     """
     rules: list[dict[str, Any]] = [
         _rule("listen", "ingress", _ASK, [f"vistel/{conference}/**"]),

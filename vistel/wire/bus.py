@@ -1,7 +1,7 @@
 """What a service sees of the bus. `vistel.wire.zenoh_bus` is the real one, `MemoryBus` joins services in one process.
 
-Both deliver messages as protobuf objects of the topic's type, check `Header.version`, and drop and count what does
-not parse: a service never sees a broken message.
+Both deliver messages as protobuf objects of the topic's type, check `Header.version`, and drop and count what
+does not parse: a service never sees a broken message.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from vistel.wire.topics import Topic
 class Sample:
     """One message that arrived.
 
-    names: what the key's braces held (site, participant, device, ...). received_ns: conference time of arrival.
+    names: what the key's braces held (site, participant, device, ...). received_ns: conference time of
+    arrival.
     """
 
     topic: Topic
@@ -62,7 +63,10 @@ class Subscription(Protocol):
 
 
 class Bus(Protocol):
-    """A site's door to the conference. Keys are filled from `conference`, and from `site` for the site's own topics."""
+    """A site's door to the conference.
+
+    Keys are filled from `conference`, and from `site` for the site's own topics.
+    """
 
     conference: str
     site: str
@@ -77,8 +81,8 @@ class Bus(Protocol):
     def subscribe(self, topic: Topic, *, queue_all: bool = False, **names: str) -> Subscription:
         """Everything on `topic` in this conference; `names` narrow it. RELIABLE topics first deliver the last values.
 
-        `queue_all` makes a NEWEST subscription keep every message in order (recorder, posture); up to 4096, then
-        the oldest go and are counted.
+        `queue_all` makes a NEWEST subscription keep every message in order (recorder, posture); up to 4096,
+        then the oldest go and are counted.
         """
         ...
 

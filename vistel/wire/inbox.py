@@ -41,7 +41,7 @@ class Decoder:
             self._tell(key, f"{len(payload)} bytes that are no {self.topic.message.DESCRIPTOR.name}")
             return None
         if self._has_header:
-            version = message.header.version  # pyright: ignore[reportAttributeAccessIssue]
+            version: int = message.header.version  # type: ignore[attr-defined]
             if version != MESSAGE_VERSION:
                 self._counters.unknown_version += 1
                 self._tell(key, f"message version {version}, this is {MESSAGE_VERSION}: update the older side")
@@ -57,8 +57,9 @@ class Decoder:
 class Inbox:
     """A `Subscription`: `push` from any thread, everything else on the event loop.
 
-    NEWEST topics keep the newest payload per key and decode only that; with `queue_all`, and for RELIABLE topics,
-    everything is kept in order. However many messages arrive, the loop is woken once until it has drained.
+    NEWEST topics keep the newest payload per key and decode only that; with `queue_all`, and for RELIABLE
+    topics, everything is kept in order. However many messages arrive, the loop is woken once until it has
+    drained.
     """
 
     def __init__(

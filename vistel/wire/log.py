@@ -1,8 +1,9 @@
 """Logs of a conference: MCAP files with the protobuf schemas inside, so that Foxglove and Rerun open them too.
 
-One channel per key. `log_time` is when a message arrived at the recorder, `publish_time` its `header.t_ns`, both
-conference time. The conference file is an attachment; the clock offsets of the nodes, as last seen, are metadata.
-Chunks are closed at 256 KB or after a second, so a recorder that dies loses at most the last second.
+One channel per key. `log_time` is when a message arrived at the recorder, `publish_time` its `header.t_ns`,
+both conference time. The conference file is an attachment; the clock offsets of the nodes, as last seen, are
+metadata. Chunks are closed at 256 KB or after a second, so a recorder that dies loses at most the last
+second.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from google.protobuf.descriptor import FileDescriptor
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import DecodeError, Message
 from mcap.exceptions import McapError
@@ -87,7 +87,7 @@ class LogWriter:
 
     def flush(self) -> None:
         """Close the open chunk and hand it to the operating system."""
-        self._writer._Writer__finalize_chunk()  # pyright: ignore # noqa: SLF001; mcap has no public way
+        self._writer._Writer__finalize_chunk()  # pyright: ignore  (mcap has no public way)
         self._file.flush()
 
     def close(self) -> None:
@@ -130,8 +130,8 @@ class LogWriter:
 class LogReader:
     """Reads a log, whole or damaged: what is whole comes, `damage` tells what is missing.
 
-    begin_ns, end_ns: conference time of the first and last message. conference: the conference file as data, or None.
-    damage: one line per fault; grows while reading, when a chunk turns out to be broken.
+    begin_ns, end_ns: conference time of the first and last message. conference: the conference file as data,
+    or None. damage: one line per fault; grows while reading, when a chunk turns out to be broken.
     """
 
     def __init__(self, path: Path) -> None:
@@ -199,7 +199,9 @@ class LogReader:
             return list(breakup_chunk(chunk, validate_crc=True))
         except (McapError, CRCValidationError, RuntimeError, ValueError, EOFError) as e:
             at, until = ((t - self.begin_ns) * 1e-9 for t in (place.begin_ns, place.end_ns))
-            self._tell(f"a chunk at byte {place.offset} is broken ({e}): messages from {at:.3f} s to {until:.3f} s are missing")
+            self._tell(
+                f"a chunk at byte {place.offset} is broken ({e}): messages from {at:.3f} s to {until:.3f} s are missing"
+            )
             return []
 
     def _topic_of(self, key: str) -> tuple[Topic, str, dict[str, str]] | None:
@@ -235,7 +237,7 @@ class LogReader:
             self.damage.append(line)
 
 
-def _add_with_imports(files: FileDescriptorSet, file: FileDescriptor, seen: set[str]) -> None:
+def _add_with_imports(files: FileDescriptorSet, file: Any, seen: set[str]) -> None:
     if file.name in seen:
         return
     seen.add(file.name)

@@ -1,9 +1,10 @@
 """Reliable delivery over a bus that may drop: a cache at the sender, gaps and their repair at the receiver.
 
-Every reliable message carries (epoch, seq, oldest): which life of the sender, its number in that life (1, 2, ...), and
-the oldest number the sender can still repeat. A receiver that misses numbers asks for them. A sender that has been
-silent repeats its last number now and then, so that a loss at the end is noticed too. No message waits for the network,
-no link has to be closed for being slow, and a router may restart: what was sent meanwhile is fetched afterwards.
+Every reliable message carries (epoch, seq, oldest): which life of the sender, its number in that life (1, 2,
+...), and the oldest number the sender can still repeat. A receiver that misses numbers asks for them. A
+sender that has been silent repeats its last number now and then, so that a loss at the end is noticed too. No
+message waits for the network, no link has to be closed for being slow, and a router may restart: what was
+sent meanwhile is fetched afterwards.
 """
 
 from __future__ import annotations
@@ -47,17 +48,15 @@ class SendCache:
         self._bytes = 0
         self._kept: deque[bytes] = deque()
 
-    def append(self, seq: int, payload: bytes) -> Stamp:
-        """Keep message `seq` (one more than the last) and stamp it."""
+    def append(self, payload: bytes) -> Stamp:
+        """Number, keep and stamp a message."""
         with self._lock:
-            if seq != self._seq + 1:
-                raise ValueError(f"seq {seq} does not follow {self._seq}")
-            self._seq = seq
+            self._seq += 1
             self._kept.append(payload)
             self._bytes += len(payload)
             while len(self._kept) > 1 and (len(self._kept) > CACHE_MESSAGES or self._bytes > CACHE_BYTES):
                 self._bytes -= len(self._kept.popleft())
-            return self._stamp(seq)
+            return self._stamp(self._seq)
 
     def last(self) -> tuple[Stamp, bytes]:
         """The newest message; an empty payload when there is none yet."""
@@ -97,7 +96,10 @@ class ReceiveOrder:
 
     @staticmethod
     def starting(stamp: Stamp, *, from_last: bool) -> ReceiveOrder:
-        """A key seen for the first time. from_last: deliver the last value and what follows; else all that is kept."""
+        """A key seen for the first time.
+
+        From_last: deliver the last value and what follows; else all that is kept.
+        """
         first = max(1, stamp.seq) if from_last else max(1, stamp.oldest)
         return ReceiveOrder(epoch=stamp.epoch, next=first)
 

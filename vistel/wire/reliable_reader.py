@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+# zenoh's stubs leave return types out
+# pyright: reportUnknownMemberType=false
 import asyncio
 import contextlib
 import logging
@@ -29,7 +31,7 @@ class ReliableReader:
     """Feeds an inbox with the messages of `pattern`, each once and in the order of its sender."""
 
     def __init__(
-        self, session: zenoh.Session, pattern: str, loop: asyncio.AbstractEventLoop, clock: Clock, inbox: Inbox,
+        self, session: zenoh.Session, pattern: str, inbox: Inbox, *, loop: asyncio.AbstractEventLoop, clock: Clock,
         counters: BusCounters,
     ) -> None:  # fmt: skip
         self._session = session

@@ -1,4 +1,7 @@
-"""The one table of topics. Keys, access rules, the recorder, the console and the reference page come from it."""
+"""The one table of topics.
+
+Keys, access rules, the recorder, the console and the reference page come from it.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,10 @@ class Publisher(Enum):
 
 @dataclass(frozen=True)
 class Topic:
-    """One row. `key` holds {conference} and, for publisher SITE, {site}; further names in braces are the topic's own."""
+    """One row.
+
+    `key` holds {conference} and, for publisher SITE, {site}; further names in braces are the topic's own.
+    """
 
     name: str
     key: str

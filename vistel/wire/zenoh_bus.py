@@ -2,15 +2,20 @@
 
 How a topic travels:
 
-- NEWEST: dropped rather than queued, everywhere; the reader gets the newest value per key and nothing that is late.
-- RELIABLE: `vistel.wire.reliable` over messages that may be dropped too. Zenoh's own blocking delivery would close
-  the link of a slow reader and stall every other one, and its own recovery was seen to hold commands back for 10 s.
+- NEWEST: dropped rather than queued, everywhere; the reader gets the newest value per key and nothing that is
+  late.
+- RELIABLE: `vistel.wire.reliable` over messages that may be dropped too. Zenoh's own blocking delivery would
+  close
+  the link of a slow reader and stall every other one, and its own recovery was seen to hold commands back for
+  10 s.
 - QUERY: Zenoh queries.
 - Presence: Zenoh liveliness tokens, which go when a process goes (a frozen one after the lease of 2 s).
 """
 
 from __future__ import annotations
 
+# zenoh's stubs leave return types out
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 import asyncio
 import atexit
 import contextlib
@@ -48,7 +53,10 @@ class BusError(RuntimeError):
 
 
 class Router:
-    """A router inside this process. It publishes and subscribes nothing: a reader that is slow cannot slow it down."""
+    """A router inside this process.
+
+    It publishes and subscribes nothing: a reader that is slow cannot slow it down.
+    """
 
     def __init__(self, session: zenoh.Session, endpoints: list[str]) -> None:
         self._session = session
@@ -67,7 +75,8 @@ class Router:
     ) -> Router:  # fmt: skip
         """Listen on `listen` ("tcp/host:port", "tls/host:port"), by default on a free port of the loopback interface.
 
-        access: who may publish what (`vistel.wire.access`). connect: further routers to join. Raises BusError.
+        access: who may publish what (`vistel.wire.access`). connect: further routers to join. Raises
+        BusError.
         """
         endpoints = [listen] if isinstance(listen, str) else list(listen or [f"tcp/127.0.0.1:{_free_port()}"])
         config = router_config(endpoints, _tls(tls), access, list(connect))
@@ -84,11 +93,14 @@ class Router:
 
 
 class ZenohBus:
-    """A site's door to the conference (`vistel.wire.bus.Bus`). Make it with `open`, on the event loop that will use it."""
+    """A site's door to the conference (`vistel.wire.bus.Bus`).
+
+    Make it with `open`, on the event loop that will use it.
+    """
 
     def __init__(
-        self, session: zenoh.Session, conference: str, site: str, clock: Clock, loop: asyncio.AbstractEventLoop,
-        stale_after_ns: int | None = STALE_AFTER_NS,
+        self, session: zenoh.Session, conference: str, site: str, clock: Clock, *,
+        loop: asyncio.AbstractEventLoop, stale_after_ns: int | None = STALE_AFTER_NS,
     ) -> None:  # fmt: skip
         self.conference = conference
         self.site = site
@@ -112,7 +124,8 @@ class ZenohBus:
     ) -> ZenohBus:  # fmt: skip
         """Connect to the first router of `endpoints` that answers within `connect_s`. Raises BusError.
 
-        tls: (ca, certificate, key) files. stale_after_ns: None shows late motion too (for a reader of the past).
+        tls: (ca, certificate, key) files. stale_after_ns: None shows late motion too (for a reader of the
+        past).
         """
         config = client_config(list(endpoints), _tls(tls), connect_s)
         try:
@@ -122,7 +135,7 @@ class ZenohBus:
             hint = "; or the certificates do not match" if tls else ""
             raise BusError(f"bus: no router answers at {where} ({_reason(e)}); is it running there{hint}?") from e
         loop = asyncio.get_running_loop()
-        return ZenohBus(session, conference, site, clock, loop, stale_after_ns)
+        return ZenohBus(session, conference, site, clock, loop=loop, stale_after_ns=stale_after_ns)
 
     @property
     def connected(self) -> bool:
@@ -148,7 +161,9 @@ class ZenohBus:
         )  # fmt: skip
         pattern = topic.pattern(self.conference, **names)
         if topic.delivery is Delivery.RELIABLE:
-            reader = ReliableReader(self._session, pattern, self._loop, self._clock, inbox, self.counters)
+            reader = ReliableReader(
+                self._session, pattern, inbox, loop=self._loop, clock=self._clock, counters=self.counters
+            )
             self._readers.append(reader)
             held.append(reader)
             return inbox
@@ -193,12 +208,12 @@ class ZenohBus:
         def on_loop(query: zenoh.Query) -> None:
             with query:
                 try:
-                    message = answer(query.payload.to_bytes() if query.payload is not None else b"")
+                    message: Any = answer(query.payload.to_bytes() if query.payload is not None else b"")
                 except Exception:
                     log.exception("query not answered topic=%s", topic.name)
                     return
                 if "header" in message.DESCRIPTOR.fields_by_name:
-                    message.header.version = MESSAGE_VERSION  # pyright: ignore[reportAttributeAccessIssue]
+                    message.header.version = MESSAGE_VERSION
                 with contextlib.suppress(zenoh.ZError):  # the one who asked has gone
                     query.reply(key, message.SerializeToString())
 
@@ -247,16 +262,16 @@ class ZenohBus:
     def _parse_reply(self, topic: Topic, reply: zenoh.Reply) -> Any | None:
         if reply.ok is None:
             return None
-        message = topic.message()
+        message: Any = topic.message()
         try:
             message.ParseFromString(reply.ok.payload.to_bytes())
         except DecodeError:
             self.counters.corrupt += 1
             return None
-        if "header" in topic.message.DESCRIPTOR.fields_by_name:
-            if message.header.version != MESSAGE_VERSION:  # pyright: ignore[reportAttributeAccessIssue]
-                self.counters.unknown_version += 1
-                return None
+        has_header = "header" in topic.message.DESCRIPTOR.fields_by_name
+        if has_header and message.header.version != MESSAGE_VERSION:
+            self.counters.unknown_version += 1
+            return None
         return message
 
     async def _beat(self) -> None:

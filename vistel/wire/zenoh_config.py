@@ -3,7 +3,8 @@
 Several of Zenoh's defaults fail badly here, so every session is opened from this module:
 
 - no scouting, explicit endpoints: nothing on the network joins a conference by accident;
-- `wait_before_close` below the lease: else a link that was cut for longer than the lease never carries data again;
+- `wait_before_close` below the lease: else a link that was cut for longer than the lease never carries data
+  again;
 - reconnect every 250 ms: the default backs off to 4 s;
 - one link per transport: access rules are not enforced on the others;
 - shared memory off, small transmit queues: a queue is latency.
@@ -49,7 +50,10 @@ def client_config(endpoints: list[str], tls: TlsFiles | None = None, connect_s: 
 def router_config(
     listen: list[str], tls: TlsFiles | None = None, access: Json | None = None, connect: list[str] | None = None
 ) -> Json:
-    """A session that routes. `access`: see `vistel.wire.access`; `connect`: routers to join, over a thin link perhaps."""
+    """A session that routes.
+
+    `access`: see `vistel.wire.access`; `connect`: routers to join, over a thin link perhaps.
+    """
     config: Json = {
         "mode": "router",
         "listen": {"endpoints": listen},

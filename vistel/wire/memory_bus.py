@@ -1,0 +1,189 @@
+"""The bus inside one process: for tests, and for replaying a log as fast as it can be read.
+
+`MemoryNetwork` joins any number of `MemoryBus`es on one event loop. Messages travel as bytes through the same
+inboxes as on the real bus, so that corrupt payloads, unknown versions, late joiners and slow readers behave
+the same; nothing is lost or reordered, and nothing happens on another thread.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from google.protobuf.message import Message
+
+from vistel.wire.bus import BusCounters, Publication
+from vistel.wire.clock import Clock
+from vistel.wire.inbox import STALE_AFTER_NS, Decoder, Inbox
+from vistel.wire.topics import MESSAGE_VERSION, Delivery, Topic
+
+
+class MemoryNetwork:
+    """What the buses of one process share: who reads, the last reliable values, who answers, who is present."""
+
+    def __init__(self) -> None:
+        self._buses: list[MemoryBus] = []
+        self._last: dict[str, tuple[Topic, bytes]] = {}
+        self._answers: dict[str, tuple[MemoryBus, Callable[[bytes], Message]]] = {}
+        self._tokens: dict[tuple[str, str, str], MemoryBus] = {}
+
+    def bus(
+        self, conference: str, site: str, clock: Clock, stale_after_ns: int | None = STALE_AFTER_NS
+    ) -> MemoryBus:
+        """A door for one site. Call it on the event loop."""
+        bus = MemoryBus(self, conference, site, clock, stale_after_ns)
+        self._buses.append(bus)
+        return bus
+
+    def send(self, topic: Topic, key: str, payload: bytes) -> None:
+        """Deliver bytes as they are, broken ones too."""
+        if topic.delivery is Delivery.RELIABLE:
+            self._last[key] = (topic, payload)
+        for bus in self._buses:
+            bus.deliver(topic, key, payload)
+
+    def history(self, topic: Topic) -> list[tuple[str, bytes]]:
+        """The last value of each reliable key of `topic`."""
+        return [(key, payload) for key, (t, payload) in self._last.items() if t is topic]
+
+    def answer(self, key: str, request: bytes) -> bytes | None:
+        """Ask whoever serves `key`; None when nobody does."""
+        found = self._answers.get(key)
+        if found is None:
+            return None
+        reply: Any = found[1](request)
+        if "header" in reply.DESCRIPTOR.fields_by_name:
+            reply.header.version = MESSAGE_VERSION
+        return reply.SerializeToString()
+
+    def serve(self, bus: MemoryBus, key: str, answer: Callable[[bytes], Message]) -> None:
+        """`answer` serves `key` until `bus` leaves."""
+        self._answers[key] = (bus, answer)
+
+    def announce(self, bus: MemoryBus, token: str) -> None:
+        """`bus` is present under `token` until it leaves."""
+        self._tokens[bus.conference, bus.site, token] = bus
+        self._tell(bus.conference, bus.site, token, alive=True)
+
+    def present(self, conference: str) -> list[tuple[str, str]]:
+        """(site, token) of all who are present."""
+        return [(site, token) for c, site, token in self._tokens if c == conference]
+
+    def leave(self, bus: MemoryBus) -> None:
+        """Take everything of `bus` out."""
+        if bus in self._buses:
+            self._buses.remove(bus)
+        self._answers = {key: found for key, found in self._answers.items() if found[0] is not bus}
+        for name, owner in list(self._tokens.items()):
+            if owner is bus:
+                del self._tokens[name]
+                self._tell(*name, alive=False)
+
+    def _tell(self, conference: str, site: str, token: str, *, alive: bool) -> None:
+        for bus in self._buses:
+            bus.presence_changed(conference, site, token, alive)
+
+
+class MemoryBus:
+    """See `vistel.wire.bus.Bus`. Make it with `MemoryNetwork.bus`."""
+
+    def __init__(
+        self, network: MemoryNetwork, conference: str, site: str, clock: Clock, stale_after_ns: int | None
+    ) -> None:
+        self.conference = conference
+        self.site = site
+        self.counters = BusCounters()
+        self._network = network
+        self._clock = clock
+        self._stale_after_ns = stale_after_ns
+        self._loop = asyncio.get_running_loop()
+        self._publications: dict[str, _MemoryPublication] = {}
+        self._inboxes: list[tuple[dict[str, str], Inbox]] = []
+        self._watchers: list[Callable[[str, str, bool], None]] = []
+
+    def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
+        key = topic.format(**self._filled(topic, names))
+        if key not in self._publications:
+            self._publications[key] = _MemoryPublication(self._network, topic, key, verbatim)
+        return self._publications[key]
+
+    def subscribe(self, topic: Topic, *, queue_all: bool = False, **names: str) -> Inbox:
+        if topic.delivery is Delivery.QUERY:
+            raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
+        wanted = {"conference": self.conference} | names
+        entry: list[tuple[dict[str, str], Inbox]] = []
+        inbox = Inbox(
+            topic, self.counters, self._loop, queue_all=queue_all, stale_after_ns=self._stale_after_ns,
+            on_close=lambda: self._inboxes.remove(entry[0]),
+        )  # fmt: skip
+        entry.append((wanted, inbox))
+        self._inboxes.append(entry[0])
+        for key, payload in self._network.history(topic):
+            self._offer(wanted, inbox, key, payload)
+        return inbox
+
+    async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
+        key = topic.format(**self._filled(topic, {}))
+        await asyncio.sleep(0)
+        payload = self._network.answer(key, request.SerializeToString() if request is not None else b"")
+        return Decoder(topic, self.counters).decode(key, payload) if payload is not None else None
+
+    def serve(self, topic: Topic, answer: Callable[[bytes], Message]) -> None:
+        self._network.serve(self, topic.format(**self._filled(topic, {})), answer)
+
+    def announce(self, token: str) -> None:
+        self._network.announce(self, token)
+
+    def watch_presence(self, callback: Callable[[str, str, bool], None]) -> None:
+        self._watchers.append(callback)
+        for site, token in self._network.present(self.conference):
+            self._loop.call_soon(callback, site, token, True)
+
+    async def close(self) -> None:
+        """Leave; readers end."""
+        self._network.leave(self)
+        for _, inbox in list(self._inboxes):
+            inbox.close()
+
+    def deliver(self, topic: Topic, key: str, payload: bytes) -> None:
+        """A message has been sent; for the network to call."""
+        for wanted, inbox in list(self._inboxes):
+            if inbox.topic is topic:
+                self._offer(wanted, inbox, key, payload)
+
+    def presence_changed(self, conference: str, site: str, token: str, alive: bool) -> None:
+        """Someone came or went; for the network to call."""
+        if conference == self.conference:
+            for callback in self._watchers:
+                self._loop.call_soon(callback, site, token, alive)
+
+    def _offer(self, wanted: dict[str, str], inbox: Inbox, key: str, payload: bytes) -> None:
+        names = inbox.topic.match(key)
+        if names is not None and wanted.items() <= names.items():
+            inbox.push(key, payload, self._clock.now_ns())
+
+    def _filled(self, topic: Topic, names: dict[str, str]) -> dict[str, str]:
+        mine = {"conference": self.conference, "site": self.site}
+        return {f: mine[f] for f in topic.fields if f in mine} | names
+
+
+class _MemoryPublication:
+    def __init__(self, network: MemoryNetwork, topic: Topic, key: str, verbatim: bool) -> None:
+        self._network = network
+        self._topic = topic
+        self._key = key
+        self._verbatim = verbatim
+        self._seq = 0
+
+    @property
+    def next_seq(self) -> int:
+        return self._seq + 1
+
+    def put(self, message: Any) -> None:
+        """See `vistel.wire.bus.Publication`."""
+        self._seq = max(self._seq + 1, message.header.seq)
+        if not self._verbatim:
+            message.header.version = MESSAGE_VERSION
+            message.header.seq = self._seq
+        self._network.send(self._topic, self._key, message.SerializeToString())
