@@ -2,7 +2,6 @@
 VENV := .venv
 PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
-export NUMBA_CACHE_DIR ?= $(CURDIR)/$(VENV)/numba
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test check fuzz bench proto lock docs clean

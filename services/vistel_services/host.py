@@ -1,6 +1,6 @@
 """One process of a conference: opens the bus, keeps the clock, and runs its services until told to stop.
 
-    python -m vistel_services.host CONFERENCE.toml tokyo/capture --hub tcp/127.0.0.1:7447 --run RUN --out OUT
+python -m vistel_services.host CONFERENCE.toml tokyo/capture --hub tcp/127.0.0.1:7447 --run RUN --out OUT
 """
 
 from __future__ import annotations
@@ -58,6 +58,16 @@ async def _heartbeat(plan: ProcessPlan, port: int, bus: Bus, clock: Clock) -> No
         await asyncio.sleep(1.0)
 
 
+async def _end(tasks: list[asyncio.Task[None]]) -> None:
+    """Cancel until all have ended: `asyncio.wait_for` of Python 3.11 can lose a cancellation to a result that comes with it."""
+    pending = {t for t in tasks if not t.done()}
+    while pending:
+        for task in pending:
+            task.cancel()
+        _, pending = await asyncio.wait(pending, timeout=0.5)
+    await asyncio.gather(*tasks, return_exceptions=True)
+
+
 async def _main(args: argparse.Namespace) -> int:
     conference = load(args.conference)
     plan = find(conference, args.node)
@@ -80,13 +90,12 @@ async def _main(args: argparse.Namespace) -> int:
     stopping = asyncio.create_task(stop.wait())
     done, _ = await asyncio.wait([*work, stopping], return_when=asyncio.FIRST_COMPLETED)
     code = 0
+    stopping.cancel()
     for task in done - {stopping}:
         if (error := task.exception()) is not None:
             log.error("process failed task=%s", task.get_name(), exc_info=error)
             code = 1
-    for task in work:
-        task.cancel()
-    await asyncio.gather(*work, return_exceptions=True)
+    await _end(work)
     await bus.close()
     log.info("process stopped exit_code=%d", code)
     return code
@@ -95,7 +104,9 @@ async def _main(args: argparse.Namespace) -> int:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("conference", type=Path)
-    parser.add_argument("node", help='which process: "site/label" as in `vistel up --plan`, "hub/world", "hub/recorder"')
+    parser.add_argument(
+        "node", help='which process: "site/label" as in `vistel up --plan`, "hub/world", "hub/recorder"'
+    )
     parser.add_argument("--hub", action="append", required=True, help="endpoint of the router; may be given twice")
     parser.add_argument("--run", type=Path, required=True, help="folder for the ports of simulated devices")
     parser.add_argument("--out", type=Path, required=True, help="folder for videos and logs")

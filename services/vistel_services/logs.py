@@ -1,6 +1,6 @@
 """One log line per event, the same in every process: time, level, node, logger, message.
 
-    2026-11-21T09:15:02.123Z INFO  tokyo/capture vistel.tracker streaming device=ada-tracker rate_hz=30.0
+2026-11-21T09:15:02.123Z INFO  tokyo/capture vistel.tracker streaming device=ada-tracker rate_hz=30.0
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ def _python(name: str, code: str, rank: int = 0, grace_s: float = 5.0) -> Proces
     return ProcessSpec(name, (sys.executable, "-c", code), rank, grace_s)
 
 
-async def _until(condition, limit_s: float = 20.0) -> None:  # noqa: ANN001
+async def _until(condition, limit_s: float = 20.0) -> None:
     async with asyncio.timeout(limit_s):
         while not condition():
             await asyncio.sleep(0.01)

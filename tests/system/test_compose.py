@@ -33,7 +33,9 @@ def test_docker_compose_accepts_the_file() -> None:
     command = _compose_command()
     if command is None:
         pytest.skip("docker compose is not on this machine")
-    done = subprocess.run([*command, "-f", str(ROOT / "docker-compose.yml"), "config", "-q"], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [*command, "-f", str(ROOT / "docker-compose.yml"), "config", "-q"], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
 
 
@@ -55,11 +57,15 @@ def test_router_world_sites_and_recorder_meet_as_separate_commands(tmp_path: Pat
             words = [w.replace("/etc/vistel/conference.toml", str(file)).replace("tcp/0.0.0.0:7447", f"tcp/127.0.0.1:{port}")
                      .replace("/home/vistel/out", str(tmp_path / "out")) for w in service["command"]]  # fmt: skip
             with (tmp_path / f"{name}.txt").open("wb") as output:
-                processes[name] = subprocess.Popen([sys.executable, "-m", "vistel_cli.main", *words], stdout=output, stderr=output)
+                processes[name] = subprocess.Popen(
+                    [sys.executable, "-m", "vistel_cli.main", *words], stdout=output, stderr=output
+                )
         deadline = time.monotonic() + 90
         videos = [tmp_path / "out" / s / f"{s}.mp4" for s in ("tokyo", "columbus")]
         while time.monotonic() < deadline and not all(v.exists() and v.stat().st_size > 30_000 for v in videos):
-            assert all(p.poll() is None for p in processes.values()), {n: (tmp_path / f"{n}.txt").read_text() for n in processes}
+            assert all(p.poll() is None for p in processes.values()), {
+                n: (tmp_path / f"{n}.txt").read_text() for n in processes
+            }
             time.sleep(0.2)
     finally:
         codes: dict[str, int] = {}

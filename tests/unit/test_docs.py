@@ -56,5 +56,7 @@ def test_the_conference_file_reference_shows_a_valid_file_with_every_default() -
     text = (ROOT / "docs/reference/conference-file.md").read_text("utf-8")
     shown = tomllib.loads(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0])
     conference = Conference.model_validate(shown)
-    bare = Conference.model_validate({"sites": [{"name": "tokyo", "participants": [{"name": "aiko", "display_name": "Aiko"}]}]})
+    bare = Conference.model_validate(
+        {"sites": [{"name": "tokyo", "participants": [{"name": "aiko", "display_name": "Aiko"}]}]}
+    )
     assert conference == bare

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
-import tomllib
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -56,8 +56,14 @@ def test_every_dependency_is_locked() -> None:
 def test_compose_services_run_commands_that_exist(service: str) -> None:
     compose = yaml.safe_load((ROOT / "docker-compose.yml").read_text())
     command = compose["services"][service]["command"]
-    words = [w for w in command if not w.startswith("-") and not w.startswith("/") and "/" not in w and w not in ("tokyo", "columbus")]
-    done = subprocess.run([sys.executable, "-m", "vistel_cli.main", *words, "--help"], capture_output=True, text=True, check=False)
+    words = [
+        w
+        for w in command
+        if not w.startswith("-") and not w.startswith("/") and "/" not in w and w not in ("tokyo", "columbus")
+    ]
+    done = subprocess.run(
+        [sys.executable, "-m", "vistel_cli.main", *words, "--help"], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
     for option in (w for w in command if w.startswith("--")):
         assert option in done.stdout

@@ -140,7 +140,9 @@ class Conference(_Model):
         _no_twice("seats", [str(t) for t in taken])
         people = sum(len(s.participants) for s in self.sites)
         if people > self.room.seats or any(t >= self.room.seats for t in taken):
-            raise ValueError(f"room.seats: {self.room.seats} seats are too few for {people} participants and their seats")
+            raise ValueError(
+                f"room.seats: {self.room.seats} seats are too few for {people} participants and their seats"
+            )
         return self
 
     def seat_of(self, participant: str) -> int:

@@ -10,8 +10,9 @@ import shutil
 import socket
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -59,12 +60,12 @@ def _machine() -> Finding:
     return Finding("Processor", "found", detail)
 
 
-def _probe_gl(connection: multiprocessing.connection.Connection) -> None:
+def _probe_gl(connection: Connection) -> None:
     try:
         import moderngl  # noqa: PLC0415  the context belongs to a process of its own
 
-        options = {"backend": "egl"} if platform.system() == "Linux" else {}
-        context = moderngl.create_context(standalone=True, require=330, **options)
+        settings: dict[str, Any] = {"backend": "egl"} if platform.system() == "Linux" else {}
+        context = moderngl.create_context(standalone=True, require=330, **settings)
         connection.send((context.info["GL_RENDERER"], context.version_code))
     except Exception as e:  # a driver may fail in any way; the probe's answer is that it did
         connection.send(str(e) or type(e).__name__)

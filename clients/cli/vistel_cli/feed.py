@@ -79,7 +79,7 @@ class Feeder:
             return FastrakDecoder(device)
         right = device.endswith("-right")
         glove = self._gloves[device]
-        return CyberGloveDecoder(device, right=right, sensors=glove.sensors, calibration=default_calibration(right))
+        return CyberGloveDecoder(device, right=right, sensors=glove.sensors, calibration=default_calibration())
 
     def _put(self, topic: Topic, names: dict[str, str], message: object) -> None:
         key = topic.key.format(**names)

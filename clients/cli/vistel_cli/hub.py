@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import signal
 import tempfile
 from pathlib import Path
@@ -23,18 +24,30 @@ def endpoint_of(conference: Conference, given: str | None) -> str:
         return given
     if conference.bus.endpoints:
         return conference.bus.endpoints[0]
-    fail("no router: name one with --hub tcp/HOST:7447, or in the file: [bus] mode = \"routed\", endpoints = [...]", USAGE)
+    fail(
+        'no router: name one with --hub tcp/HOST:7447, or in the file: [bus] mode = "routed", endpoints = [...]', USAGE
+    )
 
 
 def run_processes(
-    conference: Conference, plans: list[ProcessPlan], hub: str, output: Path, seconds: float, simulate: str | None = None
+    conference: Conference,
+    plans: list[ProcessPlan],
+    hub: str,
+    output: Path,
+    seconds: float,
+    simulate: str | None = None,
 ) -> int:
     """Supervise `plans`, and the simulated devices of site `simulate`, until Ctrl-C, SIGTERM or `seconds` have passed (0: no end). Returns the exit code."""
     return asyncio.run(_run(conference, plans, hub, output, seconds, simulate))
 
 
 async def _run(
-    conference: Conference, plans: list[ProcessPlan], hub: str, output: Path, seconds: float, simulate: str | None = None
+    conference: Conference,
+    plans: list[ProcessPlan],
+    hub: str,
+    output: Path,
+    seconds: float,
+    simulate: str | None = None,
 ) -> int:
     stop = asyncio.Event()
     for signum in (signal.SIGINT, signal.SIGTERM):
@@ -53,10 +66,8 @@ async def _run(
         supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
         await supervisor.start()
         out.print(f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}")
-        try:
+        with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(stop.wait(), seconds or None)
-        except TimeoutError:
-            pass
         codes = await supervisor.stop()
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
     for name, code in bad.items():

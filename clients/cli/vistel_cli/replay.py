@@ -6,7 +6,7 @@ import asyncio
 import signal
 import tempfile
 import time
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -33,7 +33,7 @@ LEAD_S = 8.0
 """What processes get to start before the log's time begins to run."""
 
 
-class Source(str, Enum):
+class Source(StrEnum):
     """What of the log is fed; the rest is computed again."""
 
     DEVICES = "devices"
@@ -51,7 +51,9 @@ def replay(
     ] = Source.MOTION,
     site: Annotated[list[str] | None, typer.Option(help="Only this site's picture; may be given again.")] = None,
     output: Annotated[Path, typer.Option("--out", help="Folder for videos.")] = Path("out/replay"),
-    verify: Annotated[bool, typer.Option("--verify", help="Re-run the world and compare every state bit for bit.")] = False,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Re-run the world and compare every state bit for bit.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Play a recorded conference again through the same services.

@@ -31,7 +31,9 @@ START_LIMIT_S = 120.0
 
 def up(
     file: Annotated[Path | None, typer.Argument(help="Conference file; without one, a three-site demo.")] = None,
-    seconds: Annotated[float, typer.Option(help="How long, counted from when all see each other; 0: until Ctrl-C.")] = 0.0,
+    seconds: Annotated[
+        float, typer.Option(help="How long, counted from when all see each other; 0: until Ctrl-C.")
+    ] = 0.0,
     output: Annotated[Path, typer.Option("--out", help="Folder for videos, log and report.")] = Path("out"),
     motion: Annotated[
         str | None, typer.Option(help="What the simulated devices feel: a .bvh file or a folder of 6-DOF recordings.")
@@ -138,8 +140,12 @@ class _Run:
         supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
         started = time.monotonic()
         if not self.as_json:
-            out.print(f"[bold]{self.title}[/bold]: {len(conference.sites)} sites, {len(specs)} processes, bus {endpoint}")
-            out.print(f"pictures, log and report will be in [bold]{self.out}[/bold]; process logs in {self.out / 'logs'}")
+            out.print(
+                f"[bold]{self.title}[/bold]: {len(conference.sites)} sites, {len(specs)} processes, bus {endpoint}"
+            )
+            out.print(
+                f"pictures, log and report will be in [bold]{self.out}[/bold]; process logs in {self.out / 'logs'}"
+            )
         await supervisor.start()
         ready_s: float | None = None
         try:
@@ -164,11 +170,17 @@ class _Run:
                 observer.poll()
                 missing = observer.missing()
                 shown = ", ".join(missing[:2]) + (f" and {len(missing) - 2} more" if len(missing) > 2 else "")
-                bar.update(task, completed=everything - len(missing), description=f"waiting for {shown}" if missing else "ready")
+                bar.update(
+                    task,
+                    completed=everything - len(missing),
+                    description=f"waiting for {shown}" if missing else "ready",
+                )
                 if not missing:
                     return time.monotonic() - started
                 if time.monotonic() - started > START_LIMIT_S:
-                    err.print(f"[red]error:[/red] not ready after {START_LIMIT_S:.0f} s: {', '.join(missing)}; see {self.out / 'logs'}")
+                    err.print(
+                        f"[red]error:[/red] not ready after {START_LIMIT_S:.0f} s: {', '.join(missing)}; see {self.out / 'logs'}"
+                    )
                     return None
                 await _wait(self.stop, 0.1)
         return None

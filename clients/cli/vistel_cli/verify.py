@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from vistel.wire.log import LogReader
 from vistel_cli.terminal import FAILED, err, out
-from vistel_services.world.verify import verify
 
 VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state")
 
 
 def verify_log(reader: LogReader, as_json: bool) -> int:
     """Re-run the world on the log; the exit code."""
+    from vistel_services.world.verify import verify  # noqa: PLC0415  its kernels take a second to load
+
     report = verify((r.topic.name, r.names, r.message, r.log_ns) for r in reader.records(topics=VERIFIED_TOPICS))
     if as_json:
         out.print_json(data={"steps": report.steps, "equal": report.equal, "difference": report.difference})

@@ -45,17 +45,19 @@ def test_automatic_seats_leave_out_the_seats_that_are_named(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        (("name = \"small\"", "nmae = \"small\""), ["nmae", "Extra inputs are not permitted"]),
-        (("seats = 3", "seats = \"three\""), ["room.seats", "valid integer"]),
-        (("name = \"columbus\"", "name = \"tokyo\""), ["sites", "tokyo stands more than once"]),
-        (("name = \"ben\"", "name = \"aiko\""), ["participants", "aiko stands more than once"]),
+        (('name = "small"', 'nmae = "small"'), ["nmae", "Extra inputs are not permitted"]),
+        (("seats = 3", 'seats = "three"'), ["room.seats", "valid integer"]),
+        (('name = "columbus"', 'name = "tokyo"'), ["sites", "tokyo stands more than once"]),
+        (('name = "ben"', 'name = "aiko"'), ["participants", "aiko stands more than once"]),
         (("seats = 3", "seats = 1"), ["room.seats", "too few for 2 participants"]),
-        (("name = \"aiko\"", "name = \"Aiko!\""), ["sites[0].participants[0].name", "pattern"]),
+        (('name = "aiko"', 'name = "Aiko!"'), ["sites[0].participants[0].name", "pattern"]),
         (("[room]", "[room"), ["not valid TOML"]),
-        (("[[sites.participants]]\nname = \"aiko\"", ""), ["sites[0].participants"]),
+        (('[[sites.participants]]\nname = "aiko"', ""), ["sites[0].participants"]),
     ],
 )
-def test_a_faulty_file_names_file_key_and_expectation(tmp_path: Path, change: tuple[str, str], expected: list[str]) -> None:
+def test_a_faulty_file_names_file_key_and_expectation(
+    tmp_path: Path, change: tuple[str, str], expected: list[str]
+) -> None:
     assert change[0] in GOOD
     with pytest.raises(ConferenceError) as error:
         _load(tmp_path, GOOD.replace(*change, 1))
