@@ -7,6 +7,7 @@ y = 0, faces +Z, its left arm points along +X, and *every joint frame is paralle
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -76,6 +77,8 @@ JOINTS: tuple[str, ...] = tuple(name for name, _, _ in _REFERENCE)
 JOINT_INDEX: dict[str, int] = {name: i for i, name in enumerate(JOINTS)}
 PARENTS: NDArray[np.int32] = np.array([-1 if p is None else JOINT_INDEX[p] for _, p, _ in _REFERENCE], np.int32)
 """Parent index of each joint, -1 for the hips."""
+_CROWN_BASE = _REFERENCE[JOINT_INDEX["head"]][2][1]
+"""Height of the reference's head joint [m]."""
 
 
 def finger_joints(side: str) -> tuple[str, ...]:
@@ -148,6 +151,21 @@ def standard_skeleton(height: float = REFERENCE_HEIGHT, shoulder_breadth: float 
             if _is_below(j, arm):
                 rest[j, 0] += shift
     rest *= height / REFERENCE_HEIGHT
+    return Skeleton(rest, _tips(rest, height))
+
+
+def measured_skeleton(standard: Skeleton, offsets: Mapping[str, F64]) -> Skeleton:
+    """`standard` with the bones of a measured person: (3,) from parent to joint [m], rest pose, by joint name."""
+    rest = standard.rest.copy()
+    if "hips" in offsets:
+        rest[0] = offsets["hips"]
+    for j in range(1, len(JOINTS)):
+        rest[j] = rest[PARENTS[j]] + offsets.get(JOINTS[j], standard.offsets[j])
+    return Skeleton(rest, _tips(rest, standard.height))
+
+
+def _tips(rest: F64, height: float) -> F64:
+    """(J, 3) ends of the bones of a person `height` metres tall; see Skeleton.tip."""
     scale = height / REFERENCE_HEIGHT
     tip = np.zeros_like(rest)
     for j in range(1, len(JOINTS)):
@@ -155,7 +173,7 @@ def standard_skeleton(height: float = REFERENCE_HEIGHT, shoulder_breadth: float 
         if JOINTS[parent] not in ("hips", "head") and (JOINTS[j] == "neck" or not tip[parent].any()):
             tip[parent] = rest[j] - rest[parent]
     tip[JOINT_INDEX["hips"]] = rest[JOINT_INDEX["spine_1"]] - rest[JOINT_INDEX["hips"]] + (0, 0.02 * scale, 0)
-    tip[JOINT_INDEX["head"]] = (0.0, REFERENCE_HEIGHT * scale - rest[JOINT_INDEX["head"], 1], 0.0)
+    tip[JOINT_INDEX["head"]] = (0.0, (REFERENCE_HEIGHT - _CROWN_BASE) * scale, 0.0)
     tip[JOINT_INDEX["jaw"]] = (0.0, -0.03 * scale, 0.07 * scale)
     for side in ("left", "right"):
         sign = 1.0 if side == "left" else -1.0
@@ -165,7 +183,7 @@ def standard_skeleton(height: float = REFERENCE_HEIGHT, shoulder_breadth: float 
         tip[JOINT_INDEX[f"{side}_thumb_distal"]] = (sign * 0.018 * scale, -0.002 * scale, 0.020 * scale)
         for finger, last in (("index", 0.022), ("middle", 0.024), ("ring", 0.023), ("little", 0.020)):
             tip[JOINT_INDEX[f"{side}_{finger}_distal"]] = (sign * last * scale, 0.0, 0.0)
-    return Skeleton(rest, tip)
+    return tip
 
 
 def _is_below(joint: int, ancestor: int) -> bool:
