@@ -93,7 +93,9 @@ class Link:
         if self._lost is None:
             self._news.clear()
             try:
-                await asyncio.wait_for(self._news.wait(), timeout_s)
+                # Not wait_for: before Python 3.12 it loses a cancellation that comes with the news.
+                async with asyncio.timeout(timeout_s):
+                    await self._news.wait()
             except TimeoutError:
                 return False
         if self._lost is not None:
@@ -211,7 +213,7 @@ async def keep_running(
     link.sent = lambda data: record(data, clock.now_ns(), RawBytes.DIRECTION_TO_DEVICE)
     report = asyncio.create_task(reporter.run())
     reporter.set(DeviceStatus.STATE_SEARCHING, "looking for its port")
-    was_open = False
+    lost = False
     try:
         while True:
             try:
@@ -220,14 +222,15 @@ async def keep_running(
                 reporter.set(DeviceStatus.STATE_SEARCHING, str(e))
                 await asyncio.sleep(_REOPEN_S)
                 continue
-            if was_open:
+            if lost:
                 reporter.reconnects += 1
                 _RECONNECTS.labels(driver.name).inc()
-            was_open = True
+            lost = False
             link.attach(transport)
             try:
                 await _run_open(driver, link, reporter)
             except TransportError as e:
+                lost = True
                 reporter.set(DeviceStatus.STATE_SEARCHING, str(e))
             except DeviceError as e:
                 reporter.set(DeviceStatus.STATE_FAULT, str(e))

@@ -59,7 +59,7 @@ async def _heartbeat(plan: ProcessPlan, port: int, bus: Bus, clock: Clock) -> No
 
 
 async def _end(tasks: list[asyncio.Task[None]]) -> None:
-    """Cancel until all have ended: `asyncio.wait_for` of Python 3.11 can lose a cancellation to a result that comes with it."""
+    """Cancel until all have ended: `wait_for` of Python 3.11 can lose a cancellation to a result that comes with it."""
     pending = {t for t in tasks if not t.done()}
     while pending:
         for task in pending:

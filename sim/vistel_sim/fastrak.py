@@ -201,8 +201,8 @@ class Fastrak:
         if item >= 50:
             return "".join(f"{v: 12.5E} "[:13].rjust(13) for v in values).encode()
         if kind in (2, 3, 4):
-            return "".join(f"{v: 7.2f}" for v in values).encode()
-        return "".join(f"{v: 7.4f}" for v in values).encode()
+            return "".join(f"{v: z7.2f}" for v in values).encode()
+        return "".join(f"{v: z7.4f}" for v in values).encode()
 
     # Commands
 
@@ -339,8 +339,8 @@ class Fastrak:
             case "A":
                 if not values:
                     unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
-                    axes = st.alignment.T
-                    points = (*(st.origin * unit), *axes[0], *axes[1])
+                    origin, axes = st.origin * unit, st.alignment.T
+                    points = (*origin, *(origin + axes[0]), *(origin + axes[1]))
                     return head + _fixed(points, 2)
                 self._align(st, values)
             case "V":

@@ -10,7 +10,10 @@ from pathlib import Path
 
 from vistel_services.supervisor import ProcessSpec, Supervisor
 
-WAIT = "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: (print('told', flush=True), sys.exit(0))); print('up', flush=True); time.sleep(60)"
+WAIT = (
+    "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: (print('told', flush=True), sys.exit(0)));"
+    " print('up', flush=True); time.sleep(60)"
+)
 STUBBORN = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('up', flush=True); time.sleep(60)"
 
 

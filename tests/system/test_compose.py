@@ -54,8 +54,14 @@ def test_router_world_sites_and_recorder_meet_as_separate_commands(tmp_path: Pat
     processes: dict[str, subprocess.Popen[bytes]] = {}
     try:
         for name, service in compose["services"].items():
-            words = [w.replace("/etc/vistel/conference.toml", str(file)).replace("tcp/0.0.0.0:7447", f"tcp/127.0.0.1:{port}")
-                     .replace("/home/vistel/out", str(tmp_path / "out")) for w in service["command"]]  # fmt: skip
+            command = " ".join(service["command"])
+            for inside, here in (
+                ("/etc/vistel/conference.toml", str(file)),
+                ("tcp/0.0.0.0:7447", f"tcp/127.0.0.1:{port}"),
+                ("/home/vistel/out", str(tmp_path / "out")),
+            ):
+                command = command.replace(inside, here)
+            words = command.split()
             with (tmp_path / f"{name}.txt").open("wb") as output:
                 processes[name] = subprocess.Popen(
                     [sys.executable, "-m", "vistel_cli.main", *words], stdout=output, stderr=output

@@ -1,4 +1,4 @@
-"""A whole three-site conference on this machine: devices' bytes in, pictures and a log out, with processes killed on the way."""
+"""A whole three-site conference: devices' bytes in, pictures and a log out, with processes killed on the way."""
 
 from __future__ import annotations
 

@@ -46,8 +46,8 @@ def test_every_dependency_is_locked() -> None:
     wanted = list(project["dependencies"])
     for extra in project["optional-dependencies"].values():
         wanted += [d for d in extra if not d.startswith("vistel[")]
-    locked = {line.split("==")[0].split("[")[0].lower().replace("_", "-")
-              for line in (ROOT / "requirements.lock").read_text().splitlines() if "==" in line and line[0] != " "}  # fmt: skip
+    lines = [n for n in (ROOT / "requirements.lock").read_text().splitlines() if "==" in n and n[0] != " "]
+    locked = {line.split("==")[0].split("[")[0].lower().replace("_", "-") for line in lines}
     names = {re.split(r"[\[<>=!~; ]", d)[0].lower().replace("_", "-") for d in wanted}
     assert names - locked == set()
 

@@ -12,7 +12,7 @@ LEAVES = 4
 
 
 def build(boxes: NDArray[np.float32]) -> dict[str, Any]:
-    """Hierarchy of boxes (n, 6) (low, high): tree_box, tree_skip, tree_range into tree_order.
+    """Hierarchy of boxes (n, 6) (low, high): tree_box, tree_link, tree_order (see `machine.Arrays`).
 
     Split at the median of the longest axis of the centres; an empty set has no nodes.
     """
@@ -42,7 +42,6 @@ def build(boxes: NDArray[np.float32]) -> dict[str, Any]:
         grow(np.arange(len(boxes)))
     return {
         "tree_box": np.array(node_box, np.float32).reshape(-1, 6),
-        "tree_skip": np.array(skip, np.int32),
-        "tree_range": np.array(ranges, np.int32).reshape(-1, 2),
+        "tree_link": np.array([(s, *r) for s, r in zip(skip, ranges, strict=True)], np.int32).reshape(-1, 3),
         "tree_order": np.array(order, np.int32),
     }

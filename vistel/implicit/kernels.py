@@ -1,7 +1,8 @@
 """One kernel for each kind of primitive: rows of points in, rows of u = d^2 and of its gradient out.
 
-Every kernel has the form k(p, o, x, y, z, u, g, t, n, slope): p holds the program's parameters and o where this
-primitive's begin; x, y, z, u are rows of n float32; g is three rows for du/dP, written if `slope`; t is spare rows.
+Every kernel has the form k(p, x, y, z, u, gx, gy, gz, n, slope): p points at the primitive's numbers; x, y, z,
+u at rows of n float32; gx, gy, gz take du/dP
+if `slope`.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ def _sphere_ratio(x, y, z, u, a, b, c, k, n):
 
 
 @row
-def sphere(p, o, x, y, z, u, g, t, n, slope):
-    a, b, c, k = p[o], p[o + 1], p[o + 2], p[o + 3]
+def sphere(p, x, y, z, u, gx, gy, gz, n, slope):
+    a, b, c, k = p[0], p[1], p[2], p[3]
     _sphere_ratio(x, y, z, u, a, b, c, k, n)
     if slope:
-        offset_slope(g[0], x, a, TWO * k, n)
-        offset_slope(g[1], y, b, TWO * k, n)
-        offset_slope(g[2], z, c, TWO * k, n)
+        offset_slope(gx, x, a, TWO * k, n)
+        offset_slope(gy, y, b, TWO * k, n)
+        offset_slope(gz, z, c, TWO * k, n)
 
 
 @row
@@ -61,14 +62,14 @@ def _copy(a, b, n):
 
 
 @row
-def sphylinder(p, o, x, y, z, u, g, t, n, slope):
-    a, b, c, ex, ey, ez = p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4], p[o + 5]
-    e, k = p[o + 6], p[o + 7]
+def sphylinder(p, x, y, z, u, gx, gy, gz, n, slope):
+    a, b, c, ex, ey, ez = p[0], p[1], p[2], p[3], p[4], p[5]
+    e, k = p[6], p[7]
     _foot(x, y, z, u, a, b, c, ex * e, ey * e, ez * e, n)
     if slope:
-        axis_slope(g[0], x, u, a, ex, TWO * k, n)
-        axis_slope(g[1], y, u, b, ey, TWO * k, n)
-        axis_slope(g[2], z, u, c, ez, TWO * k, n)
+        axis_slope(gx, x, u, a, ex, TWO * k, n)
+        axis_slope(gy, y, u, b, ey, TWO * k, n)
+        axis_slope(gz, z, u, c, ez, TWO * k, n)
     _axis_distance(x, y, z, u, a, b, c, ex, ey, ez, k, n)
 
 
@@ -111,10 +112,10 @@ def _cone_slope(g, x, s, c, e, r, k, n):
 
 
 @row
-def _printed_cone(p, o, x, y, z, u, g, n, slope):
+def _printed_cone(p, x, y, z, u, gx, gy, gz, n, slope):
     """The ratio of Singh §A.3.1: not the least one, and only C0 where the cone meets its caps."""
-    a, b, c, ex, ey, ez = p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4], p[o + 5]
-    length, r, k = p[o + 6], p[o + 7], p[o + 8]
+    a, b, c, ex, ey, ez = p[0], p[1], p[2], p[3], p[4], p[5]
+    length, r, k = p[6], p[7], p[8]
     sin2 = ONE - k * k
     cot = k / math.sqrt(sin2)
     for i in range(n):
@@ -135,36 +136,36 @@ def _printed_cone(p, o, x, y, z, u, g, n, slope):
                 across = TWO * d * (ONE - d * k * k) / (radius * sin2)
                 axial = TWO * d * k * (ONE - d) / (radius * sin2)
             scale = across / max(distance, TINY)
-            g[0, i] = scale * dx + axial * ex
-            g[1, i] = scale * dy + axial * ey
-            g[2, i] = scale * dz + axial * ez
+            gx[i] = scale * dx + axial * ex
+            gy[i] = scale * dy + axial * ey
+            gz[i] = scale * dz + axial * ez
 
 
 @row
-def cone_sphere(p, o, x, y, z, u, g, t, n, slope):
-    if p[o + 9] != ZERO:
-        _printed_cone(p, o, x, y, z, u, g, n, slope)
+def cone_sphere(p, x, y, z, u, gx, gy, gz, n, slope):
+    if p[9] != ZERO:
+        _printed_cone(p, x, y, z, u, gx, gy, gz, n, slope)
         return
-    a, b, c, ex, ey, ez = p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4], p[o + 5]
-    length, r, k = p[o + 6], p[o + 7], p[o + 8]
+    a, b, c, ex, ey, ez = p[0], p[1], p[2], p[3], p[4], p[5]
+    length, r, k = p[6], p[7], p[8]
     _cone_foot(x, y, z, u, a, b, c, ex, ey, ez, length, r, k, n)
     if slope:
-        _cone_slope(g[0], x, u, a, ex, r, k, n)
-        _cone_slope(g[1], y, u, b, ey, r, k, n)
-        _cone_slope(g[2], z, u, c, ez, r, k, n)
+        _cone_slope(gx, x, u, a, ex, r, k, n)
+        _cone_slope(gy, y, u, b, ey, r, k, n)
+        _cone_slope(gz, z, u, c, ez, r, k, n)
     _cone_distance(x, y, z, u, a, b, c, ex, ey, ez, r, k, n)
 
 
 @row
-def rounded_polygon(p, o, x, y, z, u, g, t, n, slope):
-    k, m = p[o], int(p[o + 1])
+def rounded_polygon(p, x, y, z, u, gx, gy, gz, n, slope):
+    k, m = p[0], int(p[1])
     for i in range(n):
         px, py = x[i], y[i]
         best, qx, qy = LARGE, ZERO, ZERO
         inside = False
-        ax, ay = p[o + 2 * m], p[o + 2 * m + 1]
+        ax, ay = p[2 * m], p[2 * m + 1]
         for j in range(m):
-            bx, by = p[o + 2 + 2 * j], p[o + 3 + 2 * j]
+            bx, by = p[2 + 2 * j], p[3 + 2 * j]
             ex, ey = bx - ax, by - ay
             s = ((px - ax) * ex + (py - ay) * ey) / (ex * ex + ey * ey)
             s = min(max(s, ZERO), ONE)
@@ -179,7 +180,7 @@ def rounded_polygon(p, o, x, y, z, u, g, t, n, slope):
             qx, qy = ZERO, ZERO
         u[i] = (qx * qx + qy * qy + z[i] * z[i]) * k
         if slope:
-            g[0, i], g[1, i], g[2, i] = TWO * k * qx, TWO * k * qy, TWO * k * z[i]
+            gx[i], gy[i], gz[i] = TWO * k * qx, TWO * k * qy, TWO * k * z[i]
 
 
 @row
@@ -191,8 +192,8 @@ def _power(base, exponent):
 
 
 @row
-def superellipsoid(p, o, x, y, z, u, g, t, n, slope):
-    ia, ib, ic, e1, e2 = p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4]
+def superellipsoid(p, x, y, z, u, gx, gy, gz, n, slope):
+    ia, ib, ic, e1, e2 = p[0], p[1], p[2], p[3], p[4]
     for i in range(n):
         ax, ay, az = abs(x[i]) * ia, abs(y[i]) * ib, abs(z[i]) * ic
         # Scaled by the largest coordinate, so that no power overflows or vanishes: d has degree one.
@@ -200,7 +201,7 @@ def superellipsoid(p, o, x, y, z, u, g, t, n, slope):
         if m <= TINY or m >= FAR:
             u[i] = ZERO if m <= TINY else FAR
             if slope:
-                g[0, i], g[1, i], g[2, i] = ZERO, ZERO, ZERO
+                gx[i], gy[i], gz[i] = ZERO, ZERO, ZERO
             continue
         ax, ay, az = ax / m, ay / m, az / m
         w = _power(ax, TWO / e2) + _power(ay, TWO / e2)
@@ -210,14 +211,14 @@ def superellipsoid(p, o, x, y, z, u, g, t, n, slope):
         if slope:
             s = TWO * m * d * _power(h, e1 / TWO - ONE)
             ring = s * _power(w, e2 / e1 - ONE)
-            g[0, i] = math.copysign(ring * _power(ax, TWO / e2 - ONE) * ia, x[i])
-            g[1, i] = math.copysign(ring * _power(ay, TWO / e2 - ONE) * ib, y[i])
-            g[2, i] = math.copysign(s * _power(az, TWO / e1 - ONE) * ic, z[i])
+            gx[i] = math.copysign(ring * _power(ax, TWO / e2 - ONE) * ia, x[i])
+            gy[i] = math.copysign(ring * _power(ay, TWO / e2 - ONE) * ib, y[i])
+            gz[i] = math.copysign(s * _power(az, TWO / e1 - ONE) * ic, z[i])
 
 
 @row
-def supertoroid(p, o, x, y, z, u, g, t, n, slope):
-    ia, ib, ic, alpha, e1, e2 = p[o], p[o + 1], p[o + 2], p[o + 3], p[o + 4], p[o + 5]
+def supertoroid(p, x, y, z, u, gx, gy, gz, n, slope):
+    ia, ib, ic, alpha, e1, e2 = p[0], p[1], p[2], p[3], p[4], p[5]
     for i in range(n):
         ax, ay, az = abs(x[i]) * ia, abs(y[i]) * ib, abs(z[i]) * ic
         top = max(ax, ay)
@@ -234,7 +235,7 @@ def supertoroid(p, o, x, y, z, u, g, t, n, slope):
         if m <= TINY or m >= FAR:
             u[i] = ZERO if m <= TINY else FAR
             if slope:
-                g[0, i], g[1, i], g[2, i] = ZERO, ZERO, ZERO
+                gx[i], gy[i], gz[i] = ZERO, ZERO, ZERO
             continue
         av, az = abs(v) / m, az / m
         h = _power(av, TWO / e1) + _power(az, TWO / e1)
@@ -243,6 +244,6 @@ def supertoroid(p, o, x, y, z, u, g, t, n, slope):
         if slope:
             s = TWO * m * d * _power(h, e1 / TWO - ONE)
             ring = math.copysign(s * _power(av, TWO / e1 - ONE), v)
-            g[0, i] = math.copysign(ONE, x[i]) * ring * wx * ia
-            g[1, i] = math.copysign(ONE, y[i]) * ring * wy * ib
-            g[2, i] = math.copysign(s * _power(az, TWO / e1 - ONE) * ic, z[i])
+            gx[i] = math.copysign(ONE, x[i]) * ring * wx * ia
+            gy[i] = math.copysign(ONE, y[i]) * ring * wy * ib
+            gz[i] = math.copysign(s * _power(az, TWO / e1 - ONE) * ic, z[i])

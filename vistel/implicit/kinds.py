@@ -99,25 +99,25 @@ def primitive(kind: str, params: Sequence[float]) -> Primitive:
 
 
 def dispatcher() -> Any:
-    """The compiled function (kind, p, o, x, y, z, u, g, t, n, slope) that calls the kernel of a kind."""
+    """The compiled function (kind, p, x, y, z, u, gx, gy, gz, n, slope) that calls the kernel of a kind."""
     from vistel.implicit import kernels
     from vistel.implicit.rows import row
 
-    lines = ["def dispatch(kind, p, o, x, y, z, u, g, t, n, slope):"]
+    lines = ["def dispatch(kind, p, x, y, z, u, gx, gy, gz, n, slope):"]
     scope: dict[str, Any] = {}
     for i, kind in enumerate(KINDS):
         scope[kind.kernel] = getattr(kernels, kind.kernel)
         lines += [f"    {'if' if i == 0 else 'elif'} kind == {i}:",
-                  f"        {kind.kernel}(p, o, x, y, z, u, g, t, n, slope)"]  # fmt: skip
+                  f"        {kind.kernel}(p, x, y, z, u, gx, gy, gz, n, slope)"]  # fmt: skip
     exec("\n".join(lines), scope)
     return row(scope["dispatch"])
 
 
 def stamp() -> np.ndarray:
     """An array whose *type* names the kernels' source, so that compiled code on disk is never older than it."""
-    from vistel.implicit import kernels, machine, rows
+    from vistel.implicit import combine_kernels, kernels, machine, pointers, rows
 
-    source = "".join(inspect.getsource(module) for module in (rows, kernels, machine)) + repr(
+    source = "".join(inspect.getsource(module) for module in (pointers, rows, kernels, combine_kernels, machine)) + repr(
         [(k.name, k.kernel, k.value) for k in KINDS]
     )
     return np.zeros(1, dtype=[("s" + hashlib.sha256(source.encode()).hexdigest()[:12], np.int8)])

@@ -1,8 +1,8 @@
 """The evaluator of FieldPrograms: blocks of points against the primitives within reach, then the graph's nodes.
 
 A block is up to LANES points. Its box is tested against the bounding hierarchy; every live leaf adds to the register
-of its sum; nodes without a live leaf below keep their far value and cost nothing. A register is `channels` rows:
-field, three of gradient, then attribute channels.
+of its sum; nodes without a live leaf below keep their far value and cost nothing. A register is `channels` rows of
+LANES: the field, three of gradient where asked, then attribute channels.
 """
 
 from __future__ import annotations
@@ -13,12 +13,32 @@ from typing import Any, NamedTuple
 import numba as nb
 import numpy as np
 
+from vistel.implicit.combine_kernels import combine
 from vistel.implicit.kinds import dispatcher
+from vistel.implicit.layout import (
+    CHILD0,
+    CHILD1,
+    FAMILY,
+    FRAME,
+    KIND,
+    LANES,
+    LEAF0,
+    LEAF1,
+    LEAF_WORDS,
+    NODE_WORDS,
+    OP,
+    REGISTER,
+    START,
+    SUM,
+    VALUE,
+)
+from vistel.implicit.pointers import at, pointer
 from vistel.implicit.rows import (
+    F32,
     FAST,
+    HALF,
     ONE,
     ZERO,
-    F32,
     accumulate_quartic,
     add,
     add_positive,
@@ -26,118 +46,94 @@ from vistel.implicit.rows import (
     add_scaled,
     affine,
     blend,
+    extent,
     fill,
     row,
 )
 
-LANES = 512
 CELL = 8
-"""Grids are cut into blocks of CELL^3 points, and these gathered by CELL / 2 along each axis for the hierarchy."""
-
-SUM, MAX, MIN, UNION, INTERSECTION, COMPLEMENT, DIFF = range(7)
-TIE = F32(1e-6)
-MAX_SLOPE = F32(1e6)
+"""Lattices are cut into blocks of CELL^3 points, and these gathered by 4 along each axis for the hierarchy."""
 
 dispatch = dispatcher()
 
 
 class Arrays(NamedTuple):
-    """A program as flat arrays; lengths and frames are relative to the program's origin.
+    """A program's arrays as the kernels take them; see `vistel.implicit.layout`."""
 
-    Leaves (n): kind, value (kernel writes F), start in params, frame (start of 9 + 3 numbers in params, or -1),
-    weight, family and warp of the blend, box (n, 6), capsule (n, 7), attributes (n, C).
-    Nodes (m): op, leaf range, child range, register, two numbers, far value; children: node and weight.
-    Hierarchy: box (k, 6), skip (next node where the box is missed), leaf range in `order`.
-    """
-
-    kind: Any
-    value: Any
-    start: Any
-    frame: Any
-    weight: Any
-    family: Any
-    warp: Any
+    leaf: Any
+    scale: Any
     box: Any
     capsule: Any
     attribute: Any
     params: Any
-    op: Any
-    leaf0: Any
-    leaf1: Any
-    child0: Any
-    child1: Any
-    register: Any
+    node: Any
     number: Any
-    far: Any
     child: Any
     child_weight: Any
     tree_box: Any
-    tree_skip: Any
-    tree_range: Any
+    tree_link: Any
     tree_order: Any
     registers: Any
 
 
 @row
 def _apart(a, b):
-    """Whether two boxes (lo, hi) have no point in common."""
-    return (
-        a[0] > b[3] or a[1] > b[4] or a[2] > b[5] or b[0] > a[3] or b[1] > a[4] or b[2] > a[5]
-    )  # fmt: skip
+    """Whether two boxes (low and high corner) have no point in common."""
+    return a[0] > b[3] or a[1] > b[4] or a[2] > b[5] or b[0] > a[3] or b[1] > a[4] or b[2] > a[5]
 
 
 @row
-def collect(P, box, found):
+def collect(tree_box, tree_link, tree_order, nodes, leaf_box, box, found):
     """The leaves whose boxes meet `box`, in rising order; how many."""
     count = 0
     node = 0
-    while node < P.tree_box.shape[0]:
-        if _apart(P.tree_box[node], box):
-            node = P.tree_skip[node]
+    while node < nodes:
+        if _apart(at(tree_box, 6 * node), box):
+            node = tree_link[3 * node]
             continue
-        for k in range(P.tree_range[node, 0], P.tree_range[node, 1]):
-            leaf = P.tree_order[k]
-            if not _apart(P.box[leaf], box):
+        for k in range(tree_link[3 * node + 1], tree_link[3 * node + 2]):
+            leaf = tree_order[k]
+            if not _apart(at(leaf_box, 6 * leaf), box):
                 found[count] = leaf
                 count += 1
         node += 1
-    if count > 32:
-        found[:count].sort()
-    else:
-        for i in range(1, count):
+    gap = 1
+    while gap < count:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(gap, count):
             v = found[i]
-            j = i - 1
+            j = i - gap
             while j >= 0 and found[j] > v:
-                found[j + 1] = found[j]
-                j -= 1
-            found[j + 1] = v
+                found[j + gap] = found[j]
+                j -= gap
+            found[j + gap] = v
+        gap //= 3
     return count
 
 
 @row
-def narrow(P, box, found, count, kept):
-    """Of the first `count` leaves of `found` those that can reach into `box`."""
-    cx, cy, cz = F32(0.5) * (box[0] + box[3]), F32(0.5) * (box[1] + box[4]), F32(0.5) * (box[2] + box[5])
+def narrow(leaf_box, capsule, box, found, count, kept):
+    """Of the first `count` leaves of `found` those that can reach into `box`; `kept` may be `found`."""
+    cx, cy, cz = HALF * (box[0] + box[3]), HALF * (box[1] + box[4]), HALF * (box[2] + box[5])
     hx, hy, hz = box[3] - cx, box[4] - cy, box[5] - cz
     half = math.sqrt(hx * hx + hy * hy + hz * hz)
     m = 0
     for k in range(count):
         leaf = found[k]
-        if _apart(P.box[leaf], box):
+        if _apart(at(leaf_box, 6 * leaf), box):
             continue
-        c = P.capsule[leaf]
+        c = at(capsule, 7 * leaf)
         ex, ey, ez = c[3] - c[0], c[4] - c[1], c[5] - c[2]
+        reach = c[6]
         e2 = ex * ex + ey * ey + ez * ez
+        dx, dy, dz = cx - c[0], cy - c[1], cz - c[2]
         if e2 > ZERO:
-            dx, dy, dz = cx - c[0], cy - c[1], cz - c[2]
             s = min(max((dx * ex + dy * ey + dz * ez) / e2, ZERO), ONE)
             dx, dy, dz = dx - s * ex, dy - s * ey, dz - s * ez
-            reach = c[6] + half
+            reach += half
         else:
-            dx = max(abs(cx - c[0]) - hx, ZERO)
-            dy = max(abs(cy - c[1]) - hy, ZERO)
-            dz = max(abs(cz - c[2]) - hz, ZERO)
-            reach = c[6]
+            dx, dy, dz = max(abs(dx) - hx, ZERO), max(abs(dy) - hy, ZERO), max(abs(dz) - hz, ZERO)
         if dx * dx + dy * dy + dz * dz <= reach * reach:
             kept[m] = leaf
             m += 1
@@ -145,180 +141,96 @@ def narrow(P, box, found, count, kept):
 
 
 @row
-def _leaf(P, leaf, xyz, acc, w, n, slope):
-    """Add one leaf to a register."""
-    o, kind = P.start[leaf], P.kind[leaf]
-    u, value, rate, spare, g = w[0], w[1], w[2], w[3], w[4:7]
-    weight = P.weight[leaf]
-    f = P.frame[leaf]
-    x, y, z = xyz[0], xyz[1], xyz[2]
+def _rotate(p, x, y, z, lx, ly, lz, n):
+    """Rows of points in a leaf's own frame."""
+    cx, cy, cz = p[9], p[10], p[11]
+    affine(lx, x, y, z, p[0], p[1], p[2], -(p[0] * cx + p[1] * cy + p[2] * cz), n)
+    affine(ly, x, y, z, p[3], p[4], p[5], -(p[3] * cx + p[4] * cy + p[5] * cz), n)
+    affine(lz, x, y, z, p[6], p[7], p[8], -(p[6] * cx + p[7] * cy + p[8] * cz), n)
+
+
+@row
+def _add_leaf(table, scale, attribute, params, x, y, z, w, acc, channels, n, slope):
+    """Add one leaf to a register. w: spare rows."""
+    u, gx, gy, gz = w, at(w, LANES), at(w, 2 * LANES), at(w, 3 * LANES)
+    value, rate, spare = at(w, 4 * LANES), at(w, 5 * LANES), at(w, 6 * LANES)
+    weight, family, f = scale[0], table[FAMILY], table[FRAME]
+    p = at(params, table[START])
     if f >= 0:
-        p = P.params
-        cx, cy, cz = p[f + 9], p[f + 10], p[f + 11]
-        for k in range(3):
-            a, b, c = p[f + 3 * k], p[f + 3 * k + 1], p[f + 3 * k + 2]
-            affine(w[7 + k], x, y, z, a, b, c, -(a * cx + b * cy + c * cz), n)
-        x, y, z = w[7], w[8], w[9]
-    dispatch(kind, P.params, o, x, y, z, u, g, w[10:14], n, slope)
-    channels = acc.shape[0]
-    if P.value[leaf]:
+        frame = at(params, f)
+        lx, ly, lz = at(w, 7 * LANES), at(w, 8 * LANES), at(w, 9 * LANES)
+        _rotate(frame, x, y, z, lx, ly, lz, n)
+        dispatch(table[KIND], p, lx, ly, lz, u, gx, gy, gz, n, slope)
+    else:
+        frame = params
+        dispatch(table[KIND], p, x, y, z, u, gx, gy, gz, n, slope)
+    if table[VALUE] != 0:
         fill(value, n, ZERO)
         add_scaled(value, u, weight, n)
         fill(rate, n, weight)
-    elif not slope and channels == 1 and P.family[leaf] == 2 and P.warp[leaf] == ONE:
-        accumulate_quartic(acc[0], u, weight, n)
+    elif channels == 1 and family == 2 and scale[1] == ONE:
+        accumulate_quartic(acc, u, weight, n)
         return
     else:
-        blend(P.family[leaf], P.warp[leaf], weight, u, value, rate, spare, n)
-    add(acc[0], value, n)
-    if slope:
-        if f >= 0:
-            p = P.params
-            for k in range(3):
-                affine(spare, g[0], g[1], g[2], p[f + k], p[f + 3 + k], p[f + 6 + k], ZERO, n)
-                add_product(acc[1 + k], rate, spare, n)
-        else:
-            add_product(acc[1], rate, g[0], n)
-            add_product(acc[2], rate, g[1], n)
-            add_product(acc[3], rate, g[2], n)
-    first = 4 if slope else 1
-    for c in range(channels - first):
-        s = P.attribute[leaf, c]
-        if s != ZERO:
-            add_positive(acc[first + c], value, s, n)
-
-
-@row
-def _clear(acc, value, n):
-    fill(acc[0], n, value)
-    for c in range(1, acc.shape[0]):
-        fill(acc[c], n, ZERO)
-
-
-@row
-def _operand(P, k, live, regs, i, child_far):
-    """Field of the k-th child at lane i."""
-    node = P.child[k]
-    return regs[P.register[node], 0, i] if live[node] else P.far[node]
-
-
-@row
-def _mix(P, k, live, regs, acc, i, rate, share, slope):
-    """Add `rate` times a child's gradient and `share` times its attributes at lane i."""
-    node = P.child[k]
-    if not live[node]:
-        return
-    r = regs[P.register[node]]
+        blend(family, scale[1], weight, u, value, rate, spare, n)
+    add(acc, value, n)
     first = 1
     if slope:
         first = 4
-        for c in range(1, 4):
-            acc[c, i] += rate * r[c, i]
-    for c in range(first, acc.shape[0]):
-        acc[c, i] += share * r[c, i]
+        for k in range(3):
+            g = at(gx, k * LANES)
+            if f >= 0:
+                affine(spare, gx, gy, gz, frame[k], frame[3 + k], frame[6 + k], ZERO, n)
+                g = spare
+            add_product(at(acc, (1 + k) * LANES), rate, g, n)
+    for c in range(channels - first):
+        s = attribute[c]
+        if s != ZERO:
+            add_positive(at(acc, (first + c) * LANES), value, s, n)
 
 
 @row
-def _positive_power(x, e):
-    return F32(math.exp(e * math.log(x))) if x > ZERO else ZERO
-
-
-@row
-def _combine(P, node, live, regs, acc, i, slope):
-    """A node other than a sum at lane i."""
-    op, a, b = P.op[node], P.child0[node], P.child1[node]
-    power, eps = P.number[node, 0], P.number[node, 1]
-    if op == MAX or op == MIN:
-        best = _operand(P, a, live, regs, i, ZERO)
-        which = a
-        for k in range(a + 1, b):
-            v = _operand(P, k, live, regs, i, ZERO)
-            if (op == MAX and v > best) or (op == MIN and v < best):
-                best, which = v, k
-        acc[0, i] = best
-        for k in range(a, b):
-            tied = abs(_operand(P, k, live, regs, i, ZERO) - best) <= TIE
-            if tied or k == which:
-                _mix(P, k, live, regs, acc, i, ONE if k == which else ZERO, ONE if tied else ZERO, slope)
-    elif op == UNION or op == INTERSECTION:
-        extreme = max(_operand(P, a, live, regs, i, ZERO), ZERO)
-        for k in range(a + 1, b):
-            v = max(_operand(P, k, live, regs, i, ZERO), ZERO)
-            extreme = max(extreme, v) if op == UNION else min(extreme, v)
-        if extreme <= ZERO:
-            acc[0, i] = ZERO
-            return
-        total = ZERO
-        for k in range(a, b):
-            v = max(_operand(P, k, live, regs, i, ZERO), ZERO)
-            total += _positive_power(v / extreme if op == UNION else extreme / v, power)
-        root = _positive_power(total, ONE / power if op == UNION else -ONE / power)
-        acc[0, i] = extreme * root
-        if acc.shape[0] > 1:
-            for k in range(a, b):
-                v = max(_operand(P, k, live, regs, i, ZERO), ZERO)
-                if op == UNION:
-                    rate = _positive_power(v / (extreme * root), power - ONE) if power > ONE else ONE
-                else:
-                    rate = _positive_power(extreme * root / v, power + ONE)
-                _mix(P, k, live, regs, acc, i, rate, rate, slope)
-    elif op == COMPLEMENT:
-        acc[0, i] = power - _operand(P, a, live, regs, i, ZERO)
-        _mix(P, a, live, regs, acc, i, -ONE, ONE, slope)
-    else:
-        v, w = max(_operand(P, a, live, regs, i, ZERO), ZERO), max(_operand(P, a + 1, live, regs, i, ZERO), ZERO)
-        s = _positive_power(v, power) - _positive_power(w, power)
-        square = s * s + eps * eps
-        acc[0, i] = _positive_power(square, F32(0.5) / power) - _positive_power(eps, ONE / power)
-        if acc.shape[0] > 1:
-            rate = ZERO
-            if square > ZERO and s != ZERO:
-                rate = math.copysign(_positive_power(square, F32(0.5) / power - ONE) * abs(s), s)
-            dv = rate * (_positive_power(v, power - ONE) if v > ZERO else (ONE if power == ONE else ZERO))
-            dw = -rate * (_positive_power(w, power - ONE) if w > ZERO else (ONE if power == ONE else ZERO))
-            _mix(P, a, live, regs, acc, i, min(max(dv, -MAX_SLOPE), MAX_SLOPE), ONE, slope)
-            _mix(P, a + 1, live, regs, acc, i, min(max(dw, -MAX_SLOPE), MAX_SLOPE), ONE, slope)
-
-
-@row
-def block(P, leaves, count, xyz, regs, live, w, n, slope):
+def block(leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
+          leaves, count, x, y, z, w, regs, live, channels, n, slope):  # fmt: skip
     """Evaluate n points (a multiple of 16) against `count` rising leaves; whether the root is more than far value."""
-    at = 0
-    for node in range(P.op.shape[0]):
-        live[node] = False
-        acc = regs[P.register[node]]
-        a, b = P.child0[node], P.child1[node]
-        if P.op[node] == SUM:
-            some = at < count and leaves[at] < P.leaf1[node]
-            for k in range(a, b):
-                some = some or live[P.child[k]]
-            if not some:
-                continue
-            start = ZERO
-            for k in range(a, b):
-                if not live[P.child[k]]:
-                    start += P.child_weight[k] * P.far[P.child[k]]
-            _clear(acc, start, n)
-            while at < count and leaves[at] < P.leaf1[node]:
-                _leaf(P, leaves[at], xyz, acc, w, n, slope)
-                at += 1
-            for k in range(a, b):
-                if live[P.child[k]]:
-                    r, s = regs[P.register[P.child[k]]], P.child_weight[k]
-                    for c in range(acc.shape[0]):
-                        if not (s < ZERO and c >= (4 if slope else 1)):
-                            add_scaled(acc[c], r[c], s, n)
-        else:
-            some = False
-            for k in range(a, b):
-                some = some or live[P.child[k]]
-            if not some:
-                continue
-            _clear(acc, ZERO, n)
-            for i in range(n):
-                _combine(P, node, live, regs, acc, i, slope)
-        live[node] = True
-    return live[P.op.shape[0] - 1]
+    done = 0
+    first = 4 if slope else 1
+    wide = channels - first
+    for node in range(nodes):
+        row_ = at(node_table, NODE_WORDS * node)
+        live[node] = 0
+        a, b, end = row_[CHILD0], row_[CHILD1], row_[LEAF1]
+        some = done < count and leaves[done] < end
+        start = ZERO
+        for k in range(a, b):
+            if live[child[k]] != 0:
+                some = True
+            else:
+                start += child_weight[k] * number[3 * child[k] + 2]
+        if not some:
+            continue
+        live[node] = 1
+        acc = at(regs, row_[REGISTER] * channels * LANES)
+        for c in range(channels):
+            fill(at(acc, c * LANES), n, ZERO)
+        if row_[OP] != SUM:
+            combine(row_[OP], number[3 * node], number[3 * node + 1], node_table, number, at(child, a), b - a,
+                    live, regs, acc, channels, n, slope)  # fmt: skip
+            continue
+        if start != ZERO:
+            fill(acc, n, start)
+        while done < count and leaves[done] < end:
+            i = leaves[done]
+            _add_leaf(at(leaf, LEAF_WORDS * i), at(scale, 2 * i), at(attribute, wide * i), params,
+                      x, y, z, w, acc, channels, n, slope)  # fmt: skip
+            done += 1
+        for k in range(a, b):
+            if live[child[k]] != 0:
+                r, s = at(regs, node_table[NODE_WORDS * child[k] + REGISTER] * channels * LANES), child_weight[k]
+                for c in range(channels):
+                    if s > ZERO or c < first:
+                        add_scaled(at(acc, c * LANES), at(r, c * LANES), s, n)
+    return live[nodes - 1] != 0
 
 
 @nb.njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
@@ -327,149 +239,174 @@ def evaluate_points(stamp, P, origin, points, out, slope):
 
     The points are sorted into the cells of a lattice over the program's realm, so that neighbours share a block.
     """
+    leaf, scale, leaf_box, capsule = pointer(P.leaf), pointer(P.scale), pointer(P.box), pointer(P.capsule)
+    attribute, params, node_table, number = pointer(P.attribute), pointer(P.params), pointer(P.node), pointer(P.number)
+    child, child_weight, nodes = pointer(P.child), pointer(P.child_weight), P.node.shape[0]
+    tree_box, tree_link, tree_order = pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order)
+    branches = P.tree_box.shape[0]
     total, channels = points.shape[0], out.shape[1]
-    root = P.op.shape[0] - 1
-    far = P.far[root]
-    regs = np.empty((P.registers, channels, LANES), np.float32)
-    w = np.empty((16, LANES), np.float32)
-    xyz = np.empty((3, LANES), np.float32)
-    live = np.zeros(P.op.shape[0], np.bool_)
-    found = np.empty(max(P.kind.shape[0], 1), np.int32)
-    kept = np.empty(max(P.kind.shape[0], 1), np.int32)
-    box = np.empty(6, np.float32)
-    realm = P.tree_box[0] if P.tree_box.shape[0] > 0 else box
+    regs_, rows_ = np.empty(P.registers * channels * LANES, np.float32), np.empty(10 * LANES, np.float32)
+    live_, box_ = np.zeros(nodes, np.uint8), np.empty(6, np.float32)
+    found_ = np.empty(P.leaf.shape[0] + 1, np.int32)
+    regs, w, live, box, found = pointer(regs_), pointer(rows_), pointer(live_), pointer(box_), pointer(found_)
+    far = number[3 * (nodes - 1) + 2]
+    root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * channels * LANES)
 
     side = 1
     while side < 24 and side * side * side * 96 < total:
         side += 1
     cells = side * side * side
-    bucket = np.empty(total, np.int32)
-    begin = np.zeros(cells + 2, np.int32)
-    scale = np.empty(3, np.float32)
-    for k in range(3):
-        width = realm[3 + k] - realm[k]
-        scale[k] = F32(side) / width if width > ZERO else ZERO
-    local = np.empty((total, 3), np.float32)
+    x0, y0, z0 = origin[0], origin[1], origin[2]
+    ax, ay, az, bx, by, bz = ZERO, ZERO, ZERO, -ONE, -ONE, -ONE  # empty: no primitive, every point is far
+    if branches > 0:
+        ax, ay, az, bx, by, bz = tree_box[0], tree_box[1], tree_box[2], tree_box[3], tree_box[4], tree_box[5]
+    sx, sy, sz = F32(side) / (bx - ax), F32(side) / (by - ay), F32(side) / (bz - az)
+    cell_of_ = np.empty(total, np.int32)
+    begin_ = np.zeros(cells + 2, np.int32)
+    cell_of, begin = pointer(cell_of_), pointer(begin_)
     for i in range(total):
-        x = F32(points[i, 0] - origin[0])
-        y = F32(points[i, 1] - origin[1])
-        z = F32(points[i, 2] - origin[2])
-        local[i, 0], local[i, 1], local[i, 2] = x, y, z
+        px, py, pz = F32(points[i, 0] - x0), F32(points[i, 1] - y0), F32(points[i, 2] - z0)
         cell = cells
-        if (
-            P.tree_box.shape[0] > 0
-            and x >= realm[0] and x <= realm[3]
-            and y >= realm[1] and y <= realm[4]
-            and z >= realm[2] and z <= realm[5]
-        ):  # fmt: skip
-            ix = min(int((x - realm[0]) * scale[0]), side - 1)
-            iy = min(int((y - realm[1]) * scale[1]), side - 1)
-            iz = min(int((z - realm[2]) * scale[2]), side - 1)
+        if px >= ax and px <= bx and py >= ay and py <= by and pz >= az and pz <= bz:
+            ix = min(int((px - ax) * sx), side - 1)
+            iy = min(int((py - ay) * sy), side - 1)
+            iz = min(int((pz - az) * sz), side - 1)
             cell = (ix * side + iy) * side + iz
-        bucket[i] = cell
+        cell_of[i] = cell
         begin[cell + 1] += 1
     for c in range(cells + 1):
         begin[c + 1] += begin[c]
-    order = np.empty(total, np.int32)
-    fillpos = begin.copy()
+    near = begin[cells]
+    sorted_ = np.zeros((3, near + LANES), np.float32)
+    order_ = np.empty(near + 1, np.int32)
+    order = pointer(order_)
+    xs = pointer(sorted_)
+    ys, zs = at(xs, near + LANES), at(xs, 2 * (near + LANES))
     for i in range(total):
-        c = bucket[i]
-        order[fillpos[c]] = i
-        fillpos[c] += 1
-
-    for c in range(cells + 1):
-        if begin[c] == begin[c + 1]:
+        cell = cell_of[i]
+        if cell == cells:
+            out[i, 0] = far
+            for c in range(1, channels):
+                out[i, c] = ZERO
             continue
-        for first in range(begin[c], begin[c + 1], LANES):
-            n = min(LANES, begin[c + 1] - first)
-            reached = False
-            if c < cells:
-                for k in range(3):
-                    box[k], box[3 + k] = F32(3e38), F32(-3e38)
-                for i in range(n):
-                    j = order[first + i]
-                    for k in range(3):
-                        v = local[j, k]
-                        xyz[k, i] = v
-                        box[k] = min(box[k], v)
-                        box[3 + k] = max(box[3 + k], v)
-                padded = (n + 15) & ~15
-                for k in range(3):
-                    for i in range(n, padded):
-                        xyz[k, i] = xyz[k, n - 1]
-                count = collect(P, box, found)
-                count = narrow(P, box, found, count, kept)
-                if count > 0:
-                    reached = block(P, kept, count, xyz, regs, live, w, padded, slope)
-            if reached:
-                r = regs[P.register[root]]
-                for i in range(n):
-                    j = order[first + i]
-                    for ch in range(channels):
-                        out[j, ch] = r[ch, i]
+        k = begin[cell]
+        begin[cell] = k + 1
+        order[k] = i
+        xs[k], ys[k], zs[k] = F32(points[i, 0] - x0), F32(points[i, 1] - y0), F32(points[i, 2] - z0)
+
+    first = 0
+    for cell in range(cells):
+        last = begin[cell]  # by now where the cell ends
+        while first < last:
+            n = min(LANES, last - first)
+            x, y, z = at(xs, first), at(ys, first), at(zs, first)
+            box[0], box[3] = extent(x, n)
+            box[1], box[4] = extent(y, n)
+            box[2], box[5] = extent(z, n)
+            count = collect(tree_box, tree_link, tree_order, branches, leaf_box, box, found)
+            count = narrow(leaf_box, capsule, box, found, count, found)
+            # Lanes past n hold the next cells' points: computed and dropped.
+            if count > 0 and block(
+                leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
+                found, count, x, y, z, w, regs, live, channels, (n + 15) & ~15, slope,
+            ):  # fmt: skip
+                for c in range(channels):
+                    r = at(root, c * LANES)
+                    for i in range(n):
+                        out[order[first + i], c] = r[i]
             else:
                 for i in range(n):
                     j = order[first + i]
                     out[j, 0] = far
-                    for ch in range(1, channels):
-                        out[j, ch] = ZERO
+                    for c in range(1, channels):
+                        out[j, c] = ZERO
+            first += n
+
+
+@row
+def _coordinates(x, y, z, xs, ys, zs, di, dj, dk):
+    """The points of a block of the lattice as rows, the last axis fastest; padded to a multiple of 16."""
+    i_ = 0
+    for i in range(di):
+        fill(at(x, i_), dj * dk, xs[i])
+        i_ += dj * dk
+    for j in range(dj):
+        fill(at(y, j * dk), dk, ys[j])
+        for k in range(dk):
+            z[j * dk + k] = zs[k]
+    plane = dj * dk
+    for i in range(1, di):
+        for k in range(plane):
+            y[i * plane + k] = y[k]
+        for k in range(plane):
+            z[i * plane + k] = z[k]
+    n = di * plane
+    padded = (n + 15) & ~15
+    for i in range(n, padded):
+        x[i], y[i], z[i] = x[n - 1], y[n - 1], z[n - 1]
+    return padded
+
+
+@row
+def _store(out, r, di, dj, dk, stride_i, stride_j):
+    for i in range(di):
+        for j in range(dj):
+            target, source = at(out, i * stride_i + j * stride_j), at(r, (i * dj + j) * dk)
+            for k in range(dk):
+                target[k] = source[k]
 
 
 @nb.njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def evaluate_grid(stamp, P, xs, ys, zs, out, slope, i0, i1):
-    """Field (and more) on the lattice xs x ys x zs (relative to the origin), planes i0 to i1, into out (X, Y, Z, C).
+def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
+    """Field (and more) on the lattice xs x ys x zs (relative to the origin), planes begin to end, into out (C, X, Y, Z).
 
     `out` must hold the far value beforehand: blocks that no primitive reaches are not touched.
     """
-    channels = out.shape[3]
-    root = P.op.shape[0] - 1
-    regs = np.empty((P.registers, channels, LANES), np.float32)
-    w = np.empty((16, LANES), np.float32)
-    xyz = np.empty((3, LANES), np.float32)
-    live = np.zeros(P.op.shape[0], np.bool_)
-    size = max(P.kind.shape[0], 1)
-    found, near, kept = np.empty(size, np.int32), np.empty(size, np.int32), np.empty(size, np.int32)
-    box = np.empty(6, np.float32)
-    big = CELL * 4
-    ny, nz = ys.shape[0], zs.shape[0]
-    for bi in range(i0, i1, big):
+    leaf, scale, leaf_box, capsule = pointer(P.leaf), pointer(P.scale), pointer(P.box), pointer(P.capsule)
+    attribute, params, node_table, number = pointer(P.attribute), pointer(P.params), pointer(P.node), pointer(P.number)
+    child, child_weight, nodes = pointer(P.child), pointer(P.child_weight), P.node.shape[0]
+    tree_box, tree_link, tree_order = pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order)
+    channels = out_.shape[0]
+    regs_, rows_ = np.empty(P.registers * channels * LANES, np.float32), np.empty(13 * LANES, np.float32)
+    live_, box_ = np.zeros(nodes, np.uint8), np.empty(6, np.float32)
+    found_ = np.empty(3 * P.leaf.shape[0] + 3, np.int32)
+    regs, live, box = pointer(regs_), pointer(live_), pointer(box_)
+    found = pointer(found_)
+    near, kept = at(found, P.leaf.shape[0] + 1), at(found, 2 * P.leaf.shape[0] + 2)
+    x = pointer(rows_)
+    y, z, w = at(x, LANES), at(x, 2 * LANES), at(x, 3 * LANES)
+    xs, ys, zs, out = pointer(xs_), pointer(ys_), pointer(zs_), pointer(out_)
+    root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * channels * LANES)
+    ny, nz = ys_.shape[0], zs_.shape[0]
+    big = 4 * CELL
+    for bi in range(begin, end, big):
         for bj in range(0, ny, big):
             for bk in range(0, nz, big):
-                ei, ej, ek = min(bi + big, i1), min(bj + big, ny), min(bk + big, nz)
+                ei, ej, ek = min(bi + big, end), min(bj + big, ny), min(bk + big, nz)
                 box[0], box[3] = xs[bi], xs[ei - 1]
                 box[1], box[4] = ys[bj], ys[ej - 1]
                 box[2], box[5] = zs[bk], zs[ek - 1]
-                many = collect(P, box, found)
-                many = narrow(P, box, found, many, near)
+                many = collect(tree_box, tree_link, tree_order, P.tree_box.shape[0], leaf_box, box, found)
+                many = narrow(leaf_box, capsule, box, found, many, near)
                 if many == 0:
                     continue
-                for ci in range(bi, ei, CELL):
-                    for cj in range(bj, ej, CELL):
-                        for ck in range(bk, ek, CELL):
-                            fi, fj, fk = min(ci + CELL, ei), min(cj + CELL, ej), min(ck + CELL, ek)
-                            box[0], box[3] = xs[ci], xs[fi - 1]
-                            box[1], box[4] = ys[cj], ys[fj - 1]
-                            box[2], box[5] = zs[ck], zs[fk - 1]
-                            count = narrow(P, box, near, many, kept)
+                for i in range(bi, ei, CELL):
+                    di = min(CELL, ei - i)
+                    box[0], box[3] = xs[i], xs[i + di - 1]
+                    for j in range(bj, ej, CELL):
+                        dj = min(CELL, ej - j)
+                        box[1], box[4] = ys[j], ys[j + dj - 1]
+                        for k in range(bk, ek, CELL):
+                            dk = min(CELL, ek - k)
+                            box[2], box[5] = zs[k], zs[k + dk - 1]
+                            count = narrow(leaf_box, capsule, box, near, many, kept)
                             if count == 0:
                                 continue
-                            n = 0
-                            for i in range(ci, fi):
-                                for j in range(cj, fj):
-                                    for k in range(ck, fk):
-                                        xyz[0, n], xyz[1, n], xyz[2, n] = xs[i], ys[j], zs[k]
-                                        n += 1
-                            padded = (n + 15) & ~15
-                            for k in range(3):
-                                for i in range(n, padded):
-                                    xyz[k, i] = xyz[k, n - 1]
-                            if not block(P, kept, count, xyz, regs, live, w, padded, slope):
-                                continue
-                            r = regs[P.register[root]]
-                            n = 0
-                            for i in range(ci, fi):
-                                for j in range(cj, fj):
-                                    for k in range(ck, fk):
-                                        for ch in range(channels):
-                                            out[i, j, k, ch] = r[ch, n]
-                                        n += 1
+                            n = _coordinates(x, y, z, at(xs, i), at(ys, j), at(zs, k), di, dj, dk)
+                            if block(
+                                leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
+                                kept, count, x, y, z, w, regs, live, channels, n, slope,
+                            ):  # fmt: skip
+                                for c in range(channels):
+                                    corner = at(out, ((c * xs_.shape[0] + i) * ny + j) * nz + k)
+                                    _store(corner, at(root, c * LANES), di, dj, dk, ny * nz, nz)

@@ -24,6 +24,7 @@ from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.combine import Complement, Diff, Extremum, Ricci, placed_box
 from vistel.implicit.hierarchy import build
 from vistel.implicit.kinds import KIND_INDEX, KINDS
+from vistel.implicit.layout import COMPLEMENT, DIFF, INTERSECTION, MAX, MIN, REGISTER, SUM, UNION
 from vistel.implicit.lower import Leaf, Node, lower
 from vistel.implicit.shape import Shape
 
@@ -48,7 +49,7 @@ class FieldProgram:
     """A compiled shape: struct-of-arrays primitives with a bounding hierarchy, and the graph above them.
 
     shape: what it was compiled from; origin: (3,) what all lengths in `arrays` are relative to [m];
-    bounds: (2, 3) outside this box the field is `far`; arrays: see `vistel.implicit.machine.Arrays`.
+    bounds: (2, 3) outside this box the field is `far`; arrays: see `vistel.implicit.layout`.
     """
 
     shape: Shape
@@ -59,14 +60,14 @@ class FieldProgram:
 
     def __repr__(self) -> str:
         return (
-            f"FieldProgram({len(self.arrays['kind'])} primitives, {len(self.arrays['op'])} nodes, "
+            f"FieldProgram({len(self.arrays['leaf'])} primitives, {len(self.arrays['node'])} nodes, "
             f"bounds {np.round(self.bounds, 4).tolist()})"
         )
 
     @property
     def far(self) -> float:
         """The field out of reach of every primitive: 0, unless a complement turns it round."""
-        return float(self.arrays["far"][-1])
+        return float(self.arrays["number"][-1, 2])
 
     @cached_property
     def _machine(self) -> tuple[Any, Any, Any]:
@@ -147,7 +148,7 @@ class FieldProgram:
     ) -> Evaluation:
         """Field (and more) on the lattice of rising coordinates x, y, z [m]; results have the form (X, Y, Z).
 
-        out: where to put the channels (X, Y, Z, C), e.g. from an earlier call of the same form.
+        out: where to put the channels (C, X, Y, Z), e.g. from an earlier call of the same form.
         """
         axes = [np.asarray(a, np.float64) for a in (x, y, z)]
         for name, axis in zip("xyz", axes, strict=True):
@@ -157,13 +158,13 @@ class FieldProgram:
         channels = (4 if gradient else 1) + (self.layout.channels if attributes else 0)
         form = tuple(len(a) for a in axes)
         if out is None:
-            out = np.zeros((*form, channels), np.float32)  # pages no primitive reaches are never touched
+            out = np.zeros((channels, *form), np.float32)  # pages no primitive reaches are never touched
         else:
-            if out.shape != (*form, channels) or out.dtype != np.float32:
-                raise ShapeError(f"lattice: out is {out.dtype} {out.shape}, expected float32 {(*form, channels)}")
+            if out.shape != (channels, *form) or out.dtype != np.float32:
+                raise ShapeError(f"lattice: out is {out.dtype} {out.shape}, expected float32 {(channels, *form)}")
             out[...] = 0.0
         if self.far != 0.0:
-            out[..., 0] = self.far
+            out[0] = self.far
         machine, stamp, arrays = self._machine
         target = out
 
@@ -172,7 +173,7 @@ class FieldProgram:
 
         _in_pieces(run, form[0], _threads(threads, int(np.prod(form))), 32)
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) if attributes and self.layout.textures else None
-        return self._unpack(out, gradient, attributes, points)
+        return self._unpack(np.moveaxis(out, 0, -1), gradient, attributes, points)
 
     def _unpack(self, out: F32, gradient: bool, attributes: bool, points: ArrayLike | None) -> Evaluation:
         first = 4 if gradient else 1
@@ -197,23 +198,15 @@ def _leaf_arrays(leaves: Sequence[Leaf], layout: Layout) -> dict[str, Any]:
     params: list[F64] = []
     size = 0
     rows: dict[str, Any] = {
-        "kind": np.zeros(n, np.int32),
-        "value": np.zeros(n, np.bool_),
-        "start": np.zeros(n, np.int32),
-        "frame": np.full(n, -1, np.int32),
-        "weight": np.zeros(n, np.float32),
-        "family": np.zeros(n, np.int32),
-        "warp": np.ones(n, np.float32),
+        "leaf": np.zeros((n, 5), np.int32),
+        "scale": np.zeros((n, 2), np.float32),
         "box": np.zeros((n, 6), np.float32),
         "capsule": np.zeros((n, 7), np.float32),
         "attribute": layout.rows(leaves),
     }
     for i, leaf in enumerate(leaves):
         primitive, frame = _settled(leaf)
-        rows["kind"][i] = KIND_INDEX[primitive.kind]
-        rows["value"][i] = KINDS[KIND_INDEX[primitive.kind]].value
-        rows["weight"][i] = primitive.weight * leaf.weight
-        rows["family"][i], rows["warp"][i] = primitive.blend.code, primitive.blend.warp
+        kind, at_frame = KIND_INDEX[primitive.kind], -1
         box, capsule = primitive.bounds, primitive.bounding_capsule
         if frame is not None:
             if primitive.frame is None:
@@ -222,7 +215,7 @@ def _leaf_arrays(leaves: Sequence[Leaf], layout: Layout) -> dict[str, Any]:
                 box, capsule = placed_box(leaf.matrix, box), None
             linear = np.linalg.inv(frame[:, :3])
             params.append(np.concatenate([linear.ravel(), frame[:, 3]]))
-            rows["frame"][i] = size
+            at_frame = size
             size += 12
         # A hair wider than exact, so that rounding to float32 cuts nothing off.
         margin = 1e-5 * float(np.ptp(box, axis=0).max())
@@ -232,7 +225,8 @@ def _leaf_arrays(leaves: Sequence[Leaf], layout: Layout) -> dict[str, Any]:
             capsule = np.array([*middle, *middle, np.linalg.norm(np.ptp(box, axis=0)) / 2])
         rows["capsule"][i] = capsule
         rows["capsule"][i, 6] += margin
-        rows["start"][i] = size
+        rows["leaf"][i] = kind, KINDS[kind].value, size, at_frame, primitive.blend.code
+        rows["scale"][i] = primitive.weight * leaf.weight, primitive.blend.warp
         numbers = primitive.parameters
         params.append(numbers)
         size += len(numbers)
@@ -257,9 +251,6 @@ def _settled(leaf: Leaf) -> tuple[Any, F64 | None]:
     return primitive, frame
 
 
-SUM, MAX, MIN, UNION, INTERSECTION, COMPLEMENT, DIFF = range(7)
-
-
 def _code(node: Node) -> tuple[int, float, float]:
     shape = node.shape
     if shape is None:
@@ -277,49 +268,37 @@ def _code(node: Node) -> tuple[int, float, float]:
 
 def _node_arrays(nodes: Sequence[Node]) -> dict[str, Any]:
     m = len(nodes)
-    rows: dict[str, Any] = {
-        "op": np.zeros(m, np.int32),
-        "leaf0": np.zeros(m, np.int32),
-        "leaf1": np.zeros(m, np.int32),
-        "child0": np.zeros(m, np.int32),
-        "child1": np.zeros(m, np.int32),
-        "register": np.zeros(m, np.int32),
-        "number": np.zeros((m, 2), np.float32),
-        "far": np.zeros(m, np.float32),
-    }
+    table, number = np.zeros((m, 6), np.int32), np.zeros((m, 3))
     child: list[int] = []
     weights: list[float] = []
     last_use = _last_uses(nodes)
     free: list[int] = []
-    used = 0
-    leaf = 0
-    far = np.zeros(m)
+    registers = leaf = 0
     for i, node in enumerate(nodes):
         op, a, b = _code(node)
-        rows["op"][i], rows["number"][i] = op, (a, b)
-        rows["leaf0"][i], rows["leaf1"][i] = leaf, leaf + len(node.leaves)
+        below = [(factor, c.order) for factor, c in node.children if isinstance(c, Node)]
+        if free:
+            register = free.pop()
+        else:
+            register, registers = registers, registers + 1
+        table[i] = op, leaf, leaf + len(node.leaves), len(child), len(child) + len(below), register
         leaf += len(node.leaves)
-        rows["child0"][i] = len(child)
-        for factor, below in node.children:
-            assert isinstance(below, Node)
-            child.append(below.order)
-            weights.append(factor)
-        rows["child1"][i] = len(child)
-        rows["register"][i] = free.pop() if free else used
-        used = max(used, int(rows["register"][i]) + 1)
-        for order in sorted({c.order for _, c in node.children if isinstance(c, Node)}):
-            if last_use[order] == i:
-                free.append(int(rows["register"][order]))
-        below_far = np.array([[far[c.order]] for _, c in node.children if isinstance(c, Node)])
+        child += [order for _, order in below]
+        weights += [factor for factor, _ in below]
+        free += [int(table[order, REGISTER]) for order in {order for _, order in below} if last_use[order] == i]
+        number[i, :2] = a, b
+        far = np.array([[number[order, 2]] for _, order in below])
         if node.shape is not None:
-            far[i] = node.shape.combine(below_far)[0][0]
-        elif len(below_far):
-            far[i] = sum(w * v[0] for (w, _), v in zip(node.children, below_far, strict=True))
-    rows["far"][:] = far
-    rows["child"] = np.array(child, np.int32)
-    rows["child_weight"] = np.array(weights, np.float32)
-    rows["registers"] = used
-    return rows
+            number[i, 2] = node.shape.combine(far)[0][0]
+        else:
+            number[i, 2] = sum(factor * f[0] for (factor, _), f in zip(below, far, strict=True))
+    return {
+        "node": table,
+        "number": number.astype(np.float32),
+        "child": np.array(child, np.int32),
+        "child_weight": np.array(weights, np.float32),
+        "registers": registers,
+    }
 
 
 def _last_uses(nodes: Sequence[Node]) -> dict[int, int]:

@@ -28,6 +28,17 @@ def fill(a, n, value):
         a[i] = value
 
 
+@nb.njit(fastmath=True, nogil=True)
+def extent(a, n):
+    """Smallest and largest of a row without NaN."""
+    low = high = a[0]
+    for i in range(1, n):
+        v = a[i]
+        low = v if v < low else low
+        high = v if v > high else high
+    return low, high
+
+
 @row
 def add(a, b, n):
     for i in range(n):

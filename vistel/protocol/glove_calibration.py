@@ -110,15 +110,16 @@ def load_calibration(path: Path) -> GloveCalibration:
     try:
         for name, entry in table.get("sensors", {}).items():
             if name not in _INDEX:
-                raise CalibrationError(f"{path}: {name}: no such sensor; expected one of {', '.join(SENSORS_22)}")
+                raise CalibrationError(f"{name}: no such sensor; expected one of {', '.join(SENSORS_22)}")
             offset[_INDEX[name]] = float(entry["offset"])
             gain[_INDEX[name]] = math.radians(float(entry["gain_deg"]))
-        ratio = float(table.get("distal_ratio", base.distal_ratio))
+        return GloveCalibration(
+            tuple(offset), tuple(gain), float(table.get("distal_ratio", base.distal_ratio))
+        )
+    except CalibrationError as e:
+        raise CalibrationError(f"{path}: {e}") from e
     except (AttributeError, KeyError, TypeError, ValueError) as e:
-        if isinstance(e, CalibrationError):
-            raise
         raise CalibrationError(f"{path}: expected numbers 'offset' and 'gain_deg' for each sensor: {e!r}") from e
-    return GloveCalibration(tuple(offset), tuple(gain), ratio)
 
 
 def save_calibration(calibration: GloveCalibration, path: Path) -> None:

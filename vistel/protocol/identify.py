@@ -5,14 +5,24 @@ from __future__ import annotations
 import re
 
 
+_FASTRAK = (
+    re.compile(rb"\*ERROR\*"),
+    re.compile(rb"2[ 1-4]S[0-9A-F]{3}.{45,47}\r\n", re.DOTALL),  # status
+    re.compile(rb"0[1-4][ A-Za-z].{28}\r\n0[1-4]", re.DOTALL),  # binary records
+)
+_CYBERGLOVE = (
+    re.compile(rb"CyberGlove"),
+    re.compile(rb"e\?(?:\r\n)?\x00"),  # unknown command
+    re.compile(rb"\?[GS][\x00-\x1f]\x00"),
+    re.compile(rb"S[^\x00]{18}(?:[^\x00]{4})?[\x80-\xff]?\x00S"),  # samples
+)
+
+
 def identify(data: bytes) -> str | None:
-    """A device's name, or None when its bytes could be anyone's."""
-    if b"*ERROR*" in data or re.search(rb"2[ 1-4]S[0-9A-F]{3}.{45,47}\r\n", data, re.DOTALL):
+    """A device's name, or None when its bytes could be anyone's.
+
+    FASTRAK first: two bytes of a float can look like a glove's "e?", hardly anything looks like two records.
+    """
+    if any(p.search(data) for p in _FASTRAK):
         return "a Polhemus FASTRAK"
-    if b"CyberGlove" in data or b"e?" in data or re.search(rb"\?[GS].\x00", data, re.DOTALL):
-        return "a CyberGlove"
-    if re.search(rb"S[^\x00]{18}(?:[^\x00]{4})?\x00S", data):
-        return "a CyberGlove"
-    if re.search(rb"0[1-4][ A-Za-z].{28}\r\n0[1-4]", data, re.DOTALL):
-        return "a Polhemus FASTRAK"
-    return None
+    return "a CyberGlove" if any(p.search(data) for p in _CYBERGLOVE) else None

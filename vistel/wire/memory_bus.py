@@ -8,6 +8,7 @@ the same; nothing is lost or reordered, and nothing happens on another thread.
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +18,8 @@ from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.inbox import STALE_AFTER_NS, Decoder, Inbox
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Topic
+
+log = logging.getLogger("vistel.bus")
 
 
 class MemoryNetwork:
@@ -52,7 +55,11 @@ class MemoryNetwork:
         found = self._answers.get(key)
         if found is None:
             return None
-        reply: Any = found[1](request)
+        try:
+            reply: Any = found[1](request)
+        except Exception:
+            log.exception("query not answered key=%s", key)
+            return None
         if "header" in reply.DESCRIPTOR.fields_by_name:
             reply.header.version = MESSAGE_VERSION
         return reply.SerializeToString()

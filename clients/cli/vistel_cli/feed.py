@@ -44,7 +44,10 @@ class Feeder:
         self.fed = 0
 
     async def feed(self, preroll_ns: int, begin_ns: int, end_ns: int) -> None:
-        """What lies between `preroll_ns` and `begin_ns` at once (and who takes part, from the log's beginning), then the rest at its time."""
+        """What lies between `preroll_ns` and `begin_ns` at once, then the rest at its time.
+
+        Who takes part is fed from the log's beginning on.
+        """
         await self._clock.sleep_until_ns(begin_ns - 1_000_000_000)
         for record in self._reader.records(topics=("participant",), end_ns=begin_ns):
             if record.topic.name in self._topics:

@@ -37,7 +37,10 @@ def run_processes(
     seconds: float,
     simulate: str | None = None,
 ) -> int:
-    """Supervise `plans`, and the simulated devices of site `simulate`, until Ctrl-C, SIGTERM or `seconds` have passed (0: no end). Returns the exit code."""
+    """Supervise `plans`, and the simulated devices of site `simulate`. Returns the exit code.
+
+    Ends on Ctrl-C, on SIGTERM, or when `seconds` have passed (0: never).
+    """
     return asyncio.run(_run(conference, plans, hub, output, seconds, simulate))
 
 

@@ -178,9 +178,8 @@ class _Run:
                 if not missing:
                     return time.monotonic() - started
                 if time.monotonic() - started > START_LIMIT_S:
-                    err.print(
-                        f"[red]error:[/red] not ready after {START_LIMIT_S:.0f} s: {', '.join(missing)}; see {self.out / 'logs'}"
-                    )
+                    what = f"not ready after {START_LIMIT_S:.0f} s: {', '.join(missing)}"
+                    err.print(f"[red]error:[/red] {what}; see {self.out / 'logs'}", soft_wrap=True)
                     return None
                 await _wait(self.stop, 0.1)
         return None

@@ -82,6 +82,7 @@ class CyberGloveDriver:
 
     async def _greet(self, link: Link) -> int | None:
         """Silence it, then ask for its state."""
+        link.recent.clear()
         link.send(cyberglove.STOP)
         await link.quiet(0.05, 0.4)
         state = await self._ask(link, cyberglove.QUERY_STATE)

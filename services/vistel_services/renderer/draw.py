@@ -122,12 +122,12 @@ class Painter:
             )
         self._figure_program = program(ctx, "figure")
         self._solid_program = program(ctx, "solid")
-        self._room_program = program(ctx, "room")
+        self._room_programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._label_program = program(ctx, "label")
         self.shadow = ShadowMap(ctx, 1024)
         self._figures: dict[str, _FigureBuffers] = {}
         self._things: dict[str, Solid] = {}
-        self._panels: list[tuple[moderngl.VertexArray, moderngl.Texture, Panel]] = []
+        self._panels: list[tuple[moderngl.VertexArray, moderngl.Texture]] = []
         self._furniture: Solid | None = None
         corners = ctx.buffer(np.array(((0, 0), (1, 0), (0, 1), (1, 1)), np.float32).tobytes())
         self._label_vao = ctx.vertex_array(self._label_program, [(corners, "2f", "corner")])
@@ -139,11 +139,16 @@ class Painter:
 
     def set_room(self, panels: Sequence[Panel], furniture: Furniture) -> None:
         """The room to draw from now on."""
+        textures: dict[int, moderngl.Texture] = {}
         for panel in panels:
             vbo = self.ctx.buffer(np.hstack((panel.positions, panel.normals, panel.uv)).astype(np.float32).tobytes())
             ibo = self.ctx.buffer(panel.triangles.astype(np.int32).tobytes())
-            vao = self.ctx.vertex_array(self._room_program, [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo)
-            self._panels.append((vao, self._texture(panel.texture), panel))
+            vao = self.ctx.vertex_array(
+                self._room_program(panel), [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo, skip_errors=True
+            )
+            texture = textures.get(id(panel.texture)) or self._texture(panel.texture)
+            textures[id(panel.texture)] = texture
+            self._panels.append((vao, texture))
         self._furniture = self._solid(furniture.surface, furniture.tint)
 
     def set_thing(self, thing_id: str, surface: Surface3, colours: F32) -> None:
@@ -180,7 +185,7 @@ class Painter:
         clip = camera.projection(self.width / self.height) @ camera.view()
         shared = {
             "clip_from_room": _matrix(clip), "eye": tuple(camera.position), "shadow_map": 1,
-            "shadow_from_room": _matrix(self.shadow.matrix), "shadow_texel": 1.0 / self.shadow.size,
+            "shadow_from_room": _matrix(self.shadow.lookup), "shadow_texel": 1.0 / self.shadow.size,
         }  # fmt: skip
         self.shadow.texture.use(1)
         put(self._figure_program, albedo=0, **shared)
@@ -195,10 +200,10 @@ class Painter:
         if self._furniture is not None:
             put(self._solid_program, gloss=0.12, room_from_thing=_matrix(np.eye(4)))
             self._furniture.vao.render()
-        put(self._room_program, baked=0, **shared)
-        for vao, texture, panel in self._panels:
+        for variant in self._room_programs.values():
+            put(variant, baked=0, **shared)
+        for vao, texture in self._panels:
             texture.use(0)
-            put(self._room_program, key_share=1.0 if panel.key else 0.0, gloss=panel.gloss)
             vao.render()
         self._labels(frame, clip)
         if self._multisampled is not None:
@@ -264,6 +269,12 @@ class Painter:
             self._label_vao.render(moderngl.TRIANGLE_STRIP)
         for label in set(self._label_textures) - wanted:
             self._label_textures.pop(label).release()
+
+    def _room_program(self, panel: Panel) -> moderngl.Program:
+        defines = ((panel.key,) if panel.key else ()) + ((f"GLOSS {panel.gloss:.3f}",) if panel.gloss else ())
+        if defines not in self._room_programs:
+            self._room_programs[defines] = program(self.ctx, "room", defines=defines)
+        return self._room_programs[defines]
 
     def _figure(self, view: FigureView) -> _FigureBuffers:
         found = self._figures.get(view.name)

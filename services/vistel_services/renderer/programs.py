@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from importlib import resources
 
 import moderngl
@@ -15,11 +16,15 @@ def source(name: str) -> str:
     return re.sub(r'#include "([\w.]+)"', lambda m: source(m.group(1)), text)
 
 
-def program(ctx: moderngl.Context, vertex: str, fragment: str | None = None) -> moderngl.Program:
-    """`vertex`.vert.glsl with `fragment`.frag.glsl (default: of the same name)."""
-    return ctx.program(
-        vertex_shader=source(f"{vertex}.vert.glsl"), fragment_shader=source(f"{fragment or vertex}.frag.glsl")
-    )
+def program(ctx: moderngl.Context, vertex: str, fragment: str | None = None, defines: Sequence[str] = ()) -> moderngl.Program:
+    """`vertex`.vert.glsl with `fragment`.frag.glsl (default: of the same name).
+
+    Variants are compiled apart by `defines`: software GL runs both sides of every branch, so a branch saves nothing.
+    """
+    lines = "".join(f"#define {d}\n" for d in defines)
+    stages = (source(f"{vertex}.vert.glsl"), source(f"{fragment or vertex}.frag.glsl"))
+    vertex_text, fragment_text = (t.replace("#version 330\n", f"#version 330\n{lines}", 1) for t in stages)
+    return ctx.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
 
 
 def put(prog: moderngl.Program, **uniforms: object) -> None:

@@ -17,6 +17,9 @@ F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
 I32 = NDArray[np.int32]
 
+KEY_SHADOWED, KEY_OPEN = "KEY_SHADOWED", "KEY_OPEN"
+SHADOWED = 2.1
+"""Half the side of the floor's middle, in which shadows fall [m]."""
 X, Z, H = bake.HALF_X, bake.HALF_Z, bake.HEIGHT
 
 
@@ -25,7 +28,8 @@ class Panel:
     """A piece of the shell: positions and normals (n, 3), uv (n, 2) origin bottom left, triangles (m, 3).
 
     texture: (h, w, 4) first row at the top; square roots of linear colour and of baked light / 1.6.
-    key: the roof's key light falls on it (and shadows with it). gloss: of its varnish.
+    key: "KEY_SHADOWED" or "KEY_OPEN" where the roof's key light falls on it, with or without shadows, else "".
+    gloss: of its varnish.
     """
 
     positions: F32
@@ -33,7 +37,7 @@ class Panel:
     uv: F32
     triangles: I32
     texture: U8
-    key: bool
+    key: str
     gloss: float
 
 
@@ -55,7 +59,7 @@ def build_room(room: Room) -> tuple[list[Panel], Furniture]:
     """Shell, table top and furniture of a meeting room."""
     discs = _discs(room)
     fixed = [t for t in room.things if t.fixed]
-    panels = [_floor(discs), _ceiling(), *_walls()]
+    panels = [*_floor(discs), _ceiling(), *_walls()]
     surfaces: list[Surface3] = []
     tints: list[F32] = []
     for thing in fixed:
@@ -104,7 +108,7 @@ def _plane(h: int, w: int, origin: F64, right: F64, up: F64) -> F64:
     return origin + u[None, :, None] * right + v[:, None, None] * up
 
 
-def _quad(origin: F64, right: F64, up: F64, texture: U8, key: bool, gloss: float) -> Panel:
+def _quad(origin: F64, right: F64, up: F64, texture: U8, key: str, gloss: float) -> Panel:
     normal = np.cross(right, up)
     normal /= np.linalg.norm(normal)
     positions = np.array((origin, origin + right, origin + right + up, origin + up), np.float32)
@@ -128,11 +132,24 @@ def _v(x: float, y: float, z: float) -> F64:
     return np.array((x, y, z), np.float64)
 
 
-def _floor(discs: F64) -> Panel:
+def _floor(discs: F64) -> list[Panel]:
+    """The middle, where shadows fall, and the rest, where none reach and none need be looked up."""
     size = 1024
     origin, right, up = _v(-X, 0, Z), _v(2 * X, 0, 0), _v(0, 0, -2 * Z)
-    colour = paint.floor(size, 2 * X)
-    return _quad(origin, right, up, _texture(colour, _baked((size, size), origin, right, up, discs)), True, 0.16)
+    texture = _texture(paint.floor(size, 2 * X), _baked((size, size), origin, right, up, discs))
+    at = np.array((-1.0, -SHADOWED / X, SHADOWED / X, 1.0))
+    u, v = np.meshgrid(0.5 + 0.5 * at, 0.5 + 0.5 * at)
+    uv = np.stack((u.ravel(), v.ravel()), axis=1)
+    positions = (origin + uv[:, :1] * right + uv[:, 1:] * up).astype(np.float32)
+    normals = np.tile(np.array((0.0, 1.0, 0.0), np.float32), (16, 1))
+    cells = {(i, j): ((4 * j + i, 4 * j + i + 1, 4 * j + i + 5), (4 * j + i, 4 * j + i + 5, 4 * j + i + 4))
+             for i in range(3) for j in range(3)}  # fmt: skip
+    middle = np.array(cells.pop((1, 1)), np.int32)
+    rest = np.array([t for pair in cells.values() for t in pair], np.int32)
+    return [
+        Panel(positions, normals, uv.astype(np.float32), triangles, texture, key, 0.16)
+        for triangles, key in ((middle, KEY_SHADOWED), (rest, KEY_OPEN))
+    ]
 
 
 def _ceiling() -> Panel:
@@ -145,7 +162,7 @@ def _ceiling() -> Panel:
     colour[inside < bake.ROOF_LIGHT + 0.06] = 0.35
     lamp = inside < bake.ROOF_LIGHT
     colour[lamp], light[lamp] = (0.94, 0.97, 1.0), 1.6
-    return _quad(origin, right, up, _texture(colour, light), False, 0.0)
+    return _quad(origin, right, up, _texture(colour, light), "", 0.0)
 
 
 def _walls() -> list[Panel]:
@@ -176,7 +193,7 @@ def _walls() -> list[Panel]:
         up = _v(0, H, 0)
         light = _baked((h, w), origin, right, up, np.zeros((0, 4)))
         light = np.where(wall.glow > 0, wall.glow, light)
-        out.append(_quad(origin, right, up, _texture(wall.colour, light), False, 0.0))
+        out.append(_quad(origin, right, up, _texture(wall.colour, light), "", 0.0))
     return out
 
 
@@ -222,5 +239,5 @@ def _table_top(surface: Surface3, radius: float) -> Panel:
     p = surface.vertices
     uv = np.stack((0.5 + 0.5 * p[:, 0] / radius, 0.5 - 0.5 * p[:, 2] / radius), axis=1).astype(np.float32)
     return Panel(
-        p, surface.normals, uv, surface.triangles, _texture(colour, np.full((size, size), 0.72)), True, 0.42
+        p, surface.normals, uv, surface.triangles, _texture(colour, np.full((size, size), 0.72)), KEY_SHADOWED, 0.42
     )

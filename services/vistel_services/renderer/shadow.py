@@ -42,6 +42,8 @@ class ShadowMap:
         self.texture = ctx.depth_texture((size, size))
         self.texture.compare_func = "<="
         self.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        # Sampled with coordinates in 0..1; outside, the clamped border texels are empty, hence lit.
+        self.lookup = np.array(((0.5, 0, 0, 0.5), (0, 0.5, 0, 0.5), (0, 0, 0.5, 0.5), (0, 0, 0, 1.0))) @ self.matrix
         self.texture.repeat_x = self.texture.repeat_y = False
         self._target = ctx.framebuffer(depth_attachment=self.texture)
         self._solid_program = program(ctx, "shadow_solid", "shadow")

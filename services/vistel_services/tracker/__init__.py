@@ -45,7 +45,7 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
         TrackerDevice(
             name := f"{p.name}-tracker",
             str(paths.device(name)) if p.tracker.port == "sim" else p.tracker.port,
-            p.tracker.baud, {role: n for role, n in p.tracker.stations.items()}, p.tracker.hemisphere,
+            p.tracker.baud, {str(role): n for role, n in p.tracker.stations.items()}, p.tracker.hemisphere,
         )
         for p in site.participants if p.tracker is not None
     ]  # fmt: skip

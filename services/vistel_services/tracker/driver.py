@@ -69,6 +69,7 @@ class FastrakDriver:
 
     async def _greet(self, link: Link) -> Status | None:
         """Silence it, then ask how it is."""
+        link.recent.clear()
         link.send(b"\r" + fastrak.STOP)
         await link.quiet(0.05, 0.4)
         self.decoder.take_replies()

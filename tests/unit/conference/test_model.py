@@ -68,7 +68,7 @@ def test_a_faulty_file_names_file_key_and_expectation(
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConferenceError, match="none.toml: cannot be read"):
+    with pytest.raises(ConferenceError, match=r"none\.toml: cannot be read"):
         load(tmp_path / "none.toml")
 
 
