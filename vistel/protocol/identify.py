@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 
-
 _FASTRAK = (
     re.compile(rb"\*ERROR\*"),
     re.compile(rb"2[ 1-4]S[0-9A-F]{3}.{45,47}\r\n", re.DOTALL),  # status
