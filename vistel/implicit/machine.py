@@ -32,7 +32,7 @@ from vistel.implicit.layout import (
     SUM,
     VALUE,
 )
-from vistel.implicit.pointers import at, pointer
+from vistel.implicit.pointers import at, keep, pointer
 from vistel.implicit.rows import (
     F32,
     FAST,
@@ -321,6 +321,7 @@ def evaluate_points(stamp, P, origin, points, out, slope):
                     for c in range(1, channels):
                         out[j, c] = ZERO
             first += n
+    keep(regs_, rows_, live_, box_, found_, cell_of_, begin_, sorted_, order_)
 
 
 @row
@@ -410,3 +411,4 @@ def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
                                 for c in range(channels):
                                     corner = at(out, ((c * xs_.shape[0] + i) * ny + j) * nz + k)
                                     _store(corner, at(root, c * LANES), di, dj, dk, ny * nz, nz)
+    keep(regs_, rows_, live_, box_, found_)

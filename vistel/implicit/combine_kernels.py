@@ -1,0 +1,113 @@
+"""Kernels of the nodes other than sums: extrema, Ricci forms, complement, DIFF, with gradients and attributes."""
+
+from __future__ import annotations
+
+import math
+
+from vistel.implicit.layout import COMPLEMENT, INTERSECTION, LANES, MAX, MIN, NODE_WORDS, REGISTER, UNION
+from vistel.implicit.pointers import at
+from vistel.implicit.rows import F32, HALF, ONE, ZERO, row
+
+TIE = F32(1e-6)
+MAX_SLOPE = F32(1e6)
+
+
+@row
+def _operand(node_table, number, child, k, live, regs, channels, i):
+    """Field of the k-th child at lane i."""
+    node = child[k]
+    if live[node] == 0:
+        return number[3 * node + 2]
+    return regs[node_table[NODE_WORDS * node + REGISTER] * channels * LANES + i]
+
+
+@row
+def _mix(node_table, child, k, live, regs, acc, channels, i, rate, share, slope):
+    """Add `rate` times a child's gradient and `share` times its attributes at lane i."""
+    node = child[k]
+    if live[node] == 0:
+        return
+    r = at(regs, node_table[NODE_WORDS * node + REGISTER] * channels * LANES)
+    first = 4 if slope else 1
+    for c in range(1, first):
+        acc[c * LANES + i] += rate * r[c * LANES + i]
+    for c in range(first, channels):
+        acc[c * LANES + i] += share * r[c * LANES + i]
+
+
+@row
+def _power(x, e):
+    return F32(math.exp(e * math.log(x))) if x > ZERO else ZERO
+
+
+@row
+def _extremum(largest, node_table, number, child, m, live, regs, acc, channels, i, slope):
+    best = _operand(node_table, number, child, 0, live, regs, channels, i)
+    which = 0
+    for k in range(1, m):
+        v = _operand(node_table, number, child, k, live, regs, channels, i)
+        if (largest and v > best) or (not largest and v < best):
+            best, which = v, k
+    acc[i] = best
+    if channels > 1:
+        for k in range(m):
+            v = _operand(node_table, number, child, k, live, regs, channels, i)
+            if abs(v - best) <= TIE:
+                _mix(node_table, child, k, live, regs, acc, channels, i, ONE if k == which else ZERO, ONE, slope)
+
+
+@row
+def _ricci(union, power, node_table, number, child, m, live, regs, acc, channels, i, slope):
+    extreme = max(_operand(node_table, number, child, 0, live, regs, channels, i), ZERO)
+    for k in range(1, m):
+        v = max(_operand(node_table, number, child, k, live, regs, channels, i), ZERO)
+        extreme = max(extreme, v) if union else min(extreme, v)
+    if extreme <= ZERO:
+        return
+    total = ZERO
+    for k in range(m):
+        v = max(_operand(node_table, number, child, k, live, regs, channels, i), ZERO)
+        total += _power(v / extreme if union else extreme / v, power)
+    value = extreme * _power(total, ONE / power if union else -ONE / power)
+    acc[i] = value
+    if channels > 1:
+        for k in range(m):
+            v = max(_operand(node_table, number, child, k, live, regs, channels, i), ZERO)
+            if union:
+                rate = _power(v / value, power - ONE) if v > ZERO or power > ONE else ONE
+            else:
+                rate = _power(value / v, power + ONE)
+            _mix(node_table, child, k, live, regs, acc, channels, i, rate, rate, slope)
+
+
+@row
+def _diff(power, eps, node_table, number, child, live, regs, acc, channels, i, slope):
+    a = max(_operand(node_table, number, child, 0, live, regs, channels, i), ZERO)
+    b = max(_operand(node_table, number, child, 1, live, regs, channels, i), ZERO)
+    s = _power(a, power) - _power(b, power)
+    square = s * s + eps * eps
+    acc[i] = _power(square, HALF / power) - _power(eps, ONE / power)
+    if channels > 1:
+        rate = _power(square, HALF / power - ONE) * s
+        flat = ONE if power == ONE else ZERO
+        da = rate * (_power(a, power - ONE) if a > ZERO else flat)
+        db = -rate * (_power(b, power - ONE) if b > ZERO else flat)
+        da, db = min(max(da, -MAX_SLOPE), MAX_SLOPE), min(max(db, -MAX_SLOPE), MAX_SLOPE)
+        _mix(node_table, child, 0, live, regs, acc, channels, i, da, ONE, slope)
+        _mix(node_table, child, 1, live, regs, acc, channels, i, db, ONE, slope)
+
+
+@row
+def combine(op, a, b, node_table, number, child, m, live, regs, acc, channels, n, slope):
+    """Rows of one node from those of its m children; a, b are its numbers; acc holds zeros."""
+    for i in range(n):
+        if op == MAX or op == MIN:
+            _extremum(op == MAX, node_table, number, child, m, live, regs, acc, channels, i, slope)
+        elif op == UNION or op == INTERSECTION:
+            _ricci(op == UNION, a, node_table, number, child, m, live, regs, acc, channels, i, slope)
+        elif op == COMPLEMENT:
+            acc[i] = a - _operand(node_table, number, child, 0, live, regs, channels, i)
+            if channels > 1:
+                _mix(node_table, child, 0, live, regs, acc, channels, i, -ONE, ONE, slope)
+        else:
+            _diff(a, b, node_table, number, child, live, regs, acc, channels, i, slope)

@@ -1,0 +1,81 @@
+"""Vertices in blocks of 64 lanes: who is with whom, and the calibration the kernels read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.implicit.embedding import CONTACT_WEIGHT, Embedding
+from vistel.implicit.kernels_field import LANES
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+U8 = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """NB blocks. index: (NB, 64) vertices, the last repeated; count: (NB,) how many are real; group, hinge, other:
+    (NB,); calibration: (NB, 7, 64) rows as named in `kernels_deform`; self_rule: (G, G) 0 none, 1 neighbours,
+    2 like anyone else; overlap: (NO, 64) shares with which neighbours collide; overlap_row: (NB, G), -1 none;
+    hinge_groups: (H, 2)."""
+
+    index: I32
+    count: I32
+    group: I32
+    hinge: I32
+    other: I32
+    calibration: F32
+    self_rule: I32
+    overlap: F32
+    overlap_row: I32
+    hinge_groups: I32
+
+    @staticmethod
+    def of(embedding: Embedding) -> Blocks:
+        """Blocks of one group and one side of one hinge each, neighbours along the limb together."""
+        limbs = embedding.limbs
+        along = np.zeros(len(embedding.group))
+        for g in range(limbs.groups):
+            rows = np.flatnonzero(embedding.group == g)
+            along[rows] = embedding.along[rows]
+        order = np.lexsort((along, embedding.other, embedding.hinge, embedding.group))
+        cell = np.stack([embedding.group, embedding.hinge, embedding.other], axis=1)[order]
+        cuts = np.flatnonzero(np.any(np.diff(cell, axis=0) != 0, axis=1)) + 1
+        pieces = [
+            part[i : i + LANES] for part in np.split(order, cuts) for i in range(0, len(part), LANES)
+        ]  # fmt: skip
+        index = np.array([np.pad(p, (0, LANES - len(p)), mode="edge") for p in pieces], np.int32).reshape(-1, LANES)
+        first = index[:, 0]
+        calibration = np.stack(
+            [
+                embedding.weight[index], embedding.offset[index], np.clip(embedding.weight, *CONTACT_WEIGHT)[index],
+                embedding.mu[index], embedding.alpha[index], embedding.inward[index], embedding.outward[index],
+            ],
+            axis=1,
+        )  # fmt: skip
+        self_rule = np.full((limbs.groups, limbs.groups), 2, np.int32)
+        np.fill_diagonal(self_rule, 0)
+        overlap_row = np.full((len(index), limbs.groups), -1, np.int32)
+        overlap: list[F64] = [np.zeros(LANES)]
+        for (g, k), share in embedding.overlap.items():
+            self_rule[g, k] = 1
+            of_vertex = np.zeros(len(embedding.group))
+            of_vertex[np.flatnonzero(embedding.group == g)] = share
+            for b in np.flatnonzero(embedding.group[first] == g):
+                row = of_vertex[index[b]]
+                if row.max() > 0.0:
+                    overlap_row[b, k] = len(overlap)
+                    overlap.append(row)
+                else:
+                    overlap_row[b, k] = 0
+        return Blocks(
+            index, np.array([len(p) for p in pieces], np.int32), embedding.group[first].astype(np.int32),
+            embedding.hinge[first].astype(np.int32), embedding.other[first].astype(np.int32),
+            np.ascontiguousarray(calibration, np.float32), self_rule,
+            np.ascontiguousarray(np.array(overlap), np.float32), overlap_row,
+            np.array([(h.parent_group, h.child_group) for h in limbs.hinges], np.int32).reshape(-1, 2),
+        )  # fmt: skip

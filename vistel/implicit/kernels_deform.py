@@ -1,0 +1,489 @@
+"""The deformation of one mesh for one frame: which blocks meet which ghosts, then the solve along the normals.
+
+A block is 64 vertices of one group (and one hinge); its lanes run through the leaves of `kernels_field` together. Two
+passes: `gather_and_meet` evaluates every ghost near a block at the rigid positions, which tells the penetrations
+delta; `solve` moves the vertices to F = T with the safeguarded Newton method of spec_maths §2.6.
+"""
+
+# pyright: basic
+# ruff: noqa: PLR0917
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID
+from vistel.implicit.kernels_field import (
+    FOUR,
+    HALF,
+    HUGE,
+    LANES,
+    ONE,
+    SMALL,
+    TINY,
+    TWO,
+    ZERO,
+    T,
+    cone,
+    local_ray,
+    ray,
+    rounded_polygon,
+    superellipsoid,
+    supertoroid,
+    union_add,
+    union_end,
+)
+
+TOLERANCE = np.float32(1e-5)
+"""|F - T| a solved vertex may have."""
+MAX_EVALUATIONS = 16
+CAP = np.float32(0.6 * 0.5)
+"""Most that all propagations together may add: alpha T, so that no ghost raises a surface of its own (spec_maths §2.4)."""
+FAINT = np.float32(0.1)
+"""Fields of others below this are left out of a block's sums."""
+SOFT2 = np.float32(0.02 * 0.02)
+QUARTER, THREE = np.float32(0.25), np.float32(3.0)
+
+# Rows of a block's calibration.
+W, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD = range(7)
+# Flags of a block after a frame.
+UNTOUCHED, MOVED, NO_ROOT = 0, 1, 2
+
+_fast = nb.njit(cache=True, fastmath={"nsz", "arcp", "contract", "afn", "reassoc"}, error_model="numpy", nogil=True)
+
+
+@_fast
+def gather(index, vertices, normals, block, box):
+    """Rigid positions and normals of a block's lanes, and their box (6,)."""
+    for i in range(LANES):
+        v = index[i]
+        block[0, i], block[1, i], block[2, i] = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+        block[3, i], block[4, i], block[5, i] = normals[v, 0], normals[v, 1], normals[v, 2]
+    for axis in range(3):
+        low, high = HUGE, -HUGE
+        for i in range(LANES):
+            low = min(low, block[axis, i])
+            high = max(high, block[axis, i])
+        box[axis], box[3 + axis] = low, high
+
+
+@_fast
+def _apart(a, b):
+    return (
+        a[0] > b[3] or b[0] > a[3] or a[1] > b[4] or b[1] > a[4] or a[2] > b[5] or b[2] > a[5]
+    )  # fmt: skip
+
+
+@_fast
+def setup(kind, block, p, out):
+    if kind == CONE_SPHERE:
+        ray(block, p, out)
+    else:
+        local_ray(block, p, out)
+
+
+@_fast
+def evaluate(kind, s, c, p, corners, out):
+    if kind == CONE_SPHERE:
+        cone(s, c, p, out)
+    elif kind == SUPERELLIPSOID:
+        superellipsoid(s, c, p, out)
+    elif kind == ROUNDED_POLYGON:
+        first = int(p[14])
+        rounded_polygon(s, c, p, corners[first : first + int(p[15])], out)
+    else:
+        supertoroid(s, c, p, out)
+
+
+@_fast
+def group_field(first, last, kind, rows, corners, s, rays, value, total, out):
+    """F and dF/ds (2, 64) of the union of primitives first..last; `rays` holds theirs from 0."""
+    if last - first == 1:
+        evaluate(kind[first], s, rays[0], rows[first], corners, out)
+        return
+    total[:, :] = ZERO
+    for k in range(first, last):
+        evaluate(kind[k], s, rays[k - first], rows[k], corners, value)
+        union_add(value, total)
+    union_end(total, out)
+
+
+@_fast
+def largest(field, contact):
+    high = -HUGE
+    for i in range(LANES):
+        high = max(high, contact[i] * field[0, i])
+    return high
+
+
+@_fast
+def add_soft(field, contact, overlap, q, ye, acc):
+    """One compliant body's share: acc rows: sum of propagations and slope, least deficit and slope."""
+    inverse = ONE / max(ye, TINY)
+    for i in range(LANES):
+        wc = contact[i]
+        y = T - wc * field[0, i]
+        dy = -wc * field[1, i]
+        u = min(max(y, ZERO) * inverse, ONE)
+        p = ONE - u
+        m = overlap[i]
+        acc[0, i] += m * q * max(y, ZERO) * p * p
+        acc[1, i] += (m * q * dy * p * (ONE - THREE * u)) if y > ZERO else ZERO
+        share = m if y < ZERO else ONE / max(m, SMALL)
+        e = share * q * y
+        closer = e < acc[2, i]
+        acc[2, i] = e if closer else acc[2, i]
+        acc[3, i] = share * q * dy if closer else acc[3, i]
+
+
+@_fast
+def add_rigid(field, contact, ye, acc):
+    """A rigid body's share: propagation, and the cut at its own surface in rows 4 and 5."""
+    inverse = ONE / max(ye, TINY)
+    for i in range(LANES):
+        y, dy = T - field[0, i], -field[1, i]
+        u = min(max(y, ZERO) * inverse, ONE)
+        p = ONE - u
+        acc[0, i] += max(y, ZERO) * p * p
+        acc[1, i] += (dy * p * (ONE - THREE * u)) if y > ZERO else ZERO
+        closer = y < acc[4, i]
+        acc[4, i] = y if closer else acc[4, i]
+        acc[5, i] = dy if closer else acc[5, i]
+
+
+@_fast
+def clear(acc):
+    for i in range(LANES):
+        acc[0, i], acc[1, i] = ZERO, ZERO
+        acc[2, i], acc[3, i] = HUGE, ZERO
+        acc[4, i], acc[5, i] = HUGE, ZERO
+
+
+@_fast
+def joint_field(own, other, sphere, mu, out):
+    """DF of joint vertices: F_joint + mu DIFF(F_own, F_other) + (1 - mu) F_own."""
+    for i in range(LANES):
+        a, b = own[0, i], other[0, i]
+        x = a * a - b * b
+        dx = TWO * (a * own[1, i] - b * other[1, i])
+        r = x * x + SOFT2
+        root = ONE / np.sqrt(np.sqrt(r))
+        m = mu[i]
+        out[0, i] = sphere[0, i] + m * x * root + (ONE - m) * a
+        out[1, i] = sphere[1, i] + m * dx * root * (ONE - HALF * x * x / r) + (ONE - m) * own[1, i]
+
+
+@_fast
+def total_field(own, cal, shift, acc, out):
+    """phi = F - T and its slope: own field, ghosts by the min rule, the cut of rigid bodies."""
+    for i in range(LANES):
+        w = cal[W, i]
+        raised = min(acc[0, i], CAP)
+        low = acc[2, i] < raised
+        g = acc[2, i] if low else raised
+        dg = acc[3, i] if low else acc[1, i]
+        phi = w * own[0, i] + shift[i] + g - T
+        slope = w * own[1, i] + dg
+        cut = acc[4, i] < phi
+        out[0, i] = acc[4, i] if cut else phi
+        out[1, i] = acc[5, i] if cut else slope
+
+
+@_fast
+def start_bracket(cal, state):
+    """state rows: s, low, high, step limit."""
+    for i in range(LANES):
+        state[0, i] = ZERO
+        state[1, i] = -cal[INWARD, i]
+        state[2, i] = cal[OUTWARD, i]
+        state[3, i] = max(QUARTER * (cal[INWARD, i] + cal[OUTWARD, i]), TINY)
+
+
+@_fast
+def advance(phi, state):
+    """One safeguarded Newton step of every lane that has not converged; returns whether any moved."""
+    worst = ZERO
+    for i in range(LANES):
+        f, g, s = phi[0, i], phi[1, i], state[0, i]
+        open_ = abs(f) > TOLERANCE
+        worst = max(worst, ONE if open_ else ZERO)
+        low = s if (open_ and f > ZERO) else state[1, i]
+        high = s if (open_ and f <= ZERO) else state[2, i]
+        limit = state[3, i]
+        step = -f / min(g, -SMALL) if g < ZERO else (limit if f > ZERO else -limit)
+        step = min(max(step, -limit), limit)
+        t = s + step
+        inside = low < t and t < high
+        t = t if inside else HALF * (low + high)
+        state[0, i] = t if open_ else s
+        state[1, i], state[2, i] = low, high
+    return worst > ZERO
+
+
+@_fast
+def finish(phi, state, cal):
+    """Flags of a block's lanes that found no root: their count; lanes hardly moved go back to exactly 0."""
+    lost = 0
+    for i in range(LANES):
+        if abs(phi[0, i]) > np.float32(1e-3) and state[2, i] - state[1, i] < np.float32(0.02) * (
+            cal[INWARD, i] + cal[OUTWARD, i]
+        ):
+            lost += 1
+    return lost
+
+
+@_fast
+def scatter(index, count, block, s, vertices, moved):
+    """Write the moved lanes back; returns how many moved."""
+    n = 0
+    for i in range(count):
+        if s[i] != ZERO:
+            v = index[i]
+            vertices[v, 0] = block[0, i] + s[i] * block[3, i]
+            vertices[v, 1] = block[1, i] + s[i] * block[4, i]
+            vertices[v, 2] = block[2, i] + s[i] * block[5, i]
+            moved[v] = 1
+            n += 1
+    return n
+
+
+@_fast
+def pose_rows(a, b, radius_a, radius_b, reach, weight, rows, box):
+    """Rows and realm boxes of a body's own cone-spheres from their posed skeletons."""
+    for i in range(len(rows)):
+        ux, uy, uz = b[i, 0] - a[i, 0], b[i, 1] - a[i, 1], b[i, 2] - a[i, 2]
+        length = np.sqrt(ux * ux + uy * uy + uz * uz)
+        ra, rb = radius_a[i] * reach[i], radius_b[i] * reach[i]
+        if length < 1e-6:
+            length, ra, rb = 0.0, max(ra, rb), max(ra, rb)
+            inverse = 0.0
+        else:
+            inverse = 1.0 / length
+        rows[i, 0], rows[i, 1], rows[i, 2] = a[i, 0], a[i, 1], a[i, 2]
+        rows[i, 3], rows[i, 4], rows[i, 5] = ux * inverse, uy * inverse, uz * inverse
+        rows[i, 6], rows[i, 7], rows[i, 8], rows[i, 9] = length, ra, (rb - ra) * inverse, weight[i]
+        for axis in range(3):
+            box[i, axis] = min(a[i, axis] - ra, b[i, axis] - rb)
+            box[i, 3 + axis] = max(a[i, axis] + ra, b[i, axis] + rb)
+
+
+@_fast
+def group_boxes(start, box, out):
+    for g in range(len(start) - 1):
+        out[g, 0:3], out[g, 3:6] = HUGE, -HUGE
+        for k in range(start[g], start[g + 1]):
+            for axis in range(3):
+                out[g, axis] = min(out[g, axis], box[k, axis])
+                out[g, 3 + axis] = max(out[g, 3 + axis], box[k, 3 + axis])
+
+
+@_fast
+def meet(
+    blocks, index, vertices, normals, block_group, block_other, cal, n_self, self_rule, overlap_row,
+    group_start, group_box, kind, rows, corners, box, allowed,
+    lanes, rays, value, total, field, zero, pairs, height, delta, block_box,
+):  # fmt: skip
+    """First pass. Fills lanes (NB, 6, 64) of the blocks in `blocks` and `pairs` (N, 4: block, ghost group, overlap row,
+    rule) with the field's height there, sorted by block, and raises delta per ghost group; returns how many pairs there
+    are, which may exceed their room.
+
+    Ghost groups 0..n_self-1 are the body's own; self_rule[g, k]: 0 none, 1 neighbour, 2 like anyone else.
+    """
+    n = 0
+    for at in range(len(blocks)):
+        b = blocks[at]
+        gather(index[b], vertices, normals, lanes[b], block_box[b])
+        g = block_group[b]
+        for k in range(len(group_start) - 1):
+            rule = self_rule[g, k] if k < n_self else 2
+            if rule == 0 or k == block_other[b] or not allowed[k, g] or _apart(block_box[b], group_box[k]):
+                continue
+            first, last = group_start[k], group_start[k + 1]
+            near = False
+            for j in range(first, last):
+                near = near or not _apart(block_box[b], box[j])
+            if not near:
+                continue
+            for j in range(first, last):
+                setup(kind[j], lanes[b], rows[j], rays[j - first])
+            group_field(first, last, kind, rows, corners, zero, rays, value, total, field)
+            high = largest(field, cal[b, CONTACT])
+            if high <= FAINT:
+                continue
+            if n < len(pairs):
+                height[n] = high
+                pairs[n, 0], pairs[n, 1], pairs[n, 3] = b, k, rule
+                pairs[n, 2] = overlap_row[b, k] if k < n_self else -1
+            n += 1
+            if rule == 2:
+                delta[k] = max(delta[k], high - T)
+    return n
+
+
+@_fast
+def solve(
+    b, lo, hi, pairs, index, count, block_group, block_hinge, block_other, bent, cal, overlap, ones,
+    own_start, group_start, kind, rows, corners, sphere_rows, quotient, zones,
+    lanes, rays, work, acc, state, vertices, moved, stats,
+):  # fmt: skip
+    """Second pass for one block with pairs lo..hi; returns its flag. work: (8, 2, 64)."""
+    block = lanes[b]
+    # Rays of every primitive that takes part, one after another.
+    used = 0
+    g = block_group[b]
+    own_first, own_last = own_start[g], own_start[g + 1]
+    for j in range(own_first, own_last):
+        ray(block, rows[j], rays[used])
+        used += 1
+    h = block_hinge[b]
+    other_at = used
+    if h >= 0:
+        o = block_other[b]
+        for j in range(own_start[o], own_start[o + 1]):
+            ray(block, rows[j], rays[used])
+            used += 1
+        ray(block, sphere_rows[h], rays[used])
+        used += 1
+    pair_at = used
+    for m in range(lo, hi):
+        k = pairs[m, 1]
+        for j in range(group_start[k], group_start[k + 1]):
+            setup(kind[j], block, rows[j], rays[used])
+            used += 1
+    own, other, sphere, df, field, value, total, phi = (
+        work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7],
+    )  # fmt: skip
+    start_bracket(cal[b], state)
+    shift = state[4]
+    s = state[0]
+    for evaluation in range(MAX_EVALUATIONS):
+        stats[0] += 1
+        group_field(own_first, own_last, kind, rows, corners, s, rays, value, total, own)
+        clear(acc)
+        if h >= 0:
+            o = block_other[b]
+            group_field(own_start[o], own_start[o + 1], kind, rows, corners, s, rays[other_at:], value, total, other)
+            at = other_at + own_start[o + 1] - own_start[o]
+            cone(s, rays[at], sphere_rows[h], sphere)
+            joint_field(own, other, sphere, cal[b, MU], df)
+            for i in range(LANES):
+                state[5, i] = ONE - cal[b, MU, i]
+            add_soft(other, cal[b, CONTACT], state[5], ONE, ZERO, acc)
+        else:
+            df[:, :] = own
+        if evaluation == 0:
+            for i in range(LANES):  # articulation counts by alpha; without it the own field is calibrated here
+                raw = cal[b, W, i] * df[0, i] + cal[b, OFFSET, i] - T
+                shift[i] = cal[b, OFFSET, i] - (ONE - cal[b, ALPHA, i]) * raw
+        at = pair_at
+        for m in range(lo, hi):
+            k = pairs[m, 1]
+            group_field(group_start[k], group_start[k + 1], kind, rows, corners, s, rays[at:], value, total, field)
+            at += group_start[k + 1] - group_start[k]
+            if quotient[k] < ZERO:
+                add_rigid(field, cal[b, CONTACT], zones[k], acc)
+            else:
+                row = pairs[m, 2]
+                ye = zones[k] if pairs[m, 3] == 2 else ZERO
+                add_soft(field, cal[b, CONTACT], overlap[row] if row >= 0 else ones, quotient[k], ye, acc)
+        total_field(df, cal[b], shift, acc, phi)
+        if evaluation == MAX_EVALUATIONS - 1 or not advance(phi, state):
+            break
+    lost = finish(phi, state, cal[b])
+    n = scatter(index[b], count[b], block, s, vertices, moved)
+    stats[1] += n
+    stats[2] += lost
+    if lost > 0:
+        return NO_ROOT
+    return MOVED if n > 0 else UNTOUCHED
+
+
+@_fast
+def deform_blocks(
+    n_pairs, pairs, height, blocks, index, count, block_group, block_hinge, block_other, bent, cal, overlap, ones,
+    own_start, group_start, kind, rows, corners, sphere_rows, quotient, zones,
+    lanes, rays, work, acc, state, vertices, moved, flags, stats,
+):  # fmt: skip
+    """Solve every gathered block that meets a ghost or whose hinge is bent."""
+    lo = 0
+    for at in range(len(blocks)):
+        b = blocks[at]
+        hi = lo
+        acts = False
+        while hi < n_pairs and pairs[hi, 0] == b:
+            acts = acts or height[hi] > T - (zones[pairs[hi, 1]] if pairs[hi, 3] == 2 else ZERO)
+            hi += 1
+        if acts or (block_hinge[b] >= 0 and bent[block_hinge[b]]):
+            flags[b] = solve(
+                b, lo, hi, pairs, index, count, block_group, block_hinge, block_other, bent, cal, overlap, ones,
+                own_start, group_start, kind, rows, corners, sphere_rows, quotient, zones,
+                lanes, rays, work, acc, state, vertices, moved, stats,
+            )  # fmt: skip
+            stats[3] += 1
+        lo = hi
+
+
+@_fast
+def shapes(a, b, heads, out):
+    """Four squared distances between the first primitives of every two groups: what a rigid motion leaves alone."""
+    for g in range(len(heads)):
+        for k in range(len(heads)):
+            i, j = heads[g], heads[k]
+            for axis in range(4):
+                out[g, k, axis] = 0.0
+            for axis in range(3):
+                out[g, k, 0] += (a[i, axis] - a[j, axis]) ** 2
+                out[g, k, 1] += (a[i, axis] - b[j, axis]) ** 2
+                out[g, k, 2] += (b[i, axis] - a[j, axis]) ** 2
+                out[g, k, 3] += (b[i, axis] - b[j, axis]) ** 2
+
+
+@_fast
+def bent_hinges(a, b, hinge, rest, sphere, bent):
+    """Which joints are bent (by more than about 0.3 degrees from `rest`), and their spheres' centres."""
+    for h in range(len(hinge)):
+        i, j = hinge[h, 0], hinge[h, 1]
+        dot = li = lj = 0.0
+        for axis in range(3):
+            x, y = b[i, axis] - a[i, axis], b[j, axis] - a[j, axis]
+            dot, li, lj = dot + x * y, li + x * x, lj + y * y
+            sphere[h, axis] = a[j, axis]
+        angle = np.arccos(min(1.0, max(-1.0, dot / max(1e-12, np.sqrt(li * lj)))))
+        bent[h] = 1 if abs(angle - rest[h]) > 0.005 else 0
+        if rest[h] < 0.0:
+            rest[h] = angle
+
+
+@_fast
+def active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, bent, active):
+    """Groups that something may touch: another body's realm, a limb elsewhere, a neighbour that turned, a bent joint."""
+    own = len(active)
+    active[:] = 0
+    now = np.empty((1, 1, 4))
+    for g in range(own):
+        for k in range(len(group_box)):
+            if active[g]:
+                break
+            if k < own and self_rule[g, k] == 0:
+                continue
+            if _apart(group_box[g], group_box[k]):
+                continue
+            if k < own:
+                i, j = heads[g], heads[k]
+                now[:] = 0.0
+                for axis in range(3):
+                    now[0, 0, 0] += (a[i, axis] - a[j, axis]) ** 2
+                    now[0, 0, 1] += (a[i, axis] - b[j, axis]) ** 2
+                    now[0, 0, 2] += (b[i, axis] - a[j, axis]) ** 2
+                    now[0, 0, 3] += (b[i, axis] - b[j, axis]) ** 2
+                change = 0.0
+                for c in range(4):
+                    change = max(change, abs(now[0, 0, c] - rest_shape[g, k, c]))
+                if change < 1e-6:
+                    continue
+            active[g] = 1
+    for h in range(len(bent)):
+        if bent[h]:
+            active[hinge_groups[h, 0]] = 1
+            active[hinge_groups[h, 1]] = 1

@@ -1,0 +1,30 @@
+"""How a FieldProgram is laid out in flat arrays: what the CPU kernels and a GPU path both read.
+
+All lengths are relative to the program's origin.
+
+| array | form | holds |
+|---|---|---|
+| leaf | (n, 5) int32 | kind; 1 where its kernel writes F itself; start in params; start of its frame in params or -1; blend family |
+| scale | (n, 2) | weight; warp of the blend |
+| box | (n, 6) | low and high corner of the realm |
+| capsule | (n, 7) | two points and a radius that hold the realm |
+| attribute | (n, C) | what the leaf adds to each attribute channel for each unit of field, see `attributes.Layout` |
+| params | (k,) | the kinds' numbers; a frame is nine of the map into it, row by row, then its origin |
+| node | (m, 6) int32 | operation; first leaf, last + 1; first child, last + 1; register. In order of evaluation, root last |
+| number | (m, 3) | two numbers of the operation; the field out of reach |
+| child, child_weight | (c,) | children of the nodes, and their weights in a sum |
+| tree_box | (t, 6) | boxes of the hierarchy, depth first |
+| tree_link | (t, 3) int32 | where to go on when the box is missed; range in tree_order |
+| tree_order | (n,) int32 | leaves at the bottom of the hierarchy |
+| registers | int | registers that the nodes need |
+"""
+
+from __future__ import annotations
+
+KIND, VALUE, START, FRAME, FAMILY = range(5)
+LEAF_WORDS = 5
+OP, LEAF0, LEAF1, CHILD0, CHILD1, REGISTER = range(6)
+NODE_WORDS = 6
+SUM, MAX, MIN, UNION, INTERSECTION, COMPLEMENT, DIFF = range(7)
+LANES = 512
+"""Points in a block."""
