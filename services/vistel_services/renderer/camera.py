@@ -16,7 +16,7 @@ F64 = NDArray[np.float64]
 
 NEAR, FAR = 0.05, 30.0
 SEAT_FIELD_OF_VIEW = math.radians(56.0)
-ROOM_FIELD_OF_VIEW = math.radians(38.0)
+ROOM_FIELD_OF_VIEW = math.radians(42.0)
 
 
 @dataclass(frozen=True)
@@ -101,5 +101,5 @@ SEAT_TILT = math.radians(-6.0)
 
 
 def overview() -> Camera:
-    """The whole table from a corner of the room, at the height of a standing person."""
-    return look_at(np.array((1.75, 1.85, 2.35)), np.array((0.0, 0.80, 0.0)), ROOM_FIELD_OF_VIEW)
+    """The whole table, between two seats, from the height of a standing person."""
+    return look_at(np.array((0.62, 1.66, 2.30)), np.array((0.0, 0.82, 0.05)), ROOM_FIELD_OF_VIEW)

@@ -128,6 +128,7 @@ class Painter:
         self._figures: dict[str, _FigureBuffers] = {}
         self._things: dict[str, Solid] = {}
         self._panels: list[tuple[moderngl.VertexArray, moderngl.Texture]] = []
+        self._casters: list[moderngl.VertexArray] = []
         self._furniture: Solid | None = None
         corners = ctx.buffer(np.array(((0, 0), (1, 0), (0, 1), (1, 1)), np.float32).tobytes())
         self._label_vao = ctx.vertex_array(self._label_program, [(corners, "2f", "corner")])
@@ -149,6 +150,8 @@ class Painter:
             texture = textures.get(id(panel.texture)) or self._texture(panel.texture)
             textures[id(panel.texture)] = texture
             self._panels.append((vao, texture))
+            if panel.casts:
+                self._casters.append(self.shadow.solid(vbo, "3f 20x", ibo))
         self._furniture = self._solid(furniture.surface, furniture.tint)
 
     def set_thing(self, thing_id: str, surface: Surface3, colours: F32) -> None:
@@ -241,8 +244,10 @@ class Painter:
         if self.software and self._drawn % 2 and self._drawn > 1:
             return
         solids = [(thing.matrix, solid.shadow) for thing, solid in things]
+        still = np.eye(4, dtype=np.float32)
+        solids += [(still, caster) for caster in self._casters]
         if self._furniture is not None:
-            solids.append((np.eye(4, dtype=np.float32), self._furniture.shadow))
+            solids.append((still, self._furniture.shadow))
         self.shadow.draw([view.limbs for view in frame.figures], solids)
 
     def _labels(self, frame: Frame, clip: F64) -> None:

@@ -37,7 +37,7 @@ def floor(size: int, metres: float) -> F32:
     grain = np.sin(2.0 * np.pi * (x / 0.021 + 3.0 * tone + 1.3 * warp)) * 0.5 + _noise(rng, size, size, 48, 900)
     fine = _noise(rng, size, size, 90, size)
     t = 0.5 * tone + 0.16 * grain + 0.16 * fine + 0.18
-    out = _mix((0.20, 0.105, 0.050), (0.43, 0.27, 0.145), t.astype(np.float32))
+    out = _mix((0.185, 0.120, 0.072), (0.36, 0.262, 0.175), t.astype(np.float32))
     groove = np.minimum(np.abs(x / width - np.round(x / width)) * width, np.abs(along / length - np.round(along / length)) * length)
     return out * (1.0 - 0.5 * np.exp(-((groove / 0.006) ** 2)))[..., None].astype(np.float32)
 
@@ -50,10 +50,10 @@ def table_top(size: int, radius: float) -> F32:
     rings = np.sin(2.0 * np.pi * (x / 0.045 + 1.1 * warp))
     pores = _noise(rng, size, size, 40, size)
     t = 0.52 + 0.22 * rings + 0.12 * _noise(rng, size, size, 3, 60) + 0.14 * pores
-    out = _mix((0.16, 0.075, 0.034), (0.47, 0.27, 0.135), t.astype(np.float32))
+    out = _mix((0.095, 0.040, 0.020), (0.30, 0.150, 0.078), t.astype(np.float32))
     r = np.hypot(x, y) / radius
     inlay = np.exp(-(((r - 0.925) / 0.006) ** 2)).astype(np.float32)[..., None]
-    out = out * (1 - inlay) + np.array((0.62, 0.45, 0.26), np.float32) * inlay
+    out = out * (1 - inlay) + np.array((0.50, 0.36, 0.22), np.float32) * inlay
     return out * (1.0 - 0.25 * np.clip((r - 0.975) / 0.025, 0, 1)).astype(np.float32)[..., None]
 
 

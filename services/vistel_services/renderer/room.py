@@ -29,7 +29,7 @@ class Panel:
 
     texture: (h, w, 4) first row at the top; square roots of linear colour and of baked light / 1.6.
     key: "KEY_SHADOWED" or "KEY_OPEN" where the roof's key light falls on it, with or without shadows, else "".
-    gloss: of its varnish.
+    gloss: of its varnish. casts: it throws a shadow itself.
     """
 
     positions: F32
@@ -39,6 +39,7 @@ class Panel:
     texture: U8
     key: str
     gloss: float
+    casts: bool = False
 
 
 @dataclass(frozen=True)
@@ -239,5 +240,5 @@ def _table_top(surface: Surface3, radius: float) -> Panel:
     p = surface.vertices
     uv = np.stack((0.5 + 0.5 * p[:, 0] / radius, 0.5 - 0.5 * p[:, 2] / radius), axis=1).astype(np.float32)
     return Panel(
-        p, surface.normals, uv, surface.triangles, _texture(colour, np.full((size, size), 0.72)), KEY_SHADOWED, 0.42
+        p, surface.normals, uv, surface.triangles, _texture(colour, np.full((size, size), 0.72)), KEY_SHADOWED, 0.42, casts=True
     )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.room import Room, meeting_room
+from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
 from vistel_services.renderer.draw import FigureView, Frame, LabelView, Painter, ThingView
 from vistel_services.renderer.figures import Posed, Shape, StandIn, limb_rows
@@ -67,6 +68,8 @@ class Studio:
         self._things: dict[str, object] = {}
         self._load = load
         self._loader = ThreadPoolExecutor(1, thread_name_prefix="avatars")
+        # Compiling the filter may take seconds the first time: pictures come without it until then.
+        self._smoothing = self._loader.submit(antialias, np.zeros((8, 8, 4), np.uint8))
         self.closed_by_user = False
 
     def render(self, instant: Instant) -> U8:
@@ -76,6 +79,8 @@ class Studio:
         self.painter.draw(self._frame(instant))
         out = np.empty((self.view.height, self.view.width, 4), np.uint8)
         self.painter.read_into(out)
+        if self.capability.software and self._smoothing.done():
+            out = antialias(out)
         if not self.painter.show():
             self.closed_by_user = True
         return out

@@ -5,7 +5,7 @@ uniform sampler2DShadow shadow_map;
 uniform float shadow_texel;
 
 const vec3 KEY_DIRECTION = vec3(-0.527, 0.773, 0.353);  // towards the roof light
-const vec3 KEY = vec3(2.05, 1.93, 1.72);
+const vec3 KEY = vec3(1.86, 1.74, 1.55);
 const vec3 FILL_DIRECTION = vec3(-0.80, 0.30, -0.52);   // towards the window
 const vec3 FILL = vec3(0.42, 0.50, 0.62);
 const vec3 SKY = vec3(0.50, 0.54, 0.60);
