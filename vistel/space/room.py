@@ -138,20 +138,20 @@ def _chair(index: int, seat: Seat) -> Thing:
 
 
 def _loose_things(spread: float) -> tuple[Thing, ...]:
-    """What lies on the table; `spread` stretches the layout with the table."""
+    """What lies on the table, clear of where hands rest; `spread` stretches the layout with the table."""
     top = TABLE_HEIGHT
 
     def place(x: float, height: float, z: float) -> F64:
         return _at(x * spread, top + height, z * spread)
 
     return (
-        *_baton_on_rest(place(-0.06, 0.055, -0.25), 0.055),
-        _ball(place(0.22, 0.038, -0.15)),
-        _box(place(0.0, 0.030, 0.02)),
-        _can(place(0.21, 0.055, 0.11)),
-        _ring(place(-0.23, 0.011, 0.02)),
-        _cone(place(-0.10, 0.0, 0.23)),
-        _tile(place(0.12, 0.009, 0.29)),
+        *_baton_on_rest(place(-0.05, 0.055, -0.18), 0.055),
+        _ball(place(0.14, 0.038, -0.06)),
+        _box(place(0.03, 0.030, 0.0)),
+        _can(place(0.10, 0.055, 0.10)),
+        _ring(place(-0.13, 0.011, -0.03)),
+        _cone(place(-0.06, 0.0, 0.12)),
+        _tile(place(0.01, 0.009, 0.24)),
     )
 
 

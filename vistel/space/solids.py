@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numba as nb
 import numpy as np
@@ -45,6 +46,38 @@ class Solids:
     radius: F64
     inverse_mass: F64
     inverse_inertia: F64
+
+    def part(self, n: int) -> PrimitiveSet:
+        """The primitives of thing n, posed in its frame."""
+        return _rows(self.primitives, np.arange(self.first[n], self.first[n + 1]))
+
+    @cached_property
+    def fixed_rows(self) -> I64:
+        """Which primitives belong to fixed things."""
+        return np.flatnonzero(self.inverse_mass[self.owner] == 0.0)
+
+    @cached_property
+    def loose_rows(self) -> I64:
+        """Which primitives belong to things that can move."""
+        return np.flatnonzero(self.inverse_mass[self.owner] != 0.0)
+
+    @cached_property
+    def fixed(self) -> PrimitiveSet:
+        """The primitives of all fixed things, posed in the room; primitive k is `fixed_rows[k]`."""
+        rotation = _stack([matrix_from_quaternion(t.rotation) for t in self.things], (3, 3))
+        position = _stack([t.position for t in self.things], (3,))
+        return _rows(pose_solids(self, rotation, position), self.fixed_rows)
+
+    @cached_property
+    def _loose(self) -> tuple[PrimitiveSet, I64]:
+        return _rows(self.primitives, self.loose_rows), self.owner[self.loose_rows]
+
+    def loose(self, rotation: F64, position: F64) -> PrimitiveSet:
+        """The primitives of things that can move, posed in the room; primitive k is `loose_rows[k]`."""
+        rest, owner = self._loose
+        out_r, out_p = np.empty_like(rest.rotation), np.empty_like(rest.position)
+        _pose(owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
+        return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
 
 
 def solids(things: tuple[Thing, ...]) -> Solids:
@@ -97,6 +130,16 @@ def pose_solids(s: Solids, rotation: F64, position: F64) -> PrimitiveSet:
     out_r, out_p = np.empty_like(rest.rotation), np.empty_like(rest.position)
     _pose(s.owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
     return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
+
+
+def _rows(s: PrimitiveSet, rows: I64) -> PrimitiveSet:
+    params = [s.params[s.start[k] : s.start[k + 1]] for k in rows]
+    start = np.zeros(len(rows) + 1, np.int32)
+    start[1:] = np.cumsum([len(p) for p in params])
+    flat = np.concatenate(params) if params else np.zeros(0)
+    return PrimitiveSet(
+        s.kind[rows], start, flat, np.ascontiguousarray(s.rotation[rows]), np.ascontiguousarray(s.position[rows])
+    )
 
 
 def _stack(rows: list[F64], shape: tuple[int, ...]) -> F64:

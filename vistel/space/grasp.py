@@ -1,0 +1,188 @@
+"""Grasps: when a closing hand takes hold of a thing, how the thing lies in it, and when it lets go (Singh §6.6).
+
+A hand takes a thing when fingers touch it from one side and thumb or palm from the other while the fingers close; it
+lets go when the fingers open again. Where the thing lies is aligned to the hand: the thing's axis that needs the
+least change turns to lie across the palm (spec_maths §6.7).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, slerp
+from vistel.figure.skeleton import REFERENCE_HEIGHT
+from vistel.implicit.contact import ContactArray
+from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion
+from vistel.space.things import Thing
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+MARGIN = 0.030
+"""How far from a thing digits are watched [m]."""
+TOUCH = 0.006
+"""A digit this near touches: what trackers and gloves leave uncertain [m]."""
+OPPOSED = -0.2
+"""Cosine between the normals of a finger and of what opposes it, at most."""
+CLOSING = 0.25
+"""Fingers must have closed by so much, each on average, to take hold [rad]."""
+OPENING = 0.35
+"""Fingers open by so much from their tightest let go [rad]."""
+SLIP_STEPS = 6
+"""A further holder whose hand is off the thing for so many steps has lost it."""
+SETTLE_NS = 150_000_000
+"""Time in which the thing is brought into line with the hand."""
+MOST_TURN, MOST_SHIFT = math.radians(35.0), 0.012
+"""Alignment turns and shifts a thing no further than this."""
+ALONG = 0.1
+"""Length that counts as much as a radian when axes are compared [m] (spec_maths §6.7)."""
+PALM_CENTRE = np.array([0.088, -0.0135, 0.0])
+"""Where a bar across the palm touches it, in the left hand's frame of a person of REFERENCE_HEIGHT."""
+
+Pose = tuple[F64, F64]
+"""position (3,) [m], rotation (4,) quaternion (x, y, z, w)."""
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """A hand holds a thing. start, aim: where it lay in the hand joint's frame and where it is brought to.
+
+    engaged: which of the four fingers hold it; tightest: (4,) their greatest flexion [rad]; off: steps the hand has
+    been off the thing.
+    """
+
+    participant: str
+    right: bool
+    thing: str
+    start: Pose
+    aim: Pose
+    since_ns: int
+    engaged: tuple[bool, ...]
+    tightest: F64
+    off: int = 0
+
+    @property
+    def key(self) -> tuple[str, bool]:
+        return self.participant, self.right
+
+    def lie(self, t_ns: int) -> Pose:
+        """Where the thing lies in the hand joint's frame at `t_ns`."""
+        u = min(1.0, max(0.0, (t_ns - self.since_ns) / SETTLE_NS))
+        u = u * u * (3.0 - 2.0 * u)
+        (p0, q0), (p1, q1) = self.start, self.aim
+        return p0 + u * (p1 - p0), slerp(q0, q1, u)
+
+
+@dataclass(frozen=True)
+class Reach:
+    """One hand near one thing: fingers that touch it, and whether they are opposed by thumb or palm."""
+
+    thing: int
+    engaged: tuple[bool, ...]
+    opposed: bool
+    palm: bool
+    nearest: float
+
+
+def reaches(posed: Posed, near: ContactArray, owner: I64, right: bool) -> list[Reach]:
+    """What one hand is near to, in order of things. near: the figure's contacts with all primitives of things."""
+    digit = posed.build.digit[near.a] - (DIGITS if right else 0)
+    mine = (digit >= 0) & (digit < DIGITS)
+    out: list[Reach] = []
+    for thing in np.unique(owner[near.b[mine]]):
+        chosen = np.flatnonzero(mine & (owner[near.b] == thing))
+        touching = chosen[near.depth[chosen] > -TOUCH]
+        d = digit[touching]
+        fingers, others = touching[(d != THUMB) & (d != PALM)], touching[(d == THUMB) | (d == PALM)]
+        engaged = tuple(bool((digit[fingers] == f).any()) for f in range(1, 5))
+        cosines = near.normal[fingers] @ near.normal[others].T
+        thumb = bool((d == THUMB).any())
+        opposed = bool((cosines < OPPOSED).any()) and (thumb or sum(engaged) >= 2)
+        palm = bool((d == PALM).any())
+        out.append(Reach(int(thing), engaged, opposed, palm, -float(near.depth[chosen].max())))
+    return out
+
+
+def closes(posed: Posed, right: bool, reach: Reach) -> bool:
+    """The hand takes hold of what it reaches."""
+    if not reach.opposed or posed.figure.posture is None:
+        return False
+    row = int(right)
+    closed = (flexion(posed.figure.posture) - posed.figure.opened)[row]
+    return float(closed[np.array(reach.engaged)].mean()) > CLOSING
+
+
+def take(posed: Posed, right: bool, thing: Thing, pose: Pose, reach: Reach, t_ns: int) -> Grasp:
+    """The grasp by which the hand holds `thing`, now at `pose` (room)."""
+    assert posed.figure.posture is not None
+    lie = into_hand(posed, right, pose)
+    aim = align(thing, lie, right, posed.build.skeleton.height) if reach.palm and sum(reach.engaged) >= 3 else lie
+    tightest = flexion(posed.figure.posture)[int(right)]
+    return Grasp(posed.name, right, thing.id, lie, aim, t_ns, reach.engaged, tightest)
+
+
+def follow(grasp: Grasp, posed: Posed, near: bool) -> Grasp:
+    """The grasp one step on; near: the hand still is at the thing."""
+    assert posed.figure.posture is not None
+    now = flexion(posed.figure.posture)[int(grasp.right)]
+    return replace(grasp, tightest=np.maximum(grasp.tightest, now), off=0 if near else grasp.off + 1)
+
+
+def opens(grasp: Grasp, posed: Posed) -> bool:
+    """The hand lets go."""
+    assert posed.figure.posture is not None
+    now = flexion(posed.figure.posture)[int(grasp.right)]
+    return float((grasp.tightest - now)[np.array(grasp.engaged)].mean()) > OPENING
+
+
+def restart(grasp: Grasp, posed: Posed, thing: Thing, pose: Pose, t_ns: int) -> Grasp:
+    """The grasp of a further holder who now carries the thing alone: from where it lies, without a jump."""
+    lie = into_hand(posed, grasp.right, pose)
+    aim = align(thing, lie, grasp.right, posed.build.skeleton.height) if sum(grasp.engaged) >= 3 else lie
+    return replace(grasp, start=lie, aim=aim, since_ns=t_ns)
+
+
+def into_hand(posed: Posed, right: bool, pose: Pose) -> Pose:
+    """A pose of the room in the hand joint's frame."""
+    r, p = posed.joints.rotation[HAND_JOINT[int(right)]], posed.joints.position[HAND_JOINT[int(right)]]
+    return r.T @ (pose[0] - p), quaternion_from_matrix(np.ascontiguousarray(r.T @ matrix_from_quaternion(pose[1])))
+
+
+def out_of_hand(posed: Posed, right: bool, lie: Pose) -> Pose:
+    """A pose of the hand joint's frame in the room."""
+    r, p = posed.joints.rotation[HAND_JOINT[int(right)]], posed.joints.position[HAND_JOINT[int(right)]]
+    return p + r @ lie[0], quaternion_from_matrix(np.ascontiguousarray(r @ matrix_from_quaternion(lie[1])))
+
+
+def align(thing: Thing, lie: Pose, right: bool, height: float) -> Pose:
+    """Where the thing should lie in the hand: the axis that needs the least change turned across the palm, its
+    surface at the palm (spec_maths §6.7). Unchanged when that is further than MOST_TURN."""
+    palm = PALM_CENTRE * (-1.0 if right else 1.0, 1.0, 1.0) * (height / REFERENCE_HEIGHT)
+    across = np.array([0.0, 0.0, 1.0])
+    position, rotation = lie[0], matrix_from_quaternion(lie[1])
+    best: tuple[float, F64, F64] | None = None
+    for axis in thing.axes:
+        u = rotation @ axis.direction
+        if u @ across < 0.0:
+            u = -u
+        turn = np.cross(u, across)
+        sine = float(np.sqrt(turn @ turn))
+        angle = math.atan2(sine, float(u @ across))
+        if angle > MOST_TURN:
+            continue
+        r = matrix_from_rotvec(turn * (angle / sine)) if sine > 1e-9 else np.eye(3)
+        foot = position + rotation @ axis.point
+        foot = foot + ((palm - foot) @ u) * u  # of the palm's centre on the axis: it stays where it is along the axis
+        shift = palm - np.array([0.0, axis.radius, 0.0]) - foot
+        length = float(np.sqrt(shift @ shift))
+        cost = (length / ALONG) ** 2 + angle**2
+        if best is None or cost < best[0]:
+            shift = shift * min(1.0, MOST_SHIFT / max(length, 1e-9))
+            best = cost, foot + r @ (position - foot) + shift, r @ rotation
+    if best is None:
+        return lie
+    return best[1], quaternion_from_matrix(np.ascontiguousarray(best[2]))

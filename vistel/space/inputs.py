@@ -1,0 +1,99 @@
+"""What goes into one step of the world. Everything the world does follows from these and the state before."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture import DOF_COUNT, HAND_DOF_COUNT, Posture
+
+F64 = NDArray[np.float64]
+
+FURTHEST = 50.0
+"""Stances further than this from the room's centre are refused [m]."""
+
+
+@dataclass(frozen=True)
+class Person:
+    """Who somebody is, as far as contacts go: standing height [m] and girth (1 = average)."""
+
+    participant: str
+    height: float = 1.75
+    build: float = 1.0
+
+
+@dataclass(frozen=True)
+class MotionInput:
+    """The newest posture of a participant. seq, t_ns: number and capture time of the message it came in."""
+
+    participant: str
+    posture: Posture
+    seq: int
+    t_ns: int
+
+
+@dataclass(frozen=True)
+class Move:
+    """Put a free thing somewhere: position (3,) [m], rotation (4,) quaternion (x, y, z, w), room frame."""
+
+    thing: str
+    position: F64
+    rotation: F64
+
+
+@dataclass(frozen=True)
+class Release:
+    """Let go of a thing."""
+
+    thing: str
+
+
+@dataclass(frozen=True)
+class Delete:
+    """Take a thing out of the room."""
+
+    thing: str
+
+
+@dataclass(frozen=True)
+class Reset:
+    """Everything back to where it began."""
+
+
+@dataclass(frozen=True)
+class CommandInput:
+    """What a participant asks. action: None when it was nothing this world knows (refused with a reason)."""
+
+    id: str
+    participant: str
+    action: Move | Release | Delete | Reset | None
+
+
+@dataclass(frozen=True)
+class StepInputs:
+    """One step: its number, the conference time it is about [ns], and what is new since the step before."""
+
+    step: int
+    t_ns: int
+    people: tuple[Person, ...] = ()
+    motions: tuple[MotionInput, ...] = ()
+    left: tuple[str, ...] = ()
+    commands: tuple[CommandInput, ...] = ()
+
+
+def usable(posture: Posture) -> bool:
+    """Every number of the posture is finite and its stance within the world."""
+    numbers = (posture.dofs, posture.hands, posture.stance.position, posture.gaze)
+    return (
+        posture.dofs.shape == (DOF_COUNT,)
+        and posture.hands.shape == (2, HAND_DOF_COUNT)
+        and posture.stance.position.shape == (3,)
+        and all(bool(np.isfinite(n).all()) for n in numbers)
+        and math.isfinite(posture.stance.heading)
+        and float(np.abs(posture.stance.position).max()) < FURTHEST
+        and float(np.abs(posture.dofs).max()) < 20.0
+        and float(np.abs(posture.hands).max()) < 20.0
+    )

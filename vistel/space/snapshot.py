@@ -1,0 +1,157 @@
+"""The world's state as bytes: JSON whose numbers read back exactly, the same bytes for the same state."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture import Posture, Stance
+from vistel.space.commands import Ledger
+from vistel.space.dynamics import Motions
+from vistel.space.grasp import Grasp
+from vistel.space.inputs import Person
+from vistel.space.people import Figure
+from vistel.space.state import LetGo, State
+from vistel.space.view import Outcome
+
+VERSION = 1
+"""Of this format; a world refuses any other."""
+
+F64 = NDArray[np.float64]
+
+
+def encode(seats: int, s: State) -> bytes:
+    """The state of a meeting room with `seats` seats."""
+    m = s.motions
+    data = {
+        "version": VERSION,
+        "seats": seats,
+        "step": s.step,
+        "t_ns": s.t_ns,
+        "things": list(s.things),
+        "position": m.position.tolist(),
+        "rotation": m.rotation.tolist(),
+        "velocity": m.velocity.tolist(),
+        "spin": m.spin.tolist(),
+        "mode": m.mode.tolist(),
+        "still": m.still.tolist(),
+        "figures": [_from_figure(f) for f in s.figures],
+        "grasps": [_from_grasp(g) for g in s.grasps],
+        "let_go": [[e.participant, e.right, e.thing, e.step] for e in s.let_go],
+        "answers": [[a.id, a.participant, a.done, a.reason, a.step] for a in s.ledger.answers],
+        "allowance": [[who, left] for who, left in s.ledger.allowance],
+    }
+    return json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
+
+
+def decode(data: bytes) -> tuple[int, State]:
+    """Seats and state. Raises ValueError, one line, when the bytes are no snapshot of this version."""
+    try:
+        d = json.loads(data)
+        version = d["version"]
+    except (ValueError, TypeError, KeyError) as e:
+        raise ValueError(f"snapshot: not a snapshot of the world ({e})") from e
+    if version != VERSION:
+        raise ValueError(f"snapshot: version {version} cannot be read here, only version {VERSION}")
+    try:
+        return int(d["seats"]), _state(d)
+    except (ValueError, TypeError, KeyError, IndexError) as e:
+        raise ValueError(f"snapshot: incomplete or damaged ({e!r})") from e
+
+
+def chosen(m: Motions, rows: list[int]) -> Motions:
+    """The motions of some things."""
+    return Motions(
+        m.position[rows], m.rotation[rows], m.velocity[rows], m.spin[rows], m.mode[rows], m.still[rows]
+    )
+
+
+def _state(d: dict[str, Any]) -> State:
+    n = len(d["things"])
+    motions = Motions(
+        _rows(d["position"], n, 3), _rows(d["rotation"], n, 4), _rows(d["velocity"], n, 3), _rows(d["spin"], n, 3),
+        np.array(d["mode"], np.int64).reshape(n), np.array(d["still"], np.int64).reshape(n),
+    )  # fmt: skip
+    if not np.isin(motions.mode, (0, 1, 2, 3)).all():
+        raise ValueError("mode")
+    return State(
+        things=tuple(str(name) for name in d["things"]),
+        motions=motions,
+        step=int(d["step"]),
+        t_ns=int(d["t_ns"]),
+        figures=tuple(_to_figure(f) for f in d["figures"]),
+        grasps=tuple(_to_grasp(g) for g in d["grasps"]),
+        let_go=tuple(LetGo(str(a), bool(b), str(c), int(e)) for a, b, c, e in d["let_go"]),
+        ledger=Ledger(
+            tuple(Outcome(str(a), str(b), bool(c), str(e), int(f)) for a, b, c, e, f in d["answers"]),
+            tuple((str(who), float(left)) for who, left in d["allowance"]),
+        ),
+    )
+
+
+def _rows(values: Any, n: int, width: int) -> F64:
+    out = np.array(values, np.float64).reshape(n, width)
+    if not np.isfinite(out).all():
+        raise ValueError("numbers that are not finite")
+    return out
+
+
+def _from_posture(p: Posture | None) -> Any:
+    if p is None:
+        return None
+    return [p.dofs.tolist(), p.hands.tolist(), [*p.stance.position.tolist(), float(p.stance.heading)], p.gaze.tolist()]
+
+
+def _to_posture(d: Any) -> Posture | None:
+    if d is None:
+        return None
+    stance = np.array(d[2], np.float64)
+    return Posture(
+        np.array(d[0], np.float64).reshape(25), np.array(d[1], np.float64).reshape(2, 20),
+        Stance(stance[:3], float(stance[3])), np.array(d[3], np.float64).reshape(2),
+    )  # fmt: skip
+
+
+def _from_figure(f: Figure) -> dict[str, Any]:
+    return {
+        "person": [f.person.participant, f.person.height, f.person.build],
+        "posture": _from_posture(f.posture),
+        "before": _from_posture(f.before),
+        "seq": f.seq,
+        "t_ns": f.t_ns,
+        "before_t_ns": f.before_t_ns,
+        "opened": f.opened.tolist(),
+    }
+
+
+def _to_figure(d: dict[str, Any]) -> Figure:
+    name, height, build = d["person"]
+    return Figure(
+        Person(str(name), float(height), float(build)), _to_posture(d["posture"]), _to_posture(d["before"]),
+        int(d["seq"]), int(d["t_ns"]), int(d["before_t_ns"]), _rows(d["opened"], 2, 4),
+    )  # fmt: skip
+
+
+def _from_grasp(g: Grasp) -> dict[str, Any]:
+    return {
+        "participant": g.participant,
+        "right": g.right,
+        "thing": g.thing,
+        "start": [g.start[0].tolist(), g.start[1].tolist()],
+        "aim": [g.aim[0].tolist(), g.aim[1].tolist()],
+        "since_ns": g.since_ns,
+        "engaged": list(g.engaged),
+        "tightest": g.tightest.tolist(),
+        "off": g.off,
+    }
+
+
+def _to_grasp(d: dict[str, Any]) -> Grasp:
+    start, aim = ((np.array(p, np.float64), np.array(q, np.float64)) for p, q in (d["start"], d["aim"]))
+    return Grasp(
+        str(d["participant"]), bool(d["right"]), str(d["thing"]), start, aim, int(d["since_ns"]),
+        tuple(bool(e) for e in d["engaged"]), np.array(d["tightest"], np.float64).reshape(4), int(d["off"]),
+    )  # fmt: skip

@@ -1,0 +1,34 @@
+"""The world's whole state between two steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from vistel.space.commands import Ledger
+from vistel.space.dynamics import Motions
+from vistel.space.grasp import Grasp
+from vistel.space.people import Figure
+
+
+@dataclass(frozen=True)
+class LetGo:
+    """A hand that opened at `step` does not push the thing it held until it is off it."""
+
+    participant: str
+    right: bool
+    thing: str
+    step: int
+
+
+@dataclass(frozen=True)
+class State:
+    """things: ids, in the order of `motions`; figures: sorted by name; grasps: oldest first."""
+
+    things: tuple[str, ...]
+    motions: Motions
+    step: int = 0
+    t_ns: int = 0
+    figures: tuple[Figure, ...] = ()
+    grasps: tuple[Grasp, ...] = ()
+    let_go: tuple[LetGo, ...] = ()
+    ledger: Ledger = field(default_factory=Ledger)

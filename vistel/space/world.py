@@ -1,0 +1,399 @@
+"""The world: things, people, contacts, grasps, in fixed steps. It knows no clock, no bus and no random number.
+
+`World.step` takes everything that is new (`StepInputs`) and says how the room is then (`WorldView`). The same inputs
+from the same state give the same bytes; `World.snapshot` is that state, and `World.restore` continues from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from hashlib import blake2b
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
+from vistel.implicit.contact import ContactArray, find_contacts
+from vistel.space import grasp as hands
+from vistel.space import snapshot
+from vistel.space.commands import objection
+from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, MAX_SPEED, MAX_SPIN, Motions, Pushes, advance, wake_around
+from vistel.space.grasp import Grasp
+from vistel.space.inputs import CommandInput, Delete, Move, Release, StepInputs, usable
+from vistel.space.people import Figure, Posed, pose_figure
+from vistel.space.room import ROOM_RADIUS, Room, meeting_room
+from vistel.space.solids import Solids, solids
+from vistel.space.state import LetGo, State
+from vistel.space.things import Thing
+from vistel.space.touch import Touch, contacts_of, ghosts_of, touch_of_people, touches_of_things
+from vistel.space.view import ContactView, GhostView, GraspView, Outcome, ThingView, WorldView
+
+F64 = NDArray[np.float64]
+
+DT = 1.0 / 60.0
+"""Seconds of one step."""
+HASH_STEPS = 60
+"""Steps from one published hash to the next."""
+MAX_CONTACTS = 96
+LET_GO_GAP = 0.015
+"""A hand that let go pushes the thing again once it was this far off it [m]..."""
+LET_GO_STEPS = 45
+"""... or after so many steps."""
+PUSH_OUT = 0.05
+"""Held things are kept out of the furniture by moving them this far at most [m]."""
+
+
+class World:
+    """One room and everything in it."""
+
+    def __init__(self, room: Room) -> None:
+        self._room = room
+        self._state: State = State(things=tuple(t.id for t in room.things), motions=_begin(room.things))
+        self._solids: Solids = solids(room.things)
+
+    @property
+    def step_number(self) -> int:
+        """The last step done; 0 before the first."""
+        return self._state.step
+
+    @property
+    def t_ns(self) -> int:
+        """Conference time of the last step."""
+        return self._state.t_ns
+
+    def snapshot(self) -> bytes:
+        """The whole state; equal states give equal bytes."""
+        return snapshot.encode(len(self._room.seats), self._state)
+
+    @staticmethod
+    def restore(data: bytes) -> World:
+        """A world that goes on from `snapshot`. Raises ValueError when the bytes are none, or of a newer version."""
+        seats, state = snapshot.decode(data)
+        world = World(meeting_room(seats))
+        known = world._room.by_id
+        if any(name not in known for name in state.things):
+            raise ValueError("snapshot: holds things this room does not know; start the world afresh")
+        world._state = state
+        world._solids = solids(tuple(known[name] for name in state.things))
+        return world
+
+    def step(self, inputs: StepInputs) -> WorldView:
+        """Advance by one step of DT. Bad motions and commands are refused one by one; the step always happens."""
+        before = self._state
+        self._state = replace(before, step=inputs.step, t_ns=inputs.t_ns, ledger=before.ledger.next_step())
+        self._take_people(inputs)
+        outcomes = tuple(self._obey(c) for c in inputs.commands)
+        figures = tuple(f.with_opening(DT) for f in self._state.figures)
+        self._state = replace(self._state, figures=figures)
+        posed = {f.name: p for f in figures if (p := pose_figure(f, inputs.t_ns)) is not None}
+
+        m = self._state.motions
+        loose = self._solids.loose(m.matrices(), m.position)
+        rows = self._solids.loose_rows
+        near = {name: _renamed(find_contacts(p.primitives, loose, margin=hands.MARGIN), rows) for name, p in posed.items()}
+        self._let_go(posed, near)
+        self._carry(posed)
+        self._take_hold(posed, near)
+        self._forget_let_go(near, posed)
+        touches = self._touches(posed, near)
+        self._advance(posed, near)
+        self._bring_back()
+        return self._view(before, outcomes, touches)
+
+    # -- people ------------------------------------------------------------------------------------------------
+
+    def _take_people(self, inputs: StepInputs) -> None:
+        figures = {f.name: f for f in self._state.figures}
+        for person in inputs.people:
+            old = figures.get(person.participant)
+            sound = math.isfinite(person.height) and 0.5 <= person.height <= 2.6
+            person = person if sound else replace(person, height=1.75)  # noqa: PLW2901
+            figures[person.participant] = replace(old, person=person) if old else Figure(person)
+        for motion in inputs.motions:
+            if motion.participant in figures and usable(motion.posture):
+                figures[motion.participant] = figures[motion.participant].moved(motion)
+        for name in inputs.left:
+            if figures.pop(name, None) is not None:
+                self._drop(lambda g, name=name: g.participant == name)
+        self._state = replace(self._state, figures=tuple(figures[name] for name in sorted(figures)))
+
+    # -- commands ----------------------------------------------------------------------------------------------
+
+    def _obey(self, command: CommandInput) -> Outcome:
+        ledger, step = self._state.ledger, self._state.step
+        if (known := ledger.answer_to(command)) is not None:
+            return known
+        spent = ledger.spend(command.participant)
+        if spent is None:
+            return Outcome(command.id, command.participant, False, "too many commands; wait a second", step)
+        things = {t.id: t for t in self._solids.things}
+        present = frozenset(f.name for f in self._state.figures)
+        reason = objection(command, things, present, {name: self._holders(name) for name in things})
+        if not reason:
+            self._do(command)
+        outcome = Outcome(command.id, command.participant, not reason, reason, step)
+        self._state = replace(self._state, ledger=spent.with_answer(outcome))
+        return outcome
+
+    def _do(self, command: CommandInput) -> None:
+        action = command.action
+        if isinstance(action, Release):
+            self._drop(lambda g: g.thing == action.thing and g.participant == command.participant)
+        elif isinstance(action, Move):
+            n = self._index(action.thing)
+            self._wake(n)
+            m = self._state.motions.copy()
+            m.position[n], m.velocity[n], m.spin[n] = action.position, 0.0, 0.0
+            length = float(np.sqrt(action.rotation @ action.rotation))
+            m.rotation[n] = action.rotation / length if length > 1e-6 else (0.0, 0.0, 0.0, 1.0)
+            m.mode[n], m.still[n] = FREE, 0
+            self._state = replace(self._state, motions=m)
+            self._wake(n)
+        elif isinstance(action, Delete):
+            self._drop(lambda g: g.thing == action.thing)
+            n = self._index(action.thing)
+            self._wake(n)
+            rest = [k for k in range(len(self._state.things)) if k != n]
+            self._set_things(tuple(self._solids.things[k] for k in rest), snapshot.chosen(self._state.motions, rest))
+        else:
+            self._drop(lambda g: True)
+            self._set_things(self._room.things, _begin(self._room.things))
+
+    def _set_things(self, things: tuple[Thing, ...], motions: Motions) -> None:
+        self._solids = solids(things)
+        self._state = replace(self._state, things=tuple(t.id for t in things), motions=motions)
+
+    # -- grasps ------------------------------------------------------------------------------------------------
+
+    def _holders(self, thing: str) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(g.participant for g in self._state.grasps if g.thing == thing))
+
+    def _drop(self, gone: Callable[[Grasp], bool]) -> None:
+        """End grasps; a thing nobody holds any more falls."""
+        dropped = [g for g in self._state.grasps if gone(g)]
+        if not dropped:
+            return
+        kept = tuple(g for g in self._state.grasps if not gone(g))
+        m = self._state.motions.copy()
+        for g in dropped:
+            if not any(k.thing == g.thing for k in kept):
+                n = self._index(g.thing)
+                m.mode[n], m.still[n] = FREE, 0
+        let_go = tuple(LetGo(g.participant, g.right, g.thing, self._state.step) for g in dropped)
+        self._state = replace(self._state, grasps=kept, motions=m, let_go=self._state.let_go + let_go)
+
+    def _let_go(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
+        """Hands that open, or have slipped off, let go; a further holder then carries."""
+        carried_by = {g.thing: g.key for g in reversed(self._state.grasps)}
+        followed: list[Grasp] = []
+        for g in self._state.grasps:
+            p = posed.get(g.participant)
+            followed.append(g if p is None else hands.follow(g, p, self._at(p, near[p.name], g)))
+        self._state = replace(self._state, grasps=tuple(followed))
+
+        def over(g: Grasp) -> bool:
+            p = posed.get(g.participant)
+            slipped = g.key != carried_by[g.thing] and g.off > hands.SLIP_STEPS
+            return p is None or slipped or hands.opens(g, p)
+
+        self._drop(over)
+        grasps = list(self._state.grasps)
+        seen: set[str] = set()
+        for i, g in enumerate(grasps):
+            if g.thing not in seen and carried_by[g.thing] != g.key:
+                n = self._index(g.thing)
+                pose = self._state.motions.position[n], self._state.motions.rotation[n]
+                grasps[i] = hands.restart(g, posed[g.participant], self._solids.things[n], pose, self._state.t_ns)
+            seen.add(g.thing)
+        self._state = replace(self._state, grasps=tuple(grasps))
+
+    def _at(self, p: Posed, near: ContactArray, g: Grasp) -> bool:
+        """The hand is within reach of the thing it holds."""
+        digit = p.build.digit[near.a] // 6
+        owner = self._solids.owner[near.b]
+        return bool(((digit == int(g.right)) & (owner == self._index(g.thing)) & (p.build.digit[near.a] >= 0)).any())
+
+    def _carry(self, posed: dict[str, Posed]) -> None:
+        """Held things go where their first holder's hand is."""
+        m = self._state.motions.copy()
+        carried: set[str] = set()
+        for g in self._state.grasps:
+            if g.thing in carried or g.participant not in posed:
+                continue
+            carried.add(g.thing)
+            n = self._index(g.thing)
+            position, rotation = hands.out_of_hand(posed[g.participant], g.right, g.lie(self._state.t_ns))
+            position = position + self._out_of_furniture(n, position, rotation)
+            turn = matrix_from_quaternion(rotation) @ matrix_from_quaternion(m.rotation[n]).T
+            velocity = (position - m.position[n]) / DT
+            spin = rotvec_from_matrix(np.ascontiguousarray(turn)) / DT
+            # Half of the last value: trackers tremble, and a throw should not.
+            m.velocity[n] = 0.5 * m.velocity[n] + 0.5 * _limited(velocity, MAX_SPEED)
+            m.spin[n] = 0.5 * m.spin[n] + 0.5 * _limited(spin, MAX_SPIN)
+            m.position[n], m.rotation[n] = position, rotation
+        self._state = replace(self._state, motions=m)
+
+    def _out_of_furniture(self, n: int, position: F64, rotation: F64) -> F64:
+        """(3,) by which thing n must move not to stand in fixed things."""
+        s = self._solids
+        mine = s.part(n).moved(matrix_from_quaternion(rotation), position)
+        found = find_contacts(mine, s.fixed)
+        if len(found) == 0:
+            return np.zeros(3)
+        k = int(np.argmax(found.depth))
+        return -found.normal[k] * min(PUSH_OUT, max(0.0, float(found.depth[k])))
+
+    def _take_hold(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
+        held = {g.key for g in self._state.grasps}
+        for name in sorted(posed):
+            p = posed[name]
+            for right in (False, True):
+                if (name, right) in held:
+                    continue
+                reach = [
+                    r
+                    for r in hands.reaches(p, near[name], self._solids.owner, right)
+                    if not self._solids.things[r.thing].fixed and hands.closes(p, right, r)
+                ]
+                if not reach:
+                    continue
+                best = min(reach, key=lambda r: (r.nearest, r.thing))
+                thing, m = self._solids.things[best.thing], self._state.motions
+                pose = m.position[best.thing], m.rotation[best.thing]
+                new = hands.take(p, right, thing, pose, best, self._state.t_ns)
+                self._wake(best.thing)
+                m = self._state.motions.copy()
+                m.mode[best.thing], m.still[best.thing] = HELD, 0
+                self._state = replace(self._state, motions=m, grasps=(*self._state.grasps, new))
+
+    def _forget_let_go(self, near: dict[str, ContactArray], posed: dict[str, Posed]) -> None:
+        def still(entry: LetGo) -> bool:
+            if entry.thing not in self._state.things or self._state.step - entry.step > LET_GO_STEPS:
+                return False
+            p = posed.get(entry.participant)
+            if p is None:
+                return False
+            c = near[p.name]
+            mine = (p.build.digit[c.a] // 6 == int(entry.right)) & (p.build.digit[c.a] >= 0)
+            return bool((mine & (self._solids.owner[c.b] == self._index(entry.thing)) & (c.depth > -LET_GO_GAP)).any())
+
+        self._state = replace(self._state, let_go=tuple(e for e in self._state.let_go if still(e)))
+
+    # -- contacts and motion -----------------------------------------------------------------------------------
+
+    def _touches(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> list[Touch]:
+        kinds = [(t.id, t.compliance) for t in self._solids.things]
+        names = sorted(posed)
+        out: list[Touch] = []
+        for i, name in enumerate(names):
+            for other in names[i + 1 :]:
+                skin = find_contacts(posed[name].primitives, posed[other].primitives)
+                out += touch_of_people(posed[name], posed[other], skin)
+            at_rest = _renamed(find_contacts(posed[name].primitives, self._solids.fixed), self._solids.fixed_rows)
+            for found in (at_rest, near[name]):
+                out += touches_of_things(posed[name], found, self._solids.owner, self._solids.first, kinds)
+        return out
+
+    def _advance(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
+        free = (self._state.motions.mode == FREE) | (self._state.motions.mode == ASLEEP)
+        ignored = {(e.participant, e.right, self._index(e.thing)) for e in self._state.let_go}
+        parts: list[tuple[NDArray[np.int64], F64, F64, F64, F64]] = []
+        for name in sorted(posed):
+            p, c = posed[name], near[name]
+            thing = self._solids.owner[c.b]
+            chosen = free[thing] & (c.depth > -0.004)
+            for who, right, n in sorted(ignored):
+                if who == name:
+                    hand = (p.build.digit[c.a] >= 0) & (p.build.digit[c.a] // 6 == int(right))
+                    chosen &= ~(hand & (thing == n))
+            parts.append((thing[chosen], c.point[chosen], c.normal[chosen], -c.depth[chosen], p.velocity[c.a[chosen]]))
+        pushes = Pushes(*(np.concatenate(x) for x in zip(*parts, strict=True))) if parts else Pushes.none()
+        moved, _ = advance(self._solids, self._state.motions, pushes, DT)
+        self._state = replace(self._state, motions=moved)
+
+    def _bring_back(self) -> None:
+        """Things that left the room, or whose numbers went astray, return to where they began."""
+        m = self._state.motions
+        sound = np.isfinite(m.position).all(axis=1) & np.isfinite(m.rotation).all(axis=1)
+        sound &= np.isfinite(m.velocity).all(axis=1) & np.isfinite(m.spin).all(axis=1)
+        inside = np.hypot(m.position[:, 0], m.position[:, 2]) < ROOM_RADIUS + 1.0
+        lost = np.flatnonzero(~(sound & inside & (np.abs(m.position[:, 1]) < 10.0)) & (m.mode != HELD))
+        if len(lost) == 0:
+            return
+        m = m.copy()
+        for n in lost:
+            start = self._solids.things[int(n)]
+            m.position[n], m.rotation[n], m.velocity[n], m.spin[n] = start.position, start.rotation, 0.0, 0.0
+            m.mode[n], m.still[n] = FIXED if start.fixed else FREE, 0
+        self._state = replace(self._state, motions=m)
+
+    # -- what is said ------------------------------------------------------------------------------------------
+
+    def _view(self, before: State, outcomes: tuple[Outcome, ...], touches: list[Touch]) -> WorldView:
+        s, m = self._state, self._state.motions
+        old = {name: n for n, name in enumerate(before.things)}
+        before_held: dict[str, list[str]] = {}
+        for g in before.grasps:
+            before_held.setdefault(g.thing, []).append(g.participant)
+        states: list[ThingView] = []
+        for n, thing in enumerate(self._solids.things):
+            k = old.get(thing.id)
+            holders = self._holders(thing.id)
+            moved = (
+                k is None
+                or not np.array_equal(m.position[n], before.motions.position[k])
+                or not np.array_equal(m.rotation[n], before.motions.rotation[k])
+                or holders != tuple(dict.fromkeys(before_held.get(thing.id, [])))
+                or m.mode[n] != before.motions.mode[k]
+            )
+            resting = bool(m.mode[n] in (FIXED, ASLEEP))
+            states.append(
+                ThingView(
+                    thing.id, m.position[n], m.rotation[n], m.velocity[n], m.spin[n], holders, resting, bool(moved)
+                )
+            )
+        contacts: list[ContactView] = []
+        ghosts: list[GhostView] = []
+        for touch in touches:
+            contacts += contacts_of(touch)
+            ghosts += ghosts_of(touch)
+        grasps = tuple(GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns) for g in s.grasps)
+        digest = 0
+        if s.step % HASH_STEPS == 0:
+            digest = int.from_bytes(blake2b(self.snapshot(), digest_size=8).digest(), "little")
+        return WorldView(
+            s.step, s.t_ns, self._solids.things, s.things != before.things, tuple(states),
+            tuple(contacts[:MAX_CONTACTS]), tuple(ghosts), grasps, tuple(f.name for f in s.figures), outcomes, digest,
+        )  # fmt: skip
+
+    # -- small things ------------------------------------------------------------------------------------------
+
+    def _index(self, thing: str) -> int:
+        return self._state.things.index(thing)
+
+    def _wake(self, n: int) -> None:
+        """What lies on or against thing n wakes."""
+        m = self._state.motions
+        woken = wake_around(self._solids, m, m.position[n], float(self._solids.radius[n]))
+        self._state = replace(self._state, motions=woken)
+
+
+def _renamed(near: ContactArray, rows: NDArray[np.int64]) -> ContactArray:
+    """Contacts with some primitives of the things, by their index among all."""
+    return replace(near, b=rows[near.b].astype(np.int32))
+
+
+def _begin(things: tuple[Thing, ...]) -> Motions:
+    """Things as they begin: loose ones asleep where the room puts them."""
+    n = len(things)
+    return Motions(
+        np.array([t.position for t in things]), np.array([t.rotation for t in things]), np.zeros((n, 3)),
+        np.zeros((n, 3)), np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64), np.zeros(n, np.int64),
+    )  # fmt: skip
+
+
+def _limited(v: F64, most: float) -> F64:
+    length = float(np.sqrt(v @ v))
+    return v * (most / length) if length > most else v
