@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +10,13 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import PosedBody, pose_body
+from vistel.figure.figure_limbs import limbs_of
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid import RigidSkin
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.implicit.deform import Deformer, DeformReport
+from vistel.implicit.embedding import embed
+from vistel.implicit.ghost import GhostSource
 
 F32 = NDArray[np.float32]
 
@@ -23,6 +28,7 @@ class FigureState:
 
     vertices, normals: (V, 3) of the avatar's mesh [m, unit]; draw them as `vertices[mesh.corner_vertex]`.
     eyeballs: vertices and normals of each eyeball. joints: every joint; posed: the primitives.
+    report: what the implicit deformation did.
     """
 
     vertices: F32
@@ -30,6 +36,7 @@ class FigureState:
     eyeballs: tuple[tuple[F32, F32], ...]
     joints: JointPose
     posed: PosedBody
+    report: DeformReport
 
 
 class Figure:
@@ -39,23 +46,34 @@ class Figure:
         self.avatar = avatar
         mesh = avatar.mesh
         normals = vertex_normals(mesh)
-        self._skin = RigidSkin(
-            avatar.skeleton, mesh.vertices, normals, mesh.triangles, avatar.body.joint[mesh.limb]
-        )
+        self._skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, avatar.body.joint[mesh.limb])
+        limbs = limbs_of(avatar.skeleton, avatar.body)
+        self.embedding = embed(mesh.vertices, mesh.limb, limbs)
+        self._deformer = Deformer(mesh.triangles, self.embedding)
         self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)
         self._eyes = [
             (mesh.vertices - avatar.skeleton.rest[joint].astype(np.float32), vertex_normals(mesh), joint)
-            for mesh, joint in zip(
-                avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False
-            )
+            for mesh, joint in zip(avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False)
         ]
 
-    def pose(self, posture: Posture) -> FigureState:
-        """The figure in `posture`."""
+    def pose(self, posture: Posture, ghosts: Sequence[GhostSource] = ()) -> FigureState:
+        """The figure in `posture`, deformed by its own limbs and by the ghosts of other bodies.
+
+        Make ghosts with `Figure.ghosts` of another figure and `vistel.implicit.ghost.ghosts_of` of things.
+        """
         joints = pose_joints(self.avatar.skeleton, posture)
         self._skin.pose(joints, self._vertices, self._normals)
         posed = pose_body(self.avatar.body, joints)
-        return FigureState(self._vertices, self._normals, self._pose_eyes(joints), joints, posed)
+        report = self._deformer.deform(self._vertices, self._normals, posed.a, posed.b, ghosts)
+        return FigureState(self._vertices, self._normals, self._pose_eyes(joints), joints, posed, report)
+
+    def ghosts(self, posed: PosedBody, *, target: NDArray[np.bool_] | None = None) -> GhostSource:
+        """This figure, posed, as ghosts for another one: a group per limb, with the radii fitted to its own
+        skin.
+
+        target: (P,) primitives of the other figure to act on, None for all.
+        """
+        return self._deformer.ghosts(posed.a, posed.b, target)
 
     def _pose_eyes(self, joints: JointPose) -> tuple[tuple[F32, F32], ...]:
         out: list[tuple[F32, F32]] = []

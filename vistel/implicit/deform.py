@@ -1,4 +1,5 @@
-"""The deformable component of a mesh: every vertex to F = T along its normal (Singh §2.3.2, §2.4; spec_maths §2.6)."""
+"""The deformable component of a mesh: every vertex to F = T along its normal (Singh §2.3.2, §2.4;
+spec_maths §2.6)."""
 
 from __future__ import annotations
 
@@ -11,16 +12,16 @@ from numpy.typing import NDArray
 from vistel.implicit.contact_set import CONE_SPHERE
 from vistel.implicit.deform_blocks import Blocks
 from vistel.implicit.deform_normals import NormalUpdate
-from vistel.implicit.embedding import INVERSE_T, JOINT_REACH, JOINT_WEIGHT, T, Embedding
+from vistel.implicit.embedding import JOINT_REACH, JOINT_WEIGHT, Embedding
 from vistel.implicit.ghost import GhostSource, zone
-from vistel.implicit.kernels_deform import (  # pyright: ignore[reportUnknownVariableType]
-    active_groups,
-    bent_hinges,
-    deform_blocks,
-    group_boxes,
-    meet,
-    pose_rows,
-    shapes,
+from vistel.implicit.kernels_deform import (
+    active_groups,  # pyright: ignore[reportUnknownVariableType]
+    bent_hinges,  # pyright: ignore[reportUnknownVariableType]
+    deform_blocks,  # pyright: ignore[reportUnknownVariableType]
+    group_boxes,  # pyright: ignore[reportUnknownVariableType]
+    meet,  # pyright: ignore[reportUnknownVariableType]
+    pose_rows,  # pyright: ignore[reportUnknownVariableType]
+    shapes,  # pyright: ignore[reportUnknownVariableType]
 )
 from vistel.implicit.kernels_field import LANES, ROW
 
@@ -31,9 +32,9 @@ I32 = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class DeformReport:
-    """What one frame did: vertices moved, lanes without a root (penetrated past the skeleton; left at the limit of
-    their room), blocks solved, evaluations of the whole field per solved block, and the penetration delta of every
-    ghost group in field units (own groups first; 0 = no contact)."""
+    """What one frame did: vertices moved, lanes without a root (penetrated past the skeleton; left at the
+    limit of their room), blocks solved, evaluations of the whole field per solved block, and the
+    penetration delta of every ghost group in field units (own groups first; 0 = no contact)."""
 
     moved: int
     lost: int
@@ -53,15 +54,13 @@ class Deformer:
         limbs, fit = embedding.limbs, embedding.fit
         self._order = np.argsort(limbs.group, kind="stable")
         self._start = np.searchsorted(limbs.group[self._order], np.arange(limbs.groups + 1)).astype(np.int32)
-        self._fit = tuple(
-            np.ascontiguousarray(x[self._order], np.float64) for x in (fit.radius_a, fit.radius_b, fit.reach, fit.weight)
-        )
+        self._fit = (
+            fit.radius_a[self._order], fit.radius_b[self._order], fit.reach[self._order], fit.weight[self._order],
+        )  # fmt: skip
         self._blocks = Blocks.of(embedding)
         self._normals = NormalUpdate(triangles, len(embedding.group))
         place = np.argsort(self._order)
-        self._hinge = np.array(
-            [(place[h.parent], place[h.child]) for h in limbs.hinges], np.int32
-        ).reshape(-1, 2)
+        self._hinge = np.array([(place[h.parent], place[h.child]) for h in limbs.hinges], np.int32).reshape(-1, 2)
         self._sphere = np.zeros((len(limbs.hinges), ROW), np.float32)
         self._sphere[:, 7], self._sphere[:, 9] = fit.joint_radius * JOINT_REACH, JOINT_WEIGHT
         self._bent = np.zeros(len(limbs.hinges), np.uint8)
@@ -81,7 +80,8 @@ class Deformer:
         self._reserve(len(limbs.group), limbs.groups, 0, 256)
 
     def _reserve(self, primitives: int, groups: int, corners: int, pairs: int) -> None:
-        """Room for this many ghost primitives, groups, polygon corners and block-ghost pairs, own ones included."""
+        """Room for this many ghost primitives, groups, polygon corners and block-ghost pairs, own ones
+        included."""
         self._rows, self._box = np.zeros((primitives, ROW), np.float32), np.zeros((primitives, 6), np.float32)
         self._kind = np.full(primitives, CONE_SPHERE, np.int32)
         self._group_start, self._group_box = np.zeros(groups + 1, np.int32), np.zeros((groups, 6), np.float32)
@@ -99,16 +99,16 @@ class Deformer:
         normals: (V, 3) unit, recomputed round what moved. a, b: (P, 3) own posed skeletons in the order of
         `Limbs` [m]. Vertices nothing touches stay exactly where they are.
         """
-        groups, primitives = self._load(ghosts)
+        groups = self._load(ghosts)
         own = self.embedding.limbs.groups
         a, b = np.ascontiguousarray(a[self._order]), np.ascontiguousarray(b[self._order])
         count = len(a)
-        pose_rows(a, b, *self._fit, self._rows[:count], self._box[:count])
+        self._pose_rows(a, b, self._rows[:count], self._box[:count])
         group_boxes(self._group_start[: groups + 1], self._box, self._group_box[:groups])
         bent_hinges(a, b, self._hinge, self._rest_bend, self._sphere, self._bent)
         blocks = self._blocks
         active_groups(
-            a, b, self._heads, self._rest_shape, blocks.self_rule, self._group_box[:groups], self._hinge_groups(),
+            a, b, self._heads, self._rest_shape, blocks.self_rule, self._group_box[:groups], blocks.hinge_groups,
             self._bent, self._group_active,
         )  # fmt: skip
         todo = np.flatnonzero(self._group_active[blocks.group]).astype(np.int32)
@@ -138,18 +138,23 @@ class Deformer:
         if stats[1]:
             self._normals.update(vertices, normals, self._moved)
         evaluations = float(stats[0]) / max(1, int(stats[3]))
-        return DeformReport(
-            int(stats[1]), int(stats[2]), int(stats[3]), evaluations, self._delta[:groups].copy()
-        )
+        return DeformReport(int(stats[1]), int(stats[2]), int(stats[3]), evaluations, self._delta[:groups].copy())
 
     def ghosts(self, a: F64, b: F64, target: NDArray[np.bool_] | None = None) -> GhostSource:
-        """This body, posed, as ghosts for another: a, b as for `deform`; target: (P,) of the other body, None all."""
+        """This body, posed, as ghosts for another: a, b as for `deform`; target: (P,) of the other body,
+        None all."""
         count, groups = len(a), self.embedding.limbs.groups
         rows, box = np.zeros((count, ROW), np.float32), np.zeros((count, 6), np.float32)
-        pose_rows(np.ascontiguousarray(a[self._order]), np.ascontiguousarray(b[self._order]), *self._fit, rows, box)
+        self._pose_rows(a[self._order], b[self._order], rows, box)
         return GhostSource(
             rows, np.full(count, CONE_SPHERE, np.int32), box, np.zeros((0, 2), np.float32), self._start,
             np.ones(groups, np.float32), np.full(groups, -1.0, np.float32), target,
+        )  # fmt: skip
+
+    def _pose_rows(self, a: F64, b: F64, rows: F32, box: F32) -> None:
+        radius_a, radius_b, reach, weight = self._fit
+        pose_rows(
+            np.ascontiguousarray(a), np.ascontiguousarray(b), radius_a, radius_b, reach, weight, rows, box
         )  # fmt: skip
 
     @property
@@ -157,11 +162,8 @@ class Deformer:
         """(V,) 1 where the last frame moved the vertex."""
         return self._moved
 
-    def _hinge_groups(self) -> I32:
-        return self._blocks.hinge_groups
-
-    def _load(self, ghosts: Sequence[GhostSource]) -> tuple[int, int]:
-        """Append the ghosts' rows to the body's own; returns how many groups and primitives there are now."""
+    def _load(self, ghosts: Sequence[GhostSource]) -> int:
+        """Append the ghosts' rows to the body's own; returns how many groups there are now."""
         limbs = self.embedding.limbs
         primitives = len(limbs.group) + sum(len(g.rows) for g in ghosts)
         groups = limbs.groups + sum(len(g.compliance) for g in ghosts)
@@ -183,7 +185,7 @@ class Deformer:
             self._depth[group : group + m] = source.depth
             self._allowed[group : group + m] = self._targets(source.target)
             row, group = row + n, group + m
-        return groups, primitives
+        return groups
 
     def _targets(self, target: NDArray[np.bool_] | None) -> NDArray[np.uint8]:
         limbs = self.embedding.limbs

@@ -18,10 +18,10 @@ U8 = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Blocks:
-    """NB blocks. index: (NB, 64) vertices, the last repeated; count: (NB,) how many are real; group, hinge, other:
-    (NB,); calibration: (NB, 7, 64) rows as named in `kernels_deform`; self_rule: (G, G) 0 none, 1 neighbours,
-    2 like anyone else; overlap: (NO, 64) shares with which neighbours collide; overlap_row: (NB, G), -1 none;
-    hinge_groups: (H, 2)."""
+    """NB blocks. index: (NB, 64) vertices, the last repeated; count: (NB,) how many are real; group, hinge,
+    other: (NB,); calibration: (NB, 7, 64) rows as named in `kernels_deform`; self_rule: (G, G) 0 none, 1
+    neighbours, 2 like anyone else; overlap: (NO, 64) shares with which neighbours collide; overlap_row:
+    (NB, G), -1 none; hinge_groups: (H, 2)."""
 
     index: I32
     count: I32

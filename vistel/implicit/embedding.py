@@ -1,14 +1,15 @@
 """A polymesh embedded in implicit primitives (Singh §2.3, §2.4; spec_maths §2.6, §2.7, errata E19-E21).
 
-The primitives (cone-spheres) come in *groups*, the limbs: the field of a group is the Ricci union (power 4) of its
-primitives' fields, which is the primitive's own field where there is only one. A vertex belongs to one group:
+The primitives (cone-spheres) come in *groups*, the limbs: the field of a group is the Ricci union (power 4)
+of its primitives' fields, which is the primitive's own field where there is only one. A vertex belongs to
+one group:
 
-- limb vertex:   DF = F_group
-- joint vertex:  DF = F_joint + DIFF(F_group, F_other), with a sphere at the joint. DIFF(a, b) = |a^2 - b^2|^(1/2) is
+- limb vertex:   DF = F_group - joint vertex:  DF = F_joint + DIFF(F_group, F_other), with a sphere at the
+joint. DIFF(a, b) = |a^2 - b^2|^(1/2) is
   taken with its sign, so that a vertex pushed across the crease comes back to its own side, and made smooth
   at a = b as s / (s^2 + e^2)^(1/4). The joint's sphere has a short realm and a weight above 1: at rest
-  F_joint + DIFF is then close to T all round a straight limb, so that vertex weights stay near 1 and a bent joint
-  keeps the limb's thickness.
+  F_joint + DIFF is then close to T all round a straight limb, so that vertex weights stay near 1 and a bent
+  joint keeps the limb's thickness.
 
 w_v = T / DF_v(P_rest) within bounds and o_v = T - w_v DF_v(P_rest) make F_v = w_v DF_v + o_v = T at rest.
 """
@@ -35,12 +36,14 @@ JOINT_REACH = 1.25
 """Influence radius of a joint's sphere / its surface radius."""
 JOINT_WEIGHT = T / float(quartic(np.array(1.0 / JOINT_REACH)))
 CONTACT_WEIGHT = (0.6, 1.6)
-"""Bounds of the vertex weight where it scales the fields of others: details that stick out far keep touching first."""
+"""Bounds of the vertex weight where it scales the fields of others: details that stick out far keep
+touching first."""
 
 
 @dataclass(frozen=True)
 class Hinge:
-    """A joint between two groups that folds: `child` is a primitive whose skeleton starts at the joint's centre."""
+    """A joint between two groups that folds: `child` is a primitive whose skeleton starts at the joint's
+    centre."""
 
     parent_group: int
     child_group: int
@@ -68,9 +71,10 @@ class Limbs:
 
 @dataclass(frozen=True)
 class Fit:
-    """How the primitives fit the mesh. radius_a, radius_b: (P,) surface radii after fitting [m]; reach: (P,) influence /
-    surface radius; weight: (P,) shape weights W; inner, outer: (P,) mean and largest ratio of the vertices to the surface
-    (1 = on it, NaN without vertices); joint_radius: (H,) of the joints' spheres [m]."""
+    """How the primitives fit the mesh. radius_a, radius_b: (P,) surface radii after fitting [m]; reach:
+    (P,) influence / surface radius; weight: (P,) shape weights W; inner, outer: (P,) mean and largest ratio
+    of the vertices to the surface (1 = on it, NaN without vertices); joint_radius: (H,) of the joints'
+    spheres [m]."""
 
     radius_a: F64
     radius_b: F64
@@ -83,9 +87,10 @@ class Fit:
 
 @dataclass(frozen=True)
 class Embedding:
-    """The calibrated mesh, by vertex (V,): group, hinge (-1 none), other (the group across the hinge, -1), weight w_v,
-    offset o_v, share mu of DIFF (1 at the joint, 0 where the other limb does not reach), authority alpha of the
-    implicit model over the articulated shape, room to move inwards and outwards along the normal [m]."""
+    """The calibrated mesh, by vertex (V,): group, hinge (-1 none), other (the group across the hinge, -1),
+    weight w_v, offset o_v, share mu of DIFF (1 at the joint, 0 where the other limb does not reach),
+    authority alpha of the implicit model over the articulated shape, room to move inwards and outwards
+    along the normal [m]."""
 
     limbs: Limbs
     fit: Fit
@@ -101,8 +106,8 @@ class Embedding:
     along: F64
     """Order along the limb: neighbours on the skin have similar numbers."""
     overlap: dict[tuple[int, int], F64]
-    """For adjacent groups (g, k): per vertex of g, in the order of `np.flatnonzero(group == g)`, the share with which
-    k collides with it: 0 where their skins are one at rest, 1 where k's field did not reach."""
+    """For adjacent groups (g, k): per vertex of g, in the order of `np.flatnonzero(group == g)`, the share
+    with which k collides with it: 0 where their skins are one at rest, 1 where k's field did not reach."""
 
 
 def bound_radius(r_in: float, r_out: float, w_max: float = W_MAX, shape_weight_max: float = 1.0) -> float:
@@ -120,8 +125,8 @@ def shape_weight(r_in: float, r_influence: float) -> float:
 def embed(vertices: F32, limb: I32, limbs: Limbs) -> Embedding:
     """Embed a mesh at rest: vertices (V, 3) [m], limb (V,) the primitive each belongs to.
 
-    Works for open, closed and degenerate meshes; a vertex no field reaches keeps w_v = W_CAP and the rest as offset.
-    Raises ValueError for vertices that are not finite or limbs that do not exist.
+    Works for open, closed and degenerate meshes; a vertex no field reaches keeps w_v = W_CAP and the rest
+    as offset. Raises ValueError for vertices that are not finite or limbs that do not exist.
     """
     p = np.asarray(vertices, np.float64)
     if not np.isfinite(p).all():
@@ -155,7 +160,8 @@ def _smoothstep(u: F64) -> F64:
 
 
 def _fit(p: F64, limb: I32, limbs: Limbs) -> Fit:
-    """Radii fitted to the vertices of each primitive, then to the union of its group; realms bounded by E19."""
+    """Radii fitted to the vertices of each primitive, then to the union of its group; realms bounded by
+    E19."""
     count = len(limbs.group)
     ra, rb = limbs.radius_a.astype(np.float64).copy(), limbs.radius_b.astype(np.float64).copy()
     rows = [np.flatnonzero(limb == i) for i in range(count)]
@@ -169,7 +175,7 @@ def _fit(p: F64, limb: I32, limbs: Limbs) -> Fit:
         for i in range(count):
             if len(rows[i]) < 12 or np.count_nonzero(limbs.group == limbs.group[i]) == 1:
                 continue
-            f = np.clip(fields[limbs.group[i]][rows[i]], 1e-4, 1.0)
+            f = np.minimum(1.0, np.maximum(1e-4, fields[limbs.group[i]][rows[i]]))
             scale = float(np.clip(np.mean(np.sqrt(1.0 - np.sqrt(f))) / INVERSE_T, 0.85, 1.15))
             ra[i], rb[i] = ra[i] * scale, rb[i] * scale
     inner, outer = np.full(count, np.nan), np.full(count, np.nan)
@@ -194,12 +200,13 @@ def _fit_radii(p: F64, a: F64, b: F64, ra: float, rb: float) -> tuple[float, flo
         scale = float(np.clip(distance.mean() / max(1e-9, float(np.mean(ra + s * (rb - ra)))), 0.6, 1.7))
         return ra * scale, rb * scale
     basis = np.stack([1.0 - s, s], axis=1)
-    fitted = np.linalg.lstsq(basis, distance, rcond=None)[0]
+    fitted = np.linalg.pinv(basis) @ distance
     return float(np.clip(fitted[0], 0.6 * ra, 1.7 * ra)), float(np.clip(fitted[1], 0.6 * rb, 1.7 * rb))
 
 
 def _joint_radius(p: F64, limb: I32, limbs: Limbs, hinge: Hinge, ra: F64, rb: F64) -> float:
-    """Mean distance from the joint of the vertices round its middle plane; the limbs' own radii where there are none."""
+    """Mean distance from the joint of the vertices round its middle plane; the limbs' own radii where there
+    are none."""
     centre = limbs.a[hinge.child]
     axis = limbs.b[hinge.child] - centre
     axis = axis / max(float(np.linalg.norm(axis)), 1e-12)

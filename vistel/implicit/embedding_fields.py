@@ -1,4 +1,5 @@
-"""Fields of cone-spheres and their combinations in plain numpy, double precision: the reference of the kernels."""
+"""Fields of cone-spheres and their combinations in plain numpy, double precision: the reference of the
+kernels."""
 
 from __future__ import annotations
 

@@ -4,10 +4,10 @@ In deficits y_k = T - F_k, body a with compliance c_a gets from the others
 
     G_a = c_a min( sum_k p(eta_k; eta_e,k), min_k eta_k ),   eta_k = y_k / c_k
 
-which is Gascuel's contact model for two equal bodies, leaves neither overlap nor void for any number, and has the
-contact surface y_a / c_a = y_k / c_k. A rigid body (c_k = 0) gets no ghost and cuts the others at its own surface.
-The propagation p(y; ye) = y (1 - y/ye)^2 raises the skin round a contact; its zone ye grows with the
-penetration delta, ye = beta delta, so that nothing pops at first touch (E7).
+which is Gascuel's contact model for two equal bodies, leaves neither overlap nor void for any number, and
+has the contact surface y_a / c_a = y_k / c_k. A rigid body (c_k = 0) gets no ghost and cuts the others at
+its own surface. The propagation p(y; ye) = y (1 - y/ye)^2 raises the skin round a contact; its zone ye
+grows with the penetration delta, ye = beta delta, so that nothing pops at first touch (E7).
 """
 
 from __future__ import annotations
@@ -48,22 +48,26 @@ def zone(compliance: float, own_compliance: float, others: int, delta: float) ->
     return max(0.0, min(T / compliance, cap, BETA * delta / compliance))
 
 
-def collision(own_compliance: float, deficits: Sequence[float], compliances: Sequence[float], zones: Sequence[float]) -> float:
-    """G_a from y_k = T - F_k, c_k > 0 and eta_e,k of every other body (the compliance form, any number of bodies)."""
+def collision(
+    own_compliance: float, deficits: Sequence[float], compliances: Sequence[float], zones: Sequence[float]
+) -> float:
+    """G_a from y_k = T - F_k, c_k > 0 and eta_e,k of every other body (the compliance form, any number of
+    bodies)."""
     eta = [y / c for y, c in zip(deficits, compliances, strict=True)]
     raised = sum(propagation(e, z) for e, z in zip(eta, zones, strict=True) if e > 0.0)
-    return own_compliance * min(raised, min(eta))
+    return own_compliance * min(raised, *eta)
 
 
 @dataclass(frozen=True)
 class GhostSource:
     """A body's primitives at one instant, as ghosts for others.
 
-    rows: (N, ROW) float32, one per primitive, as `vistel.implicit.kernels_field` reads them; kind: (N,); box: (N, 6)
-    corners of each realm [m]; corners: (C, 2) of all rounded polygons. group_start: (G + 1,) primitives of group g
-    are group_start[g] : group_start[g + 1] and act as one body, their Ricci union. compliance: (G,), 0 = rigid.
-    depth: (G,) penetration delta in field units if the caller knows it, negative to have it measured on the skin.
-    target: (P,) primitives of the deformed body this acts on, None for all.
+    rows: (N, ROW) float32, one per primitive, as `vistel.implicit.kernels_field` reads them; kind: (N,);
+    box: (N, 6) corners of each realm [m]; corners: (C, 2) of all rounded polygons. group_start: (G + 1,)
+    primitives of group g are group_start[g] : group_start[g + 1] and act as one body, their Ricci union.
+    compliance: (G,), 0 = rigid. depth: (G,) penetration delta in field units if the caller knows it,
+    negative to have it measured on the skin. target: (P,) primitives of the deformed body this acts on,
+    None for all.
     """
 
     rows: F32
@@ -84,8 +88,8 @@ def ghosts_of(
     depth: float = -1.0,
     target: NDArray[np.bool_] | None = None,
 ) -> GhostSource:
-    """Ghosts of posed primitives (a thing's, or a bare body's). groups: ascending group of each primitive; default:
-    all together are one body. compliance: 0 rigid .. 1 as soft as flesh.
+    """Ghosts of posed primitives (a thing's, or a bare body's). groups: ascending group of each primitive;
+    default: all together are one body. compliance: 0 rigid .. 1 as soft as flesh.
 
     Raises ValueError for a compliance outside 0 to 50 or groups that do not ascend.
     """

@@ -1,12 +1,13 @@
-"""The deformation of one mesh for one frame: which blocks meet which ghosts, then the solve along the normals.
+"""The deformation of one mesh for one frame: which blocks meet which ghosts, then the solve along the
+normals.
 
-A block is 64 vertices of one group (and one hinge); its lanes run through the leaves of `kernels_field` together. Two
-passes: `gather_and_meet` evaluates every ghost near a block at the rigid positions, which tells the penetrations
-delta; `solve` moves the vertices to F = T with the safeguarded Newton method of spec_maths §2.6.
+A block is 64 vertices of one group (and one hinge); its lanes run through the leaves of `kernels_field`
+together. Two passes: `gather_and_meet` evaluates every ghost near a block at the rigid positions, which
+tells the penetrations delta; `solve` moves the vertices to F = T with the safeguarded Newton method of
+spec_maths §2.6.
 """
 
 # pyright: basic
-# ruff: noqa: PLR0917
 
 from __future__ import annotations
 
@@ -15,7 +16,6 @@ import numpy as np
 
 from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID
 from vistel.implicit.kernels_field import (
-    FOUR,
     HALF,
     HUGE,
     LANES,
@@ -39,7 +39,8 @@ TOLERANCE = np.float32(1e-5)
 """|F - T| a solved vertex may have."""
 MAX_EVALUATIONS = 16
 CAP = np.float32(0.6 * 0.5)
-"""Most that all propagations together may add: alpha T, so that no ghost raises a surface of its own (spec_maths §2.4)."""
+"""Most that all propagations together may add: alpha T, so that no ghost raises a surface of its own
+(spec_maths §2.4)."""
 FAINT = np.float32(0.1)
 """Fields of others below this are left out of a block's sums."""
 SOFT2 = np.float32(0.02 * 0.02)
@@ -214,7 +215,7 @@ def advance(phi, state):
         step = -f / min(g, -SMALL) if g < ZERO else (limit if f > ZERO else -limit)
         step = min(max(step, -limit), limit)
         t = s + step
-        inside = low < t and t < high
+        inside = low < t < high
         t = t if inside else HALF * (low + high)
         state[0, i] = t if open_ else s
         state[1, i], state[2, i] = low, high
@@ -284,9 +285,9 @@ def meet(
     group_start, group_box, kind, rows, corners, box, allowed,
     lanes, rays, value, total, field, zero, pairs, height, delta, block_box,
 ):  # fmt: skip
-    """First pass. Fills lanes (NB, 6, 64) of the blocks in `blocks` and `pairs` (N, 4: block, ghost group, overlap row,
-    rule) with the field's height there, sorted by block, and raises delta per ghost group; returns how many pairs there
-    are, which may exceed their room.
+    """First pass. Fills lanes (NB, 6, 64) of the blocks in `blocks` and `pairs` (N, 4: block, ghost group,
+    overlap row, rule) with the field's height there, sorted by block, and raises delta per ghost group;
+    returns how many pairs there are, which may exceed their room.
 
     Ghost groups 0..n_self-1 are the body's own; self_rule[g, k]: 0 none, 1 neighbour, 2 like anyone else.
     """
@@ -426,7 +427,8 @@ def deform_blocks(
 
 @_fast
 def shapes(a, b, heads, out):
-    """Four squared distances between the first primitives of every two groups: what a rigid motion leaves alone."""
+    """Four squared distances between the first primitives of every two groups: what a rigid motion leaves
+    alone."""
     for g in range(len(heads)):
         for k in range(len(heads)):
             i, j = heads[g], heads[k]
@@ -457,7 +459,8 @@ def bent_hinges(a, b, hinge, rest, sphere, bent):
 
 @_fast
 def active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, bent, active):
-    """Groups that something may touch: another body's realm, a limb elsewhere, a neighbour that turned, a bent joint."""
+    """Groups that something may touch: another body's realm, a limb elsewhere, a neighbour that turned, a
+    bent joint."""
     own = len(active)
     active[:] = 0
     now = np.empty((1, 1, 4))

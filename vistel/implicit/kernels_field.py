@@ -1,15 +1,15 @@
 """Leaf kernels of the deformation: fields of primitives along a block's 64 vertex normals.
 
-Everything is float32 and works on rows of 64 lanes (one vertex each); branches are written as selections, so that the
-compiler turns each leaf into straight vector code. Along a vertex's normal, P(s) = P0 + s n, a cone-sphere needs four
-numbers per vertex, found once: |P0 - a|^2, (P0 - a).n, (P0 - a).u and n.u.
+Everything is float32 and works on rows of 64 lanes (one vertex each); branches are written as selections,
+so that the compiler turns each leaf into straight vector code. Along a vertex's normal, P(s) = P0 + s n, a
+cone-sphere needs four numbers per vertex, found once: |P0 - a|^2, (P0 - a).n, (P0 - a).u and n.u.
 
-Row of a cone-sphere: ax ay az, ux uy uz (unit axis), length, influence radius at a, its growth per metre of axis,
-weight W. Row of any other primitive: rotation (9, room to own frame), position (3), parameters, weight last.
+Row of a cone-sphere: ax ay az, ux uy uz (unit axis), length, influence radius at a, its growth per metre of
+axis, weight W. Row of any other primitive: rotation (9, room to own frame), position (3), parameters,
+weight last.
 """
 
 # pyright: basic
-# ruff: noqa: PLR0917
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ def ray(block, p, out):
 
 @_fast
 def cone(s, c, p, out):
-    """F and dF/ds of a cone-sphere (min-ratio form, quartic) at s. s: (64,); c: (4, 64) of `ray`; out: (2, 64)."""
+    """F and dF/ds of a cone-sphere (min-ratio form, quartic) at s. s: (64,); c: (4, 64) of `ray`; out: (2,
+    64)."""
     length, ra, k, w = p[6], p[7], p[8], p[9]
     for i in range(LANES):
         t = s[i]
@@ -102,11 +103,12 @@ def _power(x, e):
 
 @_fast
 def superellipsoid(s, c, p, out):
-    """As `cone`, for a superellipsoid; p[12:17] influence half axes a1, a2, a3, exponents e1, e2; p[17] weight."""
+    """As `cone`, for a superellipsoid; p[12:17] influence half axes a1, a2, a3, exponents e1, e2; p[17]
+    weight."""
     a1, a2, a3, e1, e2, w = p[12], p[13], p[14], p[15], p[16], p[17]
     for i in range(LANES):
         x, y, z = (c[0, i] + s[i] * c[3, i]) / a1, (c[1, i] + s[i] * c[4, i]) / a2, (c[2, i] + s[i] * c[5, i]) / a3
-        if max(abs(x), max(abs(y), abs(z))) >= ONE:
+        if max(abs(x), abs(y), abs(z)) >= ONE:
             out[0, i], out[1, i] = ZERO, ZERO
             continue
         inner = _power(x, TWO / e2) + _power(y, TWO / e2)
@@ -129,9 +131,11 @@ def _slope(x, e):
 
 @_fast
 def supertoroid(s, c, p, out):
-    """As `cone`, for a supertoroid about Z; p[12:18] a1, a2, a3 (surface), alpha, e1, e2; p[18] weight; p[19] reach.
+    """As `cone`, for a supertoroid about Z; p[12:18] a1, a2, a3 (surface), alpha, e1, e2; p[18] weight;
+    p[19] reach.
 
-    Its ring stays where it is, only the tube grows to the realm: the ratio is that of the tube (spec_maths §1.3.6).
+    Its ring stays where it is, only the tube grows to the realm: the ratio is that of the tube (spec_maths
+    §1.3.6).
     """
     a1, a2, a3, alpha, e1, e2, w, reach = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]
     for i in range(LANES):
@@ -152,7 +156,8 @@ def supertoroid(s, c, p, out):
 
 @_fast
 def rounded_polygon(s, c, p, corners, out):
-    """As `cone`, for a rounded convex polygon in its plane z = 0; p[12] radius, p[13] weight; corners: (n, 2)."""
+    """As `cone`, for a rounded convex polygon in its plane z = 0; p[12] radius, p[13] weight; corners: (n,
+    2)."""
     inverse, w, n = ONE / (p[12] * p[12]), p[13], len(corners)
     for i in range(LANES):
         x, y, z = c[0, i] + s[i] * c[3, i], c[1, i] + s[i] * c[4, i], c[2, i] + s[i] * c[5, i]
