@@ -17,7 +17,6 @@ from __future__ import annotations
 # zenoh's stubs leave return types out
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 import asyncio
-import atexit
 import contextlib
 import logging
 import secrets
@@ -31,6 +30,7 @@ from typing import Any
 import zenoh
 from google.protobuf.message import DecodeError, Message
 
+from vistel.wire.at_exit import close_at_exit, closed
 from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.inbox import STALE_AFTER_NS, Inbox, wake
@@ -61,7 +61,7 @@ class Router:
     def __init__(self, session: zenoh.Session, endpoints: list[str]) -> None:
         self._session = session
         self.endpoints = endpoints
-        atexit.register(self.close)
+        close_at_exit(self, self.close)
 
     @property
     def endpoint(self) -> str:
@@ -88,7 +88,7 @@ class Router:
 
     def close(self) -> None:
         """Stop routing; clients keep trying to come back to the same endpoint."""
-        atexit.unregister(self.close)
+        closed(self)
         _close_session(self._session)
 
 
@@ -114,7 +114,7 @@ class ZenohBus:
         self._readers: list[ReliableReader] = []
         self._held: list[Any] = []  # zenoh undeclares what nobody refers to
         self._beating: asyncio.Task[None] | None = None
-        atexit.register(self._close_now)
+        close_at_exit(self, self._close_now)
 
     @staticmethod
     async def open(
@@ -251,7 +251,7 @@ class ZenohBus:
         await asyncio.to_thread(self._close_now)
 
     def _close_now(self) -> None:
-        atexit.unregister(self._close_now)
+        closed(self)
         self._held.clear()
         _close_session(self._session)
 
