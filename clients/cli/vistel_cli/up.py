@@ -123,6 +123,9 @@ class _Run:
 
     async def _run(self, paths: RunPaths, file: Path, logs_folder: Path) -> int:
         conference = self.conference
+        from vistel_cli.prepare import prepare  # noqa: PLC0415  loads the compiler, which `vistel --help` need not
+
+        await asyncio.to_thread(prepare, conference, file, self.as_json)
         router = None
         if conference.bus.mode == "embedded":
             router = Router.open(conference.bus.endpoints[0] if conference.bus.endpoints else None)

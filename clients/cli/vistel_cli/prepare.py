@@ -1,0 +1,135 @@
+"""What a conference needs made once: compiled kernels and built-in people, both kept on disk.
+
+Without this, every process of the first conference would compile the same kernels at the same time. Runs as
+
+    python -m vistel_cli.prepare CONFERENCE.toml
+
+in a process of its own (its memory goes back), which prints a line per step for the progress bar.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numba
+import numpy as np
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+import vistel
+from vistel.conference.model import Conference, load
+from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar_builtin import default_cache
+from vistel.figure.figure import Figure
+from vistel.figure.posture import Posture, standing
+from vistel.figure.solve import PostureSolver
+from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.ghost import ghosts_of
+from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.room import meeting_room
+from vistel.space.world import World
+from vistel_cli.terminal import err, fail
+from vistel_sim.motion import open_motion
+
+Step = tuple[str, Callable[[], object]]
+
+
+def prepare(conference: Conference, file: Path, silent: bool = False) -> None:
+    """Make what is missing, with progress; at once when all is there."""
+    stamp = default_cache().parent / f"prepared-{_fingerprint(conference)}"
+    if stamp.exists():
+        return
+    columns = (TextColumn("preparing, once: {task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
+    command = [sys.executable, "-m", "vistel_cli.prepare", str(file)]
+    with (
+        Progress(*columns, console=err, transient=True, disable=silent) as bar,
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process,
+    ):
+        assert process.stdout is not None
+        task = bar.add_task("starting", total=len(_steps(conference)))
+        for n, line in enumerate(process.stdout):
+            bar.update(task, completed=n, description=line.strip())
+        code = process.wait()
+    if code != 0:
+        fail(f"preparing the conference failed with {code}; `python -m vistel_cli.prepare {file}` shows why")
+    try:
+        stamp.parent.mkdir(parents=True, exist_ok=True)
+        stamp.touch()
+    except OSError:
+        return  # an unwritable cache only means preparing again
+
+
+def _fingerprint(conference: Conference) -> str:
+    text = f"{sys.version} {numba.__version__} {_people(conference)}"
+    for source in sorted(Path(vistel.__file__).parent.rglob("*.py")):
+        text += f" {source.name} {source.stat().st_mtime_ns}"
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _people(conference: Conference) -> list[tuple[str, str, float]]:
+    return [(p.avatar, p.name, p.height) for s in conference.sites for p in s.participants]
+
+
+def _steps(conference: Conference) -> list[Step]:
+    steps: list[Step] = [
+        ("compiling motion and posture", lambda: _compile_posture(conference)),
+        ("compiling the world", lambda: _compile_world(conference)),
+    ]
+    for spec, name, height in _people(conference):
+        if spec.startswith("builtin"):
+            steps.append((f"making {name}", lambda s=spec, n=name, h=height: builtin_avatar(s, name=n, height=h)))
+    steps.append(("compiling deformation", lambda: _compile_figures(conference)))
+    return steps
+
+
+def _compile_posture(conference: Conference) -> None:
+    motion = open_motion(conference)
+    for site in conference.sites:
+        for p in site.participants:
+            motion.receivers(p.name, 0.0)
+            motion.hand_angles(p.name, 0.0)
+
+
+def _compile_world(conference: Conference) -> None:
+    """Two steps with everybody at the table, from what the motion source says."""
+    motion = open_motion(conference)
+    world = World(meeting_room(conference.room.seats))
+    people = [p for s in conference.sites for p in s.participants]
+    persons = tuple(Person(p.name, p.height) for p in people)
+    for step in (1, 2):
+        motions = tuple(MotionInput(p.name, motion.posture(p.name, 0.0), step, step) for p in people)
+        world.step(StepInputs(step, step, persons if step == 1 else (), motions))
+    World.restore(world.snapshot())
+
+
+def _compile_figures(conference: Conference) -> None:
+    """Somebody next to somebody else and to a thing of every kind."""
+    spec, name, height = _people(conference)[0]
+    avatar = builtin_avatar(spec, name=name, height=height)
+    one, other = Figure(avatar), Figure(avatar)
+    posed = one.pose(standing()).posed
+    kinds = ("sphere", "cone_sphere", "rounded_polygon", "superellipsoid", "supertoroid")
+    params = ((0.1,), (0, 0, 0, 0.1, 0, 0, 0.1, 0.1), (0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1, 0), (0.1, 0.1, 0.1, 1, 1),
+              (0.1, 0.1, 0.1, 2, 1, 1))  # fmt: skip
+    things = PrimitiveSet.of_kinds(kinds, params, np.tile(np.eye(3), (5, 1, 1)), np.tile((0.0, 1.2, 0.1), (5, 1)))
+    other.pose(Posture(), [one.ghosts(posed), ghosts_of(things, compliance=0.0)])
+    PostureSolver(avatar.skeleton).solve(0.0, {})
+
+
+def _run(conference: Conference) -> Iterator[str]:
+    for label, step in _steps(conference):
+        yield label
+        step()
+
+
+def main() -> None:
+    """Entry point of the child."""
+    for label in _run(load(Path(sys.argv[1]))):
+        print(label, flush=True)
+
+
+if __name__ == "__main__":
+    main()
