@@ -171,7 +171,7 @@ def _hand_over(
     seen = hand_rotation(1.0, b.direction_in_room(np.array([-0.25, 0.1, 0.95])), b.direction_in_room(np.array([-1.0, 0.15, 0.0])))
 
     giver.leave(0.9)
-    giver.hold(2.3, above, down, OPEN, 0.03)
+    giver.hold(2.3, above, down, OPEN, 0.08)
     giver.hold(2.8, pick, down, OPEN)
     giver.hold(3.2, pick, down, fist_a)
     giver.hold(3.3, pick, down, fist_a)
