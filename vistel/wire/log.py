@@ -15,17 +15,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, BinaryIO, Self
 
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import DecodeError, Message
-from mcap.exceptions import McapError
-from mcap.records import Channel, Chunk
+from mcap.records import Channel
 from mcap.records import Message as McapMessage
-from mcap.stream_reader import CRCValidationError, breakup_chunk
 from mcap.writer import CompressionType, Writer
 
-from vistel.wire.log_index import ChunkPlace, LogIndex, read_chunk, read_index
+from vistel.wire.log_index import BrokenLogError, ChunkPlace, LogIndex, open_chunk, read_index
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION, TOPICS, Topic
 
 CHUNK_BYTES = 256 * 1024
@@ -142,7 +140,7 @@ class LogReader:
                 index = read_index(file, os.fstat(file.fileno()).st_size)
         except OSError as e:
             raise LogError(f"{path}: cannot be read: {e.strerror}") from e
-        except (McapError, ValueError) as e:
+        except BrokenLogError as e:
             raise LogError(f"{path}: is not an MCAP log: {e}") from e
         self._index: LogIndex = index
         self.damage: list[str] = list(index.damage)
@@ -184,7 +182,7 @@ class LogReader:
             while heap or chunks:
                 while chunks and (not heap or chunks[-1].begin_ns <= heap[0][0]):
                     place = chunks.pop()
-                    for n, record in enumerate(self._open_chunk(read_chunk(file, place), place)):
+                    for n, record in enumerate(self._open_chunk(file, place)):
                         if isinstance(record, Channel):
                             channels[record.id] = record
                         elif isinstance(record, McapMessage) and begin_ns <= record.log_time < end_ns:
@@ -194,10 +192,10 @@ class LogReader:
                     if message.channel_id in channels:
                         yield channels[message.channel_id], message
 
-    def _open_chunk(self, chunk: Chunk, place: ChunkPlace) -> list[Any]:
+    def _open_chunk(self, file: BinaryIO, place: ChunkPlace) -> list[Any]:
         try:
-            return list(breakup_chunk(chunk, validate_crc=True))
-        except (McapError, CRCValidationError, RuntimeError, ValueError, EOFError) as e:
+            return open_chunk(file, place)
+        except BrokenLogError as e:
             at, until = ((t - self.begin_ns) * 1e-9 for t in (place.begin_ns, place.end_ns))
             self._tell(
                 f"a chunk at byte {place.offset} is broken ({e}): messages from {at:.3f} s to {until:.3f} s are missing"

@@ -6,7 +6,7 @@ import contextlib
 import struct
 from dataclasses import dataclass, field
 from io import BytesIO
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -18,6 +18,19 @@ from mcap.stream_reader import breakup_chunk
 MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")
 _TIMES = struct.Struct("<QQ")
+
+
+MAX_CHUNK_BYTES = 1 << 30
+
+
+class BrokenLogError(ValueError):
+    """Bytes that are not what an MCAP file has there."""
+
+
+BROKEN = (
+    McapError, ValueError, EOFError, RuntimeError, struct.error, LookupError, OverflowError, MemoryError, TypeError,
+)  # fmt: skip
+"""What the reading of changed bytes may raise, in mcap and in the decompressors."""
 
 
 @dataclass(frozen=True)
@@ -41,23 +54,28 @@ class LogIndex:
 
 
 def read_index(file: BinaryIO, size: int) -> LogIndex:
-    """The index of a file of `size` bytes. Raises ValueError when it is no MCAP file."""
+    """The index of a file of `size` bytes. Raises BrokenLogError when it is no MCAP file."""
     if file.read(len(MAGIC)) != MAGIC:
-        raise ValueError("it does not begin as one" if size else "it is empty")
+        raise BrokenLogError("it does not begin as one" if size else "it is empty")
     file.seek(max(0, size - len(MAGIC)))
     if file.read() == MAGIC and size > len(MAGIC):
         try:
             return _from_summary(file)
-        except (McapError, ValueError, EOFError, struct.error):
+        except BROKEN:
             return _by_walking(file, size, "its index is broken; it was read from the front")
     return _by_walking(file, size, None)
 
 
-def read_chunk(file: BinaryIO, place: ChunkPlace) -> Chunk:
-    """The chunk at `place`, still compressed."""
-    file.seek(place.offset)
-    _, length = _RECORD.unpack(file.read(_RECORD.size))
-    return Chunk.read(ReadDataStream(BytesIO(file.read(length))))
+def open_chunk(file: BinaryIO, place: ChunkPlace) -> list[Any]:
+    """The records in the chunk at `place`. Raises BrokenLogError."""
+    try:
+        file.seek(place.offset)
+        _, length = _RECORD.unpack(file.read(_RECORD.size))
+        if length > MAX_CHUNK_BYTES:
+            raise BrokenLogError(f"it claims to have {length} bytes")
+        return list(breakup_chunk(Chunk.read(ReadDataStream(BytesIO(file.read(length)))), validate_crc=True))
+    except BROKEN as e:
+        raise BrokenLogError(str(e) or type(e).__name__) from e
 
 
 def _from_summary(file: BinaryIO) -> LogIndex:
@@ -65,7 +83,7 @@ def _from_summary(file: BinaryIO) -> LogIndex:
     reader = SeekingReader(file)
     summary = reader.get_summary()
     if summary is None or (summary.statistics and summary.statistics.message_count and not summary.chunk_indexes):
-        raise ValueError("no summary")
+        raise BrokenLogError("no summary")
     index = LogIndex(channels=dict(summary.channels))
     for c in summary.chunk_indexes:
         index.chunks.append(ChunkPlace(c.chunk_start_offset, c.message_start_time, c.message_end_time))
@@ -90,24 +108,22 @@ def _by_walking(file: BinaryIO, size: int, remark: str | None) -> LogIndex:
         if opcode == Opcode.CHUNK:
             place = ChunkPlace(offset, *_TIMES.unpack(file.read(_TIMES.size)))
             index.chunks.append(place)
-            _note_channels(index, read_chunk(file, place))
+            with contextlib.suppress(BrokenLogError):  # reading the messages will tell
+                # Channels stand only in the chunk that has their first message.
+                index.channels.update((r.id, r) for r in open_chunk(file, place) if isinstance(r, Channel))
         elif opcode == Opcode.ATTACHMENT:
-            attachment = Attachment.read(ReadDataStream(BytesIO(file.read(length))))
-            index.attachments[attachment.name] = attachment.data
+            with contextlib.suppress(*BROKEN):
+                attachment = Attachment.read(ReadDataStream(BytesIO(file.read(length))))
+                index.attachments[attachment.name] = attachment.data
         elif opcode == Opcode.METADATA:
-            metadata = Metadata.read(ReadDataStream(BytesIO(file.read(length))))
-            index.metadata[metadata.name] = dict(metadata.metadata)
+            with contextlib.suppress(*BROKEN):
+                metadata = Metadata.read(ReadDataStream(BytesIO(file.read(length))))
+                index.metadata[metadata.name] = dict(metadata.metadata)
         ended = opcode == Opcode.DATA_END
         offset = begin + length
     if not ended:
         index.damage.append(_cut_off(index, offset, size))
     return index
-
-
-def _note_channels(index: LogIndex, chunk: Chunk) -> None:
-    """Channels stand only in the chunk that has their first message."""
-    with contextlib.suppress(McapError, RuntimeError, ValueError, EOFError):  # reading the chunk will tell
-        index.channels.update((r.id, r) for r in breakup_chunk(chunk) if isinstance(r, Channel))
 
 
 def _cut_off(index: LogIndex, whole: int, size: int) -> str:
