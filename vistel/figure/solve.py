@@ -17,6 +17,7 @@ from vistel.figure.hands import RELAXED
 from vistel.figure.posture import DOF_COUNT, ELBOW, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture, Stance
 from vistel.figure.rotation import (
     matrix_from_rotvec,
+    rotation_x,
     rotation_y,
     rotation_z,
     rotvec_from_matrix,
@@ -25,24 +26,13 @@ from vistel.figure.sensors import Mount, Placement, joint_of_receiver, receiver_
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
 from vistel.figure.solve_channel import Channel, Frame, HandChannel, blend, minimum_jerk
 from vistel.figure.solve_stance import StanceFollower
-from vistel.figure.solve_swivel import (
-    W_DEVIATION,
-    W_FLEXION,
-    W_HEIGHT,
-    W_KEEP,
-    W_SHOULDER,
-    W_TWIST,
-    solve_arm,
-    wrist_angles,
-)
+from vistel.figure.solve_swivel import Comfort, solve_arm, wrist_angles
 from vistel.figure.solve_trunk import solve_trunk
 
 F64 = NDArray[np.float64]
 
 SWIVEL_SPEED = 3.5
 """Most the elbow may swivel by itself [rad/s]; what the wrist and chest do comes on top."""
-
-SWIVEL_WEIGHTS: F64 = np.array([W_HEIGHT, W_SHOULDER, W_TWIST, W_DEVIATION, W_FLEXION, W_KEEP])
 
 # Hard limits [rad]: what a hand is bent back to when a receiver says more (slipped, or mounted askew).
 WRIST_TWIST, WRIST_DEVIATION, WRIST_FLEXION = math.radians(120.0), math.radians(50.0), math.radians(95.0)
@@ -71,12 +61,12 @@ class PostureSolver:
         skeleton: Skeleton,
         seat: Stance | None = None,
         mounts: Mapping[str, Mount] | None = None,
-        weights: F64 = SWIVEL_WEIGHTS,
+        comfort: Comfort = Comfort(),  # noqa: B008
     ) -> None:
         """`seat`: the floor under where the person is expected to sit, and where they would face."""
         self._skeleton = skeleton
         self._mounts = dict(mounts or receiver_mounts(skeleton))
-        self._weights = np.ascontiguousarray(weights, np.float64)
+        self._weights = np.array(comfort)
         rest = skeleton.rest
         spine = JOINT_INDEX["spine_1"]
         self._top = rest[spine] + np.array([0.0, skeleton.spine, 0.0])
@@ -86,8 +76,11 @@ class PostureSolver:
         self._ankle, self._hip = rest[JOINT_INDEX["left_foot"]].copy(), rest[JOINT_INDEX["left_upper_leg"]].copy()
         self._collar = {s: rest[JOINT_INDEX[f"{s}_shoulder"]] - self._top for s in SIDES}
         self._bone = {s: skeleton.offsets[JOINT_INDEX[f"{s}_upper_arm"]].copy() for s in SIDES}
+        self._upper = {s: float(np.linalg.norm(skeleton.offsets[JOINT_INDEX[f"{s}_lower_arm"]])) for s in SIDES}
+        self._lower = {s: float(np.linalg.norm(skeleton.offsets[JOINT_INDEX[f"{s}_hand"]])) for s in SIDES}
         self._neck = rest[JOINT_INDEX["head"]] - self._collar["left"] - self._top
-        self._hanging = {s: rotation_z(-sign * math.radians(80.0)) for s, sign in SIDES.items()}
+        axial = rotation_x(comfort.axial_at_rest)
+        self._hanging = {s: rotation_z(-sign * math.radians(80.0)) @ axial for s, sign in SIDES.items()}
         self._elbow = {s: np.array([sign * 0.4, -1.0, -0.4]) for s, sign in SIDES.items()}
         self._scale = dict.fromkeys(SIDES, 1.0)
         self._solved = dict.fromkeys(SIDES, False)
@@ -133,8 +126,8 @@ class PostureSolver:
             wrist, hand = self._wrists[s].follow(t_s, seen, self._hand_at_rest(s))
             local = wrist + self._collar["left"] - self._collar[s]
             arm, self._elbow[s], self._scale[s] = solve_arm(
-                local, np.ascontiguousarray(hand), self._bone[s], side, self._skeleton.upper_arm,
-                self._skeleton.lower_arm, up, self._hanging[s], self._elbow[s], self._scale[s],
+                local, np.ascontiguousarray(hand), self._bone[s], side, self._upper[s], self._lower[s],
+                up, self._hanging[s], self._elbow[s], self._scale[s],
                 SWIVEL_SPEED * dt, self._solved[s], self._weights,
             )  # fmt: skip
             self._solved[s] = True

@@ -22,6 +22,8 @@ SETTLED = 0.15
 """The feet stop following when the error is below this share of the slack."""
 FOLLOW_S = 0.25
 """Time constant of following."""
+PACE_S = 0.15
+"""Time constant at which the pace of who walks is taken over, so that the feet do not trail behind."""
 
 
 class StanceFollower:
@@ -38,6 +40,7 @@ class StanceFollower:
         self._position: F64 | None = None
         self._heading = heading or 0.0
         self._walking, self._turning = 0.0, 0.0
+        self._wanted, self._pace = np.zeros(3), np.zeros(3)
         self.hips: F64 = rest[0].copy()
         """(3,) where the hips were at the last call, room frame."""
 
@@ -59,13 +62,18 @@ class StanceFollower:
         wanted = self.hips + facing @ np.array([0.0, 0.0, self._ankles_ahead(hips[1])])
         wanted[1] = 0.0
         if first or self._position is None:
-            self._position = wanted
+            self._position = self._wanted = wanted
             return Stance(wanted, self._heading)
         sitting = min(1.0, max(0.0, (self._full() - hips[1]) / self._skeleton.upper_leg))
         slack = STANDING_SLACK + sitting * (SITTING_SLACK - STANDING_SLACK)
         error = wanted - self._position
+        if dt > 0.0:
+            share = 1.0 - math.exp(-dt / PACE_S)
+            self._pace = self._pace + share * ((wanted - self._wanted) / dt - self._pace)
+        self._wanted = wanted
         self._walking = _engage(self._walking, float(np.linalg.norm(error)) / slack, dt)
-        self._position = self._position + error * (self._walking * (1.0 - math.exp(-dt / FOLLOW_S)))
+        step = self._pace * dt + error * (1.0 - math.exp(-dt / FOLLOW_S))
+        self._position = self._position + self._walking * step
         turn = _wrap(yaw - self._heading)
         self._turning = _engage(max(self._turning, 0.3 * self._walking), abs(turn) / TURN_SLACK, dt)
         self._heading = _wrap(self._heading + turn * self._turning * (1.0 - math.exp(-dt / FOLLOW_S)))

@@ -8,6 +8,7 @@ collar joint [m, rad].
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba as nb
 import numpy as np
@@ -25,11 +26,25 @@ from vistel.figure.solve_arm import (
 
 F64 = NDArray[np.float64]
 
-# Weights of the energy. The wrist's three angles count by how far each may go; fitted on recorded arms.
-W_HEIGHT = 0.30
-W_SHOULDER = 0.10
-W_TWIST, W_DEVIATION, W_FLEXION = 0.35, 1.0, 0.5
-W_KEEP = 0.05
+class Comfort(NamedTuple):
+    """Weights of the energy, and the wrist and shoulder that cost nothing; fitted on recorded arms.
+
+    height: of the elbow above the shoulder, in arm lengths; shoulder, twist, deviation, flexion: squared angles;
+    keep: of turning at all since the last solve; the angles at rest are in radians, axial: of the hanging upper arm.
+    """
+
+    height: float = 0.5
+    shoulder: float = 0.14
+    twist: float = 0.22
+    deviation: float = 1.1
+    flexion: float = 0.6
+    keep: float = 0.05
+    twist_at_rest: float = -0.7
+    deviation_at_rest: float = 0.15
+    flexion_at_rest: float = 0.0
+    axial_at_rest: float = -0.4
+
+
 W_LIMIT = 50.0
 
 SAMPLES = 24
@@ -91,7 +106,8 @@ def swivel_energy(
     turned = rotvec_from_matrix(rest.T @ upper_arm)
     twist, deviation, bend = wrist_angles(forearm.T @ hand, side)
     energy = weights[0] * height + weights[1] * (turned * turned).sum()
-    energy += weights[2] * twist * twist + weights[3] * deviation * deviation + weights[4] * bend * bend
+    energy += weights[2] * (twist - weights[6]) ** 2 + weights[3] * (deviation - weights[7]) ** 2
+    energy += weights[4] * (bend - weights[8]) ** 2
     energy += weights[5] * (1.0 - c)
     energy += W_LIMIT * (
         _over(twist, -TWIST_LIMIT, TWIST_LIMIT)

@@ -1,0 +1,105 @@
+"""A person's recorded joints, whatever file they came from.
+
+Frames: metres, right-handed, Y up; rotations take the person's T-pose (facing +Z, left arm along +X) to the recorded
+pose, so that they mean the same as the figure's own joint rotations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture import collar_scale
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
+from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
+
+F64 = NDArray[np.float64]
+
+SIDES = ("left", "right")
+RECORDED = ("hips", "chest", "neck", "head") + tuple(
+    f"{side}_{part}" for side in SIDES for part in ("shoulder", "upper_arm", "lower_arm", "hand")
+)
+"""Joints of a recording; "chest" carries the rotation of the rib cage, its position is midway between the collars."""
+INDEX = {name: i for i, name in enumerate(RECORDED)}
+
+NECK_ABOVE_SPINE = 0.03
+"""How far the standard figure's neck joint is above the end of its spine [m]."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """position (n, 12, 3) [m], rotation (n, 12, 3, 3): joints of RECORDED; rate_hz: frames per second."""
+
+    name: str
+    rate_hz: float
+    position: F64
+    rotation: F64
+
+    @property
+    def duration_s(self) -> float:
+        return (len(self.position) - 1) / self.rate_hz
+
+    def joint(self, name: str) -> tuple[F64, F64]:
+        """Positions (n, 3) and rotations (n, 3, 3) of a joint."""
+        return self.position[:, INDEX[name]], self.rotation[:, INDEX[name]]
+
+    def offset(self, parent: str, child: str) -> F64:
+        """(3,) of `child` seen from `parent`, median over the recording [m]."""
+        p, r = self.joint(parent)
+        return np.median(np.einsum("nji,nj->ni", r, self.joint(child)[0] - p), axis=0)
+
+    def _neck_bone(self) -> F64:
+        """(3,) from neck joint to head; the figure's neck takes half of the head's turn."""
+        out: list[F64] = []
+        d = self.joint("head")[0] - self.joint("neck")[0]
+        for chest, head, v in zip(self.joint("chest")[1], self.joint("head")[1], d, strict=True):
+            a, b = (quaternion_from_matrix(np.ascontiguousarray(m)) for m in (chest, head))
+            out.append(matrix_from_quaternion(slerp(a, b, 0.5)).T @ v)
+        return np.median(np.array(out), axis=0)
+
+    def _collar_bone(self, side: str, sign: float) -> F64:
+        """(3,) from collar joint to shoulder as it would be in the T-pose: its length depends on the raised arm."""
+        _, chest = self.joint("chest")
+        _, arm = self.joint(f"{side}_upper_arm")
+        d = self.joint(f"{side}_upper_arm")[0] - self.joint(f"{side}_shoulder")[0]
+        local = np.einsum("nji,nj->ni", chest, d)
+        shoulder = np.einsum("nji,njk->nik", chest, arm)
+        scale = np.array([collar_scale(np.ascontiguousarray(m), sign) for m in shoulder])
+        return np.median(local / scale[:, None], axis=0)
+
+    def measured(self) -> Skeleton:
+        """The skeleton of the person recorded: their own spine, shoulders and arms; legs after their hips' height."""
+        hips_height = float(np.percentile(self.joint("hips")[0][:, 1], 90))
+        standard = standard_skeleton(min(2.6, max(0.5, 1.75 * hips_height / 0.94)))
+        scale = standard.height / 1.75
+        chest_to_neck = self.offset("chest", "neck")
+        spine = float(np.median(np.linalg.norm(self.joint("chest")[0] - self.joint("hips")[0], axis=1)))
+        spine += max(0.0, float(chest_to_neck[1])) - NECK_ABOVE_SPINE * scale
+        first = standard.offsets[JOINT_INDEX["spine_1"]]
+        top = np.array([0.0, spine, 0.0])
+        # From the end of the spine; the neck stands straight above it.
+        collars = top + np.array([0.0, NECK_ABOVE_SPINE * scale, 0.0]) - chest_to_neck
+        spine_8 = np.array([0.0, spine * (SPINE_SEGMENTS - 1) / SPINE_SEGMENTS, 0.0])
+        offsets = {f"spine_{k}": np.array([0.0, spine / SPINE_SEGMENTS, 0.0]) for k in range(2, SPINE_SEGMENTS + 1)}
+        offsets |= {"spine_1": first, "hips": np.array([0.0, hips_height, 0.0])}
+        offsets["neck"] = top + np.array([0.0, NECK_ABOVE_SPINE * scale, 0.0]) - spine_8
+        offsets["head"] = self._neck_bone()
+        for side in SIDES:
+            offsets[f"{side}_shoulder"] = collars + self.offset("chest", f"{side}_shoulder") - spine_8
+            sign = 1.0 if side == "left" else -1.0
+            offsets[f"{side}_upper_arm"] = self._collar_bone(side, sign)
+            for parent, child in (("upper_arm", "lower_arm"), ("lower_arm", "hand")):
+                p, q = self.joint(f"{side}_{parent}")[0], self.joint(f"{side}_{child}")[0]
+                # Nearly the longest seen, so that the hand stays in reach.
+                length = float(np.percentile(np.linalg.norm(q - p, axis=1), 95))
+                offsets[f"{side}_{child}"] = np.array([sign * length, 0.0, 0.0])
+        return measured_skeleton(standard, offsets)
+
+
+def resampled(recording: Recording, rate_hz: float) -> Recording:
+    """The nearest recorded frames at another rate."""
+    n = max(2, int(recording.duration_s * rate_hz) + 1)
+    at = np.minimum(len(recording.position) - 1, np.round(np.arange(n) / rate_hz * recording.rate_hz)).astype(int)
+    return Recording(recording.name, rate_hz, recording.position[at], recording.rotation[at])
