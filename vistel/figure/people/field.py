@@ -181,8 +181,9 @@ class Solid:
         """(N, 3) gradient of the field at points (N, 3) by central differences over `step` metres."""
         return _gradients(self.rows, self.tables, self.origin, self.shape, self.starts, self.items, points, step)
 
-    def materials(self, points: F64) -> I32:
-        """(N,) material of the primitive whose own surface is nearest to (or farthest outside of) each point."""
+    def materials(self, points: F64) -> tuple[I32, I32, F64]:
+        """Material (N,) of the primitive whose own surface is nearest to (or farthest outside of) each point, the next
+        other material (N,) and how much farther that one is (N,) [m]."""
         return _materials(self.rows, self.tables, self.origin, self.shape, self.starts, self.items, points)
 
     def project(self, points: F64, *, steps: int = 6, longest: float = 0.003) -> F64:
@@ -499,16 +500,23 @@ def _gradients(rows, tables, origin, shape, starts, items, points, step):
 
 @nb.njit(cache=True, fastmath=True)
 def _materials(rows, tables, origin, shape, starts, items, points):
-    out = np.zeros(len(points), np.int32)
+    first = np.zeros(len(points), np.int32)
+    second = np.zeros(len(points), np.int32)
+    margin = np.empty(len(points))
     for i in range(len(points)):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        best = np.inf
+        best = 1.0
+        other = 1.0
         for r in _near(origin, shape, starts, items, x, y, z):
             row = rows[r]
             if int(row[_MODE]) != ADD:
                 continue
-            s = _distance(row, tables, x, y, z)
+            s, m = _distance(row, tables, x, y, z), int(row[_MATERIAL])
             if s < best:
-                best = s
-                out[i] = int(row[_MATERIAL])
-    return out
+                if m != first[i]:
+                    second[i], other = first[i], best
+                first[i], best = m, s
+            elif m != first[i] and s < other:
+                second[i], other = m, s
+        margin[i] = other - best
+    return first, second, margin

@@ -1,9 +1,12 @@
-"""Hair as volumes on the skull, by style. Reference person, metres, model frame."""
+"""Hair: its volumes on the skull and its colours, by style. Reference person, metres, model frame."""
 
 from __future__ import annotations
 
-from vistel.figure.people.field import Sculpture
+import numpy as np
+
+from vistel.figure.people.field import F64, Sculpture
 from vistel.figure.people.material import HAIR
+from vistel.figure.people.noise import noise
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.rotation import rotation_x
 
@@ -26,3 +29,35 @@ def add_hair(s: Sculpture, r: Recipe) -> None:
         s.ellipsoid((0, 1.722, 0.035), (0.062, 0.034, 0.058), width=0.02, material=HAIR, turn=rotation_x(0.30))
     elif r.hair_style == PARTED:
         s.ellipsoid((-0.014, 1.725, 0.030), (0.062, 0.036, 0.062), width=0.02, material=HAIR, turn=rotation_x(0.30))
+
+
+def strands(r: Recipe, p: F64) -> F64:
+    """(N,) light and dark along hairs that run from the crown down, about -1..1."""
+    crown = np.array((0.016, 1.752, -0.030)) if r.hair_style != BUN else np.array((0.0, 1.712, -0.110))
+    q = p - crown
+    if r.hair_style == PARTED:
+        # Combed to both sides of the parting.
+        turn = np.arctan2(q[:, 2] + 0.03, 0.25 * np.abs(p[:, 0] - 0.030) + 0.05) * 0.075
+        lock = np.stack([turn / 0.0016, np.abs(p[:, 0] - 0.03) / 0.030, p[:, 1] / 0.030], axis=1)
+    else:
+        angle = np.arctan2(q[:, 0], q[:, 2])
+        away = np.linalg.norm(q, axis=1)
+        lock = np.stack([angle * np.clip(away, 0.02, 0.10) / 0.0016, away / 0.035, 0.35 * np.cos(angle) / 0.02], axis=1)
+    coarse = lock * (0.22, 1.0, 1.0)
+    return 0.55 * noise(lock, 2, r.seed + 61) + 0.45 * noise(coarse, 2, r.seed + 62)
+
+
+def paint_hair(r: Recipe, p: F64, normal: F64) -> F64:
+    """(N, 3) sRGB 0..255 of hair."""
+    base = np.array(r.colour("hair"), np.float64)
+    light = strands(r, p)
+    sheen = np.exp(-(((p[:, 1] - 1.722) / 0.016) ** 2)) * (0.5 + 0.5 * light)
+    root = np.exp(-(((p[:, 0] - 0.030) / 0.0022) ** 2)) * (p[:, 2] > -0.03) * (p[:, 1] > 1.70) * (r.hair_style == PARTED)
+    out = base * (1.0 + 0.34 * light + 0.20 * sheen)[:, None] + 7.0 * np.clip(light, 0, 1)[:, None]
+    if r.hair_style == CROPPED:
+        # The skin shows between cropped hairs.
+        skin = np.array(r.colour("skin"), np.float64)
+        through = np.clip(0.20 + 0.16 * noise(p / 0.0016, 1, r.seed + 63), 0, 1)[:, None]
+        out = out * (1 - through) + through * 0.8 * skin
+    skin = 0.80 * np.array(r.colour("skin"), np.float64)
+    return out * (1 - 0.75 * root[:, None]) + 0.75 * root[:, None] * skin

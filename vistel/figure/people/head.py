@@ -97,6 +97,6 @@ def _ear(s: Sculpture, side: float) -> None:
     rim = [(-0.0090, -0.0040), (-0.0085, 0.0120), (-0.0030, 0.0250), (0.0060, 0.0290), (0.0140, 0.0230), (0.0165, 0.0100),
            (0.0130, -0.0060), (0.0060, -0.0180), (-0.0010, -0.0260), (-0.0070, -0.0240)]  # fmt: skip
     s.limb([at(u, v, 0.0030) for u, v in rim], [0.0026] * 8 + [0.0042, 0.0034], width=0.004, material=SKIN, group=EARS, steps=3)
-    s.ellipsoid(at(0.0030, 0.0020, -0.0010), (0.0030, 0.0260, 0.0140), width=0.006, material=SKIN, group=EARS, turn=frame)
-    s.ellipsoid(at(0.0010, -0.0040, 0.0035), (0.0032, 0.0100, 0.0065), width=0.004, material=SKIN, mode="carve", weight=0.5, turn=frame)
+    s.ellipsoid(at(0.0030, 0.0010, -0.0010), (0.0042, 0.0275, 0.0150), width=0.008, material=SKIN, group=EARS, turn=frame)
+    s.ellipsoid(at(0.0010, -0.0040, 0.0035), (0.0030, 0.0110, 0.0065), width=0.004, material=SKIN, mode="carve", weight=0.4, turn=frame)
     s.limb([at(-0.0100, -0.0060, 0.001), at(-0.0080, -0.0130, 0.001)], (0.0036, 0.0030), width=0.006, material=SKIN, group=EARS)

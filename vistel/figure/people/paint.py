@@ -1,19 +1,34 @@
-"""The colours of a built-in person, texel by texel, from the rest position, the material and the normal."""
+"""The texture of a built-in person, texel by texel, from the rest position, the material and the normal."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.people import material
+from vistel.figure.people import cloth, material
 from vistel.figure.people.bake import rasterise, spread
-from vistel.figure.people.field import Solid
+from vistel.figure.people.field import THRESHOLD, Solid
+from vistel.figure.people.hair import paint_hair, strands
 from vistel.figure.people.head import EYE, EYE_RADIUS
+from vistel.figure.people.noise import noise, smoothstep
 from vistel.figure.people.recipe import Recipe
+from vistel.figure.people.reduce import normals
+from vistel.figure.people.skin import paint_lip, paint_skin
+from vistel.figure.people.trunk import collar_height
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
+I32 = NDArray[np.int32]
 U8 = NDArray[np.uint8]
+
+_PAINTERS: dict[int, Callable[[Recipe, F64, F64], F64]] = {
+    material.SKIN: paint_skin, material.LIP: paint_lip, material.HAIR: paint_hair, material.TOP: cloth.paint_top,
+    material.COLLAR: cloth.paint_collar, material.TROUSERS: cloth.paint_trousers, material.SHOE: cloth.paint_shoe,
+    material.SOLE: cloth.paint_sole,
+}  # fmt: skip
+_SOFT = 0.0007  # half width of the seam between two materials [m]
 
 
 def paint(
@@ -22,33 +37,99 @@ def paint(
     """(size, size, 3) sRGB texture; parts are the skin mesh and the two eyeballs of the reference person."""
     owner, weight = rasterise(uv, corner_triangles, size)
     texel = owner >= 0
-    corners = corner_triangles[owner[texel]]
+    corners = corner_vertex[corner_triangles[owner[texel]]]
     w = weight[texel].astype(np.float64)
     w = np.stack([w[:, 0], w[:, 1], 1.0 - w[:, 0] - w[:, 1]], axis=1)
-    position = np.concatenate([v for v, _ in parts])[corner_vertex]
-    p = np.einsum("nk,nkc->nc", w, position[corners])
+    normal_at = np.concatenate([normals(v, t) for v, t in parts])
+    light_at = np.concatenate([_openness(solid, parts[0][0], normal_at), *(np.ones(len(v)) for v, _ in parts[1:])])
+    p = _at(np.concatenate([v for v, _ in parts]), corners, w)
+    n = _at(normal_at, corners, w)
+    n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-9)
+    light = np.einsum("nk,nk->n", w, light_at[corners])
     eye = owner[texel] >= len(parts[0][1])
-    what = np.where(eye, material.EYE, solid.materials(p))
-    colour = np.zeros((len(p), 3))
-    for m, fill in (
-        (material.SKIN, recipe.colour("skin")), (material.LIP, recipe.colour("skin")), (material.HAIR, recipe.colour("hair")),
-        (material.TOP, recipe.colour("top")), (material.COLLAR, recipe.colour("top")), (material.TROUSERS, recipe.colour("trousers")),
-        (material.SHOE, recipe.colour("shoes")), (material.SOLE, (40, 38, 36)),
-    ):  # fmt: skip
-        colour[what == m] = fill
-    colour[what == material.LIP] *= (0.86, 0.62, 0.60)
+    colour = np.empty((len(p), 3))
     colour[eye] = _eye(recipe, p[eye])
+    colour[~eye] = _surface(recipe, solid, p[~eye], n[~eye])
+    # The hollows a lamp never reaches, a little warm.
+    colour *= 1.0 - (1.0 - light[:, None]) * np.array((0.50, 0.56, 0.58))
     image = np.zeros((size, size, 3), np.uint8)
     image[texel] = np.clip(colour + 0.5, 0, 255).astype(np.uint8)
     spread(image, texel, 8)
     return image
 
 
-def _eye(recipe: Recipe, p: F64) -> F64:
-    """(N, 3) colours of points on the eyeballs: white, iris, pupil."""
-    r = np.hypot(np.abs(p[:, 0]) - EYE[0], p[:, 1] - EYE[1]) / EYE_RADIUS
-    out = np.full((len(p), 3), (236.0, 232.0, 226.0))
-    front = p[:, 2] > EYE[2]
-    out[front & (r < 0.49)] = recipe.colour("eyes")
-    out[front & (r < 0.20)] = (12, 10, 10)
+def _at(values: F64, corners: I64, weight: F64) -> F64:
+    return sum((weight[:, k, None] * values[corners[:, k]] for k in range(3)), np.zeros((len(corners), 3)))
+
+
+def _surface(recipe: Recipe, solid: Solid, p: F64, n: F64) -> F64:
+    first, second, margin = solid.materials(p)
+    first, second = _neckline(first, p), _neckline(second, p)
+    second = np.where(second == 0, first, second)
+    # Hair thins out at its edge instead of stopping at a line.
+    hairline = ((first == material.HAIR) & (second == material.SKIN)) | ((first == material.SKIN) & (second == material.HAIR))
+    sign = np.where(first == material.HAIR, 1.0, -1.0)
+    lead = np.where(hairline, sign * margin, margin)
+    lead[hairline] += 0.0012 * strands(recipe, p[hairline]) + 0.0006 * noise(p[hairline] / 0.0025, 1, recipe.seed + 71)
+    soft = np.where(hairline, 0.0009, np.where((first == material.LIP) | (second == material.LIP), 0.0012, _SOFT))
+    share = 0.5 + 0.5 * np.clip(lead / soft, -1.0, 1.0)
+    a = np.where(hairline, material.HAIR, first)
+    b = np.where(hairline, material.SKIN, second)
+    out = np.zeros((len(p), 3))
+    for m, painter in _PAINTERS.items():
+        for which, amount in ((a, share), (b, 1.0 - share)):
+            here = (which == m) & (amount > 0.0)
+            if here.any():
+                out[here] += amount[here, None] * painter(recipe, p[here], n[here])
     return out
+
+
+def _neckline(what: I32, p: F64) -> I32:
+    """Muscles that carry cloth on the shoulders are bare above the collar."""
+    bare = (p[:, 1] > collar_height(p[:, 2])) & (np.abs(p[:, 0]) < 0.085) & (p[:, 1] > 1.455)
+    return np.where(bare & (what == material.TOP), material.SKIN, what).astype(np.int32)
+
+
+def _openness(solid: Solid, vertices: F64, normal: F64) -> F64:
+    """(V,) share of the hemisphere over each vertex not blocked within six centimetres by the body itself."""
+    rays = 20
+    k = np.arange(rays)
+    z = 1.0 - (k + 0.5) / rays
+    phi = k * np.pi * (3.0 - np.sqrt(5.0))
+    local = np.stack([np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi), z], axis=1)
+    n = normal[: len(vertices)]
+    helper = np.where(np.abs(n[:, :1]) < 0.7, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    u = np.cross(n, helper)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(n, u)
+    free = np.zeros(len(vertices))
+    for ray in local:
+        d = ray[0] * u + ray[1] * v + ray[2] * n
+        blocked = np.zeros(len(vertices), bool)
+        for reach in (0.006, 0.015, 0.03, 0.055):
+            blocked |= solid.fields(vertices + 0.001 * n + reach * d) > THRESHOLD
+        free += (~blocked) * ray[2]
+    return free / local[:, 2].sum()
+
+
+def _eye(recipe: Recipe, p: F64) -> F64:
+    """(N, 3) colours of points on the eyeballs: white with fine veins, iris with fibres, pupil, a spark of light."""
+    x = (np.abs(p[:, 0]) - EYE[0]) * np.sign(p[:, 0])
+    y, front = p[:, 1] - EYE[1], p[:, 2] > EYE[2]
+    r = np.where(front, np.hypot(x, y) / EYE_RADIUS, 2.0)
+    angle = np.arctan2(y, x)
+    white = np.array((234.0, 229.0, 224.0))
+    veins = smoothstep(0.25, 0.6, np.abs(noise(np.stack([angle * 3.0, r * 3.0, p[:, 2] * 90], axis=1), 3, recipe.seed + 81)))
+    out = white * (1.0 - np.clip(r - 0.6, 0, 0.6)[:, None] * (0.10, 0.16, 0.16) - 0.03 * veins[:, None] * (0.2, 1.0, 1.0))
+    iris = np.array(recipe.colour("eyes"), np.float64)
+    fibre = noise(np.stack([np.cos(angle) * 9, np.sin(angle) * 9, r * 2.5], axis=1), 2, recipe.seed + 82)
+    ring = (r - 0.20) / 0.27
+    tone = (0.80 + 0.45 * np.clip(1.0 - ring, 0, 1) + 0.22 * fibre) * (1.0 - 0.65 * smoothstep(0.40, 0.48, r))
+    inside = smoothstep(0.49, 0.455, r)[:, None]
+    out = out * (1 - inside) + inside * iris * tone[:, None]
+    pupil = smoothstep(0.215, 0.185, r)[:, None]
+    out = out * (1 - pupil) + pupil * 10.0
+    # The upper lid's shadow and a reflected lamp.
+    out *= (1.0 - 0.45 * smoothstep(0.14, 0.42, y / EYE_RADIUS))[:, None]
+    spark = (smoothstep(0.095, 0.06, np.hypot(x / EYE_RADIUS - 0.13, y / EYE_RADIUS - 0.16)) * front)[:, None]
+    return out * (1 - spark) + spark * 250.0

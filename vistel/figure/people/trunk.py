@@ -48,8 +48,8 @@ def add_trunk(s: Sculpture, r: Recipe) -> None:
         level(1.310, 0.167, 0.115, 0.121, woman=(-0.015, -0.012, -0.013)),
         level(1.360, 0.166, 0.102, 0.120, woman=(-0.015, -0.014, -0.013)),
         level(1.400, 0.155, 0.080, 0.108, (2.6, 2.6), woman=(-0.012, -0.010, -0.010)),
-        level(1.435, 0.115, 0.054, 0.086, woman=(-0.008, -0.004, -0.006)),
-        level(1.470, 0.066, 0.036, 0.074, (2.2, 2.2), (-0.006, -0.004, -0.006)),
+        level(1.435, 0.115, 0.054, 0.092, woman=(-0.008, -0.004, -0.008)),
+        level(1.490, 0.052, 0.034, 0.074, (2.2, 2.2), (-0.006, -0.004, -0.007)),
     ]
     s.loft(top, width=0.030, material=TOP, rounding=0.008)
     neck = 0.0560 - 0.0080 * f
@@ -75,14 +75,14 @@ def _collar(s: Sculpture, r: Recipe) -> None:
     """A ring of fabric round the neck, lower in front."""
     wide = 1.0 - 0.08 * r.female
     ring = [(x * wide, collar_height(np.array(z)), z * wide) for x, z in
-            ((0.0690 * np.sin(a), -0.014 + 0.060 * np.cos(a)) for a in np.linspace(0.0, 2.0 * np.pi, 33))]  # fmt: skip
+            ((0.0680 * np.sin(a), -0.016 + 0.057 * np.cos(a)) for a in np.linspace(0.0, 2.0 * np.pi, 33))]  # fmt: skip
     s.limb(ring, [0.0085] * len(ring), width=0.010, material=COLLAR, flat=((0, 1, 0), 1.5), steps=1)
 
 
 def collar_height(z: F64) -> F64:
     """Height of the middle of the collar over the depth z: low in front, high at the sides and behind [m]."""
-    c = np.clip((z + 0.014) / 0.060, -1.0, 1.0)
-    return 1.482 - 0.024 * c + 0.014 * (1.0 - c * c)
+    c = np.clip((z + 0.016) / 0.057, -1.0, 1.0)
+    return 1.477 - 0.020 * c + 0.014 * (1.0 - c * c)
 
 
 def add_arm(s: Sculpture, r: Recipe, side: float) -> None:
