@@ -2,12 +2,83 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
 from vistel.conference.model import Conference
+from vistel.figure.posture import Posture
+from vistel.figure.sensors import Placement
+from vistel_sim.motion.bvh import load_bvh
 from vistel_sim.motion.meeting import Meeting
-from vistel_sim.motion.source import MotionSource, places
+from vistel_sim.motion.played import PlayedFile, play_alone, play_hand_over
+from vistel_sim.motion.six_dof import ROLES, is_hand_over, load_hand_over
+from vistel_sim.motion.source import MotionError, MotionSource, Place, places
+
+log = logging.getLogger("vistel.motion")
+
+MEETING = "meeting"
+"""The name of the built-in choreography; also what a participant without `motion` does."""
 
 
 def open_motion(conference: Conference) -> MotionSource:
-    """The motion of every participant. Raises MotionError for a file that cannot be played."""
-    people = places(conference)
-    return Meeting(list(people.values()), conference.room.seats, conference.seed)
+    """The motion of every participant. Raises MotionError (one line) for a file that cannot be played.
+
+    `motion` of a participant: "meeting" (or nothing), a .bvh file, or the folder of a two-person hand-over, whose
+    giver and taker are its first two participants; further ones take part in the meeting.
+    """
+    everyone = places(conference)
+    wanted: dict[str, list[Place]] = {}
+    for site in conference.sites:
+        for person in site.participants:
+            wanted.setdefault(person.motion or MEETING, []).append(everyone[person.name])
+    meeting = wanted.pop(MEETING, [])
+    sources: list[MotionSource] = []
+    for name, people in wanted.items():
+        path = Path(name)
+        if path.is_dir() and is_hand_over(path):
+            if len(people) < len(ROLES):
+                raise MotionError(f"{path}: a hand-over needs two participants with this motion, got {len(people)}")
+            sources.append(play_hand_over({p.name: p for p in people[: len(ROLES)]}, load_hand_over(path)))
+            meeting += people[len(ROLES) :]
+        elif path.suffix.lower() == ".bvh":
+            take = load_bvh(path)
+            sources.append(PlayedFile({p.name: play_alone(p, take) for p in people}))
+        else:
+            raise MotionError(
+                f"{name}: no such motion; expected {MEETING!r}, a .bvh file or a folder with *_pose_saved.csv files"
+            )
+        log.info("motion from file path=%s participants=%s", path, ",".join(p.name for p in people))
+    if meeting:
+        sources.append(Meeting(meeting, conference.room.seats, conference.seed))
+    return sources[0] if len(sources) == 1 else _Company(sources)
+
+
+class _Company:
+    """Several sources together, each moving its own people."""
+
+    def __init__(self, sources: Sequence[MotionSource]) -> None:
+        self._sources = sources
+        self._of = {name: s for s in sources for name in s.participants}
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        return tuple(self._of)
+
+    def posture(self, participant: str, t_s: float) -> Posture:
+        return self._of[participant].posture(participant, t_s)
+
+    def receivers(self, participant: str, t_s: float) -> dict[str, Placement]:
+        return self._of[participant].receivers(participant, t_s)
+
+    def hand_angles(self, participant: str, t_s: float) -> NDArray[np.float64]:
+        return self._of[participant].hand_angles(participant, t_s)
+
+    def speaking(self, participant: str, t_s: float) -> float:
+        return self._of[participant].speaking(participant, t_s)
+
+    def things(self, t_s: float) -> dict[str, Placement]:
+        return {name: pose for s in self._sources for name, pose in s.things(t_s).items()}

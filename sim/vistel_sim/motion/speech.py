@@ -12,7 +12,7 @@ TURN_CYCLE_S = 20.0
 
 
 class Conversation:
-    """Turns of two to five seconds with short pauses; nobody speaks twice in a row unless alone."""
+    """Turns of two to five seconds with short pauses; nobody speaks twice in a row, nor alone."""
 
     def __init__(self, people: tuple[str, ...], seed: int) -> None:
         self._people = people
@@ -21,7 +21,7 @@ class Conversation:
 
     def turns(self, cycle: int) -> list[tuple[float, float, str]]:
         """(start, end, speaker) of one cycle, seconds from the very start."""
-        if cycle < 0 or not self._people:
+        if cycle < 0 or len(self._people) < 2:
             return []
         if cycle not in self._turns:
             rng = np.random.default_rng((self._seed, 77, cycle))
