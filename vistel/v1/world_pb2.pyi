@@ -1,3 +1,4 @@
+from vistel.v1 import command_pb2 as _command_pb2
 from vistel.v1 import envelope_pb2 as _envelope_pb2
 from vistel.v1 import geometry_pb2 as _geometry_pb2
 from google.protobuf.internal import containers as _containers
@@ -144,7 +145,7 @@ class WorldState(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ...) -> None: ...
 
 class WorldInputs(_message.Message):
-    __slots__ = ("header", "step", "motions", "command_ids")
+    __slots__ = ("header", "step", "motions", "command_ids", "people", "commands", "private_state")
     class Used(_message.Message):
         __slots__ = ("participant", "motion_seq", "left", "epoch")
         PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
@@ -156,15 +157,30 @@ class WorldInputs(_message.Message):
         left: bool
         epoch: int
         def __init__(self, participant: _Optional[str] = ..., motion_seq: _Optional[int] = ..., left: _Optional[bool] = ..., epoch: _Optional[int] = ...) -> None: ...
+    class Person(_message.Message):
+        __slots__ = ("participant", "height_m", "build")
+        PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+        HEIGHT_M_FIELD_NUMBER: _ClassVar[int]
+        BUILD_FIELD_NUMBER: _ClassVar[int]
+        participant: str
+        height_m: float
+        build: float
+        def __init__(self, participant: _Optional[str] = ..., height_m: _Optional[float] = ..., build: _Optional[float] = ...) -> None: ...
     HEADER_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     MOTIONS_FIELD_NUMBER: _ClassVar[int]
     COMMAND_IDS_FIELD_NUMBER: _ClassVar[int]
+    PEOPLE_FIELD_NUMBER: _ClassVar[int]
+    COMMANDS_FIELD_NUMBER: _ClassVar[int]
+    PRIVATE_STATE_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     step: int
     motions: _containers.RepeatedCompositeFieldContainer[WorldInputs.Used]
     command_ids: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., motions: _Optional[_Iterable[_Union[WorldInputs.Used, _Mapping]]] = ..., command_ids: _Optional[_Iterable[str]] = ...) -> None: ...
+    people: _containers.RepeatedCompositeFieldContainer[WorldInputs.Person]
+    commands: _containers.RepeatedCompositeFieldContainer[_command_pb2.Command]
+    private_state: bytes
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., motions: _Optional[_Iterable[_Union[WorldInputs.Used, _Mapping]]] = ..., command_ids: _Optional[_Iterable[str]] = ..., people: _Optional[_Iterable[_Union[WorldInputs.Person, _Mapping]]] = ..., commands: _Optional[_Iterable[_Union[_command_pb2.Command, _Mapping]]] = ..., private_state: _Optional[bytes] = ...) -> None: ...
 
 class WorldSnapshot(_message.Message):
     __slots__ = ("header", "state", "private_state")
