@@ -155,7 +155,8 @@ class _Reporter:
     def set(self, state: DeviceStatus.State, detail: str) -> None:
         if (state, detail) == (self._state, self._detail):
             return
-        bad = state not in (DeviceStatus.STATE_STARTING, DeviceStatus.STATE_STREAMING)
+        expected = (DeviceStatus.STATE_STARTING, DeviceStatus.STATE_STREAMING)
+        bad = state not in expected and (state != DeviceStatus.STATE_SEARCHING or self._link.frames > 0)
         name = DeviceStatus.State.Name(state).removeprefix("STATE_").lower()
         self._log.log(
             logging.WARNING if bad else logging.INFO, "device=%s state=%s detail=%r", self._driver.name, name, detail

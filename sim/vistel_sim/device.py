@@ -110,6 +110,10 @@ class SimulatedDevice:
 
 async def run_devices(devices: Iterable[SimulatedDevice]) -> None:
     """All of them until cancelled."""
+    devices = tuple(devices)
+    for device in devices:
+        # A link left by a process that was killed may by now point to another device's terminal.
+        device.port.path.unlink(missing_ok=True)
     async with asyncio.TaskGroup() as group:
         for device in devices:
             group.create_task(device.run(), name=device.name)

@@ -15,7 +15,10 @@ from vistel.protocol.fastrak import LATENCY_NS, FastrakParser, Record, Reply, Tr
 BYTE_NS = 10 / 115200 * 1e9
 
 
-def record(station: int = 1, error: bytes = b" ", cm: tuple[float, ...] = (25.4, 0.5, -20.32), q=(1.0, 0, 0, 0)) -> bytes:
+def record(
+    station: int = 1, error: bytes = b" ", cm: tuple[float, ...] = (25.4, 0.5, -20.32),
+    q: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0),
+) -> bytes:  # fmt: skip
     """As the manual's format lists say; w first."""
     return b"0%d%s" % (station, error) + struct.pack("<7f", *cm, *q) + b"\r\n"
 

@@ -25,7 +25,9 @@ SAMPLE = b"S" + bytes(range(40, 58)) + b"\x81\0"
 @fuzz
 @given(st.one_of(
     st.binary(max_size=200),
-    st.lists(st.sampled_from([b"0", b"1", b" ", b"k", b"2", b"S", b"\r\n", b"E*ERROR*", RECORD, RECORD[:20], RECORD[9:]])).map(b"".join),
+    st.lists(st.sampled_from(
+        [b"0", b"1", b" ", b"k", b"2", b"S", b"\r\n", b"E*ERROR*", RECORD, RECORD[:20], RECORD[9:]]
+    )).map(b"".join),
 ))  # fmt: skip
 def test_fastrak_gives_only_true_poses_and_is_back_within_two_records(garbage: bytes) -> None:
     parser = FastrakParser()
@@ -43,7 +45,9 @@ def test_fastrak_gives_only_true_poses_and_is_back_within_two_records(garbage: b
 @fuzz
 @given(st.one_of(
     st.binary(max_size=200),
-    st.lists(st.sampled_from([b"S", b"G", b"\0", b"?M", b"?S", b"es", b"\x81", b"\x03", b"e?", SAMPLE, SAMPLE[:9], SAMPLE[7:]])).map(b"".join),
+    st.lists(st.sampled_from(
+        [b"S", b"G", b"\0", b"?M", b"?S", b"es", b"\x81", b"\x03", b"e?", SAMPLE, SAMPLE[:9], SAMPLE[7:]]
+    )).map(b"".join),
 ))  # fmt: skip
 def test_cyberglove_gives_only_whole_samples_and_is_back_within_two(garbage: bytes) -> None:
     parser = CyberGloveParser(18)

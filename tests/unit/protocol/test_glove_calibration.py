@@ -51,7 +51,8 @@ def test_an_18_sensor_glove_estimates_its_end_joints() -> None:
     calibration = default_calibration()
     angles = [0.0] * 20
     angles[6] = 0.9
-    assert calibration.angles(bytes(round(c) for c in calibration.counts(angles, 18)))[7] == pytest.approx(0.6, abs=0.01)
+    raw = bytes(round(c) for c in calibration.counts(angles, 18))
+    assert calibration.angles(raw)[7] == pytest.approx(0.6, abs=0.01)
 
 
 def test_spreading_the_fingers_moves_each_away_from_the_middle_one() -> None:

@@ -105,7 +105,7 @@ def test_a_second_holds_120_records_stamped_where_they_were_measured(tmp_path: P
         fastrak = Fastrak(lambda station, t_s: ((t_s, 0.1, 0.0), POSE[1]), position_noise=0.0, angle_noise=0.0)
         device = SimulatedDevice("d", fastrak, tmp_path / "d", clock, clock.now_ns())
         task = asyncio.create_task(device.run())
-        await until(lambda: (tmp_path / "d").exists())
+        await until((tmp_path / "d").exists)
         fd = os.open(tmp_path / "d", os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         fastrak.receive(b"".join(b"O%d,2,11,1\r" % n for n in (1, 2, 3, 4)) + b"ufC", 0.0)
         parser, records = FastrakParser(), []
