@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,7 +44,9 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Record until cancelled; then the log gets its index."""
     subscriptions = [
-        bus.subscribe(topic, queue_all=True) for topic in TOPICS if topic.recorded and topic.delivery is not Delivery.QUERY
+        bus.subscribe(topic, queue_all=True)
+        for topic in TOPICS
+        if topic.recorded and topic.delivery is not Delivery.QUERY
     ]
     book = _Book(config)
     due_ns = clock.now_ns()

@@ -45,8 +45,8 @@ def _smooth(picture: U8, luma: U8, out: U8) -> None:
     for y in range(2, h - 2):
         above, here, below = luma[y - 1], luma[y], luma[y + 1]
         for x in range(2, w - 2):  # no branches: done eight pixels at a time
-            high = max(max(max(here[x], above[x]), below[x]), max(here[x - 1], here[x + 1]))
-            low = min(min(min(here[x], above[x]), below[x]), min(here[x - 1], here[x + 1]))
+            high = max(here[x], above[x], below[x], here[x - 1], here[x + 1])
+            low = min(here[x], above[x], below[x], here[x - 1], here[x + 1])
             edge[x] = high - low
         for x in range(2, w - 2):
             if edge[x] < THRESHOLD:
@@ -64,8 +64,8 @@ def _smooth(picture: U8, luma: U8, out: U8) -> None:
             r, g, b = 0.5 * (r1 + r2), 0.5 * (g1 + g2), 0.5 * (b1 + b2)
             wr, wg, wb = 0.5 * r + 0.25 * (r3 + r4), 0.5 * g + 0.25 * (g3 + g4), 0.5 * b + 0.25 * (b3 + b4)
             bright = 0.30 * wr + 0.59 * wg + 0.11 * wb
-            high = max(max(here[x], above[x]), max(below[x], max(here[x - 1], here[x + 1])))
-            low = min(min(here[x], above[x]), min(below[x], min(here[x - 1], here[x + 1])))
+            high = max(here[x], above[x], below[x], here[x - 1], here[x + 1])
+            low = min(here[x], above[x], below[x], here[x - 1], here[x + 1])
             if low <= bright <= high:  # the wide filter stayed on this edge
                 r, g, b = wr, wg, wb
             out[y, x, 0], out[y, x, 1], out[y, x, 2] = np.uint8(r + 0.5), np.uint8(g + 0.5), np.uint8(b + 0.5)

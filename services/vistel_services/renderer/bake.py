@@ -31,7 +31,10 @@ def _roof_points() -> F64:
 
 
 def light(points: F64, normal: F64, discs: F64) -> F64:
-    """(n,) light at `points` (n, 3) of a plane with `normal` (3,); `discs` (k, 4): horizontal x, y, z, radius that hide."""
+    """(n,) light at `points` (n, 3) of a plane with `normal` (3,).
+
+    discs: (k, 4) x, y, z and radius of horizontal discs that hide it.
+    """
     out = np.full(len(points), _AMBIENT)
     for lamps, facing, power in (
         (_window_points(), np.array((1.0, 0.0, 0.0)), _WINDOW_POWER),

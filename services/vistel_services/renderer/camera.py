@@ -82,7 +82,7 @@ class SeatCamera:
         head = joints.rotation[JOINT_INDEX["head"]]
         ahead = joints.rotation[JOINT_INDEX["hips"]][:, 2]
         looking = FOLLOW * (head @ np.array((0.0, math.sin(SEAT_TILT), math.cos(SEAT_TILT))))
-        looking = looking + (1.0 - FOLLOW) * (ahead + (0.0, math.tan(SEAT_TILT), 0.0))
+        looking = looking + (1.0 - FOLLOW) * (ahead + np.array((0.0, math.tan(SEAT_TILT), 0.0)))
         aim = quaternion_from_matrix(np.ascontiguousarray(look_at(eyes, eyes + looking, SEAT_FIELD_OF_VIEW).rotation))
         if self._position is None or self._quaternion is None:
             self._position, self._quaternion = eyes, aim

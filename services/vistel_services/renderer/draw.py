@@ -268,7 +268,12 @@ class Painter:
             x = round((0.5 + 0.5 * at[0] / at[3]) * self.width - 0.5 * w)
             y = round((0.5 + 0.5 * at[1] / at[3]) * self.height)
             x, y = max(2, min(self.width - w - 2, x)), max(2, min(self.height - h - 2, y))
-            box = (2 * x / self.width - 1, 2 * y / self.height - 1, 2 * (x + w) / self.width - 1, 2 * (y + h) / self.height - 1)
+            box = (
+                2 * x / self.width - 1,
+                2 * y / self.height - 1,
+                2 * (x + w) / self.width - 1,
+                2 * (y + h) / self.height - 1,
+            )
             texture.use(0)
             put(self._label_program, text=0, opacity=1.0, box=box, depth=float(at[2] / at[3]))
             self._label_vao.render(moderngl.TRIANGLE_STRIP)
@@ -308,7 +313,7 @@ class Painter:
     def _texture(self, image: U8, mipmaps: bool = True) -> moderngl.Texture:
         limit = 4096 if self.software else 8192
         step = -(-max(image.shape[:2]) // limit)
-        flipped = np.ascontiguousarray(image[::-step if step > 1 else -1, :: max(1, step)])
+        flipped = np.ascontiguousarray(image[:: -step if step > 1 else -1, :: max(1, step)])
         h, w, components = flipped.shape
         texture = self.ctx.texture((w, h), components, flipped.tobytes(), alignment=1)
         if mipmaps:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,6 +14,8 @@ from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.figure import Figure
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import Skeleton, standard_skeleton
+from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.space.things import Primitive
 from vistel_services.renderer.draw import FigureModel
 from vistel_services.renderer.tessellate import join, tessellate
@@ -43,14 +46,20 @@ class Shape(Protocol):
     body: Body
     model: FigureModel
 
-    def pose(self, posture: Posture) -> Posed:
-        """The figure in `posture`; what it returns is valid until its next `pose`."""
+    def pose(self, posture: Posture, ghosts: Sequence[GhostSource] = ()) -> Posed:
+        """The figure in `posture`, deformed by `ghosts`; what it returns is valid until its next `pose`."""
+        ...
+
+    def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
+        """This figure as ghosts that act on the primitives `target` (P,) of another one, None for all."""
         ...
 
 
 def is_skin(limb: str) -> bool:
     """Whether a limb of that name is bare: head and hands."""
-    return limb in _HEAD or any(word in limb for word in ("palm", "knuckles", "thumb", "index", "middle", "ring", "little"))
+    return limb in _HEAD or any(
+        word in limb for word in ("palm", "knuckles", "thumb", "index", "middle", "ring", "little")
+    )
 
 
 def avatar_model(avatar: Avatar) -> FigureModel:
@@ -97,13 +106,18 @@ class StandIn:
             uv.astype(np.float32), np.zeros(len(limb), np.float32), whole.triangles, whole.triangles[~of_head], texture
         )
 
-    def pose(self, posture: Posture) -> Posed:
-        """The limbs in `posture`, each stiff."""
+    def pose(self, posture: Posture, ghosts: Sequence[GhostSource] = ()) -> Posed:
+        """The limbs in `posture`, each stiff, whatever touches them."""
         joints = pose_joints(self.skeleton, posture)
         r = joints.rotation[self._joint].astype(np.float32)
         positions = np.einsum("nij,nj->ni", r, self._vertices) + joints.position[self._joint]
         normals = np.einsum("nij,nj->ni", r, self._normals)
         return Posed(positions.astype(np.float32), normals, joints, pose_body(self.body, joints))
+
+    def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
+        """The bare limbs as ghosts, as soft as flesh."""
+        limbs = PrimitiveSet.of_cone_spheres(posed.a, posed.b, posed.radius_a, posed.radius_b)
+        return ghosts_of(limbs, groups=range(len(limbs)), target=target)
 
 
 class Person:
@@ -117,9 +131,9 @@ class Person:
         count = len(self.model.uv)
         self._positions, self._normals = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
 
-    def pose(self, posture: Posture) -> Posed:
-        """The figure in `posture`."""
-        state = self._figure.pose(posture)
+    def pose(self, posture: Posture, ghosts: Sequence[GhostSource] = ()) -> Posed:
+        """The figure in `posture`, deformed by its own limbs and by `ghosts`."""
+        state = self._figure.pose(posture, ghosts)
         start = 0
         for corner, (vertices, normals) in zip(
             self._corners, ((state.vertices, state.normals), *state.eyeballs), strict=True
@@ -129,6 +143,10 @@ class Person:
             np.take(normals, corner, axis=0, out=self._normals[start:end])
             start = end
         return Posed(self._positions, self._normals, state.joints, state.posed)
+
+    def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
+        """This figure, posed, as ghosts for another."""
+        return self._figure.ghosts(posed, target=target)
 
 
 def limb_rows(posed: PosedBody) -> F32:

@@ -21,7 +21,7 @@ log = logging.getLogger("vistel.renderer")
 SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software rasterizer", "swr", "lavapipe")
 
 
-class NoOpenGl(RuntimeError):
+class NoOpenGlError(RuntimeError):
     """This machine gives no OpenGL 3.3; the text says what to install."""
 
 
@@ -87,7 +87,7 @@ class Surface:
 def open_surface(width: int, height: int, window: bool = False, title: str = "VISTEL") -> Surface:
     """A context; in a window of `width` x `height` when asked for and a display is there, else headless.
 
-    Raises NoOpenGl with one line that says what to install.
+    Raises NoOpenGlError with one line that says what to install.
     """
     if window:
         try:
@@ -109,7 +109,7 @@ def _headless() -> moderngl.Context:
         else:
             ctx.gc_mode = None
             return ctx
-    raise NoOpenGl(
+    raise NoOpenGlError(
         f"no OpenGL 3.3 ({first}); on Debian/Ubuntu: apt-get install libegl1 libgl1 libgl1-mesa-dri"
     ) from first
 

@@ -52,12 +52,12 @@ class Playout(Generic[T]):
         self._values: list[T] = []
         self._transits: list[int] = []
         self._jitter_ns = 0.0
-        self._skew_ns = 0.0
+        self._skew_ns: float | None = None
         self._point_ns: int | None = None
         self._sampled_ns: int | None = None
         self._shown: T | None = None
         self._starved_at_ns: int | None = None
-        self._home_at_ns: int | None = None
+        self._left: tuple[int, T] | None = None
         self._timing: Timing | None = None
 
     def push(self, t_ns: int, value: T, received_ns: int) -> bool:
@@ -83,9 +83,8 @@ class Playout(Generic[T]):
         self._times.clear()
         self._values.clear()
         self._transits.clear()
-        self._point_ns = None
-        if self._sampled_ns is not None:
-            self._home_at_ns = self._sampled_ns + BLEND_NS
+        self._point_ns = self._skew_ns = None
+        self._begin_return()
 
     def sample(self, now_ns: int) -> T | None:
         """What to show at `now_ns`; None until the first frame has arrived."""
@@ -95,9 +94,9 @@ class Playout(Generic[T]):
         newest = self._times[-1]
         target = self._at(point)
         if self._starved_at_ns is not None and self._starved_at_ns != newest:
-            self._home_at_ns = (now_ns if self._sampled_ns is None else self._sampled_ns) + BLEND_NS
+            self._begin_return()
         self._starved_at_ns = newest if point > newest else None
-        self._shown = self._homing(target, now_ns)
+        self._shown = self._returning(target, now_ns)
         self._sampled_ns = now_ns
         self._timing = Timing(now_ns - min(point, newest), now_ns - newest, int(self._jitter_ns), point > newest)
         self._forget(point)
@@ -108,15 +107,21 @@ class Playout(Generic[T]):
         """Of the last sample."""
         return self._timing
 
-    def _homing(self, target: T, now_ns: int) -> T:
-        """`target`, or while coming back from a hold the value on the way to it, there when the blend ends."""
-        if self._home_at_ns is None or self._shown is None or self._sampled_ns is None:
+    def _begin_return(self) -> None:
+        """From what was shown last, blend to the live frames."""
+        if self._sampled_ns is not None and self._shown is not None:
+            self._left = self._sampled_ns, self._shown
+
+    def _returning(self, target: T, now_ns: int) -> T:
+        """`target`, or a value on the way from what was held to it."""
+        if self._left is None:
             return target
-        if now_ns >= self._home_at_ns:
-            self._home_at_ns = None
+        since_ns, held = self._left
+        u = (now_ns - since_ns) / BLEND_NS
+        if u >= 1.0:
+            self._left = None
             return target
-        step = (now_ns - self._sampled_ns) / (self._home_at_ns - self._sampled_ns)
-        return self._interpolate(self._shown, target, step)
+        return self._interpolate(held, target, u)
 
     def _at(self, point: int) -> T:
         i = bisect_right(self._times, point)
@@ -132,7 +137,7 @@ class Playout(Generic[T]):
         fastest = min(self._transits)
         margin = max(MIN_MARGIN_NS, 3.0 * self._jitter_ns)
         wanted = -min(fastest, 0) - max(0.0, fastest + margin - self._delay_ns)
-        if self._sampled_ns is None:
+        if self._skew_ns is None or self._sampled_ns is None:
             self._skew_ns = wanted
         else:
             limit = MAX_SKEW_RATE * max(0, now_ns - self._sampled_ns)

@@ -223,7 +223,14 @@ def _shelf(wall: paint.Wall, x: float) -> None:
     wall.shadow((x, 0.1, x + width, top))
     wall.panel((x, 0.0, x + width, top), (0.20, 0.125, 0.07), 0.01)
     rng = wall.rng
-    tones = ((0.42, 0.12, 0.08), (0.12, 0.22, 0.33), (0.55, 0.45, 0.25), (0.16, 0.27, 0.17), (0.62, 0.58, 0.50), (0.25, 0.12, 0.22))
+    tones = (
+        (0.42, 0.12, 0.08),
+        (0.12, 0.22, 0.33),
+        (0.55, 0.45, 0.25),
+        (0.16, 0.27, 0.17),
+        (0.62, 0.58, 0.50),
+        (0.25, 0.12, 0.22),
+    )
     for level in np.arange(0.12, top - 0.3, 0.36):
         wall.panel((x + 0.03, level, x + width - 0.03, level + 0.32), (0.075, 0.05, 0.03))
         at = x + 0.05
@@ -240,5 +247,12 @@ def _table_top(surface: Surface3, radius: float) -> Panel:
     p = surface.vertices
     uv = np.stack((0.5 + 0.5 * p[:, 0] / radius, 0.5 - 0.5 * p[:, 2] / radius), axis=1).astype(np.float32)
     return Panel(
-        p, surface.normals, uv, surface.triangles, _texture(colour, np.full((size, size), 0.72)), KEY_SHADOWED, 0.42, casts=True
+        p,
+        surface.normals,
+        uv,
+        surface.triangles,
+        _texture(colour, np.full((size, size), 0.72)),
+        KEY_SHADOWED,
+        0.42,
+        casts=True,
     )

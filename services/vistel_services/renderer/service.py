@@ -19,7 +19,7 @@ from vistel.v1 import service_pb2
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
-from vistel_services.renderer.gl_context import NoOpenGl
+from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.video import VideoWriter
@@ -194,7 +194,7 @@ class _Easel:
         """The picture, or None when there is none this time."""
         try:
             return await self._call(self._draw, instant)
-        except NoOpenGl:
+        except NoOpenGlError:
             raise
         except Exception:
             log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", _RETRY_S)

@@ -52,7 +52,10 @@ class ShadowMap:
         self._limbs = ctx.buffer(reserve=_MAX_LIMBS * 32, dynamic=True)
         self._limb_vao = ctx.vertex_array(
             self._limb_program,
-            [(ctx.buffer(vertices.tobytes()), "3f 1f", "direction", "end"), (self._limbs, "4f 4f/i", "limb_a", "limb_b")],
+            [
+                (ctx.buffer(vertices.tobytes()), "3f 1f", "direction", "end"),
+                (self._limbs, "4f 4f/i", "limb_a", "limb_b"),
+            ],
             ctx.buffer(triangles.tobytes()),
         )
 
@@ -80,7 +83,10 @@ class ShadowMap:
 def _split_sphere(segments: int, rings: int) -> tuple[F32, NDArray[np.int32]]:
     """A unit sphere cut at its equator: (n, 4) direction and end, triangles (m, 3)."""
     rows = []
-    for end, angles in ((0.0, np.linspace(math.pi, 0.5 * math.pi, rings)), (1.0, np.linspace(0.5 * math.pi, 0.0, rings))):
+    for end, angles in (
+        (0.0, np.linspace(math.pi, 0.5 * math.pi, rings)),
+        (1.0, np.linspace(0.5 * math.pi, 0.0, rings)),
+    ):
         for angle in angles:
             for k in range(segments):
                 phi = 2.0 * math.pi * k / segments

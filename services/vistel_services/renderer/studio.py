@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.body import PosedBody, pose_body
+from vistel.figure.posture import pose_joints
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.room import Room, meeting_room
@@ -17,6 +19,7 @@ from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
 from vistel_services.renderer.draw import FigureView, Frame, LabelView, Painter, ThingView
 from vistel_services.renderer.figures import Posed, Shape, StandIn, limb_rows
+from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
 from vistel_services.renderer.labels import Label
 from vistel_services.renderer.people import load_shape
@@ -66,6 +69,7 @@ class Studio:
         self._camera = SeatCamera()
         self._cast: dict[str, _Cast] = {}
         self._things: dict[str, object] = {}
+        self._ghosts = Ghosts()
         self._load = load
         self._loader = ThreadPoolExecutor(1, thread_name_prefix="avatars")
         # Compiling the filter may take seconds the first time: pictures come without it until then.
@@ -90,7 +94,7 @@ class Studio:
         self._surface.close()
 
     def _frame(self, instant: Instant) -> Frame:
-        posed = {p.about.name: self._cast[p.about.name].shape.pose(p.posture) for p in instant.people}
+        posed = self._pose(instant)
         camera = self._aim(instant, posed)
         figures: list[FigureView] = []
         labels: list[LabelView] = []
@@ -98,13 +102,11 @@ class Studio:
             name = person.about.name
             cast, now = self._cast[name], posed[name]
             own = self.view.kind == "seat" and name == self.view.eyes
-            figures.append(
-                FigureView(name, cast.shape.model, now.positions, now.normals, limb_rows(now.posed), own)
-            )
+            figures.append(FigureView(name, cast.shape.model, now.positions, now.normals, limb_rows(now.posed), own))
             if not own:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
-                labels.append(LabelView(self._label(instant, person, cast), crown + (0.0, 0.07, 0.0)))
+                labels.append(LabelView(self._label(instant, person, cast), crown + np.array((0.0, 0.07, 0.0))))
         things: list[ThingView] = []
         for thing_id, (position, rotation) in instant.world.poses.items():
             if thing_id in self._things:
@@ -113,6 +115,19 @@ class Studio:
                 matrix[:3, 3] = position
                 things.append(ThingView(thing_id, matrix))
         return Frame(camera, figures, things, labels)
+
+    def _pose(self, instant: Instant) -> dict[str, Posed]:
+        """Everybody in the posture of this instant; who touches somebody deforms."""
+        shapes = {p.about.name: self._cast[p.about.name].shape for p in instant.people}
+        bodies: dict[str, PosedBody] = {}
+        if instant.world.ghosts:
+            for p in instant.people:
+                shape = shapes[p.about.name]
+                bodies[p.about.name] = pose_body(shape.body, pose_joints(shape.skeleton, p.posture))
+        ghosts = self._ghosts.of(instant, shapes, bodies)
+        return {
+            name: shapes[name].pose(p.posture, ghosts.get(name, ())) for p in instant.people if (name := p.about.name)
+        }
 
     def _aim(self, instant: Instant, posed: dict[str, Posed]) -> Camera:
         if self.view.kind == "seat" and self.view.eyes in posed:

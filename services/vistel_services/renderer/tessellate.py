@@ -168,9 +168,7 @@ def _rounded_polygon(r: float, corners: F64, rings: int) -> Surface3:
             owners.append(corner)
             directions.append(d / np.linalg.norm(d))
     elevation = np.linspace(-0.5 * math.pi, 0.5 * math.pi, max(5, rings))
-    normals = (
-        np.cos(elevation)[:, None, None] * np.array(directions)[None] + np.sin(elevation)[:, None, None] * normal
-    )
+    normals = np.cos(elevation)[:, None, None] * np.array(directions)[None] + np.sin(elevation)[:, None, None] * normal
     rim = _grid(np.array(owners)[None] + r * normals, normals)
     parts = [rim]
     count, centre = len(corners), corners.mean(axis=0)
