@@ -20,6 +20,10 @@ class RunPaths:
     def video(self, site: str) -> Path:
         return self.out / f"{site}.mp4"
 
+    def videos(self, site: str) -> list[Path]:
+        """The videos a site has written: one, and a numbered one for each time its renderer was started again."""
+        return sorted(p for p in self.out.glob(f"{site}*.mp4") if p.stem.split(".")[0] == site)
+
     @property
     def log(self) -> Path:
         return self.out / "conference.mcap"

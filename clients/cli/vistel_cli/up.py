@@ -19,6 +19,7 @@ from vistel.conference.paths import RunPaths
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel_cli.cpu_use import CpuUse
 from vistel_cli.launch import host_spec, sim_spec, simulated_devices
 from vistel_cli.observer import Observer
 from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
@@ -112,7 +113,7 @@ class _Run:
             fail(f"--out {self.out}: cannot be made: {e.strerror}", USAGE)
         with tempfile.TemporaryDirectory(prefix="vistel-") as run:
             paths = RunPaths(Path(run), self.out.resolve())
-            for old in (paths.log, paths.report, *(paths.video(s.name) for s in self.conference.sites)):
+            for old in (paths.log, paths.report, *(v for s in self.conference.sites for v in paths.videos(s.name))):
                 old.unlink(missing_ok=True)
             logs_folder = paths.out / "logs"
             logs_folder.mkdir(exist_ok=True)
@@ -151,10 +152,13 @@ class _Run:
             )
         await supervisor.start()
         ready_s: float | None = None
+        cpu = CpuUse(supervisor)
         try:
             ready_s = await self._until_ready(observer, started)
+            cpu.begin()
             if ready_s is not None:
                 await self._until_done(observer)
+            cpu.end()
         finally:
             if not self.as_json:
                 out.print("stopping …")
@@ -162,7 +166,7 @@ class _Run:
             await bus.close()
             if router:
                 router.close()
-        return self._finish(observer, supervisor, codes, paths, ready_s)
+        return self._finish(observer, supervisor, codes, cpu, paths, ready_s)
 
     async def _until_ready(self, observer: Observer, started: float) -> float | None:
         """Seconds until everyone saw everyone; None when stopped before."""
@@ -200,12 +204,19 @@ class _Run:
                 await _wait(self.stop, 0.1)
 
     def _finish(
-        self, observer: Observer, supervisor: Supervisor, codes: dict[str, int], paths: RunPaths, ready_s: float | None
+        self,
+        observer: Observer,
+        supervisor: Supervisor,
+        codes: dict[str, int],
+        cpu: CpuUse,
+        paths: RunPaths,
+        ready_s: float | None,
     ) -> int:
         report: dict[str, Any] = {"conference": self.conference.name, "ready_after_s": ready_s and round(ready_s, 2)}
         report |= observer.report()
         report["processes"] = {
-            n: {"exit_code": codes.get(n), "restarts": c.restarts} for n, c in supervisor.children.items()
+            n: {"exit_code": codes.get(n), "restarts": c.restarts, "cpu_percent": cpu.percent(n)}
+            for n, c in supervisor.children.items()
         }
         files = [paths.video(s.name) for s in self.conference.sites if s.display.video]
         files += [paths.log] if self.conference.record else []
