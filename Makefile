@@ -30,7 +30,8 @@ fuzz: setup  ## long fuzzing of parsers and graphs
 bench: setup  ## every benchmark, one JSON object per line
 	@$(VENV)/bin/vistel bench --all --json
 
-proto:  ## generate Python from proto/
+proto:  ## generate Python from proto/, after a check for breaking changes
+	$(PY) proto/check.py --accept
 	$(PY) -m grpc_tools.protoc -Iproto --python_out=. --pyi_out=. proto/vistel/v1/*.proto
 
 lock:  ## write requirements.lock anew

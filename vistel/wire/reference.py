@@ -1,0 +1,68 @@
+"""Writes the reference page of topics from the table: `python -m vistel.wire.reference`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vistel.wire.motion import KEY_INTERVAL_NS, MOTION_FIELDS
+from vistel.wire.topics import MESSAGE_VERSION, TOPICS, Delivery, Publisher, Topic
+
+PAGE = Path(__file__).resolve().parents[2] / "docs/reference/topics.md"
+
+_DELIVERY = {
+    Delivery.NEWEST: "newest wins",
+    Delivery.RELIABLE: "reliable",
+    Delivery.QUERY: "asked for",
+}
+_PUBLISHER = {Publisher.SITE: "its site", Publisher.WORLD: "the world", Publisher.HUB: "the hub"}
+
+
+def page() -> str:
+    """The whole page, Markdown."""
+    rows = "\n".join(_row(t) for t in TOPICS)
+    fields = "\n".join(
+        f"| `{f.part}` | {f.name} | {f.count} | {f.low:.4g} … {f.high:.4g} {f.unit} | {f.step:.4g} {f.unit} |"
+        for f in MOTION_FIELDS
+    )
+    return f"""# Topics and messages
+
+<!-- Made by `python -m vistel.wire.reference` from vistel/wire/topics.py and vistel/wire/motion.py; do not edit. -->
+
+Everything that crosses the bus, message version {MESSAGE_VERSION}. The messages are described in `proto/vistel/v1/*.proto`.
+
+| topic | key | message | rate | delivery | published by | recorded | what |
+|---|---|---|--:|---|---|---|---|
+{rows}
+
+**Newest wins**: best effort. A reader that is slow or was cut off skips old values; what arrives more than 250 ms later
+than usual for its sender is dropped and counted. **Reliable**: in order, nothing is lost while its sender lives, across
+a router that restarts too; whoever comes late gets the last value of each key. **Asked for**: a question and its answer.
+
+Who is present stands under `vistel/{{conference}}/alive/{{site}}/{{token}}`. With certificates, a router lets each site
+publish only under its own name; the rules are made from this table (`vistel.wire.access`).
+
+A message that does not parse, or has another version, is dropped and counted; it harms nobody.
+
+## Motion
+
+A posture in about 90 bytes. Every number is a whole number of steps; a key frame at least every
+{KEY_INTERVAL_NS / 1e9:g} s carries the numbers, the frames between carry differences, by turns to the last key frame and
+to the one before it (`key_seq` says which). Zeros at the end of a list are left out. A number outside its range is sent
+as the end of the range.
+
+| list | numbers | count | range | step |
+|---|---|--:|---|--:|
+{fields}
+"""
+
+
+def _row(t: Topic) -> str:
+    rate = f"{t.rate_hz:g} Hz" if t.rate_hz else "on change" if t.delivery is not Delivery.QUERY else ""
+    return (
+        f"| `{t.name}` | `{t.key}` | `{t.message.DESCRIPTOR.name}` | {rate} | {_DELIVERY[t.delivery]} "
+        f"| {_PUBLISHER[t.publisher]} | {'yes' if t.recorded else 'no'} | {t.about} |"
+    )
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), "utf-8")
