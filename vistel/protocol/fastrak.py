@@ -13,10 +13,11 @@ from __future__ import annotations
 import math
 import re
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from vistel.protocol.arrival import ByteArrivals
+from vistel.protocol.turns import Turns
 
 RECORD_LENGTH = 33
 LATENCY_NS = 3_750_000
@@ -39,7 +40,7 @@ class Record:
     """One receiver's pose in the transmitter frame (+X away from the cable, +Y right, +Z down).
 
     position: metres. rotation: unit quaternion (x, y, z, w), receiver to transmitter. error: letter or "".
-    t_ns: when it was measured: the first byte's time less the device's latency.
+    t_ns: when it was measured: the first byte's time less the device's latency, refined by `Turns`.
     """
 
     station: int
@@ -124,13 +125,14 @@ class FastrakParser:
         self.bytes_skipped = 0
         self._buffer = bytearray()
         self._arrivals = ByteArrivals(baud)
+        self._turns = Turns(CYCLE_S * 1e9)
         self._replies: list[Reply] = []
 
     def feed(self, data: bytes, t_ns: int) -> list[Record]:
         """The records completed by `data`, which was read at `t_ns`. Never raises, whatever the bytes."""
-        records: list[Record] = []
         if not data:
-            return records
+            return []
+        records: list[Record] = []
         buffer = self._buffer
         buffer += data
         self._arrivals.read(len(data), t_ns)
@@ -151,7 +153,10 @@ class FastrakParser:
             i += taken
         del buffer[:i]
         self._arrivals.forget(base + i)
-        return records
+        if not records:
+            return records
+        times = self._turns.times([(r.station, r.t_ns) for r in records])
+        return [replace(r, t_ns=t) for r, t in zip(records, times, strict=True)]
 
     def take_replies(self) -> list[Reply]:
         """Answers that came since the last call, oldest first."""

@@ -59,9 +59,10 @@ def test_stamp_is_the_same_read_byte_by_byte() -> None:
     assert out[0].t_ns == pytest.approx(10**9 - 33 * BYTE_NS - LATENCY_NS, abs=100)
 
 
-def test_two_records_in_one_read_have_different_stamps() -> None:
+def test_two_records_in_one_read_were_measured_a_cycle_apart() -> None:
     a, b = FastrakParser().feed(record(1) + record(2), 10**9)
-    assert b.t_ns - a.t_ns == pytest.approx(33 * BYTE_NS, abs=2)
+    assert b.t_ns == pytest.approx(10**9 - 33 * BYTE_NS - LATENCY_NS, abs=2)
+    assert b.t_ns - a.t_ns == pytest.approx(1e9 / 120, abs=2)
 
 
 def test_stamp_never_precedes_the_read_before() -> None:
