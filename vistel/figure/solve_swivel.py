@@ -47,8 +47,8 @@ class Comfort(NamedTuple):
 
 W_LIMIT = 50.0
 
-SAMPLES = 24
-GOLDEN_STEPS = 12
+SAMPLES = 18
+GOLDEN_STEPS = 11
 
 # Comfortable limits of forearm and wrist [rad]: pronation and supination, radial and ulnar deviation, flexion.
 TWIST_LIMIT = math.radians(85.0)

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from vistel.figure.posture import HAND_DOF_COUNT, pose_joints, standing
 from vistel.figure.sensors import Placement, out_of_frame, receiver_poses
-from vistel.figure.skeleton import standard_skeleton
+from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.figure.solve import PostureSolver, Solved
+from vistel.figure.solve_swivel import Comfort
 from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver
 from vistel_services.posture.config import Person
 from vistel_services.posture.one_euro import PoseFilter
@@ -33,9 +34,13 @@ _USABLE = (
 class Capture:
     """Takes what the devices say and gives postures of one person."""
 
-    def __init__(self, person: Person) -> None:
+    def __init__(
+        self, person: Person, skeleton: Skeleton | None = None, comfort: Comfort | None = None
+    ) -> None:
+        """`skeleton`: where the person was measured; else one of their height. `comfort`: of the elbow's swivel."""
         self.person = person
-        self._solver = PostureSolver(standard_skeleton(person.height_m), person.seat)
+        skeleton = skeleton or standard_skeleton(person.height_m)
+        self._solver = PostureSolver(skeleton, person.seat, comfort=comfort or Comfort())
         self._filters = {receiver: PoseFilter() for receiver in person.stations.values()}
         self._gloves: dict[str, tuple[float, F64]] = {}
         self._epoch_ns: int | None = None

@@ -1,0 +1,182 @@
+"""Posture from four receivers against recorded people: joint errors through a noisy tracker, and the time of a solve.
+
+Receivers are put on recorded people (BVH and 6-DOF files), measured like a FASTRAK does: one station every 1/120 s in
+turn, 0.8 mm and 0.15 degrees of noise per axis; then filtered and solved by the posture service's own code. The peer is
+the same solver with the elbow always at its lowest.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.row import Row, machine
+from vistel.figure.posture import Stance, pose_joints
+from vistel.figure.rotation import matrix_from_rotvec, quaternion_from_matrix
+from vistel.figure.sensors import receiver_mounts
+from vistel.figure.skeleton import JOINT_INDEX, Skeleton
+from vistel.figure.solve_swivel import Comfort
+from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
+from vistel_services.posture.capture import Capture, warm_up
+from vistel_services.posture.config import Person
+from vistel_sim.motion.bvh import load_bvh
+from vistel_sim.motion.recording import INDEX, Recording
+from vistel_sim.motion.six_dof import load_hand_over
+
+F64 = NDArray[np.float64]
+
+DATA = Path(__file__).resolve().parents[1].parent / "shared" / "data" / "body"
+RECORDS_HZ = 120.0
+NOISE_M, NOISE_RAD = 0.0008, math.radians(0.15)
+STATIONS = {1: "chest", 2: "head", 3: "left_hand", 4: "right_hand"}
+SETTLE_S = 0.5
+"""Frames before this time are left out: the filters begin."""
+LOWEST = Comfort(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+PEER = "elbow at its lowest (energy of height only)"
+
+JOINTS = {
+    "elbow": ("left_lower_arm", "right_lower_arm"), "shoulder": ("left_upper_arm", "right_upper_arm"),
+    "wrist": ("left_hand", "right_hand"), "spine": ("neck",), "hips": ("hips",), "head": ("head",),
+}  # fmt: skip
+TARGETS = {("elbow", "median"): 25.0, ("elbow", "p95"): 60.0, ("wrist", "median"): 5.0, ("head", "median"): 5.0}
+MOST_JUMP_DEG = 5.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """errors: joint name to (n,) metres; jump: largest turn of an upper arm from one motion to the next that is not
+    in the truth [rad]; solve: (n,) seconds."""
+
+    errors: dict[str, F64]
+    jump: float
+    solve: F64
+
+
+def run() -> Iterator[Row]:
+    """Every recording that is on this machine; nothing where there is none."""
+    warm_up()
+    where = machine()
+    pooled: list[tuple[Outcome, Outcome]] = []
+    for recording in recordings():
+        ours, peer = measure(recording), measure(recording, LOWEST)
+        pooled.append((ours, peer))
+        yield from _rows(recording.name, ours, peer, where)
+    if pooled:
+        yield from _rows("all", _pool([o for o, _ in pooled]), _pool([p for _, p in pooled]), where)
+
+
+def recordings() -> list[Recording]:
+    """Those under ../shared/data/body."""
+    found = [load_bvh(path) for path in sorted((DATA / "cmu").glob("*.bvh"))] if (DATA / "cmu").is_dir() else []
+    folder = DATA / "kth_handover" / "take_new"
+    return found + (list(load_hand_over(folder).people.values()) if folder.is_dir() else [])
+
+
+def measure(recording: Recording, comfort: Comfort | None = None, seed: int = 1) -> Outcome:
+    """Play a recording through receivers, noise, filters and solver."""
+    skeleton = recording.measured()
+    person = Person(
+        name="who", display_name="", avatar="", height_m=1.7, seat=Stance(), tracker="t", stations=STATIONS,
+        transmitter=(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), gloves={},
+    )  # fmt: skip
+    capture = Capture(person, skeleton, comfort)
+    rng = np.random.default_rng(seed)
+    errors: dict[str, list[float]] = {name: [] for names in JOINTS.values() for name in names}
+    solves: list[float] = []
+    arms: list[tuple[F64, F64]] = []
+    newest: dict[int, TrackerReceiver] = {}
+    for k in range(int(recording.duration_s * RECORDS_HZ)):
+        t = k / RECORDS_HZ
+        station = 1 + k % len(STATIONS)
+        joints = _at(recording, t)
+        newest[station] = _record(recording, skeleton, joints, station, 1_000_000_000 + round(t * 1e9), rng)
+        if not capture.tracker(TrackerFrame(device="t", receivers=newest.values())):
+            continue
+        started = time.perf_counter()
+        solved = capture.solve(capture.newest_ns).posture
+        solves.append(time.perf_counter() - started)
+        pose = pose_joints(skeleton, solved)
+        if t < SETTLE_S:
+            continue
+        for name, found in errors.items():
+            found.append(float(np.linalg.norm(pose.position[JOINT_INDEX[name]] - joints[0][INDEX[name]])))
+        arms.append((_arms(pose.position[[JOINT_INDEX[n] for n in _ARM]]), _arms(joints[0][[INDEX[n] for n in _ARM]])))
+    turn = np.array([[_angle(a, b) for a, b in zip(x, y, strict=True)] for x, y in _steps(arms)])
+    return Outcome({n: np.array(e) for n, e in errors.items()}, float((turn[:, 0] - turn[:, 1]).max()), np.array(solves))
+
+
+_ARM = ("left_upper_arm", "left_lower_arm", "right_upper_arm", "right_lower_arm")
+
+
+def _arms(p: F64) -> F64:
+    """(2, 3) unit directions of both upper arms."""
+    d = np.stack((p[1] - p[0], p[3] - p[2]))
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def _steps(arms: Sequence[tuple[F64, F64]]) -> Iterator[tuple[tuple[F64, F64], tuple[F64, F64]]]:
+    for before, after in zip(arms, arms[1:], strict=False):
+        for side in range(2):
+            yield (before[0][side], before[1][side]), (after[0][side], after[1][side])
+
+
+def _angle(a: F64, b: F64) -> float:
+    return math.acos(min(1.0, max(-1.0, float(a @ b))))
+
+
+def _at(recording: Recording, t: float) -> tuple[F64, F64]:
+    """Positions (12, 3) and rotations (12, 3, 3) at time `t`, between frames."""
+    f = min(len(recording.position) - 1.0, t * recording.rate_hz)
+    i = min(len(recording.position) - 2, int(f))
+    share = f - i
+    position = (1.0 - share) * recording.position[i] + share * recording.position[i + 1]
+    mixed = (1.0 - share) * recording.rotation[i] + share * recording.rotation[i + 1]
+    u, _, v = np.linalg.svd(mixed)
+    return position, u @ v
+
+
+def _record(
+    recording: Recording, skeleton: Skeleton, joints: tuple[F64, F64], station: int, t_ns: int, rng: np.random.Generator
+) -> TrackerReceiver:
+    name = STATIONS[station]
+    mount = receiver_mounts(skeleton)[name]
+    p, r = joints[0][INDEX[name]], joints[1][INDEX[name]]
+    if name == "chest":
+        # The mount is on the left collar joint; the recording's chest is midway between both.
+        p = p + r @ recording.offset("chest", "left_shoulder")
+    p = p + r @ mount.position + NOISE_M * rng.standard_normal(3)
+    q = quaternion_from_matrix(matrix_from_rotvec(NOISE_RAD * rng.standard_normal(3)) @ (r @ mount.rotation))
+    out = TrackerReceiver(station=station, t_ns=t_ns, health=TrackerReceiver.HEALTH_GOOD)
+    out.position.x, out.position.y, out.position.z = p
+    out.rotation.x, out.rotation.y, out.rotation.z, out.rotation.w = q
+    return out
+
+
+def _pool(outcomes: Sequence[Outcome]) -> Outcome:
+    errors = {n: np.concatenate([o.errors[n] for o in outcomes]) for n in outcomes[0].errors}
+    return Outcome(errors, max(o.jump for o in outcomes), np.concatenate([o.solve for o in outcomes]))
+
+
+def _rows(case: str, ours: Outcome, peer: Outcome, where: str) -> Iterator[Row]:
+    for part, names in JOINTS.items():
+        for metric, share in (("median", 50), ("p95", 95)):
+            value, other = (
+                float(np.percentile(np.concatenate([o.errors[n] for n in names]), share)) * 1e3 for o in (ours, peer)
+            )
+            target = TARGETS.get((part, metric))
+            yield Row("posture", case, f"{part} error, {metric}", "mm", value, PEER, other, value / other,
+                      None if target is None else f"<= {target:g} mm", None if target is None else value <= target,
+                      where)  # fmt: skip
+    jump, other = math.degrees(ours.jump), math.degrees(peer.jump)
+    yield Row("posture", case, "largest arm jump not in the truth", "deg", jump, PEER, other, jump / other,
+              f"<= {MOST_JUMP_DEG:g} deg", jump <= MOST_JUMP_DEG, where)  # fmt: skip
+    value, other = (float(np.median(o.solve)) * 1e3 for o in (ours, peer))
+    yield Row("posture", case, "filter and solve, median", "ms", value, PEER, other, value / other,
+              "<= 0.5 ms", value <= 0.5, where)  # fmt: skip
+

@@ -1,0 +1,32 @@
+"""One figure of one benchmark, as `vistel bench --json` prints it."""
+
+from __future__ import annotations
+
+import os
+import platform
+from dataclasses import dataclass
+
+
+def machine() -> str:
+    """The machine a figure was measured on, in a few words."""
+    return f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+@dataclass(frozen=True)
+class Row:
+    """peer: name and version of what was measured beside us in the same run; ratio: ours to the peer's.
+
+    target: as text; met: None where this machine cannot tell.
+    """
+
+    bench: str
+    case: str
+    metric: str
+    unit: str
+    value: float
+    peer: str | None
+    peer_value: float | None
+    ratio: float | None
+    target: str | None
+    met: bool | None
+    machine: str
