@@ -28,6 +28,9 @@ from vistel.implicit.combine import (
 )
 from vistel.implicit.kinds import KINDS, primitive
 from vistel.implicit.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
+from vistel.implicit.pointblob import Pointblob, PointSetblob
+from vistel.implicit.polyblob import Polyblob
+from vistel.implicit.polyhedron import Polyhedron, box, prism, sphere_mesh, torus_mesh
 from vistel.implicit.primitive import Primitive
 from vistel.implicit.program import Evaluation, FieldProgram, compile
 from vistel.implicit.shape import Shape
@@ -49,6 +52,10 @@ __all__ = [
     "Extremum",
     "FieldProgram",
     "Placed",
+    "PointSetblob",
+    "Pointblob",
+    "Polyblob",
+    "Polyhedron",
     "Primitive",
     "Ricci",
     "RoundedPolygon",
@@ -59,12 +66,16 @@ __all__ = [
     "Sum",
     "Superellipsoid",
     "Supertoroid",
+    "box",
     "compile",
     "difference",
     "intersection",
     "primitive",
+    "prism",
     "selective",
+    "sphere_mesh",
     "subtract",
+    "torus_mesh",
     "total",
     "union",
 ]

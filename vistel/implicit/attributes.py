@@ -43,8 +43,8 @@ def blended_attributes(shape: Shape, points: ArrayLike) -> dict[str, F64]:
 
 
 def texture_values(texture: Texture, primitive: Primitive, points: F64) -> F64:
-    """A texture (n, k) of `primitive` at points (n, 3) in its frame: looked up where the ray from Q leaves V."""
-    values = np.asarray(texture(primitive.boundary_point(points)), np.float64)
+    """A texture (n, k) of `primitive` at points (n, 3) in its frame: looked up at its surface point."""
+    values = np.asarray(texture(primitive.surface_point(points)), np.float64)
     values = values[:, None] if values.ndim == 1 else values
     if values.ndim != 2 or len(values) != len(points):
         raise ShapeError(f"attributes: a texture gave the form {values.shape} for {len(points)} points, expected (n, k)")

@@ -7,6 +7,7 @@ reads them. The dispatcher that the evaluator compiles is written from this tabl
 from __future__ import annotations
 
 import hashlib
+import importlib
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,13 +23,14 @@ if TYPE_CHECKING:
 class Kind:
     """A kind of primitive.
 
-    name: as in `Primitive.kind`; kernel: name of its row kernel in `vistel.implicit.kernels` or `polyhedral_kernels`;
+    name: as in `Primitive.kind`; kernel: name of its row kernel in `module` of this package;
     value: the kernel writes F and its gradient instead of d^2 and its gradient;
     make: builds the primitive from the flat list of *surface* sizes that messages carry, or None.
     """
 
     name: str
     kernel: str
+    module: str = "kernels"
     value: bool = False
     make: Callable[[Sequence[float]], Primitive] | None = None
 
@@ -74,6 +76,9 @@ KINDS: tuple[Kind, ...] = (
     Kind("rounded_polygon", "rounded_polygon", make=_rounded_polygon),
     Kind("superellipsoid", "superellipsoid", make=_superellipsoid),
     Kind("supertoroid", "supertoroid", make=_supertoroid),
+    Kind("pointblob", "pointblob", module="blob_kernels", value=True),
+    Kind("point_setblob", "point_setblob", module="blob_kernels", value=True),
+    Kind("polyblob", "polyblob", module="polyblob_kernels"),
 )
 
 KIND_INDEX = {kind.name: i for i, kind in enumerate(KINDS)}
@@ -98,26 +103,33 @@ def primitive(kind: str, params: Sequence[float]) -> Primitive:
         raise ShapeError(f"primitive: params has {len(numbers)} numbers, which do not make a {kind}") from None
 
 
-def dispatcher() -> Any:
-    """The compiled function (kind, p, x, y, z, u, gx, gy, gz, n, slope) that calls the kernel of a kind."""
-    from vistel.implicit import kernels
+def _dispatcher(kinds: Sequence[tuple[int, Kind]]) -> Any:
+    """The compiled function (kind, p, x, y, z, u, gx, gy, gz, n, slope) that calls the kernel of one of `kinds`."""
     from vistel.implicit.rows import row
 
     lines = ["def dispatch(kind, p, x, y, z, u, gx, gy, gz, n, slope):"]
     scope: dict[str, Any] = {}
-    for i, kind in enumerate(KINDS):
-        scope[kind.kernel] = getattr(kernels, kind.kernel)
-        lines += [f"    {'if' if i == 0 else 'elif'} kind == {i}:",
+    for place, (code, kind) in enumerate(kinds):
+        scope[kind.kernel] = getattr(importlib.import_module(f"vistel.implicit.{kind.module}"), kind.kernel)
+        lines += [f"    {'elif' if place else 'if'} kind == {code}:",
                   f"        {kind.kernel}(p, x, y, z, u, gx, gy, gz, n, slope)"]  # fmt: skip
     exec("\n".join(lines), scope)
     return row(scope["dispatch"])
 
 
+def dispatcher() -> Any:
+    """The function that calls the kernel of any kind in the table."""
+    return _dispatcher(tuple(enumerate(KINDS)))
+
+
+def volume_dispatcher() -> Any:
+    """The same for the analytic kinds alone, which may be the volumes of pointblobs."""
+    return _dispatcher([(code, kind) for code, kind in enumerate(KINDS) if kind.module == "kernels"])
+
+
 def stamp() -> np.ndarray:
     """An array whose *type* names the kernels' source, so that compiled code on disk is never older than it."""
-    from vistel.implicit import combine_kernels, kernels, machine, pointers, rows
-
-    source = "".join(inspect.getsource(module) for module in (pointers, rows, kernels, combine_kernels, machine)) + repr(
-        [(k.name, k.kernel, k.value) for k in KINDS]
-    )
+    names = {"pointers", "rows", "combine_kernels", "machine"} | {kind.module for kind in KINDS}
+    modules = [importlib.import_module(f"vistel.implicit.{name}") for name in sorted(names)]
+    source = "".join(map(inspect.getsource, modules)) + repr([(k.name, k.kernel, k.value) for k in KINDS])
     return np.zeros(1, dtype=[("s" + hashlib.sha256(source.encode()).hexdigest()[:12], np.int8)])

@@ -79,6 +79,10 @@ class Primitive(Shape):
         q, d = self.closest(p), self.ratio(p)[0][:, None]
         return (q + np.divide(p - q, d, out=np.zeros_like(p), where=d > 0)).reshape(np.shape(points))
 
+    def surface_point(self, points: F64) -> F64:
+        """(n, 3) where textures are looked up for points (n, 3): P', or for blobs of a surface W the point on W."""
+        return self.boundary_point(points)
+
     def __repr__(self) -> str:
         words: list[str] = []
         for field in fields(self):
