@@ -60,7 +60,7 @@ def paint_top(r: Recipe, p: F64, normal: F64) -> F64:
         shade += 0.10 * cable * np.sin(2 * np.pi * v / 0.035 + np.sign(u) * 1.5 + u / 0.006)
     elif r.pattern == STRIPES:
         period = 0.042
-        band = smoothstep(-0.05, 0.05, np.sin(2 * np.pi * v / period) - 0.35)
+        band = smoothstep(-0.16, 0.16, np.sin(2 * np.pi * v / period) - 0.35)
         out = out * (1 - band[:, None]) + band[:, None] * second
     elif r.pattern == CHECKS:
         warp = smoothstep(0.2, 0.4, np.sin(2 * np.pi * u / 0.056))

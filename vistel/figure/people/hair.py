@@ -10,7 +10,7 @@ from vistel.figure.people.noise import noise
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.rotation import rotation_x
 
-SHORT, PARTED, BOB, BUN, CROPPED = range(5)
+SHORT, PARTED, BOB, BUN, CROPPED, LONG = range(6)
 
 
 def add_hair(s: Sculpture, r: Recipe) -> None:
@@ -18,13 +18,20 @@ def add_hair(s: Sculpture, r: Recipe) -> None:
     full = 0.0 if r.hair_style == CROPPED else 1.0
     s.ellipsoid((0, 1.683, -0.010), (0.0775 + 0.0055 * full, 0.0725 + 0.008 * full, 0.0940 + 0.006 * full), width=0.012, material=HAIR,
                 exponent=2.2, turn=rotation_x(-0.12))  # fmt: skip
-    if r.hair_style == BOB:
+    if r.hair_style in (BOB, LONG):
+        end = 1.535 if r.hair_style == BOB else 1.435
         for side in (1.0, -1.0):
-            s.limb([(side * 0.064, 1.715, 0.000), (side * 0.080, 1.650, -0.006), (side * 0.082, 1.590, -0.006), (side * 0.073, 1.535, 0.000)],
-                   (0.022, 0.021, 0.022, 0.018), width=0.015, material=HAIR, flat=((0, 0, 1), 1.9))  # fmt: skip
-        s.ellipsoid((0, 1.605, -0.060), (0.080, 0.085, 0.050), width=0.03, material=HAIR, exponent=2.4)
+            s.limb([(side * 0.050, 1.730, 0.022), (side * 0.074, 1.690, 0.012), (side * 0.0810, 1.640, 0.000), (side * 0.080, 1.580, -0.004),
+                    (side * 0.076, end, -0.010 if r.hair_style == BOB else 0.004)], (0.020, 0.022, 0.021, 0.021, 0.016), width=0.014,
+                   material=HAIR, flat=((0, 0, 1), 1.7))  # fmt: skip
+        s.ellipsoid((0, 1.610, -0.058), (0.082, 0.092, 0.050), width=0.03, material=HAIR, exponent=2.4)
+        if r.hair_style == LONG:
+            s.limb([(0, 1.66, -0.070), (0, 1.56, -0.080), (0, 1.46, -0.094), (0, 1.38, -0.112)], (0.036, 0.036, 0.032, 0.016), width=0.03,
+                   material=HAIR, flat=((1, 0, 0), 2.2))  # fmt: skip
+        s.ellipsoid((0.0, 1.722, 0.040), (0.066, 0.034, 0.052), width=0.02, material=HAIR, turn=rotation_x(0.35))
     elif r.hair_style == BUN:
         s.ellipsoid((0, 1.712, -0.118), (0.036, 0.033, 0.032), width=0.010, material=HAIR)
+        s.ellipsoid((0, 1.728, 0.034), (0.066, 0.026, 0.052), width=0.02, material=HAIR, turn=rotation_x(0.42))
     elif r.hair_style == SHORT:
         s.ellipsoid((0, 1.722, 0.035), (0.062, 0.034, 0.058), width=0.02, material=HAIR, turn=rotation_x(0.30))
     elif r.hair_style == PARTED:

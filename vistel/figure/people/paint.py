@@ -16,7 +16,7 @@ from vistel.figure.people.noise import noise, smoothstep
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.reduce import normals
 from vistel.figure.people.skin import paint_lip, paint_skin
-from vistel.figure.people.trunk import collar_height
+from vistel.figure.people.trunk import collar_height, within_collar
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -50,7 +50,8 @@ def paint(
     colour = np.empty((len(p), 3))
     colour[eye] = _eye(recipe, p[eye])
     colour[~eye] = _surface(recipe, solid, p[~eye], n[~eye])
-    # The hollows a lamp never reaches, a little warm.
+    # The hollows a lamp never reaches, a little warm; ends of sleeves and legs show their dark inside.
+    colour[~eye] *= 1.0 - 0.55 * _insides(p[~eye], n[~eye])[:, None]
     colour *= 1.0 - (1.0 - light[:, None]) * np.array((0.50, 0.56, 0.58))
     image = np.zeros((size, size, 3), np.uint8)
     image[texel] = np.clip(colour + 0.5, 0, 255).astype(np.uint8)
@@ -85,9 +86,19 @@ def _surface(recipe: Recipe, solid: Solid, p: F64, n: F64) -> F64:
 
 
 def _neckline(what: I32, p: F64) -> I32:
-    """Muscles that carry cloth on the shoulders are bare above the collar."""
-    bare = (p[:, 1] > collar_height(p[:, 2])) & (np.abs(p[:, 0]) < 0.085) & (p[:, 1] > 1.455)
-    return np.where(bare & (what == material.TOP), material.SKIN, what).astype(np.int32)
+    """Bare above and within the collar's ring, cloth outside it, whichever muscle carries the surface there."""
+    near = (p[:, 1] > 1.43) & (p[:, 1] < 1.53) & (np.abs(p[:, 0]) < 0.13)
+    inside = within_collar(p) & (p[:, 1] > collar_height(p[:, 2]))
+    out = np.where(near & inside & (what == material.TOP), material.SKIN, what)
+    return np.where(near & ~within_collar(p) & (p[:, 1] < 1.505) & (what == material.SKIN), material.TOP, out).astype(np.int32)
+
+
+def _insides(p: F64, n: F64) -> F64:
+    """(N,) 1 where a sleeve or a trouser leg ends."""
+    side = np.abs(p[:, 0])
+    cuff = smoothstep(0.55, 0.85, n[:, 0] * np.sign(p[:, 0])) * (side > 0.700) * (side < 0.722)
+    hem = smoothstep(-0.55, -0.85, n[:, 1]) * (p[:, 1] > 0.048) * (p[:, 1] < 0.085) * (p[:, 2] < 0.09)
+    return np.maximum(cuff, hem)
 
 
 def _openness(solid: Solid, vertices: F64, normal: F64) -> F64:

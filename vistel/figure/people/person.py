@@ -53,11 +53,11 @@ def make_person(recipe: Recipe, *, name: str, height: float) -> Avatar:
     skeleton, scale = standard_skeleton(height), height / REFERENCE_HEIGHT
     body = standard_body(skeleton, recipe.build)
     solid = sculpt(recipe)
-    half = graded_axis([(0.0, 0.0025), (0.125, 0.007), (0.70, 0.0015)], 0.95)
+    half = graded_axis([(0.0, 0.0024), (0.06, 0.004), (0.125, 0.008), (0.70, 0.0028)], 0.95)
     axes = (
         np.concatenate([-half[:0:-1], half]),
-        graded_axis([(-0.02, 0.006), (1.38, 0.0016), (1.44, 0.0025)], 1.85),
-        graded_axis([(-0.26, 0.005), (-0.055, 0.002), (0.14, 0.005)], 0.30),
+        graded_axis([(-0.02, 0.007), (1.38, 0.0022), (1.44, 0.0028)], 1.85),
+        graded_axis([(-0.26, 0.006), (-0.050, 0.0020), (0.13, 0.006)], 0.30),
     )
     fine_vertices, fine_triangles = polygonise(solid, axes)
     _log.info("step=polygonise vertices=%d triangles=%d", len(fine_vertices), len(fine_triangles))
@@ -120,6 +120,7 @@ def _unwrap(parts: list[tuple[F64, I64]]) -> tuple[I64, F64, I64]:
     pack.resolution = TEXTURE_SIZE
     pack.padding = 6
     pack.bilinear = True
+    pack.blockAlign = True
     atlas.generate(_xatlas.ChartOptions(), pack)
     corner_vertex, corner_triangles, uv = atlas[0]
     return np.asarray(corner_vertex, np.int64), np.asarray(uv, np.float64), np.asarray(corner_triangles, np.int64)

@@ -22,8 +22,9 @@ _PALETTES: dict[str, tuple[tuple[int, int, int], ...]] = {
 class Recipe:
     """A person's look. Sizes are ratios to the average; colours are indices into the palettes.
 
-    build: girth; female: 0 male look, 1 female look; hair_style: 0 short, 1 side parting, 2 bob, 3 bun, 4 cropped;
-    pattern: 0 plain, 1 knit, 2 stripes, 3 checks, 4 jacket over a shirt.
+    build: girth; female: 0 male look, 1 female look; hair_style: 0 short, 1 side parting, 2 bob, 3 bun, 4 cropped, 5 long;
+    pattern: 0 plain, 1 knit, 2 stripes, 3 checks, 4 jacket over a shirt; nose, jaw, lips, cheeks, eye_opening: -1 small to
+    1 large.
     """
 
     seed: int = 0
@@ -37,14 +38,20 @@ class Recipe:
     pattern: int = 0
     trousers: int = 0
     shoes: int = 0
+    nose: float = 0.0
+    jaw: float = 0.0
+    lips: float = 0.0
+    cheeks: float = 0.0
+    eye_opening: float = 0.0
 
     def colour(self, what: str) -> tuple[int, int, int]:
         """sRGB of "skin", "hair", "top", "trousers", "shoes" or "eyes"."""
         return _PALETTES[what][getattr(self, what)]
 
 
-HAIR_STYLES = 5
+HAIR_STYLES = 6
 PATTERNS = 5
+_FEATURES = ("nose", "jaw", "lips", "cheeks", "eye_opening")
 
 
 def recipe_from_seed(seed: int) -> Recipe:
@@ -52,10 +59,11 @@ def recipe_from_seed(seed: int) -> Recipe:
     rng = np.random.default_rng(seed)
     female = float(rng.random() < 0.5)
     pick = {what: int(rng.integers(len(colours))) for what, colours in _PALETTES.items()}
-    styles = (1, 2, 3) if female else (0, 1, 4)
+    styles = (2, 3, 5) if female else (0, 1, 4)
+    features = {feature: round(float(rng.uniform(-1.0, 1.0)), 3) for feature in _FEATURES}
     return Recipe(
         seed=seed, build=round(float(rng.uniform(0.93, 1.10)), 3), female=female, hair_style=int(rng.choice(styles)),
-        pattern=int(rng.integers(PATTERNS)), **pick,
+        pattern=int(rng.integers(PATTERNS)), **pick, **features,
     )  # fmt: skip
 
 
@@ -80,6 +88,7 @@ def parse_spec(spec: str, name: str) -> Recipe:
     seed = _number(spec, "seed", given.get("seed", str(_seed_of(name))), 0, 2**32 - 1, whole=True)
     recipe = recipe_from_seed(int(seed))
     limits = {"build": (0.8, 1.35), "female": (0.0, 1.0), "hair_style": (0, HAIR_STYLES - 1), "pattern": (0, PATTERNS - 1)}
+    limits |= dict.fromkeys(_FEATURES, (-1.0, 1.0))
     for key, value in given.items():
         if key == "seed":
             continue

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.people.head import EYE, MOUTH_Y
+from vistel.figure.people.head import EYE, EYE_HALF_WIDTH, MOUTH_Y, eye_half_height
 from vistel.figure.people.noise import bump, noise, smoothstep
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, finger_joints, standard_skeleton
@@ -23,7 +23,7 @@ def paint_skin(r: Recipe, p: F64, normal: F64) -> F64:
     fine = noise(p / 0.0035, 2, r.seed + 7)
     out *= (1.0 + 0.030 * mottle + 0.020 * fine)[:, None]
     dark = 1.0 - base.mean() / 255.0
-    red = 0.55 * bump(p, (0.046, 1.603, 0.078), 0.016) + 0.60 * bump(p, (0.0, 1.603, 0.124), 0.011)
+    red = 0.55 * bump(p, (0.046, 1.603, 0.078), 0.016) + 0.60 * bump(p, (0.0, 1.606, 0.124), 0.011)
     red += 0.50 * bump(p, (0.080, 1.636, -0.008), 0.020) + 0.25 * bump(p, (0.0, 1.528, 0.096), 0.012)
     hand = np.abs(p[:, 0]) > 0.70
     red[hand] += _hand_redness(p[hand], normal[hand])
@@ -61,7 +61,7 @@ def _face(r: Recipe, p: F64, normal: F64, out: F64) -> F64:
     front = z > EYE[2] - 0.004
     hollow = bump(p, (0.020, 1.649, 0.096), 0.008) + 0.6 * bump(p, (0.030, 1.633, 0.096), 0.008)
     out = out * (1.0 - hollow[:, None] * np.array((0.10, 0.13, 0.10)))
-    k = ((np.abs(dx) / 0.0130) ** 1.75 + (np.abs(dy) / (0.0045 + 0.0005 * r.female)) ** 1.75) ** (1 / 1.75)
+    k = ((np.abs(dx) / EYE_HALF_WIDTH) ** 1.75 + (np.abs(dy) / eye_half_height(r)) ** 1.75) ** (1 / 1.75)
     ring = np.hypot(dx / 0.0150, (dy - 0.0002) / 0.0083)
     crease = np.exp(-(((ring - 1.0) / 0.075) ** 2)) * (dy > 0.001) * front
     out = out * (1.0 - 0.26 * crease[:, None])
@@ -80,9 +80,9 @@ def _face(r: Recipe, p: F64, normal: F64, out: F64) -> F64:
     tone = 0.72 * hair if hair.mean() < 130 else 0.62 * hair
     out = out * (1.0 - 0.88 * brow[:, None]) + 0.88 * brow[:, None] * tone
     # Nostrils, corners and line of the mouth.
-    nostril = np.exp(-0.5 * (((x - 0.0063) / 0.0030) ** 2 + ((y - 1.5915) / 0.0034) ** 2 + ((z - 0.1085) / 0.0050) ** 2) ** 1.5)
+    nostril = np.exp(-0.5 * (((x - 0.0066) / 0.0030) ** 2 + ((y - 1.5940) / 0.0034) ** 2 + ((z - 0.1085) / 0.0050) ** 2) ** 1.5)
     out = out * (1.0 - 0.70 * nostril[:, None])
-    wing = np.exp(-(((np.hypot(x - 0.0118, (y - 1.5985) * 0.95) - 0.0085) / 0.0018) ** 2)) * (x > 0.014) * (z > 0.085)
+    wing = np.exp(-(((np.hypot(x - 0.0128, (y - 1.6010) * 0.95) - 0.0085) / 0.0018) ** 2)) * (x > 0.015) * (z > 0.085)
     out = out * (1.0 - 0.14 * wing[:, None])
     out = _mouth_line(p, out)
     if r.female < 0.5:
@@ -108,34 +108,34 @@ def _hand_redness(p: F64, normal: F64) -> F64:
 
 
 def _nails(r: Recipe, p: F64, normal: F64, out: F64) -> F64:
-    left = np.stack([np.abs(p[:, 0]), p[:, 1], p[:, 2]], axis=1)
-    n = np.stack([normal[:, 0] * np.sign(p[:, 0]), normal[:, 1], normal[:, 2]], axis=1)
+    out = out.copy()
     base = np.array(r.colour("skin"), np.float64)
     nail = 0.62 * base + 0.38 * np.array((250.0, 206.0, 200.0))
+    mirror = np.stack([np.sign(p[:, 0]), np.ones(len(p)), np.ones(len(p))], axis=1)
     for i, finger in enumerate(FINGERS):
-        joints = finger_joints("left")[3 * i : 3 * i + 3]
-        root, tip = _SKELETON.rest[JOINT_INDEX[joints[2]]], _SKELETON.tip[JOINT_INDEX[joints[2]]]
+        joints = [JOINT_INDEX[j] for j in finger_joints("left")[3 * i : 3 * i + 3]]
+        root, tip = _SKELETON.rest[joints[2]], _SKELETON.tip[joints[2]]
         length = float(np.linalg.norm(tip))
         along = tip / length
         across = np.cross(along, (0.0, 1.0, 0.0))
         across /= np.linalg.norm(across)
         up = np.cross(across, along)
+        here = np.flatnonzero(np.abs((p * mirror - root) @ across) < 0.0085)
+        left, n = p[here] * mirror[here], normal[here] * mirror[here]
         q = left - root
         u, v, w = q @ along, q @ across, q @ up
         half = 0.0058 if finger == "thumb" else 0.0046 - 0.0006 * (finger == "little")
-        inside = np.hypot((u - 0.70 * length) / (0.30 * length), v / half) ** 2
         square = (np.abs((u - 0.70 * length) / (0.27 * length)) ** 3.2 + np.abs(v / half) ** 3.2) ** (1 / 3.2)
-        near = (np.abs(v) < 0.010) & (u > 0.2 * length) & (u < 1.25 * length) & (w > 0.0) & (n @ up > 0.25) & (inside < 9.0)
-        plate = smoothstep(1.05, 0.92, square) * near
+        near = (u > 0.2 * length) & (u < 1.25 * length) & (w > 0.0) & (n @ up > 0.25)
+        plate = (smoothstep(1.05, 0.92, square) * near)[:, None]
         rim = np.exp(-(((square - 1.04) / 0.07) ** 2)) * near
-        free = smoothstep(0.90, 0.94, u / length) * plate
-        out = out * (1.0 - 0.16 * rim[:, None])
-        out = out * (1.0 - plate[:, None]) + plate[:, None] * nail
-        out = out * (1.0 - 0.6 * free[:, None]) + 0.6 * free[:, None] * np.array((244.0, 232.0, 222.0))
+        free = smoothstep(0.90, 0.94, u / length)[:, None] * plate
+        colour = out[here] * (1.0 - 0.16 * rim[:, None])
+        colour = colour * (1.0 - plate) + plate * nail
+        colour = colour * (1.0 - 0.6 * free) + 0.6 * free * np.array((244.0, 232.0, 222.0))
         for joint in joints[1:]:  # creases over the joints
-            at = _SKELETON.rest[JOINT_INDEX[joint]]
-            d = (left - at) @ along
-            wave = np.cos(d / 0.0016 * np.pi) * np.exp(-((d / 0.0040) ** 2))
-            here = (np.abs((left - at) @ across) < 0.0075) & (np.abs((left - at) @ up) < 0.014)
-            out = out * (1.0 - 0.07 * (wave * here)[:, None])
+            d = (left - _SKELETON.rest[joint]) @ along
+            wave = np.cos(d / 0.0016 * np.pi) * np.exp(-((d / 0.0040) ** 2)) * (np.abs(w) < 0.014)
+            colour *= 1.0 - 0.07 * wave[:, None]
+        out[here] = colour
     return out

@@ -6,6 +6,7 @@ Positions are for a person of REFERENCE_HEIGHT (metres, model frame); the finish
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vistel.figure.people.field import F64, Sculpture, Section
 from vistel.figure.people.material import COLLAR, SHOE, SKIN, SOLE, TOP, TROUSERS
@@ -64,7 +65,7 @@ def add_trunk(s: Sculpture, r: Recipe) -> None:
         else:
             s.ellipsoid((side * 0.078, 1.322, 0.068), (0.078, 0.056, 0.040), width=0.07, material=TOP)
         s.ellipsoid((side * 0.085, 1.335, -0.085), (0.060, 0.085, 0.034), width=0.07, material=TOP)
-        s.ellipsoid((side * 0.078, 0.905, -0.064), (0.074 * g, 0.085, 0.064 * g), width=0.06, material=TROUSERS,
+        s.ellipsoid((side * 0.078, 0.882, -0.060), (0.074 * g, 0.076, 0.062 * g), width=0.06, material=TROUSERS,
                     group=LEFT_LEG if side > 0 else RIGHT_LEG)  # fmt: skip
         s.limb([(side * 0.040, 1.585, -0.010), (side * 0.034, 1.525, 0.014), (side * 0.012, 1.452, 0.034)], (0.010, 0.0105, 0.007),
                width=0.022, material=SKIN, weight=0.7)  # fmt: skip
@@ -73,7 +74,7 @@ def add_trunk(s: Sculpture, r: Recipe) -> None:
 
 def _collar(s: Sculpture, r: Recipe) -> None:
     """A ring of fabric round the neck, lower in front."""
-    wide = 1.0 - 0.08 * r.female
+    wide = 1.0 - 0.02 * r.female
     ring = [(x * wide, collar_height(np.array(z)), z * wide) for x, z in
             ((0.0680 * np.sin(a), -0.016 + 0.057 * np.cos(a)) for a in np.linspace(0.0, 2.0 * np.pi, 33))]  # fmt: skip
     s.limb(ring, [0.0085] * len(ring), width=0.010, material=COLLAR, flat=((0, 1, 0), 1.5), steps=1)
@@ -83,6 +84,11 @@ def collar_height(z: F64) -> F64:
     """Height of the middle of the collar over the depth z: low in front, high at the sides and behind [m]."""
     c = np.clip((z + 0.016) / 0.057, -1.0, 1.0)
     return 1.477 - 0.020 * c + 0.014 * (1.0 - c * c)
+
+
+def within_collar(p: F64) -> NDArray[np.bool_]:
+    """(N,) whether points lie inside the upright cylinder through the middle of the collar."""
+    return (p[:, 0] / 0.0680) ** 2 + ((p[:, 2] + 0.016) / 0.057) ** 2 < 1.0
 
 
 def add_arm(s: Sculpture, r: Recipe, side: float) -> None:
