@@ -13,7 +13,7 @@ from vistel.implicit.contact_set import CONE_SPHERE
 from vistel.implicit.deform_blocks import Blocks
 from vistel.implicit.deform_normals import NormalUpdate
 from vistel.implicit.embedding import JOINT_REACH, JOINT_WEIGHT, Embedding
-from vistel.implicit.ghost import GhostSource, zone
+from vistel.implicit.ghost import ALPHA, BETA, GhostSource, T
 from vistel.implicit.kernels_deform import (
     active_groups,  # pyright: ignore[reportUnknownVariableType]
     bent_hinges,  # pyright: ignore[reportUnknownVariableType]
@@ -28,6 +28,9 @@ from vistel.implicit.kernels_field import LANES, ROW
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
+
+LONE_ZONE = 27.0 / 4.0 * ALPHA * T
+"""Longest zone of propagation of one body alone, per compliance (`ghost.zone`); the kernel caps sums of several."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +70,7 @@ class Deformer:
         self._flags = np.zeros(len(self._blocks.index), np.uint8)
         self._moved = np.zeros(len(embedding.group), np.uint8)
         self._work, self._acc = np.zeros((8, 2, LANES), np.float32), np.zeros((6, LANES), np.float32)
-        self._state, self._zero = np.zeros((6, LANES), np.float32), np.zeros(LANES, np.float32)
-        self._ones = np.ones(LANES, np.float32)
+        self._state, self._zero = np.zeros((9, LANES), np.float32), np.zeros(LANES, np.float32)
         self._lanes = np.zeros((len(self._blocks.index), 6, LANES), np.float32)
         self._block_box = np.zeros((len(self._blocks.index), 6), np.float32)
         self._group_active = np.zeros(limbs.groups, np.uint8)
@@ -91,7 +93,7 @@ class Deformer:
         self._delta, self._depth = np.zeros(groups, np.float32), np.full(groups, -1.0, np.float32)
         self._allowed = np.ones((groups, self.embedding.limbs.groups), np.uint8)
         self._rays = np.zeros((3 * primitives + 8, 6, LANES), np.float32)
-        self._pairs, self._height = np.zeros((pairs, 4), np.int32), np.zeros(pairs, np.float32)
+        self._pairs, self._height = np.zeros((pairs, 5), np.int64), np.zeros(pairs, np.float32)
 
     def deform(self, vertices: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = ()) -> DeformReport:
         """Move the vertices (V, 3), given by the rigid component, to the implicit surface, in place.
@@ -124,13 +126,13 @@ class Deformer:
             )  # fmt: skip
             if pairs <= len(self._pairs):
                 break
-            self._pairs, self._height = np.zeros((2 * pairs, 4), np.int32), np.zeros(2 * pairs, np.float32)
+            self._pairs, self._height = np.zeros((2 * pairs, 5), np.int64), np.zeros(2 * pairs, np.float32)
         self._set_zones(groups)
         stats = np.zeros(4, np.int64)
         self._moved[:] = 0
         deform_blocks(
             pairs, self._pairs, self._height, todo, blocks.index, blocks.count, blocks.group, blocks.hinge,
-            blocks.other, self._bent, blocks.calibration, blocks.overlap, self._ones, self._start,
+            blocks.other, blocks.own_mask, self._bent, blocks.calibration, blocks.overlap, self._start,
             self._group_start[: groups + 1], self._kind, self._rows, self._corners, self._sphere, self._quotient,
             self._zones, self._lanes, self._rays, self._work, self._acc, self._state, vertices, self._moved,
             self._flags, stats,
@@ -195,7 +197,7 @@ class Deformer:
 
     def _set_zones(self, groups: int) -> None:
         """Zones of propagation in deficit units, from measured or given penetrations (E7)."""
-        for g in range(groups):
-            delta = float(self._depth[g]) if self._depth[g] >= 0.0 else float(self._delta[g])
-            compliance = 1.0 / float(self._quotient[g]) if self._quotient[g] > 0.0 else 1.0
-            self._zones[g] = compliance * zone(compliance, 1.0, 1, delta)
+        given, measured, quotient = self._depth[:groups], self._delta[:groups], self._quotient[:groups]
+        delta = np.where(given >= 0.0, given, measured)
+        cap = np.where(quotient > 0.0, 1.0 / np.where(quotient > 0.0, quotient, 1.0), 1.0) * LONE_ZONE
+        self._zones[:groups] = np.minimum(np.minimum(T, cap), BETA * np.maximum(0.0, delta))

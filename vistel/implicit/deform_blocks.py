@@ -8,12 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.implicit.embedding import CONTACT_WEIGHT, Embedding
+from vistel.implicit.kernels_deform import NO_OVERLAP
 from vistel.implicit.kernels_field import LANES
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
 U8 = NDArray[np.uint8]
+
+_MARGIN = 0.1
+"""How far beyond its realm, in influence radii, a primitive still counts for its own group's blocks."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,7 @@ class Blocks:
     group: I32
     hinge: I32
     other: I32
+    own_mask: I64
     calibration: F32
     self_rule: I32
     overlap: F32
@@ -71,11 +77,25 @@ class Blocks:
                     overlap_row[b, k] = len(overlap)
                     overlap.append(row)
                 else:
-                    overlap_row[b, k] = 0
+                    overlap_row[b, k] = NO_OVERLAP
         return Blocks(
             index, np.array([len(p) for p in pieces], np.int32), embedding.group[first].astype(np.int32),
             embedding.hinge[first].astype(np.int32), embedding.other[first].astype(np.int32),
-            np.ascontiguousarray(calibration, np.float32), self_rule,
+            _own_masks(embedding, index), np.ascontiguousarray(calibration, np.float32), self_rule,
             np.ascontiguousarray(np.array(overlap), np.float32), overlap_row,
             np.array([(h.parent_group, h.child_group) for h in limbs.hinges], np.int32).reshape(-1, 2),
         )  # fmt: skip
+
+
+def _own_masks(embedding: Embedding, index: I32) -> I64:
+    """Bits of the primitives, in the order of their group, whose realm comes near a block at rest."""
+    limbs = embedding.limbs
+    out = np.zeros(len(index), np.int64)
+    for b, rows in enumerate(index):
+        members = np.flatnonzero(limbs.group == embedding.group[rows[0]])
+        for bit, i in enumerate(members):
+            near = embedding.nearness[i][rows].min() < 1.0 + _MARGIN or len(members) == 1
+            out[b] |= int(near) << bit
+        if out[b] == 0:
+            out[b] = 1 << int(np.argmin([embedding.nearness[i][rows].min() for i in members]))
+    return out

@@ -35,6 +35,8 @@ LANES = 64
 JOINT_REACH = 1.25
 """Influence radius of a joint's sphere / its surface radius."""
 JOINT_WEIGHT = T / float(quartic(np.array(1.0 / JOINT_REACH)))
+CREASE = 0.3
+"""Share of DIFF in a joint's field: 1 is Singh's furrow, 0 lets the two limbs only abut in the crease's plane."""
 CONTACT_WEIGHT = (0.6, 1.6)
 """Bounds of the vertex weight where it scales the fields of others: details that stick out far keep
 touching first."""
@@ -105,6 +107,8 @@ class Embedding:
     outward: F64
     along: F64
     """Order along the limb: neighbours on the skin have similar numbers."""
+    nearness: F32
+    """(P, V) distance ratio of every vertex to every primitive's realm at rest (1 = its edge)."""
     overlap: dict[tuple[int, int], F64]
     """For adjacent groups (g, k): per vertex of g, in the order of `np.flatnonzero(group == g)`, the share
     with which k collides with it: 0 where their skins are one at rest, 1 where k's field did not reach."""
@@ -150,7 +154,8 @@ def embed(vertices: F32, limb: I32, limbs: Limbs) -> Embedding:
                 overlap[g, k] = 1.0 - _smoothstep(fields[k][rows] / (0.8 * T))
     return Embedding(
         limbs, fit, group, hinge, other, weight, offset, mu, alpha,
-        0.95 * distance, np.maximum(0.2 * influence, influence - distance), _along(p, group, limbs), overlap,
+        0.95 * distance, np.maximum(0.2 * influence, influence - distance), _along(p, group, limbs),
+        _nearness(p, limbs, fit), overlap,
     )  # fmt: skip
 
 
@@ -253,11 +258,21 @@ def _joints(p: F64, group: I32, limbs: Limbs, fit: Fit, fields: list[F64]) -> tu
         group[rows] = np.where(child >= parent, joint.child_group, joint.parent_group)
         other[rows] = np.where(child >= parent, joint.parent_group, joint.child_group)
         mine, theirs = np.maximum(parent, child), np.minimum(parent, child)
-        mu[rows] = _smoothstep(theirs / (0.8 * T))
+        mu[rows] = CREASE * _smoothstep(theirs / (0.8 * T))
         alpha[rows] = 1.0 - _smoothstep((distance / radius - 2.2) / 0.4)
         sphere = JOINT_WEIGHT * quartic(distance / (JOINT_REACH * radius))
         df[rows] = sphere + mu[rows] * diff(mine, theirs) + (1.0 - mu[rows]) * mine
     return hinge, other, group, mu, alpha, df
+
+
+def _nearness(p: F64, limbs: Limbs, fit: Fit) -> F32:
+    return np.array(
+        [
+            cone_sphere_ratio(p, limbs.a[i], limbs.b[i], fit.radius_a[i], fit.radius_b[i]) / fit.reach[i]
+            for i in range(len(limbs.group))
+        ],
+        np.float32,
+    )
 
 
 def _along(p: F64, group: I32, limbs: Limbs) -> F64:

@@ -48,6 +48,8 @@ QUARTER, THREE = np.float32(0.25), np.float32(3.0)
 
 # Rows of a block's calibration.
 W, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD = range(7)
+NO_OVERLAP = -2
+"""Overlap row of a neighbour that shares all of a block's skin: it does not collide."""
 # Flags of a block after a frame.
 UNTOUCHED, MOVED, NO_ROOT = 0, 1, 2
 
@@ -77,14 +79,6 @@ def _apart(a, b):
 
 
 @_fast
-def setup(kind, block, p, out):
-    if kind == CONE_SPHERE:
-        ray(block, p, out)
-    else:
-        local_ray(block, p, out)
-
-
-@_fast
 def evaluate(kind, s, c, p, corners, out):
     if kind == CONE_SPHERE:
         cone(s, c, p, out)
@@ -98,16 +92,34 @@ def evaluate(kind, s, c, p, corners, out):
 
 
 @_fast
-def group_field(first, last, kind, rows, corners, s, rays, value, total, out):
-    """F and dF/ds (2, 64) of the union of primitives first..last; `rays` holds theirs from 0."""
-    if last - first == 1:
-        evaluate(kind[first], s, rays[0], rows[first], corners, out)
-        return
+def setup_group(first, last, mask, kind, block, rows, rays, used):
+    """Rays of the primitives of `mask` (bits from `first`), from rays[used] on; returns the next free place."""
+    for k in range(first, last):
+        if (mask >> (k - first)) & 1:
+            if kind[k] == CONE_SPHERE:
+                ray(block, rows[k], rays[used])
+            else:
+                local_ray(block, rows[k], rays[used])
+            used += 1
+    return used
+
+
+@_fast
+def group_field(first, last, mask, kind, rows, corners, s, rays, used, value, total, out):
+    """F and dF/ds (2, 64) of the union of the primitives of `mask`; their rays start at `used`; returns the next."""
+    if mask & (mask - 1) == 0:
+        for k in range(first, last):
+            if (mask >> (k - first)) & 1:
+                evaluate(kind[k], s, rays[used], rows[k], corners, out)
+        return used + 1
     total[:, :] = ZERO
     for k in range(first, last):
-        evaluate(kind[k], s, rays[k - first], rows[k], corners, value)
-        union_add(value, total)
+        if (mask >> (k - first)) & 1:
+            evaluate(kind[k], s, rays[used], rows[k], corners, value)
+            used += 1
+            union_add(value, total)
     union_end(total, out)
+    return used
 
 
 @_fast
@@ -119,27 +131,38 @@ def largest(field, contact):
 
 
 @_fast
-def add_soft(field, contact, overlap, q, ye, acc):
+def add_soft(field, contact, q, ye, acc):
     """One compliant body's share: acc rows: sum of propagations and slope, least deficit and slope."""
     inverse = ONE / max(ye, TINY)
     for i in range(LANES):
-        wc = contact[i]
-        y = T - wc * field[0, i]
-        dy = -wc * field[1, i]
-        u = min(max(y, ZERO) * inverse, ONE)
+        y = T - contact[i] * field[0, i]
+        dy = -contact[i] * field[1, i]
+        out = max(y, ZERO)
+        u = min(out * inverse, ONE)
         p = ONE - u
-        m = overlap[i]
-        acc[0, i] += m * q * max(y, ZERO) * p * p
-        acc[1, i] += (m * q * dy * p * (ONE - THREE * u)) if y > ZERO else ZERO
-        share = m if y < ZERO else ONE / max(m, SMALL)
-        e = share * q * y
-        closer = e < acc[2, i]
-        acc[2, i] = e if closer else acc[2, i]
-        acc[3, i] = share * q * dy if closer else acc[3, i]
+        acc[0, i] += q * out * p * p
+        acc[1, i] += (q * dy * p * (ONE - THREE * u)) if y > ZERO else ZERO
+        e, de = q * y, q * dy
+        low, dlow = acc[2, i], acc[3, i]
+        acc[2, i] = min(e, low)
+        acc[3, i] = de if e < low else dlow
 
 
 @_fast
-def add_rigid(field, contact, ye, acc):
+def add_neighbour(field, contact, overlap, acc):
+    """A limb that shares skin: it only pushes, and the less the closer the skins are at rest."""
+    for i in range(LANES):
+        m = overlap[i]
+        y = T - contact[i] * field[0, i]
+        share = m if y < ZERO else ONE / max(m, SMALL)
+        e, de = share * y, -share * contact[i] * field[1, i]
+        low, dlow = acc[2, i], acc[3, i]
+        acc[2, i] = min(e, low)
+        acc[3, i] = de if e < low else dlow
+
+
+@_fast
+def add_rigid(field, ye, acc):
     """A rigid body's share: propagation, and the cut at its own surface in rows 4 and 5."""
     inverse = ONE / max(ye, TINY)
     for i in range(LANES):
@@ -193,44 +216,51 @@ def total_field(own, cal, shift, acc, out):
 
 @_fast
 def start_bracket(cal, state):
-    """state rows: s, low, high, step limit."""
+    """state rows: s, low, high, longest step, offset, spare, 1 while open, 1 when low / high is known by its sign."""
     for i in range(LANES):
         state[0, i] = ZERO
         state[1, i] = -cal[INWARD, i]
         state[2, i] = cal[OUTWARD, i]
         state[3, i] = max(QUARTER * (cal[INWARD, i] + cal[OUTWARD, i]), TINY)
+        state[6, i] = ONE
+        state[7, i], state[8, i] = ZERO, ZERO
 
 
 @_fast
 def advance(phi, state):
-    """One safeguarded Newton step of every lane that has not converged; returns whether any moved."""
+    """One safeguarded Newton step of every open lane; returns whether any is still open.
+
+    A lane closes when it has converged or when it stands at the end of its room and the root lies beyond.
+    """
     worst = ZERO
     for i in range(LANES):
         f, g, s = phi[0, i], phi[1, i], state[0, i]
-        open_ = abs(f) > TOLERANCE
-        worst = max(worst, ONE if open_ else ZERO)
-        low = s if (open_ and f > ZERO) else state[1, i]
-        high = s if (open_ and f <= ZERO) else state[2, i]
-        limit = state[3, i]
+        low, high, limit = state[1, i], state[2, i], state[3, i]
+        outside = (f > ZERO and s >= high) or (f < ZERO and s <= low)
+        open_ = state[6, i] if (abs(f) > TOLERANCE and not outside) else ZERO
+        low = s if f > ZERO else low
+        high = s if f <= ZERO else high
         step = -f / min(g, -SMALL) if g < ZERO else (limit if f > ZERO else -limit)
-        step = min(max(step, -limit), limit)
-        t = s + step
-        inside = low < t < high
-        t = t if inside else HALF * (low + high)
-        state[0, i] = t if open_ else s
+        t = s + min(max(step, -limit), limit)
+        # An end of the room may be tried once (it is not yet known to be on the wrong side), then halve.
+        known = (t <= low and state[7, i] > ZERO) or (t >= high and state[8, i] > ZERO)
+        state[7, i] = ONE if f > ZERO else state[7, i]
+        state[8, i] = ONE if f <= ZERO else state[8, i]
+        known = known or (t <= low and f > ZERO) or (t >= high and f <= ZERO)
+        t = HALF * (low + high) if known else min(max(t, low), high)
+        state[0, i] = t if open_ > ZERO else s
         state[1, i], state[2, i] = low, high
+        state[6, i] = open_
+        worst = max(worst, open_)
     return worst > ZERO
 
 
 @_fast
-def finish(phi, state, cal):
-    """Flags of a block's lanes that found no root: their count; lanes hardly moved go back to exactly 0."""
+def lost_lanes(phi, count):
+    """How many of a block's lanes ended without a root."""
     lost = 0
-    for i in range(LANES):
-        if abs(phi[0, i]) > np.float32(1e-3) and state[2, i] - state[1, i] < np.float32(0.02) * (
-            cal[INWARD, i] + cal[OUTWARD, i]
-        ):
-            lost += 1
+    for i in range(count):
+        lost += 1 if abs(phi[0, i]) > np.float32(1e-3) else 0
     return lost
 
 
@@ -300,22 +330,24 @@ def meet(
             rule = self_rule[g, k] if k < n_self else 2
             if rule == 0 or k == block_other[b] or not allowed[k, g] or _apart(block_box[b], group_box[k]):
                 continue
-            first, last = group_start[k], group_start[k + 1]
-            near = False
-            for j in range(first, last):
-                near = near or not _apart(block_box[b], box[j])
-            if not near:
+            row = overlap_row[b, k] if k < n_self else -1
+            if row == NO_OVERLAP:
                 continue
+            first, last = group_start[k], group_start[k + 1]
+            mask = np.int64(0)
             for j in range(first, last):
-                setup(kind[j], lanes[b], rows[j], rays[j - first])
-            group_field(first, last, kind, rows, corners, zero, rays, value, total, field)
+                if not _apart(block_box[b], box[j]):
+                    mask |= np.int64(1) << (j - first)
+            if mask == 0:
+                continue
+            setup_group(first, last, mask, kind, lanes[b], rows, rays, 0)
+            group_field(first, last, mask, kind, rows, corners, zero, rays, 0, value, total, field)
             high = largest(field, cal[b, CONTACT])
             if high <= FAINT:
                 continue
             if n < len(pairs):
                 height[n] = high
-                pairs[n, 0], pairs[n, 1], pairs[n, 3] = b, k, rule
-                pairs[n, 2] = overlap_row[b, k] if k < n_self else -1
+                pairs[n, 0], pairs[n, 1], pairs[n, 2], pairs[n, 3], pairs[n, 4] = b, k, row, rule, mask
             n += 1
             if rule == 2:
                 delta[k] = max(delta[k], high - T)
@@ -324,74 +356,66 @@ def meet(
 
 @_fast
 def solve(
-    b, lo, hi, pairs, index, count, block_group, block_hinge, block_other, bent, cal, overlap, ones,
+    b, lo, hi, pairs, index, count, block_group, block_hinge, block_other, own_mask, bent, cal, overlap,
     own_start, group_start, kind, rows, corners, sphere_rows, quotient, zones,
     lanes, rays, work, acc, state, vertices, moved, stats,
 ):  # fmt: skip
     """Second pass for one block with pairs lo..hi; returns its flag. work: (8, 2, 64)."""
     block = lanes[b]
-    # Rays of every primitive that takes part, one after another.
-    used = 0
-    g = block_group[b]
-    own_first, own_last = own_start[g], own_start[g + 1]
-    for j in range(own_first, own_last):
-        ray(block, rows[j], rays[used])
-        used += 1
-    h = block_hinge[b]
-    other_at = used
+    g, h, o = block_group[b], block_hinge[b], block_other[b]
+    own_first, own_last, mask = own_start[g], own_start[g + 1], own_mask[b]
+    every = (np.int64(1) << (own_start[o + 1] - own_start[o])) - 1 if h >= 0 else np.int64(0)
+    used = setup_group(own_first, own_last, mask, kind, block, rows, rays, 0)
     if h >= 0:
-        o = block_other[b]
-        for j in range(own_start[o], own_start[o + 1]):
-            ray(block, rows[j], rays[used])
-            used += 1
+        used = setup_group(own_start[o], own_start[o + 1], every, kind, block, rows, rays, used)
         ray(block, sphere_rows[h], rays[used])
         used += 1
-    pair_at = used
     for m in range(lo, hi):
         k = pairs[m, 1]
-        for j in range(group_start[k], group_start[k + 1]):
-            setup(kind[j], block, rows[j], rays[used])
-            used += 1
+        used = setup_group(group_start[k], group_start[k + 1], pairs[m, 4], kind, block, rows, rays, used)
     own, other, sphere, df, field, value, total, phi = (
         work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7],
     )  # fmt: skip
     start_bracket(cal[b], state)
-    shift = state[4]
+    shift, apart = state[4], state[5]
     s = state[0]
+    contact, mu = cal[b, CONTACT], cal[b, MU]
     for evaluation in range(MAX_EVALUATIONS):
         stats[0] += 1
-        group_field(own_first, own_last, kind, rows, corners, s, rays, value, total, own)
+        used = group_field(own_first, own_last, mask, kind, rows, corners, s, rays, 0, value, total, own)
         clear(acc)
         if h >= 0:
-            o = block_other[b]
-            group_field(own_start[o], own_start[o + 1], kind, rows, corners, s, rays[other_at:], value, total, other)
-            at = other_at + own_start[o + 1] - own_start[o]
-            cone(s, rays[at], sphere_rows[h], sphere)
-            joint_field(own, other, sphere, cal[b, MU], df)
+            used = group_field(
+                own_start[o], own_start[o + 1], every, kind, rows, corners, s, rays, used, value, total, other
+            )
+            cone(s, rays[used], sphere_rows[h], sphere)
+            used += 1
+            joint_field(own, other, sphere, mu, df)
             for i in range(LANES):
-                state[5, i] = ONE - cal[b, MU, i]
-            add_soft(other, cal[b, CONTACT], state[5], ONE, ZERO, acc)
+                apart[i] = ONE - mu[i]
+            add_neighbour(other, contact, apart, acc)
         else:
             df[:, :] = own
         if evaluation == 0:
             for i in range(LANES):  # articulation counts by alpha; without it the own field is calibrated here
                 raw = cal[b, W, i] * df[0, i] + cal[b, OFFSET, i] - T
                 shift[i] = cal[b, OFFSET, i] - (ONE - cal[b, ALPHA, i]) * raw
-        at = pair_at
         for m in range(lo, hi):
             k = pairs[m, 1]
-            group_field(group_start[k], group_start[k + 1], kind, rows, corners, s, rays[at:], value, total, field)
-            at += group_start[k + 1] - group_start[k]
+            used = group_field(
+                group_start[k], group_start[k + 1], pairs[m, 4], kind, rows, corners, s, rays, used,
+                value, total, field,
+            )  # fmt: skip
             if quotient[k] < ZERO:
-                add_rigid(field, cal[b, CONTACT], zones[k], acc)
+                add_rigid(field, zones[k], acc)
+            elif pairs[m, 3] == 2:
+                add_soft(field, contact, quotient[k], zones[k], acc)
             else:
-                row = pairs[m, 2]
-                ye = zones[k] if pairs[m, 3] == 2 else ZERO
-                add_soft(field, cal[b, CONTACT], overlap[row] if row >= 0 else ones, quotient[k], ye, acc)
+                add_neighbour(field, contact, overlap[pairs[m, 2]], acc)
         total_field(df, cal[b], shift, acc, phi)
         if evaluation == MAX_EVALUATIONS - 1 or not advance(phi, state):
             break
-    lost = finish(phi, state, cal[b])
+    lost = lost_lanes(phi, count[b])
     n = scatter(index[b], count[b], block, s, vertices, moved)
     stats[1] += n
     stats[2] += lost
@@ -402,7 +426,7 @@ def solve(
 
 @_fast
 def deform_blocks(
-    n_pairs, pairs, height, blocks, index, count, block_group, block_hinge, block_other, bent, cal, overlap, ones,
+    n_pairs, pairs, height, blocks, index, count, block_group, block_hinge, block_other, own_mask, bent, cal, overlap,
     own_start, group_start, kind, rows, corners, sphere_rows, quotient, zones,
     lanes, rays, work, acc, state, vertices, moved, flags, stats,
 ):  # fmt: skip
@@ -417,7 +441,7 @@ def deform_blocks(
             hi += 1
         if acts or (block_hinge[b] >= 0 and bent[block_hinge[b]]):
             flags[b] = solve(
-                b, lo, hi, pairs, index, count, block_group, block_hinge, block_other, bent, cal, overlap, ones,
+                b, lo, hi, pairs, index, count, block_group, block_hinge, block_other, own_mask, bent, cal, overlap,
                 own_start, group_start, kind, rows, corners, sphere_rows, quotient, zones,
                 lanes, rays, work, acc, state, vertices, moved, stats,
             )  # fmt: skip
