@@ -61,11 +61,14 @@ class SimulatedDevice:
 
     def __init__(
         self, name: str, instrument: Instrument, path: Path, clock: Clock, start_ns: int,
-        faults: Iterable[Fault] = (), *, baud: int = 115200, seed: int = 0,
+        faults: Iterable[Fault] = (), *, baud: int = 115200, seed: int = 0, strict_speed: bool = False,
     ) -> None:  # fmt: skip
-        """`start_ns`: the clock's time at which the motion and the script of faults begin."""
+        """`start_ns`: the clock's time at which the motion and the script of faults begin.
+
+        strict_speed: a client must have set `baud`; otherwise any speed is understood.
+        """
         self.name = name
-        self.port = PtyPort(path, clock, self._received, baud)
+        self.port = PtyPort(path, clock, self._received, baud, strict=strict_speed)
         self._instrument = instrument
         self._clock = clock
         self._start_ns = start_ns

@@ -23,12 +23,16 @@ class PtyPort:
 
     received: called with the bytes a client wrote. A pty knows no speed, so the time of each byte (start bit,
     8 data bits, stop bit at `baud`) is kept here: `reserve` gives out the line, `put` hands bytes over.
+    strict: a client that has set another speed is not understood and hears only noise, as on a wire.
     """
 
-    def __init__(self, path: Path, clock: Clock, received: Callable[[bytes], None], baud: int = 115200) -> None:
+    def __init__(
+        self, path: Path, clock: Clock, received: Callable[[bytes], None], baud: int = 115200, *, strict: bool = False
+    ) -> None:
         self.path = path
         self.baud = baud
         self.dropped = 0
+        self._strict = strict
         self._clock = clock
         self._received = received
         self._master = self._slave = -1
@@ -80,6 +84,8 @@ class PtyPort:
         if waiting > _LIMIT or len(self._rest) > _LIMIT:
             self.dropped += 1
             return
+        if not self._understood():
+            data = bytes(len(data))
         data = self._rest + data
         written = 0
         with contextlib.suppress(BlockingIOError):
@@ -110,5 +116,9 @@ class PtyPort:
             return
         except OSError:
             data = b""
-        if data:
+        if data and self._understood():
             self._received(data)
+
+    def _understood(self) -> bool:
+        speed = getattr(termios, f"B{self.baud}")
+        return not self._strict or termios.tcgetattr(self._slave)[5] == speed

@@ -90,15 +90,16 @@ class DeviceSite:
 
     @asynccontextmanager
     async def running(
-        self, instruments: dict[str, Instrument], faults: Iterable[Fault] = (), person: dict[str, Any] | None = None
-    ):
-        """Services and simulated devices, for as long as the block lasts."""
+        self, instruments: dict[str, Instrument], faults: Iterable[Fault] = (), person: dict[str, Any] | None = None,
+        **port: Any,
+    ):  # fmt: skip
+        """Services and simulated devices, for as long as the block lasts. `port`: see SimulatedDevice."""
         conference = Conference(sites=[Site(name="a", participants=[Participant(name="ann", **(person or {}))])])
         paths = RunPaths(self.folder, self.folder)
         self.start_ns = self.clock.now_ns()
         tasks = [
             asyncio.create_task(
-                SimulatedDevice(name, unit, paths.device(name), self.clock, self.start_ns, tuple(faults)).run()
+                SimulatedDevice(name, unit, paths.device(name), self.clock, self.start_ns, tuple(faults), **port).run()
             )
             for name, unit in instruments.items()
         ]

@@ -77,6 +77,19 @@ def test_a_glove_that_goes_away_comes_back(tmp_path: Path, kind: str) -> None:
     run(scenario())
 
 
+def test_a_users_calibration_is_applied(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        (tmp_path / "hand.json").write_text('{"sensors": {"index_mpj": {"offset": 255, "gain_deg": 0.5}}}')
+        person = {"tracker": None, "gloves": {"left": {"calibration": str(tmp_path / "hand.json")}}}
+        async with site.running({L: quiet_glove()}, person=person):
+            await site.until(lambda: len(frames(site)) > 5)
+        assert frames(site)[-1].angles[4] < -1.0
+        assert frames(site)[-1].angles[6] == pytest.approx(HAND[6], abs=0.01)
+
+    run(scenario())
+
+
 def test_swapped_gloves_are_told(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)
@@ -95,6 +108,15 @@ def test_a_glove_with_more_sensors_than_the_file_says_is_read(tmp_path: Path) ->
             await site.until(lambda: streaming(site) and len(frames(site)) > 5)
         assert site.bus.status(L).detail == "CyberGlove with 22 sensors; the conference file says 18"
         check_angles_are_true(site)
+
+    run(scenario())
+
+
+def test_a_glove_set_to_another_speed_is_found(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        async with site.running({L: quiet_glove()}, person=LEFT_ONLY, baud=38400, strict_speed=True):
+            await site.until(lambda: streaming(site) and len(frames(site)) > 20)
 
     run(scenario())
 

@@ -162,6 +162,16 @@ def test_an_absent_port_is_searched_for_until_it_appears(tmp_path: Path) -> None
     run(scenario())
 
 
+def test_a_unit_set_to_another_speed_is_found(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        async with site.running({T: quiet_fastrak()}, person=NO_GLOVES, baud=38400, strict_speed=True):
+            await site.until(lambda: streaming(site) and len(frames(site)) > 20)
+        assert "38400 baud is too slow" in site.bus.status(T).detail
+
+    run(scenario())
+
+
 def test_a_receiver_that_is_not_plugged_in_is_named(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)

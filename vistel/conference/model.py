@@ -62,6 +62,8 @@ class GloveConfig(_Model):
     port: str = "sim"
     baud: int = 115200
     sensors: Literal[18, 22] = 18
+    calibration: Path | None = None
+    """What this user's hand reads in it, as JSON; without one, a typical hand's."""
 
 
 class Participant(_Model):

@@ -96,6 +96,11 @@ def default_calibration() -> GloveCalibration:
     return GloveCalibration(tuple(o for o, _ in table), tuple(math.radians(g) for _, g in table))
 
 
+def open_calibration(path: Path | None) -> GloveCalibration:
+    """The calibration in a file, or the default. Raises CalibrationError."""
+    return default_calibration() if path is None else load_calibration(path)
+
+
 def load_calibration(path: Path) -> GloveCalibration:
     """Read {"sensors": {"thumb_roll": {"offset": counts, "gain_deg": degrees per count}, ...}, "distal_ratio": r}.
 

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Iterator
 
 from vistel.conference.model import Conference
-from vistel.protocol.glove_calibration import default_calibration
+from vistel.protocol.glove_calibration import open_calibration
 from vistel.v1.device_pb2 import RawBytes
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
@@ -82,7 +82,7 @@ class Feeder:
             return FastrakDecoder(device)
         right = device.endswith("-right")
         glove = self._gloves[device]
-        return CyberGloveDecoder(device, right=right, sensors=glove.sensors, calibration=default_calibration())
+        return CyberGloveDecoder(device, right=right, sensors=glove.sensors, calibration=open_calibration(glove.calibration))
 
     def _put(self, topic: Topic, names: dict[str, str], message: object) -> None:
         key = topic.key.format(**names)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
-from vistel.protocol.glove_calibration import GloveCalibration, default_calibration
+from vistel.protocol.glove_calibration import GloveCalibration, open_calibration
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel_services.device import keep_running
@@ -29,7 +29,7 @@ class GloveDevice:
     baud: int
     right: bool
     sensors: int
-    calibration: GloveCalibration = field(default_factory=default_calibration)
+    calibration: GloveCalibration
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,12 @@ class Config:
 
 
 def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
-    """From the conference file; a simulated glove's port is a link among the run's files."""
+    """From the conference file; a simulated glove's port is a link among the run's files. Raises CalibrationError."""
     devices = [
         GloveDevice(
             name := f"{p.name}-glove-{side}",
             str(paths.device(name)) if glove.port == "sim" else glove.port,
-            glove.baud, side == "right", glove.sensors,
+            glove.baud, side == "right", glove.sensors, open_calibration(glove.calibration),
         )
         for p in site.participants for side, glove in sorted(p.gloves.items())
     ]  # fmt: skip

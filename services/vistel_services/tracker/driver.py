@@ -14,6 +14,7 @@ from vistel_services.tracker.decoder import FastrakDecoder
 
 T = TypeVar("T")
 
+_SLOWEST_BAUD = 57600
 _OWN_NAME = "a Polhemus FASTRAK"
 _ANSWER_S = 1.0
 _CONFIRM_S = 0.3
@@ -49,7 +50,11 @@ class FastrakDriver:
         if await link.wait_for(lambda: link.frames if link.frames > seen else None, _ANSWER_S) is None:
             raise NoAnswerError("answers and sends no records")
         about = f"FASTRAK {status.firmware} {status.identification}, {len(self._stations) - len(missing)} receivers"
-        return about + (f"; no receiver for {', '.join(missing)}" if missing else "")
+        if missing:
+            about += f"; no receiver for {', '.join(missing)}"
+        if self._baud < _SLOWEST_BAUD:
+            about += f"; {self._baud} baud is too slow for every record, set its switches to 115200"
+        return about
 
     async def _meet(self, link: Link) -> Status:
         """Make it answer, at whatever speed it is set to."""
