@@ -87,6 +87,12 @@ class Figure:
             return self
         return replace(self, opened=np.minimum(flexion(self.posture), self.opened + OPENING_LEAK * dt))
 
+    def opened_now(self, hands: tuple[bool, ...]) -> Figure:
+        """The memory of the open hand begins anew for the chosen `hands` (left, right)."""
+        if self.posture is None or not any(hands):
+            return self
+        return replace(self, opened=np.where(np.array(hands)[:, None], flexion(self.posture), self.opened))
+
 
 def flexion(posture: Posture) -> F64:
     """(2, 4) total flexion of index, middle, ring and little finger of both hands [rad]."""

@@ -63,6 +63,16 @@ class World:
         """Conference time of the last step."""
         return self._state.t_ns
 
+    @property
+    def seats(self) -> int:
+        """Seats of the room."""
+        return len(self._room.seats)
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        """Who is in the room, sorted."""
+        return tuple(f.name for f in self._state.figures)
+
     def snapshot(self) -> bytes:
         """The whole state; equal states give equal bytes."""
         return snapshot.encode(len(self._room.seats), self._state)
@@ -182,7 +192,14 @@ class World:
                 n = self._index(g.thing)
                 m.mode[n], m.still[n] = FREE, 0
         let_go = tuple(LetGo(g.participant, g.right, g.thing, self._state.step) for g in dropped)
-        self._state = replace(self._state, grasps=kept, motions=m, let_go=self._state.let_go + let_go)
+        hands_off = {g.key for g in dropped}
+        # The hand must close anew, from how open it is now, to take hold again.
+        figures = tuple(
+            f.opened_now(tuple((f.name, right) in hands_off for right in (False, True))) for f in self._state.figures
+        )
+        self._state = replace(
+            self._state, grasps=kept, motions=m, let_go=self._state.let_go + let_go, figures=figures
+        )
 
     def _let_go(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
         """Hands that open, or have slipped off, let go; a further holder then carries."""
@@ -247,6 +264,7 @@ class World:
 
     def _take_hold(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
         held = {g.key for g in self._state.grasps}
+        held |= {(e.participant, e.right) for e in self._state.let_go if e.step == self._state.step}
         for name in sorted(posed):
             p = posed[name]
             for right in (False, True):

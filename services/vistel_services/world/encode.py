@@ -1,0 +1,98 @@
+"""From what the world says to messages."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.space.inputs import Person
+from vistel.space.things import Primitive, Thing
+from vistel.space.view import Outcome, ThingView, WorldView
+from vistel.v1 import geometry_pb2, world_pb2
+from vistel.v1.command_pb2 import CommandResult
+
+F64 = NDArray[np.float64]
+
+KEY_STEPS = 30
+"""Steps from one key frame to the next: half a second."""
+STATE_STEPS = 60
+"""Steps from one recorded private state to the next: a second."""
+
+
+def is_key(view: WorldView, begins: bool) -> bool:
+    """Whether the state of this step goes out complete. begins: it is the first since a start."""
+    return begins or view.changed or view.step % KEY_STEPS == 0
+
+
+def carries_state(step: int, begins: bool) -> bool:
+    """Whether the inputs of this step carry the state before it."""
+    return begins or step % STATE_STEPS == 0
+
+
+def world_state(view: WorldView, key: bool) -> world_pb2.WorldState:
+    """The message of a step; without `key` only things that moved."""
+    out = world_pb2.WorldState(step=view.step, key=key, participants=view.participants, hash=view.hash)
+    out.header.t_ns = view.t_ns
+    if key:
+        out.things.extend(_thing(t) for t in view.things)
+    out.states.extend(_thing_state(s) for s in view.states if key or s.moved)
+    for c in view.contacts:
+        out.contacts.add(
+            body_a=c.body_a, body_b=c.body_b, primitive_a=c.primitive_a, primitive_b=c.primitive_b,
+            point=_vec3(c.point), normal=_vec3(c.normal), depth=c.depth, force=c.force,
+        )  # fmt: skip
+    for g in view.ghosts:
+        out.ghosts.add(
+            target=g.target, source=g.source, kind=world_pb2.Ghost.KIND_COLLISION,
+            target_primitives=g.target_primitives, source_primitives=g.source_primitives,
+            compliance_target=g.compliance_target, compliance_source=g.compliance_source, depth=g.depth,
+        )  # fmt: skip
+    for h in view.grasps:
+        out.grasps.add(
+            participant=h.participant, right=h.right, thing=h.thing, hold=_pose(h.position, h.rotation),
+            since_ns=h.since_ns,
+        )  # fmt: skip
+    return out
+
+
+def command_result(outcome: Outcome, t_ns: int) -> CommandResult:
+    """The answer to a command."""
+    done = CommandResult.OUTCOME_DONE if outcome.done else CommandResult.OUTCOME_REFUSED
+    out = CommandResult(id=outcome.id, outcome=done, reason=outcome.reason, step=outcome.step)
+    out.header.t_ns = t_ns
+    return out
+
+
+def input_person(p: Person) -> world_pb2.WorldInputs.Person:
+    """Somebody, as recorded with the step they came in."""
+    return world_pb2.WorldInputs.Person(participant=p.participant, height_m=p.height, build=p.build)
+
+
+def _thing(t: Thing) -> world_pb2.Thing:
+    return world_pb2.Thing(
+        id=t.id, name=t.name, primitives=[_primitive(p) for p in t.primitives], mass_kg=t.mass,
+        compliance=t.compliance, colour=t.colour, shape=t.shape,
+    )  # fmt: skip
+
+
+def _primitive(p: Primitive) -> world_pb2.Primitive:
+    return world_pb2.Primitive(kind=p.kind, params=p.params, pose=_pose(p.position, p.rotation))
+
+
+def _thing_state(s: ThingView) -> world_pb2.ThingState:
+    return world_pb2.ThingState(
+        id=s.id, pose=_pose(s.position, s.rotation), velocity=_vec3(s.velocity), spin=_vec3(s.spin),
+        holders=s.holders, resting=s.resting,
+    )  # fmt: skip
+
+
+def _pose(position: F64, rotation: F64) -> geometry_pb2.Pose:
+    x, y, z, w = rotation.tolist()
+    return geometry_pb2.Pose(
+        position=_vec3(position), rotation=geometry_pb2.Quaternion(x=x, y=y, z=z, w=w)
+    )
+
+
+def _vec3(v: F64) -> geometry_pb2.Vec3:
+    x, y, z = v.tolist()
+    return geometry_pb2.Vec3(x=x, y=y, z=z)

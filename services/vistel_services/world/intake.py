@@ -1,0 +1,142 @@
+"""Collects what arrives between two steps: who is there, their newest motion, their commands, who has gone."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, field
+
+from prometheus_client import Counter
+
+from vistel.space.inputs import MotionInput, Person
+from vistel.v1.command_pb2 import Command
+from vistel.wire.bus import Sample
+from vistel.wire.motion import MotionDecoder
+from vistel_services.world.decode import motion_input, person
+
+log = logging.getLogger("vistel.world")
+
+_UNDECODED = Counter("vistel_world_motion_undecoded_total", "Motions whose key frame is missing", ["participant"])
+
+SILENT_NS = 5_000_000_000
+"""Somebody without motion for so long has left; the next motion brings them back."""
+LEASE_NS = 2_000_000_000
+"""A site none of whose processes is present for so long has left."""
+OLDEST_COMMAND_NS = 5_000_000_000
+"""Commands older than this on arrival were meant for a world of the past."""
+CLOCK_RESTART_NS = 1_000_000_000
+"""A motion this much older than the last begins a new life of its sender."""
+
+
+@dataclass
+class _Somebody:
+    site: str
+    person: Person
+    heard_ns: int
+    last_motion_ns: int = 0
+    moves: bool = False
+
+
+@dataclass
+class Arrived:
+    """What is new for one step."""
+
+    people: list[Person] = field(default_factory=list)
+    motions: list[MotionInput] = field(default_factory=list)
+    left: list[str] = field(default_factory=list)
+    commands: list[tuple[str, Command]] = field(default_factory=list)
+
+
+class Intake:
+    """Feed it samples; take what is new at each step. Times are conference time [ns]."""
+
+    def __init__(self, present: tuple[str, ...] = (), now_ns: int = 0) -> None:
+        """present: who is in the restored world already; they leave again unless heard of."""
+        self._known: dict[str, Person] = {}
+        self._people = {name: _Somebody("", Person(name), now_ns, moves=True) for name in present}
+        self._decoders: dict[tuple[str, str], MotionDecoder] = {}
+        self._tokens: dict[str, set[str]] = {}
+        self._gone_ns: dict[str, int] = {}
+        self._newest: dict[str, MotionInput] = {}
+        self._arrived = Arrived()
+        self._told: set[tuple[str, str]] = set()
+
+    def presence(self, site: str, token: str, alive: bool, now_ns: int) -> None:
+        """A process of a site came or went."""
+        tokens = self._tokens.setdefault(site, set())
+        (tokens.add if alive else tokens.discard)(token)
+        if tokens:
+            self._gone_ns.pop(site, None)
+        else:
+            self._gone_ns[site] = now_ns
+
+    def participant(self, sample: Sample) -> None:
+        """Somebody says who they are."""
+        name, site = sample.names["participant"], sample.names["site"]
+        if not self._owned(name, site):
+            return
+        self._known[name] = person(name, sample.message)
+        if name in self._people:
+            if self._people[name].person != self._known[name]:
+                self._people[name].person = self._known[name]
+                self._arrived.people.append(self._known[name])
+        elif site not in self._gone_ns:
+            self._join(name, site, sample.received_ns)
+
+    def motion(self, sample: Sample) -> None:
+        """Somebody moved. Every message is decoded, the newest is kept."""
+        name, site = sample.names["participant"], sample.names["site"]
+        if not self._owned(name, site):
+            return
+        decoder = self._decoders.setdefault((site, name), MotionDecoder())
+        decoded = decoder.decode(sample.message)
+        if decoded is None:
+            _UNDECODED.labels(name).inc()
+            return
+        if name not in self._people:
+            self._join(name, site, sample.received_ns)
+        somebody = self._people[name]
+        somebody.site, somebody.heard_ns, somebody.moves = site, sample.received_ns, True
+        if somebody.last_motion_ns - CLOCK_RESTART_NS < decoded.t_ns <= somebody.last_motion_ns:
+            return
+        somebody.last_motion_ns = decoded.t_ns
+        self._newest[name] = motion_input(name, decoded)
+
+    def command(self, sample: Sample) -> None:
+        """Somebody asks for something."""
+        t_ns = sample.message.header.t_ns
+        if t_ns and sample.received_ns - t_ns > OLDEST_COMMAND_NS:
+            log.info("command too old id=%s participant=%s", sample.message.id, sample.names["participant"])
+            return
+        self._arrived.commands.append((sample.names["participant"], sample.message))
+
+    def take(self, now_ns: int) -> Arrived:
+        """What is new since the last call."""
+        for name, somebody in sorted(self._people.items()):
+            silent = somebody.moves and now_ns - somebody.heard_ns > SILENT_NS
+            gone_ns = self._gone_ns.get(somebody.site)
+            gone = gone_ns is not None and now_ns - max(gone_ns, somebody.heard_ns) > LEASE_NS
+            if silent or gone:
+                log.info("participant left participant=%s reason=%s", name, "site gone" if gone else "no motion")
+                del self._people[name]
+                self._newest.pop(name, None)
+                self._arrived.left.append(name)
+        out = self._arrived
+        out.motions = [self._newest[name] for name in sorted(self._newest)]
+        self._arrived, self._newest = Arrived(), {}
+        return out
+
+    def _join(self, name: str, site: str, now_ns: int) -> None:
+        known = self._known.get(name, Person(name))
+        self._people[name] = _Somebody(site, known, now_ns)
+        self._arrived.people.append(known)
+        log.info("participant joined participant=%s site=%s", name, site)
+
+    def _owned(self, name: str, site: str) -> bool:
+        """Whether `site` may speak for `name`: whose site was heard first may, until they leave."""
+        somebody = self._people.get(name)
+        if somebody is None or somebody.site in ("", site):
+            return True
+        if (name, site) not in self._told:
+            self._told.add((name, site))
+            log.warning("two sites send one participant=%s heard=%s ignored=%s", name, somebody.site, site)
+        return False

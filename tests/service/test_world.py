@@ -1,0 +1,204 @@
+"""The world service on a bus: people, grasps, commands, late joiners, crashes."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+from world_site import WorldSite
+
+from vistel.v1.command_pb2 import Command, CommandResult, MoveThing, ResetRoom
+from vistel.v1.geometry_pb2 import Pose, Vec3
+from vistel.wire.topics import BY_NAME, Delivery
+
+DONE, REFUSED = CommandResult.OUTCOME_DONE, CommandResult.OUTCOME_REFUSED
+
+
+def scenario(folder: Path, play: Any) -> WorldSite:
+    async def whole() -> WorldSite:
+        site = WorldSite(folder)
+        async with site.open():
+            await play(site)
+        return site
+
+    return asyncio.run(whole())
+
+
+def ask(site: WorldSite, who: str, command: Command) -> None:
+    command.header.t_ns = site.clock.now_ns()
+    site.buses[who].publish(BY_NAME["command"], participant=who).put(command)
+
+
+def move(thing: str, x: float, y: float, z: float) -> MoveThing:
+    return MoveThing(thing=thing, pose=Pose(position=Vec3(x=x, y=y, z=z)))
+
+
+def holders(site: WorldSite) -> list[list[str]]:
+    """Who holds the baton, each change."""
+    out: list[list[str]] = []
+    for state in site.states():
+        now = [g.participant for g in state.grasps if g.thing == "baton"]
+        if not out or out[-1] != now:
+            out.append(now)
+    return out
+
+
+def test_people_come_and_the_room_is_told_sixty_times_a_second(tmp_path: Path) -> None:
+    site = scenario(tmp_path, lambda s: s.play(1.5))
+    states = site.states()
+    assert 88 <= len(states) <= 91
+    assert [s.step for s in states] == list(range(states[0].step, states[0].step + len(states)))
+    assert states[-1].participants == ["aiko", "bruno", "chidi"]
+    key = next(s for s in reversed(states) if s.key)
+    assert {t.id for t in key.things} == {s.id for s in key.states}
+    assert len(key.things) == 12
+    assert any(c.body_a == "aiko" and c.body_b == "chair-0" for c in states[-1].contacts)
+    assert any(g.target == "aiko" and g.source == "chair-0" and g.depth > 0 for g in states[-1].ghosts)
+
+
+def test_a_delta_holds_only_what_moved(tmp_path: Path) -> None:
+    site = scenario(tmp_path, lambda s: s.play(1.0))
+    assert all(not s.states and not s.things for s in site.states() if not s.key)
+
+
+def test_the_baton_goes_from_hand_to_hand(tmp_path: Path) -> None:
+    site = scenario(tmp_path, lambda s: s.play(5.0, from_s=2.2))
+    assert holders(site) == [[], ["aiko"], ["aiko", "bruno"], ["bruno"]]
+
+
+def test_a_late_joiner_gets_the_whole_room(tmp_path: Path) -> None:
+    async def play(site: WorldSite) -> None:
+        await site.play(1.2)
+        assert site.asking is not None
+        snapshot = await site.asking.query(BY_NAME["world_snapshot"])
+        assert snapshot is not None
+        assert snapshot.state.key
+        assert len(snapshot.state.things) == len(snapshot.state.states) == 12
+        assert list(snapshot.state.participants) == ["aiko", "bruno", "chidi"]
+        assert snapshot.private_state
+
+    scenario(tmp_path, play)
+
+
+def test_commands_are_answered_once_done_and_refused_with_a_reason(tmp_path: Path) -> None:
+    async def play(site: WorldSite) -> None:
+        await site.play(0.3)
+        ask(site, "aiko", Command(id="1", participant="aiko", move=move("ball", 0.0, 0.9, 0.2)))
+        ask(site, "aiko", Command(id="2", participant="aiko", move=move("unicorn", 0.0, 0.9, 0.2)))
+        ask(site, "aiko", Command(id="3", participant="aiko", move=move("ball", float("nan"), 0.9, 0.2)))
+        ask(site, "aiko", Command(id="4", participant="bruno", reset=ResetRoom()))
+        ask(site, "aiko", Command(id="5", participant="aiko", move=move("table", 0.0, 0.9, 0.2)))
+        ask(site, "aiko", Command(id="6", participant="aiko"))
+        await site.play(0.2)
+        ask(site, "aiko", Command(id="1", participant="aiko", move=move("ball", 1.0, 0.9, 0.2)))
+        await site.play(0.2)
+
+    site = scenario(tmp_path, play)
+    found = {r.id: (r.outcome, r.reason) for r in site.results()}
+    assert found["1"] == (DONE, "")
+    assert found["2"][0] == REFUSED and "unicorn" in found["2"][1]
+    assert found["3"][0] == REFUSED and "finite" in found["3"][1]
+    assert found["4"][0] == REFUSED
+    assert found["5"][0] == REFUSED and "fixed" in found["5"][1]
+    assert found["6"][0] == REFUSED
+    assert [r.id for r in site.results()].count("1") == 2
+    ball = [x for s in site.states() for x in s.states if x.id == "ball"][-1]
+    assert abs(ball.pose.position.x) < 0.2, "a command sent twice was done twice"
+
+
+def test_a_flood_of_commands_is_refused_and_the_world_goes_on(tmp_path: Path) -> None:
+    async def play(site: WorldSite) -> None:
+        await site.play(0.2)
+        for n in range(200):
+            ask(site, "aiko", Command(id=f"flood-{n}", participant="aiko", move=move("ball", 0.0, 1.0, 0.2)))
+        await site.play(0.5)
+
+    site = scenario(tmp_path, play)
+    results = site.results()
+    assert len(results) == 200
+    assert sum(r.outcome == DONE for r in results) <= 25
+    assert any("too many" in r.reason for r in results)
+    assert len(site.states()) > 35
+
+
+def test_who_falls_silent_leaves_and_what_they_held_falls(tmp_path: Path) -> None:
+    async def play(site: WorldSite) -> None:
+        await site.play(2.0, from_s=2.4)
+        assert holders(site)[-1] == ["aiko"]
+        site.away.add("aiko")
+        await site.play(7.0)
+        assert "aiko" not in site.states()[-1].participants
+        assert holders(site)[-1] == []
+        site.away.clear()
+        await site.play(0.3)
+        assert "aiko" in site.states()[-1].participants
+
+    scenario(tmp_path, play)
+
+
+def test_a_site_that_goes_takes_its_people_along(tmp_path: Path) -> None:
+    async def play(site: WorldSite) -> None:
+        await site.play(0.5)
+        site.away.add("chidi")
+        await site.buses["chidi"].close()
+        await site.play(1.5)
+        assert "chidi" in site.states()[-1].participants
+        await site.play(1.0)
+        assert "chidi" not in site.states()[-1].participants
+
+    scenario(tmp_path, play)
+
+
+def test_a_killed_world_goes_on_where_it_was(tmp_path: Path) -> None:
+    async def play(site: WorldSite) -> None:
+        await site.play(3.0, from_s=2.2)
+        ask(site, "bruno", Command(id="away", participant="bruno", move=move("tile", 0.3, 0.73, -0.1)))
+        await site.play(1.2)
+        before = site.states()[-1]
+        await site.kill()
+        await site.play(1.0)
+        await site.start()
+        count = len(site.states())
+        await site.play(0.5)
+        after = site.states()[count]
+        assert after.key
+        assert after.step > before.step
+        tile = next(s for s in after.states if s.id == "tile")
+        assert tile.pose.position.x == pytest.approx(0.3, abs=0.02)
+        assert list(site.states()[-1].participants) == ["aiko", "bruno", "chidi"]
+        assert site.states()[-1].header.t_ns - before.header.t_ns < 3e9
+
+    scenario(tmp_path, play)
+
+
+@pytest.mark.parametrize("damage", [b"", b"{", b'{"version":99}', b'{"version":1,"seats":3}', b"\x00" * 100])
+def test_a_damaged_snapshot_starts_a_fresh_world(tmp_path: Path, damage: bytes) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "world.snapshot").write_bytes(damage)
+    site = scenario(tmp_path, lambda s: s.play(0.3))
+    assert len(site.states()) > 10
+
+
+def test_corrupt_payloads_on_every_topic_do_not_stop_the_world(tmp_path: Path) -> None:
+    async def play(site: WorldSite) -> None:
+        await site.play(0.2)
+        for name in ("participant", "motion", "command"):
+            topic = BY_NAME[name]
+            key = topic.format(conference="demo", site="tokyo", participant="aiko")
+            for payload in (b"\xff" * 40, b"", b"\x0a\x02\x08\x09", bytes(range(256))):
+                site.network.send(topic, key, payload)
+                if topic.delivery is Delivery.RELIABLE:
+                    site.network._last.pop(key, None)  # noqa: SLF001
+        await site.play(0.5)
+
+    site = scenario(tmp_path, play)
+    assert len(site.states()) > 35
+    assert "aiko" in site.states()[-1].participants
+
+
+def test_a_snapshot_that_cannot_be_written_is_told_and_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "run").write_text("a file where the folder should be")
+    site = scenario(tmp_path, lambda s: s.play(2.2))
+    assert len(site.states()) > 120

@@ -1,0 +1,108 @@
+"""A log re-runs to the same bytes; a log that was tampered with does not."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+from world_site import WorldSite
+
+from vistel.v1.command_pb2 import Command, MoveThing, ResetRoom
+from vistel.v1.geometry_pb2 import Pose, Vec3
+from vistel.wire.topics import BY_NAME
+from vistel_services.world.verify import Record, verify
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> list[Record]:
+    """Five seconds with a grasp, commands, somebody leaving, and a world killed and started again."""
+
+    async def record() -> list[Record]:
+        site = WorldSite(tmp_path_factory.mktemp("world"))
+        async with site.open():
+            await site.play(1.6, from_s=2.2)
+            command = Command(id="x", participant="chidi")
+            command.move.CopyFrom(MoveThing(thing="box", pose=Pose(position=Vec3(x=0.1, y=0.9, z=0.2))))
+            site.buses["chidi"].publish(BY_NAME["command"], participant="chidi").put(command)
+            await site.play(1.2)
+            await site.kill()
+            await site.play(0.4)
+            await site.start()
+            await site.play(0.5)
+            site.buses["bruno"].publish(BY_NAME["command"], participant="bruno").put(
+                Command(id="y", participant="bruno", reset=ResetRoom())
+            )
+            await site.play(1.5)
+        return site.log
+
+    return asyncio.run(record())
+
+
+def test_every_state_of_a_log_is_the_same_again(log: list[Record]) -> None:
+    report = verify(log)
+    assert report.difference == ""
+    assert report.equal
+    assert report.lives == 2
+    assert report.skipped == 0
+    assert report.steps == sum(topic == "world_state" for topic, *_ in log)
+
+
+def test_a_log_that_begins_in_the_middle_is_compared_from_the_next_state(log: list[Record]) -> None:
+    report = verify(log[len(log) // 4 :])
+    assert report.equal
+    assert 0 < report.skipped < 130
+    assert report.steps > 100
+
+
+def test_a_log_that_is_cut_off_is_compared_as_far_as_it_goes(log: list[Record]) -> None:
+    report = verify(log[: len(log) * 2 // 3])
+    assert report.equal
+    assert report.steps > 100
+
+
+def test_a_motion_missing_from_the_log_costs_less_than_a_second(log: list[Record]) -> None:
+    gone = [i for i, r in enumerate(log) if r[0] == "motion"][150]
+    report = verify(log[:gone] + log[gone + 1 :])
+    assert report.equal
+    assert 0 < report.skipped <= 75
+    assert "motion" in " ".join(report.skipped_because)
+
+
+def test_a_state_missing_from_the_log_is_not_a_difference(log: list[Record]) -> None:
+    gone = [i for i, r in enumerate(log) if r[0] == "world_state"][50]
+    report = verify(log[:gone] + log[gone + 1 :])
+    assert report.equal
+    assert report.skipped == 1
+
+
+def test_motions_written_after_the_step_that_used_them_are_found(log: list[Record]) -> None:
+    late = sorted(log, key=lambda r: (r[3] // 500_000_000, r[0] == "motion"))
+    assert verify(late).equal
+
+
+def test_a_changed_state_is_found_and_named(log: list[Record]) -> None:
+    index = [i for i, r in enumerate(log) if r[0] == "world_state" and r[2].key][2]
+    topic, names, message, log_ns = log[index]
+    changed = type(message).FromString(message.SerializeToString())
+    changed.states[5].pose.position.x += 1e-6
+    report = verify([*log[:index], (topic, names, changed, log_ns), *log[index + 1 :]])
+    assert not report.equal
+    assert f"step {message.step}: states" in report.difference
+
+
+def test_a_changed_motion_is_found(log: list[Record]) -> None:
+    index = [i for i, r in enumerate(log) if r[0] == "motion" and r[1]["participant"] == "aiko"][70]
+    topic, names, message, log_ns = log[index]
+    changed = type(message).FromString(message.SerializeToString())
+    while len(changed.body) < 3:
+        changed.body.append(0)
+    changed.body[2] += 40
+    report = verify([*log[:index], (topic, names, changed, log_ns), *log[index + 1 :]])
+    assert not report.equal
+
+
+def test_a_log_without_a_world_says_so() -> None:
+    report = verify([])
+    assert not report.equal
+    assert "world_inputs" in report.difference

@@ -1,0 +1,121 @@
+"""A conference of one process: people played by the made-up meeting, the real world service, time on a string."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.figure.posture import Posture
+from vistel.v1.motion_pb2 import Participant
+from vistel.wire.clock import SimulatedClock
+from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
+from vistel.wire.motion import MotionEncoder, MotionSample
+from vistel.wire.topics import BY_NAME
+from vistel_services import world
+from vistel_sim.motion.meeting import Meeting
+from vistel_sim.motion.source import places
+
+START_NS = 1_700_000_000_000_000_000
+TICK_NS = 16_666_667
+PEOPLE = (("tokyo", "aiko"), ("paris", "bruno"), ("lagos", "chidi"))
+
+CONFERENCE = Conference.model_validate(
+    {"sites": [{"name": site, "participants": [{"name": who, "avatar": "builtin:build=1"}]} for site, who in PEOPLE]}
+)
+RECORDED = ("participant", "motion", "command", "world_inputs", "world_state", "command_result")
+
+
+class WorldSite:
+    """`log` is what a recorder would have: (topic, names, message, log time)."""
+
+    def __init__(self, folder: Path) -> None:
+        self.clock = SimulatedClock(START_NS)
+        self.network = MemoryNetwork()
+        self.config = world.configure(CONFERENCE, None, RunPaths(folder / "run", folder / "out"))
+        self.meeting = Meeting(list(places(CONFERENCE).values()), 3, 1)
+        self.buses: dict[str, MemoryBus] = {}
+        self.encoders: dict[str, MotionEncoder] = {}
+        self.log: list[tuple[str, dict[str, str], Any, int]] = []
+        self.asking: MemoryBus | None = None
+        self.away: set[str] = set()
+        self._task: asyncio.Task[None] | None = None
+        self._readers: list[Any] = []
+        self._tick = 0
+
+    @asynccontextmanager
+    async def open(self) -> AsyncIterator[WorldSite]:
+        """Sites with their people, a recorder, and a world."""
+        watching = self.network.bus("demo", "hub", self.clock)
+        self._readers = [watching.subscribe(BY_NAME[name], queue_all=True) for name in RECORDED]
+        for site, who in PEOPLE:
+            bus = self.buses[who] = self.network.bus("demo", site, self.clock)
+            bus.announce("process-capture")
+            self.encoders[who] = MotionEncoder()
+            about = Participant(participant=who, site=site, display_name=who, avatar="builtin:build=1", height_m=1.75)
+            bus.publish(BY_NAME["participant"], participant=who).put(about)
+        self.asking = self.network.bus("demo", "hub", self.clock)
+        await self.start()
+        try:
+            yield self
+        finally:
+            await self.kill()
+
+    async def start(self) -> None:
+        """Start a world and let it come up."""
+        bus = self.network.bus("demo", "hub", self.clock)
+        self._task = asyncio.create_task(world.run(self.config, bus, self.clock))
+        while not self.clock._sleepers and not self._task.done():  # noqa: SLF001
+            await asyncio.sleep(0.01)  # its kernels are made on a thread
+
+    async def kill(self) -> None:
+        """As SIGKILL would: at once. (The final snapshot is taken away, as if it had never been written.)"""
+        if self._task is None:
+            return
+        snapshot = self.config.snapshot
+        kept = snapshot.read_bytes() if snapshot and snapshot.exists() else None
+        self._task.cancel()
+        await asyncio.gather(self._task, return_exceptions=True)
+        if snapshot and kept is not None:
+            snapshot.write_bytes(kept)
+        self._task = None
+
+    def posture(self, who: str, t_s: float) -> Posture:
+        return self.meeting.posture(who, t_s)
+
+    def send(self, who: str, t_s: float) -> None:
+        """One motion of somebody, as their posture service would send it."""
+        p = self.posture(who, t_s)
+        publication = self.buses[who].publish(BY_NAME["motion"], participant=who)
+        stance = np.array([*p.stance.position, p.stance.heading])
+        sample = MotionSample(publication.next_seq, self.clock.now_ns(), p.dofs, p.hands, stance, p.gaze)
+        publication.put(self.encoders[who].encode(sample))
+
+    async def play(self, seconds: float, from_s: float | None = None) -> None:
+        """`seconds` of the meeting; `from_s`: jump there first."""
+        if from_s is not None:
+            self._tick = round(from_s * 60)
+        for _ in range(round(seconds * 60)):
+            self._tick += 1
+            for who in self.buses:
+                if who not in self.away:
+                    self.send(who, self._tick / 60)
+            await self.clock.advance_to_ns(self.clock.now_ns() + TICK_NS)
+            self.record()
+
+    def record(self) -> None:
+        for reader in self._readers:
+            for s in reader.take():
+                self.log.append((s.topic.name, s.names, s.message, s.received_ns))
+
+    def states(self) -> list[Any]:
+        return [m for topic, _, m, _ in self.log if topic == "world_state"]
+
+    def results(self) -> list[Any]:
+        return [m for topic, _, m, _ in self.log if topic == "command_result"]
