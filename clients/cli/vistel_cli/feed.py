@@ -82,7 +82,8 @@ class Feeder:
             return FastrakDecoder(device)
         right = device.endswith("-right")
         glove = self._gloves[device]
-        return CyberGloveDecoder(device, right=right, sensors=glove.sensors, calibration=open_calibration(glove.calibration))
+        calibration = open_calibration(glove.calibration)
+        return CyberGloveDecoder(device, right=right, sensors=glove.sensors, calibration=calibration)
 
     def _put(self, topic: Topic, names: dict[str, str], message: object) -> None:
         key = topic.key.format(**names)
