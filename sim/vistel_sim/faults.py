@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -24,6 +24,18 @@ class Fault:
     kind: Kind
     at_s: float
     for_s: float
+
+
+def fault_from_text(text: str) -> Fault:
+    """DEVICE:KIND:AT_S:FOR_S. Raises ValueError."""
+    kinds: dict[str, Kind] = {k: k for k in get_args(Kind)}
+    try:
+        device, kind, at_s, for_s = text.split(":")
+        return Fault(device, kinds[kind], float(at_s), float(for_s))
+    except (ValueError, KeyError):
+        raise ValueError(
+            f"fault {text!r}: expected DEVICE:KIND:AT_S:FOR_S, KIND one of {', '.join(kinds)}"
+        ) from None
 
 
 class DeviceFaults:

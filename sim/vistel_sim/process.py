@@ -13,7 +13,7 @@ import sys
 import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Protocol, get_args
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from vistel.wire.clock import Clock, SystemClock
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import SimulatedDevice, run_devices
 from vistel_sim.fastrak import Fastrak
-from vistel_sim.faults import Fault, Kind
+from vistel_sim.faults import Fault, fault_from_text
 from vistel_sim.motion import MotionError, open_motion
 
 F64 = NDArray[np.float64]
@@ -101,18 +101,6 @@ async def run_simulators(
     devices = simulated_devices(conference, motion, paths, clock, clock.now_ns(), site=site, faults=faults)
     log.info("simulated devices=%s", ",".join(d.name for d in devices))
     await run_devices(devices)
-
-
-def fault_from_text(text: str) -> Fault:
-    """DEVICE:KIND:AT_S:FOR_S. Raises ValueError."""
-    kinds: dict[str, Kind] = {k: k for k in get_args(Kind)}
-    try:
-        device, kind, at_s, for_s = text.split(":")
-        return Fault(device, kinds[kind], float(at_s), float(for_s))
-    except (ValueError, KeyError):
-        raise ValueError(
-            f"fault {text!r}: expected DEVICE:KIND:AT_S:FOR_S, KIND one of {', '.join(kinds)}"
-        ) from None
 
 
 async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault]) -> None:

@@ -16,6 +16,7 @@ from vistel.conference.paths import RunPaths
 from vistel_cli.launch import simulated_devices
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_cli.up import with_motion, write_conference
+from vistel_sim.faults import fault_from_text
 
 
 def sim(
@@ -23,17 +24,30 @@ def sim(
     ports: Annotated[Path | None, typer.Option(help="Folder for the ports (links to pseudo-terminals).")] = None,
     motion: Annotated[str | None, typer.Option(help="A .bvh file or a folder of 6-DOF recordings.")] = None,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(help="DEVICE:KIND:AT_S:FOR_S, often; garbage, cut, unplug, stall, drift, saturation."),
+    ] = None,
 ) -> None:
     """Simulate the trackers and gloves of a conference on pseudo-terminals that speak the real protocols.
 
     [bold]Example[/bold]
 
       vistel sim --ports /tmp/devices          then open /tmp/devices/dev/aiko-tracker at 115200 baud
+
+      vistel sim --fault aiko-tracker:unplug:10:3
     """
     conference = load_conference(file or DEMO_FILE)
     if motion:
         conference = with_motion(conference, motion)
     names = simulated_devices(conference)
+    try:
+        faults = [fault_from_text(text) for text in fault or []]
+    except ValueError as e:
+        fail(str(e), USAGE)
+    for f in faults:
+        if f.device not in names:
+            fail(f"--fault {f.device}: no such simulated device; there are {', '.join(names)}", USAGE)
     if not names:
         fail('no device of this conference is simulated; set port = "sim"', USAGE)
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
@@ -41,12 +55,13 @@ def sim(
         paths.run.mkdir(parents=True, exist_ok=True)
         for name in names:
             out.print(str(paths.device(name)))
-        raise typer.Exit(asyncio.run(_run(write_conference(conference, Path(run)), paths, seconds)))
+        raise typer.Exit(asyncio.run(_run(write_conference(conference, Path(run)), paths, seconds, fault or [])))
 
 
-async def _run(file: Path, paths: RunPaths, seconds: float) -> int:
+async def _run(file: Path, paths: RunPaths, seconds: float, faults: list[str]) -> int:
+    given = [word for text in faults for word in ("--fault", text)]
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "vistel_sim.process", str(file), "--run", str(paths.run), start_new_session=True
+        sys.executable, "-m", "vistel_sim.process", str(file), "--run", str(paths.run), *given, start_new_session=True
     )
     for signum in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(signum, process.terminate)

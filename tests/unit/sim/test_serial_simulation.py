@@ -17,8 +17,8 @@ from vistel.protocol.fastrak import FastrakParser
 from vistel.wire.clock import SimulatedClock
 from vistel_sim.device import SimulatedDevice
 from vistel_sim.fastrak import Fastrak
-from vistel_sim.faults import DeviceFaults, Fault
-from vistel_sim.process import fault_from_text, simulated_devices
+from vistel_sim.faults import DeviceFaults, Fault, fault_from_text
+from vistel_sim.process import simulated_devices
 from vistel_sim.pty_port import PtyPort
 
 POSE = ((0.5, 0.1, -0.6), (0.0, 0.0, 0.0, 1.0))
