@@ -15,6 +15,12 @@ PLAIN, KNIT, STRIPES, CHECKS, JACKET = range(5)
 _ARMHOLE = 0.172
 
 
+def _cloth(r: Recipe) -> F64:
+    """Colour of the upper garment; jackets are darker and quieter than jumpers."""
+    base = np.array(r.colour("top"), np.float64)
+    return 0.48 * base + 0.52 * np.array((34.0, 36.0, 42.0)) if r.pattern == JACKET else base
+
+
 def _line(x: F64, width: float) -> F64:
     """1 on x = 0, falling off over `width`."""
     return np.exp(-((x / width) ** 2))
@@ -40,14 +46,16 @@ def _folds(p: F64, seed: int) -> F64:
 
 def paint_top(r: Recipe, p: F64, normal: F64) -> F64:
     """(N, 3) sRGB 0..255 of the upper garment."""
-    base = np.array(r.colour("top"), np.float64)
+    base = _cloth(r)
     second = _contrast(base)
     x, y, z = p[:, 0], p[:, 1], p[:, 2]
     side = np.abs(x)
     sleeve = side > _ARMHOLE
     # Cloth coordinates in metres: round the body and up it, or round the arm and along it.
-    u = np.where(sleeve, np.arctan2(z, y - ARM_Y) * 0.050, np.arctan2(x, z) * 0.145)
-    v = np.where(sleeve, side, y)
+    over = smoothstep(1.32, 1.42, y)  # over the shoulders the cloth lies flat: across, and from front to back
+    body = np.where(z > 0, 1.0, -1.0) * over * x * 1.25 + (1.0 - over) * np.arctan2(x, z) * 0.145
+    u = np.where(sleeve, np.arctan2(z, y - ARM_Y) * 0.050, body)
+    v = np.where(sleeve, side, y - over * 0.8 * (np.abs(z + 0.01) - 0.09))
     out = np.tile(base, (len(p), 1))
     weave = noise(p / 0.0022, 1, r.seed + 21)
     shade = 0.045 * weave
@@ -138,7 +146,7 @@ def _jacket(r: Recipe, out: F64, base: F64, x: F64, y: F64, z: F64) -> F64:
 
 def paint_collar(r: Recipe, p: F64, normal: F64) -> F64:
     """(N, 3) colours of the ring round the neck."""
-    base = np.array(r.colour("top"), np.float64)
+    base = _cloth(r)
     if r.pattern == JACKET:
         base = np.array((226.0, 230.0, 238.0)) if base.mean() < 150 else np.array((112.0, 132.0, 168.0))
     ribs = np.sin(np.arctan2(p[:, 0], p[:, 2] + 0.016) * 0.062 * 2 * np.pi / 0.0052)

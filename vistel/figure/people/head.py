@@ -28,7 +28,7 @@ def add_head(s: Sculpture, r: Recipe) -> None:
     s.ellipsoid((0, 1.667, 0.003), (0.0740, 0.081, 0.0955), width=0.04, material=SKIN, exponent=2.2)
     jaw = 1.0 - 0.08 * f + 0.05 * r.jaw
     chin = 0.003 * f
-    long = 0.0025 * r.nose
+    long = 0.0025 * r.nose - 0.0015 * f
     face = [
         Section(1.519 + chin, 0.044 * jaw, 0.0870, -0.018, 0.020, (2.0, 3.0)),
         Section(1.532 + chin, 0.0495 * jaw, 0.0930 - 0.002 * f, -0.018, 0.020, (2.0, 3.2)),
@@ -83,12 +83,12 @@ def _mouth(s: Sculpture, r: Recipe) -> None:
     full = 1.0 + 0.16 * r.female + 0.14 * r.lips
     for side in (1.0, -1.0):
         s.limb([(0, MOUTH_Y + 0.0045, 0.0945), (side * 0.006, MOUTH_Y + 0.0052, 0.0940), (side * 0.014, MOUTH_Y + 0.0032, 0.0905),
-                (side * 0.0245, MOUTH_Y - 0.0008, 0.0815)], (0.0038 * full, 0.0042 * full, 0.0036 * full, 0.0016), width=0.006,
+                (side * 0.0245, MOUTH_Y + 0.0010, 0.0815)], (0.0038 * full, 0.0042 * full, 0.0036 * full, 0.0016), width=0.006,
                material=LIP, group=UPPER_LIP)  # fmt: skip
         s.limb([(0, MOUTH_Y - 0.0048, 0.0925), (side * 0.007, MOUTH_Y - 0.0046, 0.0920), (side * 0.015, MOUTH_Y - 0.0032, 0.0885),
-                (side * 0.0235, MOUTH_Y - 0.0012, 0.0815)], (0.0050 * full, 0.0050 * full, 0.0040 * full, 0.0015), width=0.006,
+                (side * 0.0235, MOUTH_Y + 0.0006, 0.0815)], (0.0050 * full, 0.0050 * full, 0.0040 * full, 0.0015), width=0.006,
                material=LIP, group=LOWER_LIP)  # fmt: skip
-        s.limb([(0, MOUTH_Y + 0.0004, 0.1040), (side * 0.012, MOUTH_Y + 0.0002, 0.1000), (side * 0.026, MOUTH_Y - 0.0012, 0.0885)],
+        s.limb([(0, MOUTH_Y + 0.0004, 0.1040), (side * 0.012, MOUTH_Y + 0.0002, 0.1000), (side * 0.026, MOUTH_Y + 0.0010, 0.0885)],
                (0.0032, 0.0030, 0.0016), width=0.005, material=SKIN, mode="carve", weight=0.35)  # fmt: skip
     s.limb([(0, 1.5900, 0.1030), (0, MOUTH_Y + 0.0105, 0.1030)], (0.0030, 0.0036), width=0.006, material=SKIN, mode="carve", weight=0.35)
 

@@ -90,7 +90,7 @@ def _neckline(what: I32, p: F64) -> I32:
     near = (p[:, 1] > 1.43) & (p[:, 1] < 1.53) & (np.abs(p[:, 0]) < 0.13)
     inside = within_collar(p) & (p[:, 1] > collar_height(p[:, 2]))
     out = np.where(near & inside & (what == material.TOP), material.SKIN, what)
-    return np.where(near & ~within_collar(p) & (p[:, 1] < 1.505) & (what == material.SKIN), material.TOP, out).astype(np.int32)
+    return np.where(near & ~within_collar(p) & (p[:, 1] < collar_height(p[:, 2])) & (what == material.SKIN), material.TOP, out).astype(np.int32)
 
 
 def _insides(p: F64, n: F64) -> F64:

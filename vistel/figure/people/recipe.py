@@ -59,6 +59,9 @@ def recipe_from_seed(seed: int) -> Recipe:
     rng = np.random.default_rng(seed)
     female = float(rng.random() < 0.5)
     pick = {what: int(rng.integers(len(colours))) for what, colours in _PALETTES.items()}
+    if pick["skin"] >= 4:
+        pick["hair"] = int(rng.choice((0, 0, 1, 6)))
+        pick["eyes"] = int(rng.integers(2))
     styles = (2, 3, 5) if female else (0, 1, 4)
     features = {feature: round(float(rng.uniform(-1.0, 1.0)), 3) for feature in _FEATURES}
     return Recipe(
