@@ -9,14 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.hands import OPEN, RELAXED
+from vistel.figure.hands import OPEN, RELAXED, hand_rotation
 from vistel.figure.posture import Posture
-from vistel.figure.rotation import slerp
+from vistel.figure.rotation import quaternion_from_matrix, slerp
 from vistel.figure.sensors import Placement
 from vistel_sim.motion.script import CYCLE_S, Script, write_script
 from vistel_sim.motion.sitter import Sitter
@@ -101,13 +100,13 @@ class Meeting:
         if key not in self._attention:
             if len(self._attention) > 64:
                 self._attention.clear()
-            # The last glance of the cycle before is where this one starts from.
-            before = self._glances(participant, cycle - 1)[-1] if cycle else None
-            glances = self._glances(participant, cycle)
-            self._attention[key] = Attention(([before] if before else []) + glances, 0.55)
-        source, target, share = self._attention[key].at(t_s)
-        a, b = self._point(source, t_s), self._point(target, t_s)
-        return a + share * (b - a)
+            # The last glances of the cycle before are where this one starts from.
+            before = self._glances(participant, cycle - 1)[-3:] if cycle else []
+            self._attention[key] = Attention(before + self._glances(participant, cycle), 0.6)
+        out = np.zeros(3)
+        for target, share in self._attention[key].at(t_s):
+            out += share * self._point(target, t_s)
+        return out
 
     def _glances(self, participant: str, cycle: int) -> list[tuple[float, str]]:
         start = cycle * CYCLE_S
@@ -142,6 +141,7 @@ class _Habits:
         self._tempo = rng.uniform(0.88, 1.12, 24)
         self._liveliness = rng.uniform(0.8, 1.15)
         self._favourite = rng.uniform(0.55, 1.0, 2)
+        self._palms: dict[float, F64] = {}
 
     def _wave(self, k: int, hertz: float, t: float) -> float:
         return math.sin(2.0 * math.pi * hertz * float(self._tempo[k]) * t + float(self._phase[k]))
@@ -169,28 +169,16 @@ class _Habits:
         ahead = share * (0.03 + 0.05 * self._wave(k + 3, 0.37, t))
         drift = 0.004 * idle * self._wave(k + 4, 0.11, t)
         offset = sitter.direction_in_room(np.array([side * out + drift, rise, ahead]))
-        turned = slerp(hand.rotation, self.open_palm(sitter, side), min(1.0, share * (0.45 + 0.25 * beat)))
+        turned = slerp(hand.rotation, self._open_palm(sitter, side), min(1.0, share * (0.45 + 0.25 * beat)))
         spread = min(1.0, 0.8 * share * (0.5 + 0.5 * self._wave(k + 5, 0.7, t)))
         fingers = hand.fingers + spread * (OPEN - RELAXED)
         fingers[4::4] += hand.free * 0.05 * (self._wave(k + 6, 0.31, t) + 1.0)
         return HandState(hand.position + offset, turned, fingers, hand.free)
 
-    @cached_property
-    def _palms(self) -> dict[float, F64]:
-        return {}
-
-    def open_palm(self, sitter: Sitter, side: float) -> F64:
-        """(4,) quaternion of a hand held up to explain: fingers ahead and inwards, palm inwards and up."""
+    def _open_palm(self, sitter: Sitter, side: float) -> F64:
+        """(4,) quaternion hand to room of a hand held up to explain: fingers ahead and inwards, palm inwards and up."""
         if side not in self._palms:
-            self._palms[side] = sitter_palm(sitter, side)
+            fingers = sitter.direction_in_room(np.array([-side * 0.35, 0.25, 0.9]))
+            palm = sitter.direction_in_room(np.array([-side * 0.9, 0.3, 0.1]))
+            self._palms[side] = quaternion_from_matrix(hand_rotation(side, fingers, palm))
         return self._palms[side]
-
-
-def sitter_palm(sitter: Sitter, side: float) -> F64:
-    """(4,) quaternion hand to room of an explaining hand; side +1 left, -1 right."""
-    from vistel.figure.hands import hand_rotation
-    from vistel.figure.rotation import quaternion_from_matrix
-
-    fingers = sitter.direction_in_room(np.array([-side * 0.35, 0.25, 0.9]))
-    palm = sitter.direction_in_room(np.array([-side * 0.9, 0.3, 0.1]))
-    return quaternion_from_matrix(hand_rotation(side, fingers, palm))

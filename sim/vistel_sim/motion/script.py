@@ -17,7 +17,7 @@ from vistel.figure.hands import FLAT, OPEN, RELAXED, closed_round, hand_rotation
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.sensors import Placement
 from vistel.figure.skeleton import REFERENCE_HEIGHT
-from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room, table_radius
+from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.tracks import HandKey, HandState, HandTrack
 
@@ -98,9 +98,9 @@ class _Hand:
         self.sitter, self.side, self.sign = sitter, side, SIDES[side]
         place = sitter.place
         self.scale = place.skeleton.height / REFERENCE_HEIGHT
-        position = sitter.out_of_seat(np.array([self.sign * 0.175, TABLE_HEIGHT + 0.058, 0.385]))
-        fingers = sitter.direction_in_room(np.array([-self.sign * 0.42, -0.16, 0.9]))
-        palm = sitter.direction_in_room(np.array([-self.sign * 0.35, -1.0, 0.0]))
+        position = sitter.out_of_seat(np.array([self.sign * 0.175, TABLE_HEIGHT + 0.062, 0.385]))
+        fingers = sitter.direction_in_room(np.array([-self.sign * 0.42, 0.05, 0.9]))
+        palm = sitter.direction_in_room(np.array([-self.sign * 0.2, -1.0, 0.0]))
         self.home = (position, quaternion_from_matrix(hand_rotation(self.sign, fingers, palm)))
         self.keys: list[HandKey] = [HandKey(0.0, *self.home, RELAXED, free=1.0)]
 
@@ -243,7 +243,7 @@ def _palm_to_palm(desk: dict[tuple[str, str], _Hand], b: Sitter, c: Sitter) -> F
     one, two = desk[b.place.name, "right"], desk[c.place.name, "left"]
     spot = _between(b, c, 0.0) + np.array([0.0, TABLE_HEIGHT + 0.30, 0.0])
     across = _level(c.place.seat_position - b.place.seat_position)
-    for hand, palm, face in ((one, across, -1.0), (two, -across, 1.0)):
+    for hand, palm in ((one, across), (two, -across)):
         fingers = 0.8 * UP + 0.6 * _level(spot - hand.shoulder())
         rotation = hand_rotation(hand.sign, fingers, palm)
         centre = rotation @ (np.array([hand.sign * 0.062, 0.0, 0.0]) * hand.scale)

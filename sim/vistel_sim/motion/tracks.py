@@ -86,11 +86,19 @@ class Attention:
         self._times = [g[0] for g in self._glances]
         self._blend = blend
 
-    def at(self, t: float) -> tuple[str, str, float]:
-        """(from, to, share of to) at time `t`."""
+    def at(self, t: float) -> list[tuple[str, float]]:
+        """(target, share) at time `t`, newest first; the shares add up to 1 and change smoothly."""
         i = bisect_right(self._times, t) - 1
         if i < 0:
-            first = self._glances[0][1]
-            return first, first, 1.0
-        share = minimum_jerk((t - self._times[i]) / self._blend)
-        return self._glances[max(0, i - 1)][1], self._glances[i][1], share
+            return [(self._glances[0][1], 1.0)]
+        out: list[tuple[str, float]] = []
+        left = 1.0
+        # A glance may begin before the one before it has arrived: what is left goes to that one, and so on.
+        while i > 0 and left > 1e-6:
+            share = minimum_jerk((t - self._times[i]) / self._blend)
+            out.append((self._glances[i][1], left * share))
+            left *= 1.0 - share
+            i -= 1
+        if left > 1e-6:
+            out.append((self._glances[i][1], left))
+        return out

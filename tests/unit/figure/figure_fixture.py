@@ -8,7 +8,7 @@ from vistel.figure.posture import rest_pose
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 
 
-def capsule(a, b, ra, rb, *, around=16, along=12, cap=4):
+def capsule(a, b, ra, rb, *, around=12, along=9, cap=3):
     """A closed triangle mesh of a cone-sphere: vertices, triangles (outwards)."""
     axis = np.asarray(b, float) - a
     length = np.linalg.norm(axis)
@@ -24,9 +24,7 @@ def capsule(a, b, ra, rb, *, around=16, along=12, cap=4):
     turn = np.arange(around) * 2 * np.pi / around
     circle = np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v
     points = (
-        [a - ra * w]
-        + [c + r * (np.cos(t) * d + np.sin(t) * w) for c, r, t in rings for d in circle]
-        + [b + rb * w]
+        [a - ra * w] + [c + r * (np.cos(t) * d + np.sin(t) * w) for c, r, t in rings for d in circle] + [b + rb * w]
     )
     triangles = []
     for i in range(around):
