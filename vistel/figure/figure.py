@@ -15,7 +15,7 @@ from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid import RigidSkin
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.deform import Deformer, DeformReport
-from vistel.implicit.embedding import embed
+from vistel.implicit.embedding import embed, group_fields
 from vistel.implicit.ghost import GhostSource
 
 F32 = NDArray[np.float32]
@@ -74,6 +74,16 @@ class Figure:
         target: (P,) primitives of the other figure to act on, None for all.
         """
         return self._deformer.ghosts(posed.a, posed.b, target)
+
+    @property
+    def moved(self) -> NDArray[np.uint8]:
+        """(V,) 1 where the implicit deformation of the last `pose` moved a vertex."""
+        return self._deformer.moved
+
+    def fields(self, posed: PosedBody, points: F32) -> NDArray[np.float64]:
+        """(G, N) fields of this figure's limbs, posed, at points (N, 3) [m]: for measuring, double
+        precision."""
+        return group_fields(np.asarray(points, np.float64), self.embedding, posed.a, posed.b)
 
     def _pose_eyes(self, joints: JointPose) -> tuple[tuple[F32, F32], ...]:
         out: list[tuple[F32, F32]] = []

@@ -20,7 +20,7 @@ _FOLDING = ("lower_arm", "lower_leg", "intermediate", "distal", "thumb_proximal"
 def limb_groups(body: Body) -> I32:
     """(P,) group of each primitive: the trunk with neck and head is one, every other joint's primitives
     another."""
-    keys = ["trunk" if _is_trunk(JOINTS[j]) else JOINTS[j] for j in body.joint]
+    keys: list[str] = ["trunk" if _is_trunk(JOINTS[j]) else JOINTS[j] for j in _joints(body)]
     order = {key: i for i, key in enumerate(dict.fromkeys(keys))}
     return np.array([order[key] for key in keys], np.int32)
 
@@ -30,8 +30,8 @@ def limbs_of(skeleton: Skeleton, body: Body) -> Limbs:
     group = limb_groups(body)
     rest = pose_body(body, rest_pose(skeleton))
     of_joint: dict[int, int] = {}
-    for i, joint in enumerate(body.joint):
-        of_joint.setdefault(int(joint), i)
+    for i, joint in enumerate(_joints(body)):
+        of_joint.setdefault(joint, i)
     hinges: list[Hinge] = []
     adjacent: set[tuple[int, int]] = set()
     for joint, child in of_joint.items():
@@ -51,6 +51,10 @@ def limbs_of(skeleton: Skeleton, body: Body) -> Limbs:
         rest.a, rest.b, body.radius_a.astype(np.float64), body.radius_b.astype(np.float64), group,
         tuple(hinges), frozenset(adjacent),
     )  # fmt: skip
+
+
+def _joints(body: Body) -> list[int]:
+    return [int(j) for j in body.joint]
 
 
 def _is_trunk(joint: str) -> bool:

@@ -30,7 +30,8 @@ F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 
 LONE_ZONE = 27.0 / 4.0 * ALPHA * T
-"""Longest zone of propagation of one body alone, per compliance (`ghost.zone`); the kernel caps sums of several."""
+"""Longest zone of propagation of one body alone, per compliance (`ghost.zone`); the kernel caps sums of
+several."""
 
 
 @dataclass(frozen=True)

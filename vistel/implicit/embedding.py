@@ -16,7 +16,7 @@ w_v = T / DF_v(P_rest) within bounds and o_v = T - w_v DF_v(P_rest) make F_v = w
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,8 @@ JOINT_REACH = 1.25
 """Influence radius of a joint's sphere / its surface radius."""
 JOINT_WEIGHT = T / float(quartic(np.array(1.0 / JOINT_REACH)))
 CREASE = 0.3
-"""Share of DIFF in a joint's field: 1 is Singh's furrow, 0 lets the two limbs only abut in the crease's plane."""
+"""Share of DIFF in a joint's field: 1 is Singh's furrow, 0 lets the two limbs only abut in the crease's
+plane."""
 CONTACT_WEIGHT = (0.6, 1.6)
 """Bounds of the vertex weight where it scales the fields of others: details that stick out far keep
 touching first."""
@@ -180,8 +181,9 @@ def _fit(p: F64, limb: I32, limbs: Limbs) -> Fit:
         for i in range(count):
             if len(rows[i]) < 12 or np.count_nonzero(limbs.group == limbs.group[i]) == 1:
                 continue
-            f = np.minimum(1.0, np.maximum(1e-4, fields[limbs.group[i]][rows[i]]))
-            scale = float(np.clip(np.mean(np.sqrt(1.0 - np.sqrt(f))) / INVERSE_T, 0.85, 1.15))
+            f: F64 = fields[int(limbs.group[i])][rows[i]]
+            ratio: F64 = np.sqrt(1.0 - np.sqrt(np.minimum(1.0, np.maximum(1e-4, f))))
+            scale = min(1.15, max(0.85, float(ratio.mean()) / INVERSE_T))
             ra[i], rb[i] = ra[i] * scale, rb[i] * scale
     inner, outer = np.full(count, np.nan), np.full(count, np.nan)
     for i in range(count):
@@ -228,6 +230,11 @@ def primitive_field(p: F64, limbs: Limbs, fit: Fit, i: int) -> F64:
     """(N,) field of primitive i at points p (N, 3), rest."""
     ratio = cone_sphere_ratio(p, limbs.a[i], limbs.b[i], fit.radius_a[i], fit.radius_b[i])
     return fit.weight[i] * quartic(ratio / fit.reach[i])
+
+
+def group_fields(p: F64, embedding: Embedding, a: F64, b: F64) -> F64:
+    """(G, N) fields of the groups at points p (N, 3) with the primitives' skeletons posed at a, b (P, 3)."""
+    return np.array(_group_fields(p, replace(embedding.limbs, a=a, b=b), embedding.fit))
 
 
 def _group_fields(p: F64, limbs: Limbs, fit: Fit) -> list[F64]:

@@ -93,7 +93,8 @@ def evaluate(kind, s, c, p, corners, out):
 
 @_fast
 def setup_group(first, last, mask, kind, block, rows, rays, used):
-    """Rays of the primitives of `mask` (bits from `first`), from rays[used] on; returns the next free place."""
+    """Rays of the primitives of `mask` (bits from `first`), from rays[used] on; returns the next free
+    place."""
     for k in range(first, last):
         if (mask >> (k - first)) & 1:
             if kind[k] == CONE_SPHERE:
@@ -106,7 +107,8 @@ def setup_group(first, last, mask, kind, block, rows, rays, used):
 
 @_fast
 def group_field(first, last, mask, kind, rows, corners, s, rays, used, value, total, out):
-    """F and dF/ds (2, 64) of the union of the primitives of `mask`; their rays start at `used`; returns the next."""
+    """F and dF/ds (2, 64) of the union of the primitives of `mask`; their rays start at `used`; returns the
+    next."""
     if mask & (mask - 1) == 0:
         for k in range(first, last):
             if (mask >> (k - first)) & 1:
@@ -216,7 +218,8 @@ def total_field(own, cal, shift, acc, out):
 
 @_fast
 def start_bracket(cal, state):
-    """state rows: s, low, high, longest step, offset, spare, 1 while open, 1 when low / high is known by its sign."""
+    """state rows: s, low, high, longest step, offset, spare, 1 while open, 1 when low / high is known by
+    its sign."""
     for i in range(LANES):
         state[0, i] = ZERO
         state[1, i] = -cal[INWARD, i]
