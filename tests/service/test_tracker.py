@@ -172,6 +172,30 @@ def test_a_unit_set_to_another_speed_is_found(tmp_path: Path) -> None:
     run(scenario())
 
 
+def test_a_port_in_use_is_told(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        async with site.running({T: quiet_fastrak()}, person=NO_GLOVES):
+            await site.until(lambda: streaming(site))
+            second = DeviceSite(tmp_path)
+            async with second.running({}, person=NO_GLOVES):
+                await second.until(lambda: "in use by another program" in second.bus.status(T).detail)
+            assert streaming(site)
+
+    run(scenario())
+
+
+def test_a_configuration_the_unit_refuses_is_told(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        person = NO_GLOVES | {"tracker": {"hemisphere": (1e6, 0.0, 0.0)}}
+        async with site.running({T: quiet_fastrak()}, person=person):
+            await site.until(lambda: site.bus.status(T).state == STATE.STATE_FAULT)
+        assert "refuses a command" in site.bus.status(T).detail and "H1,1e+06,0,0" in site.bus.status(T).detail
+
+    run(scenario())
+
+
 def test_a_receiver_that_is_not_plugged_in_is_named(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)

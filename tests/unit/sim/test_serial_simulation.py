@@ -15,7 +15,7 @@ from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.protocol.fastrak import FastrakParser
 from vistel.wire.clock import SimulatedClock
-from vistel_sim.device import SimulatedDevice
+from vistel_sim.device import SimulatedDevice, run_devices
 from vistel_sim.fastrak import Fastrak
 from vistel_sim.faults import DeviceFaults, Fault, fault_from_text
 from vistel_sim.process import simulated_devices
@@ -123,6 +123,24 @@ def test_a_second_holds_120_records_stamped_where_they_were_measured(tmp_path: P
         late = np.array([(r.t_ns - 10**9) * 1e-9 - r.position[0] for r in records])
         assert np.median(np.abs(late)) < 0.002
         assert not (tmp_path / "d").exists()
+
+    asyncio.run(scenario())
+
+
+def test_links_left_by_a_killed_process_are_gone_before_any_port_appears(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        clock = SimulatedClock()
+        names = ("a", "b")
+        for name in names:
+            (tmp_path / name).symlink_to("/nowhere")
+        devices = [
+            SimulatedDevice(n, Fastrak(lambda station, t_s: POSE), tmp_path / n, clock, 0) for n in names
+        ]
+        task = asyncio.create_task(run_devices(devices))
+        await until(lambda: all((tmp_path / n).exists() for n in names))
+        assert (tmp_path / "a").resolve() != (tmp_path / "b").resolve()
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
 
     asyncio.run(scenario())
 
