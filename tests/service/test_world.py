@@ -190,7 +190,7 @@ def test_corrupt_payloads_on_every_topic_do_not_stop_the_world(tmp_path: Path) -
             for payload in (b"\xff" * 40, b"", b"\x0a\x02\x08\x09", bytes(range(256))):
                 site.network.send(topic, key, payload)
                 if topic.delivery is Delivery.RELIABLE:
-                    site.network._last.pop(key, None)  # noqa: SLF001
+                    site.network._last.pop(key, None)
         await site.play(0.5)
 
     site = scenario(tmp_path, play)

@@ -71,7 +71,7 @@ class WorldSite:
         """Start a world and let it come up."""
         bus = self.network.bus("demo", "hub", self.clock)
         self._task = asyncio.create_task(world.run(self.config, bus, self.clock))
-        while not self.clock._sleepers and not self._task.done():  # noqa: SLF001
+        while not self.clock._sleepers and not self._task.done():
             await asyncio.sleep(0.01)  # its kernels are made on a thread
 
     async def kill(self) -> None:

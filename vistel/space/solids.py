@@ -6,14 +6,14 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.implicit.contact_kernels import surface  # pyright: ignore[reportUnknownVariableType]
 from vistel.implicit.contact_set import PrimitiveSet
+from vistel.space.kernels import inertia, pose  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.things import Primitive, Thing
 
 F64 = NDArray[np.float64]
@@ -49,7 +49,7 @@ class Solids:
 
     def part(self, n: int) -> PrimitiveSet:
         """The primitives of thing n, posed in its frame."""
-        return _rows(self.primitives, np.arange(self.first[n], self.first[n + 1]))
+        return _rows(self.primitives, np.arange(int(self.first[n]), int(self.first[n + 1])))
 
     @cached_property
     def fixed_rows(self) -> I64:
@@ -64,7 +64,7 @@ class Solids:
     @cached_property
     def fixed(self) -> PrimitiveSet:
         """The primitives of all fixed things, posed in the room; primitive k is `fixed_rows[k]`."""
-        rotation = _stack([matrix_from_quaternion(t.rotation) for t in self.things], (3, 3))
+        rotation = _matrices([t.rotation for t in self.things])
         position = _stack([t.position for t in self.things], (3,))
         return _rows(pose_solids(self, rotation, position), self.fixed_rows)
 
@@ -76,7 +76,7 @@ class Solids:
         """The primitives of things that can move, posed in the room; primitive k is `loose_rows[k]`."""
         rest, owner = self._loose
         out_r, out_p = np.empty_like(rest.rotation), np.empty_like(rest.position)
-        _pose(owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
+        pose(owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
         return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
 
 
@@ -84,7 +84,7 @@ def solids(things: tuple[Thing, ...]) -> Solids:
     """The arrays of `things`."""
     primitives = [(n, p) for n, thing in enumerate(things) for p in thing.primitives]
     owner = np.array([n for n, _ in primitives], np.int64)
-    rotation = _stack([matrix_from_quaternion(p.rotation) for _, p in primitives], (3, 3))
+    rotation = _matrices([p.rotation for _, p in primitives])
     position = _stack([p.position for _, p in primitives], (3,))
     bounds = [_bound(p) for _, p in primitives]
     centre = _stack([r @ b[0] + x for r, x, b in zip(rotation, position, bounds, strict=True)], (3,))
@@ -116,11 +116,11 @@ def solids(things: tuple[Thing, ...]) -> Solids:
     )
     for n, thing in enumerate(things):
         if not thing.fixed:
-            per_mass = _inertia(
+            unit: Any = inertia(
                 shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1],
                 out.radius[n], GRID,
             )  # fmt: skip
-            out.inverse_inertia[n] = np.linalg.inv(thing.mass * per_mass)
+            out.inverse_inertia[n] = np.linalg.inv(thing.mass * np.asarray(unit, np.float64))
     return out
 
 
@@ -128,7 +128,7 @@ def pose_solids(s: Solids, rotation: F64, position: F64) -> PrimitiveSet:
     """All primitives in the room, for things at `rotation` (N, 3, 3) and `position` (N, 3) [m]."""
     rest = s.primitives
     out_r, out_p = np.empty_like(rest.rotation), np.empty_like(rest.position)
-    _pose(s.owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
+    pose(s.owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
     return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
 
 
@@ -140,6 +140,13 @@ def _rows(s: PrimitiveSet, rows: I64) -> PrimitiveSet:
     return PrimitiveSet(
         s.kind[rows], start, flat, np.ascontiguousarray(s.rotation[rows]), np.ascontiguousarray(s.position[rows])
     )
+
+
+def _matrices(quaternions: list[F64]) -> F64:
+    out = np.empty((len(quaternions), 3, 3))
+    for k, q in enumerate(quaternions):
+        out[k] = matrix_from_quaternion(q)
+    return out
 
 
 def _stack(rows: list[F64], shape: tuple[int, ...]) -> F64:
@@ -207,42 +214,3 @@ def _profile(e: float) -> list[tuple[float, float]]:
 
 def _signed_power(x: float, e: float) -> float:
     return math.copysign(abs(x) ** e, x) if abs(x) > 1e-12 else 0.0
-
-
-@nb.njit(cache=True)
-def _inertia(kind, start, params, rotation, position, first, end, radius, grid):
-    """(3, 3) inertia per kilogram about the thing's origin, by sampling its inside."""
-    out = np.zeros((3, 3))
-    seen = np.empty(5)
-    count = 0
-    for i in range(grid**3):
-        x = np.array([i % grid, i // grid % grid, i // (grid * grid)])
-        x = ((x + 0.5) / grid * 2.0 - 1.0) * radius
-        for k in range(first, end):
-            d = x - position[k]
-            r = rotation[k]
-            a = r[0, 0] * d[0] + r[1, 0] * d[1] + r[2, 0] * d[2]
-            b = r[0, 1] * d[0] + r[1, 1] * d[1] + r[2, 1] * d[2]
-            c = r[0, 2] * d[0] + r[1, 2] * d[1] + r[2, 2] * d[2]
-            surface(a, b, c, kind[k], params[start[k] : start[k + 1]], seen)
-            if seen[0] <= 0.0:
-                out += (x * x).sum() * np.eye(3) - x.reshape(3, 1) * x.reshape(1, 3)
-                count += 1
-                break
-    # A thing thinner than the grid still has some inertia.
-    return out / max(1, count) + 0.01 * radius * radius * np.eye(3)
-
-
-@nb.njit(cache=True)
-def _pose(owner, local_r, local_p, body_r, body_p, out_r, out_p):
-    for k in range(len(owner)):
-        n = owner[k]
-        for i in range(3):
-            out_p[k, i] = body_p[n, i]
-            for j in range(3):
-                out_p[k, i] += body_r[n, i, j] * local_p[k, j]
-                out_r[k, i, j] = (
-                    body_r[n, i, 0] * local_r[k, 0, j]
-                    + body_r[n, i, 1] * local_r[k, 1, j]
-                    + body_r[n, i, 2] * local_r[k, 2, j]
-                )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,17 +34,18 @@ class Touch:
     radius: NDArray[np.float64]
 
 
-def touches_of_things(posed: Posed, near: ContactArray, owner: I64, first: I64, things: list[tuple[str, float]]) -> list[Touch]:
+def touches_of_things(
+    posed: Posed, near: ContactArray, owner: I64, first: I64, things: list[tuple[str, float]]
+) -> list[Touch]:
     """Overlaps of a figure with things, one entry per thing; things: (id, compliance) of each."""
     out: list[Touch] = []
     for n in np.unique(owner[near.b]):
         chosen = (owner[near.b] == n) & (near.depth > LEAST_DEPTH)
         if chosen.any():
             found = _part(near, chosen)
-            local = ContactArray(
-                found.a, (found.b - first[n]).astype(np.int32), found.point, found.normal, found.depth, found.field_depth
-            )
-            out.append(Touch(posed.name, things[n][0], things[n][1], local, _radius(posed, local)))
+            local = replace(found, b=(found.b - first[n]).astype(np.int32))
+            name, compliance = things[int(n)]
+            out.append(Touch(posed.name, name, compliance, local, _radius(posed, local)))
     return out
 
 

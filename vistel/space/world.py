@@ -19,9 +19,10 @@ from vistel.implicit.contact import ContactArray, find_contacts
 from vistel.space import grasp as hands
 from vistel.space import snapshot
 from vistel.space.commands import objection
-from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, MAX_SPEED, MAX_SPIN, Motions, Pushes, advance, wake_around
+from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance, wake_around
 from vistel.space.grasp import Grasp
 from vistel.space.inputs import CommandInput, Delete, Move, Release, StepInputs, usable
+from vistel.space.kernels import MAX_SPEED, MAX_SPIN
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.room import ROOM_RADIUS, Room, meeting_room
 from vistel.space.solids import Solids, solids
@@ -102,7 +103,9 @@ class World:
         m = self._state.motions
         loose = self._solids.loose(m.matrices(), m.position)
         rows = self._solids.loose_rows
-        near = {name: _renamed(find_contacts(p.primitives, loose, margin=hands.MARGIN), rows) for name, p in posed.items()}
+        near = {
+            name: _renamed(find_contacts(p.primitives, loose, margin=hands.MARGIN), rows) for name, p in posed.items()
+        }
         self._let_go(posed, near)
         self._carry(posed)
         self._take_hold(posed, near)

@@ -40,7 +40,7 @@ def person(participant: str, message: Participant) -> Person:
 
 
 def command_input(participant: str, message: Command) -> CommandInput:
-    """A command of `participant`, whose key it came on. An action of another name's, or none, is refused by the world."""
+    """A command of `participant`, whose key it came on; one in another's name has no action and is refused."""
     kind = message.WhichOneof("action") if message.participant in ("", participant) else None
     if kind == "move":
         action = Move(message.move.thing, *pose(message.move.pose))
