@@ -77,7 +77,7 @@ def closed_round(
             heading += bend
             p = p + length * np.array([math.cos(heading), -math.sin(heading)])
             out[4 * f + (0 if k == 0 else k + 1)] = bend
-    out[:4] = _thumb_against(skeleton, body, side, point, radius - press)
+    out[:4] = _thumb_over(skeleton, body, side, point, radius)
     return out
 
 
@@ -92,30 +92,25 @@ def _bend_until_touch(p: F64, heading: float, length: float, centre: F64, reach:
     return bend
 
 
-def _thumb_against(skeleton: Skeleton, body: Body, side: str, point: F64, radius: float) -> F64:
-    """Thumb angles that lay its end bone on the bar opposite the fingers; a search over the thumb's range."""
-    i = body.names.index(f"{side}_thumb_distal")
-    reach = radius + 0.5 * (body.radius_a[i] + body.radius_b[i])
+def _thumb_over(skeleton: Skeleton, body: Body, side: str, point: F64, radius: float) -> F64:
+    """Thumb angles that lay its end bone over the fingers that are closed round a bar; a search over its range."""
+    thumb = body.names.index(f"{side}_thumb_distal")
+    finger = body.names.index(f"{side}_index_intermediate")
+    thickness = radius + 2.0 * float(body.radius_a[finger]) + float(body.radius_b[thumb])
+    target = point + np.array([0.0, -thickness, 0.35 * skeleton.rest[JOINT_INDEX["left_index_proximal"], 2]])
     hand, joint = JOINT_INDEX[f"{side}_hand"], JOINT_INDEX[f"{side}_thumb_distal"]
     row = 0 if side == "left" else 1
     best, best_cost = np.zeros(4), math.inf
     hands = np.zeros((2, HAND_DOF_COUNT))
-    # Opposite the fingertips: on the wrist's side of the bar and below it.
-    sign = 1.0 if side == "left" else -1.0
-    wanted = np.array([-sign * math.cos(0.5), -math.sin(0.5)])
-    for roll in np.radians((10, 35, 60, 85, 110)):
+    for roll in np.radians((20, 45, 70, 95)):
         for abduction in np.radians((-30, -10, 10, 30)):
-            for bend in np.radians((0, 20, 40, 60)):
-                for end in np.radians((0, 25, 50)):
+            for bend in np.radians((0, 25, 50)):
+                for end in np.radians((5, 35, 65)):
                     hands[row, :4] = (roll, abduction, bend, end)
                     pose = pose_joints(skeleton, Posture(hands=hands))
-                    frame = pose.rotation[hand]
                     middle = pose.position[joint] + 0.6 * pose.rotation[joint] @ skeleton.tip[joint]
-                    local = frame.T @ (middle - pose.position[hand]) - point
-                    distance = float(np.hypot(local[0], local[1]))
-                    toward = local[:2] / max(1e-6, distance)
-                    effort = 0.002 * (abs(roll - 0.8) + abs(abduction) + bend + end)
-                    cost = abs(distance - reach) + 0.010 * (1.0 - float(toward @ wanted)) + effort
+                    away = pose.rotation[hand].T @ (middle - pose.position[hand]) - target
+                    cost = float(np.linalg.norm(away)) + 0.001 * (bend + end)
                     if cost < best_cost:
                         best, best_cost = hands[row, :4].copy(), cost
     return best

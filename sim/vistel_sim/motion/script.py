@@ -244,7 +244,7 @@ def _palm_to_palm(desk: dict[tuple[str, str], _Hand], b: Sitter, c: Sitter) -> F
     spot = _between(b, c, 0.0) + np.array([0.0, TABLE_HEIGHT + 0.30, 0.0])
     across = _level(c.place.seat_position - b.place.seat_position)
     for hand, palm in ((one, across), (two, -across)):
-        fingers = 0.8 * UP + 0.6 * _level(spot - hand.shoulder())
+        fingers = 0.8 * UP - 0.6 * _level(spot)
         rotation = hand_rotation(hand.sign, fingers, palm)
         centre = rotation @ (np.array([hand.sign * 0.062, 0.0, 0.0]) * hand.scale)
         wrist = spot - centre - 0.0215 * palm
