@@ -15,10 +15,14 @@ U8 = NDArray[np.uint8]
 
 THRESHOLD = 22
 """Least difference of brightness among neighbours that counts as an edge, of 255."""
+NOISE = 4.0
+"""Slopes of brightness below this say nothing about where an edge runs [of 255]."""
+SPAN, MARGIN = 6.0, 5
+"""How far along an edge is looked, both ways together [pixels]; and so how near the border nothing is done."""
 
 
 def antialias(picture: U8) -> U8:
-    """`picture` (h, w, 4) RGBA with smooth edges; the outermost two pixels stay as they are."""
+    """`picture` (h, w, 4) RGBA with smooth edges; the outermost MARGIN pixels stay as they are."""
     out = picture.copy()
     luma = cv2.cvtColor(picture, cv2.COLOR_RGBA2GRAY)
     _smooth(picture, luma, out)
@@ -42,21 +46,21 @@ def _tap(p: U8, fx: float, fy: float) -> tuple[float, float, float]:
 def _smooth(picture: U8, luma: U8, out: U8) -> None:
     h, w = luma.shape
     edge = np.empty(w, np.uint8)
-    for y in range(2, h - 2):
+    for y in range(MARGIN, h - MARGIN):
         above, here, below = luma[y - 1], luma[y], luma[y + 1]
-        for x in range(2, w - 2):  # no branches: done eight pixels at a time
+        for x in range(MARGIN, w - MARGIN):  # no branches: done eight pixels at a time
             high = max(here[x], above[x], below[x], here[x - 1], here[x + 1])
             low = min(here[x], above[x], below[x], here[x - 1], here[x + 1])
             edge[x] = high - low
-        for x in range(2, w - 2):
+        for x in range(MARGIN, w - MARGIN):
             if edge[x] < THRESHOLD:
                 continue
-            nw, ne, sw, se = int(above[x - 1]), int(above[x + 1]), int(below[x - 1]), int(below[x + 1])
-            dx = float((sw + se) - (nw + ne))
-            dy = float((nw + sw) - (ne + se))
-            scale = 1.0 / (min(abs(dx), abs(dy)) + 0.03125 * (nw + ne + sw + se) + 1.0)
-            dx = max(-1.99, min(1.99, dx * scale))
-            dy = max(-1.99, min(1.99, dy * scale))
+            nw, ne, sw, se = float(above[x - 1]), float(above[x + 1]), float(below[x - 1]), float(below[x + 1])
+            dx = (sw + se) - (nw + ne)
+            dy = (nw + sw) - (ne + se)
+            scale = 1.0 / (min(abs(dx), abs(dy)) + 0.03125 * (nw + ne + sw + se) + NOISE)
+            dx = max(-SPAN, min(SPAN, dx * scale))
+            dy = max(-SPAN, min(SPAN, dy * scale))
             r1, g1, b1 = _tap(picture, x - dx / 6.0, y - dy / 6.0)
             r2, g2, b2 = _tap(picture, x + dx / 6.0, y + dy / 6.0)
             r3, g3, b3 = _tap(picture, x - 0.5 * dx, y - 0.5 * dy)

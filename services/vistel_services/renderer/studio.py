@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import PosedBody, pose_body
-from vistel.figure.posture import pose_joints
+from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.implicit.ghost import GhostSource
 from vistel.space.room import Room, meeting_room
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
@@ -125,9 +126,16 @@ class Studio:
                 shape = shapes[p.about.name]
                 bodies[p.about.name] = pose_body(shape.body, pose_joints(shape.skeleton, p.posture))
         ghosts = self._ghosts.of(instant, shapes, bodies)
-        return {
-            name: shapes[name].pose(p.posture, ghosts.get(name, ())) for p in instant.people if (name := p.about.name)
-        }
+        return {name: self._pose_one(name, p.posture, ghosts.get(name, ())) for p in instant.people if (name := p.about.name)}
+
+    def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
+        cast = self._cast[name]
+        try:
+            return cast.shape.pose(posture, ghosts)
+        except Exception:  # one figure that cannot be computed must not take the picture away from everybody
+            log.exception("event=figure_failed participant=%s shown=stand-in", name)
+            cast.shape, cast.remark = StandIn(cast.about.height), "figure failed"
+            return cast.shape.pose(posture)
 
     def _aim(self, instant: Instant, posed: dict[str, Posed]) -> Camera:
         if self.view.kind == "seat" and self.view.eyes in posed:
