@@ -146,8 +146,12 @@ async def _write(endpoint: str) -> None:
                 i += 1
                 await asyncio.sleep(max(0.0, start + i / (RATE_HZ * STREAMS) - time.monotonic()))
         else:
+            ready = _motion(0)  # the time of a protobuf object's making is not the bus's
             for i in range(BURST):
-                put(kind, 0)
+                if kind == "raw":
+                    put(kind, 0)
+                else:
+                    ours[0].put(ready)
                 if i % 200 == 0:  # about as fast as one reader can take
                     time.sleep(0.0005)
         await asyncio.sleep(0.3)

@@ -85,14 +85,19 @@ class Inbox:
         self.closed = False
 
     def push(self, key: str, payload: bytes, received_ns: int) -> None:
-        """Called by the network, on any thread; never blocks and never waits for the loop."""
+        """One message; see `push_all`."""
+        self.push_all([(key, payload, received_ns)])
+
+    def push_all(self, messages: list[tuple[str, bytes, int]]) -> None:
+        """(key, payload, received_ns) each. Called by the network, on any thread; never waits for the loop."""
         with self._lock:
-            self._counters.received += 1
+            self._counters.received += len(messages)
             if self._newest_only:
-                self._raw_newest[key] = (payload, received_ns)
+                for key, payload, received_ns in messages:
+                    self._raw_newest[key] = (payload, received_ns)
             else:
-                self._raw.append((key, payload, received_ns))
-                if len(self._raw) > self._limit:
+                self._raw.extend(messages)
+                while len(self._raw) > self._limit:
                     self._raw.popleft()
                     self._overflow()
             if self._woken:

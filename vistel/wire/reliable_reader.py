@@ -14,8 +14,9 @@ import zenoh
 
 from vistel.wire.bus import BusCounters
 from vistel.wire.clock import Clock
-from vistel.wire.inbox import Inbox, wake
+from vistel.wire.inbox import RELIABLE_LIMIT, Inbox, wake
 from vistel.wire.reliable import ReceiveOrder, Stamp
+from vistel.wire.zenoh_pump import Pump
 
 log = logging.getLogger("vistel.bus")
 
@@ -46,7 +47,7 @@ class ReliableReader:
         self._woken = False
         self._history_done = False
         self._closed = False
-        self._subscriber = session.declare_subscriber(pattern, self._arrived)
+        self._pump = Pump(session, pattern, RELIABLE_LIMIT, self._arrived)
         self._history = loop.create_task(self._ask_for_history())
 
     def undeclare(self) -> None:
@@ -55,17 +56,17 @@ class ReliableReader:
         self._history.cancel()
         for task in self._repairs.values():
             task.cancel()
-        with contextlib.suppress(zenoh.ZError):
-            self._subscriber.undeclare()
+        self._pump.undeclare()
 
-    def _arrived(self, sample: zenoh.Sample, repeated: bool = False) -> None:
-        """On a thread of Zenoh: note it and wake the loop, once per burst."""
-        stamp = Stamp.from_bytes(sample.attachment.to_bytes()) if sample.attachment is not None else None
-        if stamp is None:
-            self._counters.corrupt += 1
-            return
+    def _arrived(self, burst: list[zenoh.Sample], repeated: bool = False) -> None:
+        """On another thread: note it and wake the loop, once per burst."""
         now_ns = self._clock.now_ns()
-        self._arrivals.append((str(sample.key_expr), stamp, sample.payload.to_bytes(), now_ns, repeated))
+        for sample in burst:
+            stamp = Stamp.from_bytes(sample.attachment.to_bytes()) if sample.attachment is not None else None
+            if stamp is None:
+                self._counters.corrupt += 1
+            else:
+                self._arrivals.append((str(sample.key_expr), stamp, sample.payload.to_bytes(), now_ns, repeated))
         if not self._woken:
             self._woken = True
             wake(self._loop, self._drain)
@@ -125,7 +126,7 @@ class ReliableReader:
 
         def reply(r: zenoh.Reply) -> None:
             if r.ok is not None:
-                self._arrived(r.ok, repeated=True)
+                self._arrived([r.ok], repeated=True)
 
         self._session.get(
             selector,

@@ -33,11 +33,12 @@ from google.protobuf.message import DecodeError, Message
 from vistel.wire.at_exit import close_at_exit, closed
 from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
-from vistel.wire.inbox import STALE_AFTER_NS, Inbox, wake
+from vistel.wire.inbox import QUEUE_LIMIT, STALE_AFTER_NS, Inbox, wake
 from vistel.wire.reliable import SendCache
 from vistel.wire.reliable_reader import ReliableReader
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Topic
 from vistel.wire.zenoh_config import Json, TlsFiles, as_text, client_config, router_config
+from vistel.wire.zenoh_pump import Pump
 
 log = logging.getLogger("vistel.bus")
 
@@ -167,12 +168,12 @@ class ZenohBus:
             self._readers.append(reader)
             held.append(reader)
             return inbox
-        push, now_ns = inbox.push, self._clock.now_ns
 
-        def arrived(sample: zenoh.Sample) -> None:
-            push(str(sample.key_expr), sample.payload.to_bytes(), now_ns())
+        def arrived(burst: list[zenoh.Sample]) -> None:
+            now_ns = self._clock.now_ns()
+            inbox.push_all([(str(s.key_expr), s.payload.to_bytes(), now_ns) for s in burst])
 
-        held.append(self._session.declare_subscriber(pattern, arrived))
+        held.append(Pump(self._session, pattern, QUEUE_LIMIT, arrived))
         self._held.append(held)
         return inbox
 
