@@ -6,13 +6,18 @@ import hashlib
 import logging
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from vistel.figure.avatar import Avatar
 from vistel.figure.avatar_file import AvatarFileError, load_avatar, save_avatar
 from vistel.figure.people.person import VERSION, make_person
-from vistel.figure.people.recipe import parse_spec
+from vistel.figure.people.recipe import Recipe, parse_spec
+
+if sys.platform != "win32":
+    import fcntl
 
 _log = logging.getLogger("vistel.figure.avatar")
 
@@ -36,13 +41,37 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
         pass
     except (AvatarFileError, OSError) as fault:
         _log.warning("event=avatar_cache_unreadable path=%s reason=%s action=make_again", path, fault)
-    avatar = make_person(recipe, name=name, height=height)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        save_avatar(avatar, path)
-    except OSError as fault:
-        _log.warning("event=avatar_cache_unwritable path=%s reason=%s", path, fault)
+    return _made(recipe, path, name=name, height=height)
+
+
+def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
+    with _alone(path.with_suffix(".lock")):
+        # Another process may have made the same person while this one waited.
+        try:
+            return replace(load_avatar(path), name=name)
+        except (AvatarFileError, OSError):
+            pass
+        avatar = make_person(recipe, name=name, height=height)
+        try:
+            save_avatar(avatar, path)
+        except OSError as fault:
+            _log.warning("event=avatar_cache_unwritable path=%s reason=%s", path, fault)
     return avatar
+
+
+@contextmanager
+def _alone(lock: Path) -> Iterator[None]:
+    """Holds the file lock where the platform and the folder allow it; the processes of a machine then take turns."""
+    try:
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        stream = lock.open("ab")
+    except OSError:
+        yield
+        return
+    with stream:
+        if sys.platform != "win32":
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        yield
 
 
 def default_cache() -> Path:

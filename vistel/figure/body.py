@@ -68,15 +68,16 @@ def standard_body(skeleton: Skeleton, build: float = 1.0) -> Body:
     def m(x: float, y: float, z: float) -> F64:
         return np.array((x, y, z)) * scale
 
-    add("pelvis", "hips", m(-0.07, 0.0, -0.01), m(0.07, 0.0, -0.01), 0.105, 0.105)
-    add("abdomen", "spine_3", m(-0.055, 0, 0.0), m(0.055, 0, 0.0), 0.098, 0.098)
-    add("waist", "spine_5", m(-0.06, 0, 0.0), m(0.06, 0, 0.0), 0.098, 0.098)
-    add("chest", "spine_7", m(-0.075, 0, 0.0), m(0.075, 0, 0.0), 0.104, 0.104)
-    add("breast", "spine_8", m(-0.09, 0.045, 0.0), m(0.09, 0.045, 0.0), 0.086, 0.086)
+    # Least-squares fit to the surface of the built-in person of average build (median distance 3 mm).
+    add("pelvis", "hips", m(-0.062, 0.036, 0.002), m(0.062, 0.036, 0.002), 0.1075, 0.1075)
+    add("abdomen", "spine_3", m(-0.049, 0.033, 0.007), m(0.049, 0.033, 0.007), 0.103, 0.103)
+    add("waist", "spine_5", m(-0.046, 0.023, 0.001), m(0.046, 0.023, 0.001), 0.1135, 0.1135)
+    add("chest", "spine_7", m(-0.051, 0.001, -0.004), m(0.051, 0.001, -0.004), 0.1235, 0.1235)
+    add("breast", "spine_8", m(-0.079, 0.010, -0.022), m(0.079, 0.010, -0.022), 0.0885, 0.0885)
     neck = skeleton.tip[JOINT_INDEX["neck"]]
-    add("neck", "neck", np.zeros(3), neck, 0.062, 0.056)
-    add("skull", "head", m(0, 0.135, 0.0), m(0, 0.125, 0.02), 0.098, 0.088, girth=False)
-    add("face", "head", m(0, 0.085, 0.035), m(0, 0.035, 0.055), 0.070, 0.048, girth=False)
+    add("neck", "neck", m(0, 0.004, -0.017), neck + m(0, 0.033, -0.011), 0.067, 0.0475)
+    add("skull", "head", m(0, 0.1075, -0.038), m(0, 0.1105, 0.004), 0.086, 0.0835, girth=False)
+    add("face", "head", m(0, 0.066, 0.014), m(0, -0.004, 0.040), 0.0795, 0.049, girth=False)
     for side in ("left", "right"):
         sign = 1.0 if side == "left" else -1.0
         upper = skeleton.tip[JOINT_INDEX[f"{side}_upper_arm"]]
@@ -85,15 +86,15 @@ def standard_body(skeleton: Skeleton, build: float = 1.0) -> Body:
         shank = skeleton.tip[JOINT_INDEX[f"{side}_lower_leg"]]
         foot = skeleton.tip[JOINT_INDEX[f"{side}_foot"]]
         collar = skeleton.tip[JOINT_INDEX[f"{side}_shoulder"]]
-        add(f"{side}_collar", f"{side}_shoulder", collar * 0.35, collar * 0.9, 0.068, 0.062)
-        add(f"{side}_upper_arm", f"{side}_upper_arm", np.zeros(3), upper, 0.055, 0.042)
-        add(f"{side}_forearm", f"{side}_lower_arm", np.zeros(3), lower, 0.043, 0.028)
-        add(f"{side}_palm", f"{side}_hand", m(sign * 0.030, -0.002, 0.006), m(sign * 0.075, -0.002, 0.0),
-            0.024, 0.024, girth=False)  # fmt: skip
-        add(f"{side}_thigh", f"{side}_upper_leg", np.zeros(3), thigh, 0.088, 0.060)
-        add(f"{side}_shank", f"{side}_lower_leg", np.zeros(3), shank, 0.056, 0.040)
-        add(f"{side}_foot", f"{side}_foot", m(0, -0.045, -0.025), foot, 0.036, 0.030, girth=False)
-    add("crotch", "hips", m(0, -0.06, -0.01), m(0, -0.06, 0.0), 0.085, 0.085)
+        add(f"{side}_collar", f"{side}_shoulder", collar * 0.35, collar * 0.9, 0.0455, 0.0585)
+        add(f"{side}_upper_arm", f"{side}_upper_arm", np.zeros(3), upper, 0.0680, 0.0450)
+        add(f"{side}_forearm", f"{side}_lower_arm", np.zeros(3), lower, 0.0505, 0.0355)
+        add(f"{side}_palm", f"{side}_hand", m(sign * 0.043, -0.002, 0.015), m(sign * 0.052, -0.003, -0.017),
+            0.0233, 0.0210, girth=False)  # fmt: skip
+        add(f"{side}_thigh", f"{side}_upper_leg", np.zeros(3), thigh, 0.0990, 0.0665)
+        add(f"{side}_shank", f"{side}_lower_leg", np.zeros(3), shank, 0.0660, 0.0600)
+        add(f"{side}_foot", f"{side}_foot", m(0, -0.036, -0.020), foot + m(sign * 0.006, 0.010, 0.027), 0.0440, 0.0290, girth=False)
+    add("crotch", "hips", m(-0.040, -0.033, -0.015), m(0.040, -0.033, -0.015), 0.102, 0.102)
     radii = {"thumb": (0.0125, 0.0115, 0.0105, 0.0090), "index": (0.0100, 0.0090, 0.0082, 0.0072),
              "middle": (0.0102, 0.0092, 0.0083, 0.0073), "ring": (0.0096, 0.0087, 0.0079, 0.0070),
              "little": (0.0086, 0.0077, 0.0070, 0.0062)}  # fmt: skip

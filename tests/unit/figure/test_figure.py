@@ -102,7 +102,7 @@ def test_a_hand_pressed_on_the_chest_dents_both(figure, person):
 def test_two_figures_agree_on_their_contact_surface(person, monkeypatch):
     one, two = Figure(person), Figure(person)
     # The left side of one against the right of the other.
-    a, b = Posture(standing().dofs), Posture(standing().dofs, stance=Stance(np.array([0.46, 0.0, 0.02]), 0.2))
+    a, b = Posture(standing().dofs), Posture(standing().dofs, stance=Stance(np.array([0.48, 0.0, 0.02]), 0.2))
     posed_a, posed_b = one.pose(a).posed, two.pose(b).posed
     for figure, posture, own, foreign in ((one, a, posed_a, posed_b), (two, b, posed_b, posed_a)):
         e = figure.embedding

@@ -26,10 +26,10 @@ from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-VERSION = 1
+VERSION = 2
 """Of what this package makes; a change of it makes cached people void."""
 VERTICES = 10_000
-TEXTURE_SIZE = 2048
+TEXTURE_SIZE = 1536
 
 _log = logging.getLogger("vistel.figure.people")
 _xatlas: Any = xatlas
@@ -51,7 +51,7 @@ def sculpt(recipe: Recipe) -> Solid:
 def make_person(recipe: Recipe, *, name: str, height: float) -> Avatar:
     """The avatar of `recipe`, `height` metres tall; takes some seconds, logs its steps."""
     skeleton, scale = standard_skeleton(height), height / REFERENCE_HEIGHT
-    body = standard_body(skeleton, recipe.build)
+    body = standard_body(skeleton, recipe.build * (1.0 - 0.06 * recipe.female))
     solid = sculpt(recipe)
     half = graded_axis([(0.0, 0.0024), (0.06, 0.004), (0.125, 0.008), (0.70, 0.0028)], 0.95)
     axes = (

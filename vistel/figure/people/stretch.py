@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 F64 = NDArray[np.float64]
 
 _ARM_Y = 1.41
-_HAND, _HEAD = 2.4, 1.6  # extra stretch
+_HAND, _HEAD = 1.8, 2.2  # extra stretch
 
 
 def _ramp(t: F64) -> F64:
