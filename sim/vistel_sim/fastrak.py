@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from vistel_sim import rotations
 from vistel_sim.device import Reply
+from vistel_sim.fastrak_record import encode_record, known_items, record_length
 
 F64 = NDArray[np.float64]
 PoseSource = Callable[[int, float], tuple[Sequence[float] | F64, Sequence[float] | F64]]
@@ -24,9 +24,6 @@ LATENCY_S = 0.00375
 FIRMWARE = "2.08  "
 _IMMEDIATE = b"PCcFfUuSWDd\x0b\x19\x13\x11"
 _LINE = b"OlHBbGARrNIVQxvyoeXT"
-_SIZES = {0: (1, 1), 1: (2, 2), 2: (21, 12), 3: (21, 12), 4: (21, 12), 5: (21, 12), 6: (21, 12), 7: (21, 12),
-          11: (28, 16), 16: (2, 2)}  # fmt: skip
-"""Bytes of each item as text and in binary; item + 50 is the extended form."""
 _RANGE_M = 3.05
 _DRIFT_M_PER_S = np.array([0.01, 0.005, -0.005])
 
@@ -120,8 +117,7 @@ class Fastrak:
         station = self._next()
         if station is None:
             return 0
-        column = int(self.settings.binary)
-        return 3 + sum(_size(item, column) for item in self.settings.stations[station - 1].items)
+        return record_length(self.settings.stations[station - 1].items, self.settings.binary)
 
     def measure(self, t_s: float) -> bytes:
         """The record of the receiver whose turn it is."""
@@ -149,11 +145,9 @@ class Fastrak:
         station = self.settings.stations[number - 1]
         position, attitude, error = self._measured(number, station, t_s)
         unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
-        out = b"0%d%s" % (number, error)
-        for item in station.items:
-            out += self._item(item, position * unit, attitude, station)
-        station.last = position * unit
-        return out
+        position, moved = position * unit, position * unit - station.last
+        station.last = position
+        return encode_record(number, error, station.items, self.settings.binary, position, moved, attitude)
 
     def _measured(self, number: int, station: Station, t_s: float) -> tuple[F64, F64, bytes]:
         """Position [m] and rotation (3, 3) as the unit would compute them, and the error letter."""
@@ -177,32 +171,6 @@ class Fastrak:
             if np.any(position * unit > high) or np.any(position * unit < low):
                 error = b"x"
         return position, attitude, error
-
-    def _item(self, item: int, position: F64, attitude: F64, station: Station) -> bytes:
-        kind = item % 50
-        if kind == 0:
-            return b" "
-        if kind == 1:
-            return b"\r\n"
-        if kind == 16:
-            return b" 0"
-        if kind == 2:
-            values = position
-        elif kind == 3:
-            values = position - station.last
-        elif kind == 4:
-            values = np.degrees(rotations.azimuth_elevation_roll(attitude))
-        elif kind == 11:
-            values = rotations.quaternion(attitude)[[3, 0, 1, 2]]
-        else:
-            values = attitude[kind - 5]
-        if self.settings.binary:
-            return struct.pack(f"<{len(values)}f", *values)
-        if item >= 50:
-            return "".join(f"{v: 12.5E} "[:13].rjust(13) for v in values).encode()
-        if kind in (2, 3, 4):
-            return "".join(f"{v: z7.2f}" for v in values).encode()
-        return "".join(f"{v: z7.4f}" for v in values).encode()
 
     # Commands
 
@@ -312,7 +280,7 @@ class Fastrak:
                 if not values:
                     return head + "".join(f"{i:2d}" for i in st.items)
                 items = tuple(int(_bounded(v, 0, 69)) for v in values)
-                if any(i % 50 not in _SIZES for i in items):
+                if not known_items(items):
                     raise _RefusedError(-3)
                 st.items = items
             case "H":
@@ -370,13 +338,6 @@ def _copy(settings: Settings) -> Settings:
     return dataclasses.replace(
         settings, stations=[dataclasses.replace(s) for s in settings.stations], filters=dict(settings.filters)
     )
-
-
-def _size(item: int, column: int) -> int:
-    size = _SIZES[item % 50][column]
-    if item >= 50 and column == 0 and item % 50 not in (0, 1, 16):
-        return 52 if item % 50 == 11 else 39
-    return size
 
 
 def _numbers(text: str) -> list[float | None]:

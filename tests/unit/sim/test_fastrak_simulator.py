@@ -83,6 +83,17 @@ def test_records_in_the_form_other_readers_ask_for() -> None:
     assert struct.unpack("<4f", b[15:31]) == pytest.approx((math.cos(0.3), 0.0, 0.0, math.sin(0.3)), abs=1e-6)
 
 
+def test_every_item_has_the_manuals_length() -> None:
+    lengths = {2: (21, 12), 3: (21, 12), 4: (21, 12), 5: (21, 12), 11: (28, 16), 52: (39, 12), 61: (52, 16), 0: (1, 1)}
+    for item, (text, binary) in lengths.items():
+        fastrak = unit()
+        said(fastrak, b"O1,%d\rC" % item)
+        assert len(records(fastrak, 1)[0]) == 3 + text
+        said(fastrak, b"f")
+        records(fastrak, 3)
+        assert len(records(fastrak, 1)[0]) == 3 + binary
+
+
 def test_settings_survive_a_stop_and_several_commands_come_in_one_read() -> None:
     fastrak = unit()
     said(fastrak, b"O1,2,1\rufCcC")
