@@ -43,6 +43,8 @@ F64 = NDArray[np.float64]
 RATE_HZ = 60.0
 FADE_S = 0.8
 """A take that is played in a loop fades into its own beginning over this long."""
+FARTHEST_GRIP = 0.30
+"""A hand that never comes nearer to the middle of a thing than this does not take it [m]."""
 STAND_BACK = 0.45
 """How far behind the middle of their seat somebody from a recording stands [m]."""
 
@@ -280,8 +282,13 @@ def _grasping(place: Place, take: Recording, baton: F64) -> F64:
         p, r = take.joint(f"{s}_hand")
         palm = p + r @ np.array([side * 0.07, -0.03, 0.0])
         away = np.linalg.norm(palm[: len(baton)] - baton, axis=1)
+        # A hand holds the thing by its end: what counts is being as near as it ever comes.
+        held = float(away.min())
+        if held > FARTHEST_GRIP:
+            out[:, row] = RELAXED
+            continue
         for k, d in enumerate(away):
-            near, at = 1.0 - minimum_jerk((d - 0.20) / 0.15), 1.0 - minimum_jerk((d - 0.09) / 0.06)
+            near, at = 1.0 - minimum_jerk((d - held - 0.12) / 0.15), 1.0 - minimum_jerk((d - held - 0.03) / 0.06)
             out[k, row] = RELAXED + near * (OPEN - RELAXED) + at * (closed - (RELAXED + near * (OPEN - RELAXED)))
     return out
 

@@ -1,0 +1,286 @@
+"""Recordings as motion sources: read right, fitted to their players, refused with one clear line when broken."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vistel.conference.model import Conference, Participant, Site
+from vistel.figure.posture import pose_joints
+from vistel.figure.sensors import RECEIVERS, out_of_frame, receiver_poses
+from vistel.figure.skeleton import JOINT_INDEX
+from vistel.space.room import BATON
+from vistel_sim.motion import MotionError, open_motion
+from vistel_sim.motion.bvh import load_bvh, parse_bvh
+from vistel_sim.motion.recording import INDEX, resampled
+from vistel_sim.motion.six_dof import ROLES, load_hand_over
+from vistel_sim.motion.source import places
+
+BODIES = [p + s for p in ("L", "R") for s in ("Shoulder", "UArm", "FArm", "Hand")]
+
+# A person in a T-pose, centimetres; the left forearm bends about Y by the only channel that moves.
+PARTS = """HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation
+  JOINT Spine1
+  {
+    OFFSET 0 45 0
+    CHANNELS 3 Zrotation Yrotation Xrotation
+    JOINT Neck
+    {
+      OFFSET 0 5 0
+      CHANNELS 3 Zrotation Yrotation Xrotation
+      JOINT Head
+      {
+        OFFSET 0 10 0
+        CHANNELS 3 Zrotation Yrotation Xrotation
+        End Site
+        {
+          OFFSET 0 18 0
+        }
+      }
+    }
+%s%s  }
+  JOINT LeftUpLeg
+  {
+    OFFSET 9 -2 0
+    CHANNELS 3 Zrotation Yrotation Xrotation
+    JOINT LeftFoot
+    {
+      OFFSET 0 -86 0
+      CHANNELS 3 Zrotation Yrotation Xrotation
+      End Site
+      {
+        OFFSET 0 0 13
+      }
+    }
+  }
+}
+MOTION
+Frames: %d
+Frame Time: 0.033333
+%s
+"""
+ARM = """    JOINT {s}Shoulder
+    {{
+      OFFSET {x}2 2 0
+      CHANNELS 3 Zrotation Yrotation Xrotation
+      JOINT {s}Arm
+      {{
+        OFFSET {x}16 0 0
+        CHANNELS 3 Zrotation Yrotation Xrotation
+        JOINT {s}ForeArm
+        {{
+          OFFSET {x}29 0 0
+          CHANNELS 3 Zrotation Yrotation Xrotation
+          JOINT {s}Hand
+          {{
+            OFFSET {x}26 0 0
+            CHANNELS 3 Zrotation Yrotation Xrotation
+            End Site
+            {{
+              OFFSET {x}10 0 0
+            }}
+          }}
+        }}
+      }}
+    }}
+"""
+
+
+def bvh_text(frames: int = 60) -> str:
+    joints = 1 + 1 + 1 + 1 + 8 + 2
+    rows = []
+    for k in range(frames):
+        row = [0.0, 94.0, 0.0] + [0.0] * (3 * joints)
+        # Hips, Spine1, Neck, Head, LeftShoulder, LeftArm, LeftForeArm: its Y rotation.
+        row[3 + 6 * 3 + 1] = -45.0 * (1.0 - math.cos(2.0 * math.pi * k / frames))
+        rows.append(" ".join(f"{v:.6f}" for v in row))
+    return PARTS % (ARM.format(s="Left", x=""), ARM.format(s="Right", x="-"), frames, "\n".join(rows))
+
+
+def take_rows(angle: float = 0.0) -> str:
+    rows = ["x,y,z,q0,q1,q2,q3"]
+    rows += [f"0.1,{0.2 + 0.001 * k},1.0,0,0,{math.sin(angle / 2)},{math.cos(angle / 2)}" for k in range(40)]
+    return "\n".join(rows) + "\n"
+
+
+def write_take(folder: Path) -> Path:
+    folder.mkdir()
+    for role in ROLES:
+        for body in ["hip", "chest", "neck", "head", *BODIES]:
+            (folder / f"{role}_{body}_pose_saved.csv").write_text(take_rows())
+    (folder / "baton_pose_saved.csv").write_text(take_rows())
+    return folder
+
+
+def conference(*motions: str | None) -> Conference:
+    return Conference(sites=[
+        Site(name=f"s{i}", participants=[Participant(name=f"p{i}", motion=m)]) for i, m in enumerate(motions)
+    ])  # fmt: skip
+
+
+def test_bvh_joints_are_where_the_file_puts_them(tmp_path: Path) -> None:
+    path = tmp_path / "arm.bvh"
+    path.write_text(bvh_text())
+    take = load_bvh(path)
+    assert take.rate_hz == pytest.approx(30.0, abs=0.01)
+    lengths = [
+        np.linalg.norm(take.position[:, INDEX[a]] - take.position[:, INDEX[b]], axis=1)
+        for a, b in (("left_upper_arm", "left_lower_arm"), ("left_lower_arm", "left_hand"))
+    ]
+    assert lengths[0] == pytest.approx(0.29) and lengths[1] == pytest.approx(0.26)
+    # Bent to a right angle half-way, the hand is in front of the elbow.
+    half = take.position[30]
+    assert half[INDEX["left_hand"]] - half[INDEX["left_lower_arm"]] == pytest.approx((0.0, 0.0, 0.26), abs=1e-3)
+    own = take.measured()
+    assert (own.upper_arm, own.lower_arm) == pytest.approx((0.29, 0.26), abs=1e-6)
+
+
+def test_a_bvh_moves_a_participant_of_another_size(tmp_path: Path) -> None:
+    path = tmp_path / "arm.bvh"
+    path.write_text(bvh_text())
+    source = open_motion(conference(str(path), None))
+    assert set(source.participants) == {"p0", "p1"}
+    place = places(conference(str(path), None))["p0"]
+    bends = [float(source.posture("p0", t).dofs[14]) for t in np.arange(0.0, 4.0, 1 / 30)]
+    assert min(bends) < math.radians(10) and max(bends) == pytest.approx(math.radians(90), abs=0.03)
+    assert np.abs(np.diff(bends)).max() < math.radians(12)
+    # Stands behind the seat and faces the table.
+    chest, _ = out_of_frame(place.transmitter, *source.receivers("p0", 0.5)["chest"])
+    assert np.hypot(chest[0], chest[2]) > 0.9
+    facing = pose_joints(place.skeleton, source.posture("p0", 0.5)).rotation[JOINT_INDEX["left_shoulder"]][:, 2]
+    assert facing @ -chest / np.linalg.norm(chest * (1, 0, 1)) > 0.9
+
+
+def test_receivers_of_a_recording_are_the_truth(tmp_path: Path) -> None:
+    path = tmp_path / "arm.bvh"
+    path.write_text(bvh_text())
+    source, place = open_motion(conference(str(path))), places(conference(str(path)))["p0"]
+    for t in (0.0, 0.61, 1.9, 2.2, 7.77):
+        want = receiver_poses(place.skeleton, pose_joints(place.skeleton, source.posture("p0", t)))
+        got = source.receivers("p0", t)
+        assert set(got) == set(RECEIVERS)
+        for name in RECEIVERS:
+            assert np.linalg.norm(out_of_frame(place.transmitter, *got[name])[0] - want[name][0]) < 0.003
+
+
+def test_a_real_walk_and_handshake_play_without_jumps(shared_data: Path) -> None:
+    files = [str(p) for p in sorted((shared_data / "body" / "cmu").glob("*.bvh"))]
+    source = open_motion(conference(*files))
+    for name in source.participants:
+        place = places(conference(*files))[name]
+        at = np.array([out_of_frame(place.transmitter, *source.receivers(name, k / 60)["chest"])[0] for k in range(1300)])
+        assert np.linalg.norm(np.diff(at, axis=0), axis=1).max() < 0.08
+        assert np.abs(at[:, [0, 2]]).max() < 3.0
+
+
+def test_a_real_hand_over_keeps_both_hands_at_the_baton(shared_data: Path) -> None:
+    folder = str(shared_data / "body" / "kth_handover" / "take_new")
+    source, people = open_motion(conference(folder, folder, None)), places(conference(folder, folder, None))
+    nearest = {"p0": 9.0, "p1": 9.0}
+    between = 9.0
+    for k in range(380):
+        t = k / 60
+        baton = source.things(t)[BATON][0]
+        hands = {}
+        for name in nearest:
+            pose = pose_joints(people[name].skeleton, source.posture(name, t))
+            j = JOINT_INDEX["right_hand"]
+            hands[name] = pose.position[j] + pose.rotation[j] @ np.array([-0.08, -0.02, 0.0])
+            nearest[name] = min(nearest[name], float(np.linalg.norm(hands[name] - baton)))
+        between = min(between, float(np.linalg.norm(hands["p0"] - hands["p1"])))
+    # They hold it by its ends.
+    assert nearest["p0"] < 0.2 and nearest["p1"] < 0.2
+    assert between < 0.35
+    # The hand closes and opens again on the way.
+    grip = [float(source.hand_angles("p1", k / 60)[1, 8:].mean()) for k in range(0, 400, 4)]
+    assert max(grip) > math.radians(35) and min(grip) < math.radians(22)
+    # Played back and forth: the second half is the first, backwards.
+    length = 2.0 * (len(resampled(load_hand_over(Path(folder)).people["giver"], 60).position) - 1) / 60
+    a, b = source.posture("p0", 1.0), source.posture("p0", length - 1.0)
+    assert a.dofs == pytest.approx(b.dofs, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("HIERARCHY", "HIERACHY", "expected HIERARCHY"),
+        ("OFFSET 0 45 0", "OFFSET 0 45", "expected OFFSET and 3 numbers"),
+        ("OFFSET 0 45 0", "OFFSET 0 45 x", "expected a number"),
+        ("CHANNELS 3 Zrotation Yrotation Xrotation", "CHANNELS 2 Zrotation Yrotation Xrotation", "CHANNELS"),
+        ("Frames: 60", "Frames: 61", "ends after frame 60 of 61"),
+        ("Frames: 60", "Frames: many", "Frames: N"),
+        ("Frame Time: 0.033333", "Frame Time: 0", "Frame Time"),
+        ("JOINT LeftHand", "JOINT LeftPaw", "no joint for left hand"),
+        ("OFFSET 0 -86 0", "OFFSET 0 -9999 0", "units tall"),
+        ("JOINT Neck", "LIMB Neck", "expected ROOT, JOINT"),
+    ],
+)
+def test_a_broken_bvh_is_refused_in_one_line(tmp_path: Path, old: str, new: str, says: str) -> None:
+    path = tmp_path / "broken.bvh"
+    path.write_text(bvh_text().replace(old, new, 1))
+    with pytest.raises(MotionError) as e:
+        load_bvh(path)
+    assert says in str(e.value) and str(path) in str(e.value) and "\n" not in str(e.value)
+
+
+def test_a_bvh_cut_off_anywhere_is_refused_in_one_line(tmp_path: Path) -> None:
+    text = bvh_text(3)
+    path = tmp_path / "cut.bvh"
+    for end in range(0, len(text) - 160, 211):
+        path.write_text(text[:end])
+        with pytest.raises(MotionError) as e:
+            parse_bvh(path)
+        assert "\n" not in str(e.value)
+
+
+def test_a_binary_file_is_no_bvh(tmp_path: Path) -> None:
+    path = tmp_path / "x.bvh"
+    path.write_bytes(bytes(range(256)) * 8)
+    with pytest.raises(MotionError, match="cannot be read as text"):
+        load_bvh(path)
+
+
+def test_a_whole_take_is_read(tmp_path: Path) -> None:
+    take = load_hand_over(write_take(tmp_path / "take"))
+    assert set(take.people) == set(ROLES)
+    # Z up becomes Y up, -Y becomes the way one faces.
+    assert take.baton_position[0] == pytest.approx((0.1, 1.0, -0.2))
+    assert take.baton_rotation[0] == pytest.approx(np.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (lambda p: p.unlink(), "missing"),
+        (lambda p: p.write_text(p.read_text().replace("0.205", "nan", 1)), "line 7"),
+        (lambda p: p.write_text(p.read_text().replace(",1.0,", ",", 1)), "line 2"),
+        (lambda p: p.write_text("\n".join(p.read_text().splitlines()[:30]) + "\n"), "different numbers of rows"),
+        (lambda p: p.write_text("x,y,z\n"), "at least two rows"),
+        (lambda p: p.write_bytes(b"\xff\xfe\x00"), "cannot be read as text"),
+    ],
+)
+def test_a_broken_take_is_refused_in_one_line(tmp_path: Path, spoil, says: str) -> None:  # noqa: ANN001
+    folder = write_take(tmp_path / "take")
+    spoil(folder / "taker_LHand_pose_saved.csv")
+    with pytest.raises(MotionError) as e:
+        load_hand_over(folder)
+    assert says in str(e.value) and "\n" not in str(e.value)
+
+
+def test_what_is_no_motion_is_named(tmp_path: Path) -> None:
+    for motion in ("dancing", str(tmp_path), str(tmp_path / "none.bvh")):
+        with pytest.raises(MotionError) as e:
+            open_motion(conference(motion))
+        assert motion in str(e.value) and "\n" not in str(e.value)
+
+
+def test_a_hand_over_needs_two(tmp_path: Path) -> None:
+    with pytest.raises(MotionError, match="two participants"):
+        open_motion(conference(str(write_take(tmp_path / "take")), None))
