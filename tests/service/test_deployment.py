@@ -1,0 +1,69 @@
+"""What deploy/zenoh holds: configurations a router takes, certificates its rules accept."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from vistel.v1.motion_pb2 import Participant
+from vistel.wire.clock import SystemClock
+from vistel.wire.deployment import hub_config, main
+from vistel.wire.topics import BY_NAME
+from vistel.wire.zenoh_bus import ZenohBus
+from vistel.wire.zenoh_config import as_text
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "deploy/zenoh"
+
+
+@pytest.mark.parametrize(
+    ("file", "arguments"),
+    [
+        ("hub.json5", ["hub", "demo", "tokyo", "columbus"]),
+        ("site.json5", ["site", "tls/hub.example.org:7447", "tokyo"]),
+    ],
+)
+def test_the_committed_configurations_are_what_the_code_gives_and_zenoh_takes_them(
+    file: str, arguments: list[str]
+) -> None:
+    text = (FOLDER / file).read_text()
+    assert text == main(arguments), f"python -m vistel.wire.deployment {' '.join(arguments)} > deploy/zenoh/{file}"
+    zenoh.Config.from_json5(text)
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not on this machine")
+def test_the_script_makes_certificates_with_which_a_site_joins_the_hub(tmp_path: Path) -> None:
+    subprocess.run(
+        [FOLDER / "certificates.sh", tmp_path / "c", "hub.example.org", "tokyo", "columbus"], check=True, timeout=60
+    )
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        port = s.getsockname()[1]
+    config = hub_config("demo", ["tokyo", "columbus"], tmp_path / "c")
+    config["listen"]["endpoints"] = [f"tls/127.0.0.1:{port}"]
+    router = zenoh.open(zenoh.Config.from_json5(as_text(config)))
+
+    async def door(site: str) -> ZenohBus:
+        files = (f"{tmp_path}/c/ca.pem", f"{tmp_path}/c/{site}.pem", f"{tmp_path}/c/{site}.key")
+        return await ZenohBus.open(
+            conference="demo", site=site, clock=SystemClock(), endpoints=[f"tls/localhost:{port}"], tls=files
+        )
+
+    async def run() -> None:
+        tokyo, columbus = await door("tokyo"), await door("columbus")
+        subscription = columbus.subscribe(BY_NAME["participant"])
+        tokyo.publish(BY_NAME["participant"], participant="ann").put(Participant(display_name="Ann"))
+        async with asyncio.timeout(10):
+            async for sample in subscription:
+                assert sample.message.display_name == "Ann"
+                break
+        await asyncio.gather(tokyo.close(), columbus.close())
+
+    asyncio.run(run())
+    router.close()
