@@ -116,18 +116,28 @@ class Posed:
         return self.figure.name
 
 
-def pose_figure(figure: Figure, t_ns: int) -> Posed | None:
-    """The figure's primitives at step time `t_ns`; None before its first motion."""
+def pose_figure(figure: Figure, t_ns: int, last: Posed | None = None) -> Posed | None:
+    """The figure's primitives at step time `t_ns`; None before its first motion.
+
+    last: what this gave a step ago, to save computing the same again.
+    """
     if figure.posture is None:
         return None
     build = build_of(figure.person.height, figure.person.build)
-    joints = pose_joints(build.skeleton, figure.posture)
-    body = pose_body(build.body, joints)
+    usable = last if last is not None and last.build is build else None
+    if usable is not None and usable.figure.posture is figure.posture:
+        joints, body, primitives = usable.joints, usable.body, usable.primitives
+    else:
+        joints = pose_joints(build.skeleton, figure.posture)
+        body = pose_body(build.body, joints)
+        primitives = PrimitiveSet.of_cone_spheres(body.a, body.b, body.radius_a, body.radius_b)
     velocity = np.zeros((len(build.body), 3))
     gap_ns = figure.t_ns - figure.before_t_ns
     if figure.before is not None and 0 < gap_ns < SILENT_NS and t_ns - figure.t_ns < SILENT_NS:
-        old = pose_body(build.body, pose_joints(build.skeleton, figure.before))
+        if usable is not None and usable.figure.posture is figure.before:
+            old = usable.body
+        else:
+            old = pose_body(build.body, pose_joints(build.skeleton, figure.before))
         velocity = (0.5 * (body.a + body.b) - 0.5 * (old.a + old.b)) / max(gap_ns * 1e-9, 0.004)
         velocity[np.sqrt((velocity**2).sum(axis=1)) > FASTEST] = 0.0
-    primitives = PrimitiveSet.of_cone_spheres(body.a, body.b, body.radius_a, body.radius_b)
     return Posed(figure, build, joints, body, primitives, velocity)

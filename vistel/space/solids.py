@@ -116,7 +116,7 @@ def solids(things: tuple[Thing, ...]) -> Solids:
     )
     for n, thing in enumerate(things):
         if not thing.fixed:
-            unit: Any = inertia(
+            unit: Any = inertia(  # pyright: ignore[reportUnknownVariableType]
                 shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1],
                 out.radius[n], GRID,
             )  # fmt: skip

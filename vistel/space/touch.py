@@ -19,7 +19,7 @@ FLESH = 1.5e5
 FLESH_COMPLIANCE = 1.0
 LEAST_DEPTH = 2e-4
 """Overlaps shallower than this deform nothing that could be seen [m]."""
-MOST_PER_PAIR = 12
+MOST_PER_PAIR = 6
 """Contacts told for one pair of bodies; the deepest."""
 
 

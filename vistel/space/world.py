@@ -53,6 +53,7 @@ class World:
         self._room = room
         self._state: State = State(things=tuple(t.id for t in room.things), motions=_begin(room.things))
         self._solids: Solids = solids(room.things)
+        self._last: dict[str, Posed] = {}  # of the step before; saves time, is no state
 
     @property
     def step_number(self) -> int:
@@ -98,7 +99,8 @@ class World:
         outcomes = tuple(self._obey(c) for c in inputs.commands)
         figures = tuple(f.with_opening(DT) for f in self._state.figures)
         self._state = replace(self._state, figures=figures)
-        posed = {f.name: p for f in figures if (p := pose_figure(f, inputs.t_ns)) is not None}
+        posed = {f.name: p for f in figures if (p := pose_figure(f, inputs.t_ns, self._last.get(f.name))) is not None}
+        self._last = posed
 
         m = self._state.motions
         loose = self._solids.loose(m.matrices(), m.position)

@@ -30,13 +30,17 @@ def carries_state(step: int, begins: bool) -> bool:
 
 
 def world_state(view: WorldView, key: bool) -> world_pb2.WorldState:
-    """The message of a step; without `key` only things that moved."""
+    """The message of a step; without `key` only things that moved, and no contacts with the furniture: who sits
+    touches a chair in every step, and the ghosts, which are always complete, say what it does to them."""
     out = world_pb2.WorldState(step=view.step, key=key, participants=view.participants, hash=view.hash)
     out.header.t_ns = view.t_ns
     if key:
         out.things.extend(_thing(t) for t in view.things)
     out.states.extend(_thing_state(s) for s in view.states if key or s.moved)
+    furniture = frozenset() if key else frozenset(t.id for t in view.things if t.fixed)
     for c in view.contacts:
+        if c.body_b in furniture:
+            continue
         out.contacts.add(
             body_a=c.body_a, body_b=c.body_b, primitive_a=c.primitive_a, primitive_b=c.primitive_b,
             point=_vec3(c.point), normal=_vec3(c.normal), depth=c.depth, force=c.force,
