@@ -9,7 +9,9 @@ in a process of its own (its memory goes back), which prints a line per step for
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -17,6 +19,7 @@ from pathlib import Path
 
 import numba
 import numpy as np
+import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import vistel
@@ -34,6 +37,7 @@ from vistel.space.world import World
 from vistel_cli.terminal import err, fail
 from vistel_sim.motion import open_motion
 
+INTERRUPTED = 130
 Step = tuple[str, Callable[[], object]]
 
 
@@ -53,6 +57,8 @@ def prepare(conference: Conference, file: Path, silent: bool = False) -> None:
         for n, line in enumerate(process.stdout):
             bar.update(task, completed=n, description=line.strip())
         code = process.wait()
+    if code in (INTERRUPTED, -signal.SIGINT, -signal.SIGTERM):
+        raise typer.Exit(0)
     if code != 0:
         fail(f"preparing the conference failed with {code}; `python -m vistel_cli.prepare {file}` shows why")
     try:
@@ -127,8 +133,11 @@ def _run(conference: Conference) -> Iterator[str]:
 
 def main() -> None:
     """Entry point of the child."""
-    for label in _run(load(Path(sys.argv[1]))):
-        print(label, flush=True)
+    with contextlib.suppress(KeyboardInterrupt):
+        for label in _run(load(Path(sys.argv[1]))):
+            print(label, flush=True)
+        return
+    sys.exit(INTERRUPTED)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,35 @@
+"""Three sites at once on one machine: pictures per second of each, with three deforming figures in every picture."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from benchmarks.row import Row, machine
+
+SECONDS = 20
+
+
+def run() -> Iterator[Row]:
+    """The demo conference for 20 s."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "vistel_cli.main", "up", "--seconds", str(SECONDS), "--out", folder, "--json"]
+        subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
+        report = json.loads((Path(folder) / "report.json").read_text())
+    where = machine()
+    peer = "Singh's VISTEL (whole world, 1995)"
+    for site, figures in report["sites"].items():
+        rate = figures["frames_per_s_median"]
+        yield Row(
+            "demo", site, "pictures at 640x360", "frames/s", rate, peer, 8.0, rate / 8.0, ">= 12", rate >= 12, where
+        )
+        delay = max(figures["image_delay_s_median"].values()) * 1e3
+        yield Row("demo", site, "capture to picture, median", "ms", delay, None, None, None, None, None, where)
+    for node, process in report["processes"].items():
+        if process["cpu_percent"] is not None:
+            cpu = process["cpu_percent"]
+            yield Row("demo", node, "processor use", "% of a core", cpu, None, None, None, None, None, where)
