@@ -1,8 +1,9 @@
 """Bytes per participant and second on the wire, by topic; and what the motion codec does to the joints.
 
-Bytes are counted on the TCP connection from a site to its router, Zenoh's framing and keep-alives included, while the
-bus publishes at the topic's nominal rate. The peer of Motion is the same posture as plain 32-bit floats. Joint errors
-are those of all joints' orientations in the room after forward kinematics, so that they add up along each limb.
+Bytes are counted on the TCP connection from a site to its router, Zenoh's framing and keep-alives included,
+while the bus publishes at the topic's nominal rate. The peer of Motion is the same posture as plain 32-bit
+floats. Joint errors are those of all joints' orientations in the room after forward kinematics, so that they
+add up along each limb.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ def run() -> Iterator[Row]:
     for name, samples in motions():
         rate, errors, distances = _through_the_codec(samples)
         plain = (69 * 4 + 16) * 8 * RATE_HZ / 1000
-        yield Row("wire", name, "motion payload", "kbit/s", rate, FLOATS, plain, rate / plain, "<= 64", rate <= 64, where)
+        ratio, met = rate / plain, rate <= 64
+        yield Row("wire", name, "motion payload", "kbit/s", rate, FLOATS, plain, ratio, "<= 64", met, where)
         p99 = float(np.percentile(errors, 99))
         yield Row("wire", name, "joint error p99", "deg", p99, None, None, None, "<= 0.3", p99 <= 0.3, where)
         yield Row("wire", name, "joint error max", "deg", float(errors.max()), None, None, None, None, None, where)
@@ -53,7 +55,8 @@ def run() -> Iterator[Row]:
     for topic, per_s in asyncio.run(_count_topics()):
         limit = "<= 8000" if topic == "motion" else None
         met = per_s <= 8000 if topic == "motion" else None
-        yield Row("wire", f"topic {topic}", "link bytes per participant", "B/s", per_s, None, None, None, limit, met, where)
+        case, metric = f"topic {topic}", "link bytes per participant"
+        yield Row("wire", case, metric, "B/s", per_s, None, None, None, limit, met, where)
 
 
 def motions() -> Iterator[tuple[str, list[MotionSample]]]:
@@ -127,11 +130,13 @@ async def _count_topics() -> list[tuple[str, float]]:
         "tracker": ({"device": "ann-tracker"}, _tracker_frame, 1),
         "glove": ({"device": "ann-glove-left"}, _glove_frame, 2),
         "device_status": ({"device": "ann-tracker"}, lambda i: DeviceStatus(
-            device="ann-tracker", state=DeviceStatus.STATE_STREAMING, rate_hz=120, frames=i, detail="FASTRAK, 4 stations"), 3),
+            device="ann-tracker", state=DeviceStatus.STATE_STREAMING, rate_hz=120, frames=i,
+            detail="FASTRAK, 4 stations"), 3),
         "participant": ({"participant": "ann"}, lambda i: Participant(
             participant="ann", site="tokyo", display_name="Ann", avatar="builtin", height_m=1.75), 1),
         "heartbeat": ({"node": "capture"}, lambda i: Heartbeat(
-            node="tokyo/capture", services=["tracker", "glove", "posture"], uptime_ns=i, pid=1234, metrics_port=9100), 2),
+            node="tokyo/capture", services=["tracker", "glove", "posture"], uptime_ns=i, pid=1234,
+            metrics_port=9100), 2),
         "clock_offset": ({"node": "capture"}, lambda i: ClockOffset(
             node="tokyo/capture", offset_ns=-12_345_678, uncertainty_ns=234_567), 2),
         "image_delay": ({}, lambda i: ImageDelay(site="tokyo", frames_per_s=30, frame_time_s=0.01, frames=i, streams=[

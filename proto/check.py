@@ -1,8 +1,11 @@
-"""Lint and breaking-change check of the messages: `python proto/check.py`, or with `--accept` to add what is new to the baseline.
+"""Lint and breaking-change check of the messages: `python proto/check.py`.
 
-Lint: every message, enum, value and field has a comment, names follow the style guide of Protocol Buffers, and every
-message of a topic begins with a header. Breaking: against `baseline.binpb`, the descriptors that logs and older nodes
-know, no field may vanish (unless its number and name are reserved), be renamed, or change its type.
+With `--accept`, what is new is added to the baseline, unless something breaks it.
+
+Lint: every message, enum, value and field has a comment, names follow the style guide of Protocol Buffers,
+and every message of a topic begins with a header. Breaking: against `baseline.binpb`, the descriptors that
+logs and older nodes know, no field may vanish (unless its number and name are reserved), be renamed, or
+change its type.
 """
 
 from __future__ import annotations
@@ -28,7 +31,10 @@ BASELINE = HERE / "vistel/v1/baseline.binpb"
 
 
 def compile_protos(folder: Path = HERE, *, comments: bool = True) -> FileDescriptorSet:
-    """The descriptors of every .proto below `folder`. Raises SystemExit with protoc's lines when one is not valid."""
+    """The descriptors of every .proto below `folder`.
+
+    Raises SystemExit with protoc's lines when one is not valid.
+    """
     with tempfile.TemporaryDirectory() as temporary:
         out = Path(temporary) / "all.binpb"
         options = ["--include_source_info"] if comments else []
@@ -162,7 +168,7 @@ def _kind(field: FieldDescriptorProto) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--accept", action="store_true", help="make what is there now the baseline, unless it breaks it")
+    parser.add_argument("--accept", action="store_true", help="add what is new to the baseline")
     accept = parser.parse_args().accept
     now = compile_protos()
     faults = lint(now)

@@ -202,8 +202,11 @@ def test_a_late_joiner_gets_the_last_value_of_every_key_and_then_everything(kind
 def test_commands_arrive_complete_and_in_the_order_of_their_sender(kind: str) -> None:
     async def run() -> None:
         async with joined(kind) as w:
-            subscription = w.b.subscribe(COMMAND)
+            await routed(w.a, w.b, COMMAND)
+            subscription = w.b.subscribe(COMMAND, participant="ann")
             publication = w.a.publish(COMMAND, participant="ann")
+            publication.put(Command(id="-1"))
+            await receive(subscription, 1)
             for n in range(3000):
                 publication.put(Command(id=str(n)))
             got = await receive(subscription, 3000)

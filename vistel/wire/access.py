@@ -22,8 +22,9 @@ _ASK = ["declare_subscriber", "query", "declare_liveliness_subscriber", "livelin
 
 
 def access_rules(
-    conference: str, sites: Sequence[str], *, observers: Sequence[str] = (), world: str = WORLD_NAME, hub: str = HUB_NAME
-) -> dict[str, Any]:
+    conference: str, sites: Sequence[str], *, observers: Sequence[str] = (), world: str = WORLD_NAME,
+    hub: str = HUB_NAME,
+) -> dict[str, Any]:  # fmt: skip
     """The `access_control` section of a Zenoh router's configuration.
 
     sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the

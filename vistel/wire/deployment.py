@@ -1,7 +1,8 @@
 """Configurations for `zenohd`, where a router is to run without Python.
 
-`python -m vistel.wire.deployment hub CONFERENCE SITE...` prints that of the hub, which knows who may say what;
-`python -m vistel.wire.deployment site HUB-ENDPOINT NAME` that of a router inside a site, which joins the hub.
+`python -m vistel.wire.deployment hub CONFERENCE SITE...` prints that of the hub, which knows who may say
+what; `python -m vistel.wire.deployment site HUB-ENDPOINT NAME` that of a router inside a site, which joins
+the hub.
 """
 
 from __future__ import annotations

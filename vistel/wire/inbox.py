@@ -89,7 +89,10 @@ class Inbox:
         self.push_all([(key, payload, received_ns)])
 
     def push_all(self, messages: list[tuple[str, bytes, int]]) -> None:
-        """(key, payload, received_ns) each. Called by the network, on any thread; never waits for the loop."""
+        """(key, payload, received_ns) each.
+
+        Called by the network, on any thread; never waits for the loop.
+        """
         with self._lock:
             self._counters.received += len(messages)
             if self._newest_only:

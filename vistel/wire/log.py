@@ -219,7 +219,7 @@ class LogReader:
             return None
         version = getattr(message, "header").version  # noqa: B009
         if version != MESSAGE_VERSION:
-            self._tell(f"channel {key} holds messages of version {version}, this is {MESSAGE_VERSION}; they are left out")
+            self._tell(f"channel {key} has messages of version {version}, this is {MESSAGE_VERSION}; they are left out")
             return None
         return message
 

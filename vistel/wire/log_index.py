@@ -132,4 +132,5 @@ def _cut_off(index: LogIndex, whole: int, size: int) -> str:
         have = f"the last whole message is at {(last - first) * 1e-9:.3f} s"
     else:
         have = "no message in it is whole"
-    return f"cut off: {size - whole} of {size} bytes at the end are not readable, and what should follow is missing; {have}"
+    lost = f"{size - whole} of {size} bytes at the end are not readable, and what should follow is missing"
+    return f"cut off: {lost}; {have}"

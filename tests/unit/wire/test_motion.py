@@ -31,7 +31,9 @@ def flat(sample: MotionSample) -> dict[str, np.ndarray]:
     return {p: a.reshape(-1) for p, a in arrays.items() if a is not None}
 
 
-def random_motion(seed: int, count: int, *, face: bool = False, gaze: bool = False, wild: float = 1.0) -> list[MotionSample]:
+def random_motion(
+    seed: int, count: int, *, face: bool = False, gaze: bool = False, wild: float = 1.0
+) -> list[MotionSample]:
     """Values anywhere in their range that wander by `wild` of it from frame to frame."""
     rng = np.random.default_rng(seed)
     values = {p: rng.uniform(LOW[p], HIGH[p]) for p in PARTS}
