@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -106,9 +107,11 @@ def measure(recording: Recording, comfort: Comfort | None = None, seed: int = 1)
             continue
         for name, found in errors.items():
             found.append(float(np.linalg.norm(pose.position[JOINT_INDEX[name]] - joints[0][INDEX[name]])))
-        arms.append((_arms(pose.position[[JOINT_INDEX[n] for n in _ARM]]), _arms(joints[0][[INDEX[n] for n in _ARM]])))
+        solved_arms = _arms(pose.position[[JOINT_INDEX[n] for n in _ARM]])
+        arms.append((solved_arms, _arms(joints[0][[INDEX[n] for n in _ARM]])))
     turn = np.array([[_angle(a, b) for a, b in zip(x, y, strict=True)] for x, y in _steps(arms)])
-    return Outcome({n: np.array(e) for n, e in errors.items()}, float((turn[:, 0] - turn[:, 1]).max()), np.array(solves))
+    jump = float((turn[:, 0] - turn[:, 1]).max())
+    return Outcome({n: np.array(e) for n, e in errors.items()}, jump, np.array(solves))
 
 
 _ARM = ("left_upper_arm", "left_lower_arm", "right_upper_arm", "right_lower_arm")
@@ -121,7 +124,7 @@ def _arms(p: F64) -> F64:
 
 
 def _steps(arms: Sequence[tuple[F64, F64]]) -> Iterator[tuple[tuple[F64, F64], tuple[F64, F64]]]:
-    for before, after in zip(arms, arms[1:], strict=False):
+    for before, after in pairwise(arms):
         for side in range(2):
             yield (before[0][side], before[1][side]), (after[0][side], after[1][side])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Coroutine
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -195,7 +196,7 @@ def test_a_motion_carries_the_time_of_its_newest_measurement(tmp_path: Path) -> 
     times = [s.t_ns for s in stage.motions()]
     measured = {stage.start_ns + round(k * RECORD_S * 1e9) for k in range(1, stage.records + 1)}
     assert times and set(times) <= measured
-    assert all(b > a for a, b in zip(times, times[1:], strict=False))
+    assert all(b > a for a, b in pairwise(times))
 
 
 def test_who_is_there_is_said_once_and_their_presence_declared(tmp_path: Path) -> None:

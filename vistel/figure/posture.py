@@ -193,7 +193,11 @@ _I_FINGERS = (JOINT_INDEX["left_thumb_metacarpal"], JOINT_INDEX["right_thumb_met
 
 
 @nb.njit(cache=True)
-def _pose(offsets, parents, dofs, hands, gaze, stance, heading, shank, thigh, rest, segment, rotation, position):
+def _pose(
+    offsets: F64, parents: NDArray[np.int32], dofs: F64, hands: F64, gaze: F64, stance: F64, heading: float,
+    shank: float, thigh: float, rest: F64, segment: float, rotation: F64, position: F64,
+) -> None:  # fmt: skip
+    """Writes every joint's rotation (J, 3, 3) and position (J, 3) in the room; see `pose_joints`."""
     facing = rotation_y(heading)
     ankle, knee = dofs[0], dofs[1]
     # Hips over the fixed ankles (spec_maths §6.3); x stays on the midline, pelvis upright.

@@ -18,7 +18,7 @@ F64 = NDArray[np.float64]
 
 SPINE_SEGMENTS = 8
 FINGERS = ("thumb", "index", "middle", "ring", "little")
-_DIGITS = {finger: ("proximal", "intermediate", "distal") for finger in FINGERS}
+_DIGITS: dict[str, tuple[str, ...]] = dict.fromkeys(FINGERS, ("proximal", "intermediate", "distal"))
 _DIGITS["thumb"] = ("metacarpal", "proximal", "distal")
 
 REFERENCE_HEIGHT = 1.75
@@ -61,7 +61,8 @@ def _reference() -> list[tuple[str, str | None, tuple[float, float, float]]]:
         x = 0.73 + reach
         for digit, step in zip(_DIGITS[finger], (0.0, *bones[finger]), strict=True):
             x += step
-            parent = "hand" if digit == "proximal" else f"{finger}_{'proximal' if digit == 'intermediate' else 'intermediate'}"
+            before = {"proximal": "hand", "intermediate": f"{finger}_proximal", "distal": f"{finger}_intermediate"}
+            parent = before[digit]
             side.append((f"{finger}_{digit}", parent, (x, y, across)))
     paired = {name for name, _, _ in side}
     for prefix, sign in (("left", 1.0), ("right", -1.0)):
@@ -179,7 +180,8 @@ def _tips(rest: F64, height: float) -> F64:
         sign = 1.0 if side == "left" else -1.0
         tip[JOINT_INDEX[f"{side}_eye"]] = (0.0, 0.0, 0.012 * scale)
         tip[JOINT_INDEX[f"{side}_toes"]] = (0.0, 0.0, 0.07 * scale)
-        tip[JOINT_INDEX[f"{side}_hand"]] = rest[JOINT_INDEX[f"{side}_middle_proximal"]] - rest[JOINT_INDEX[f"{side}_hand"]]
+        hand = JOINT_INDEX[f"{side}_hand"]
+        tip[hand] = rest[JOINT_INDEX[f"{side}_middle_proximal"]] - rest[hand]
         tip[JOINT_INDEX[f"{side}_thumb_distal"]] = (sign * 0.018 * scale, -0.002 * scale, 0.020 * scale)
         for finger, last in (("index", 0.022), ("middle", 0.024), ("ring", 0.023), ("little", 0.020)):
             tip[JOINT_INDEX[f"{side}_{finger}_distal"]] = (sign * last * scale, 0.0, 0.0)

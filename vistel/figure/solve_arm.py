@@ -112,20 +112,25 @@ def arm_dofs(
     upper_arm = np.eye(3)
     forearm = upper_arm
     flexion = 0.0
-    for _ in range(8):
+    before, before_error = scale, 0.0
+    # The collar bone's length depends on the arm it carries: a fixed point, found by secants.
+    for k in range(12):
         shoulder = collar * scale
         target = clamp_reach(shoulder, wrist, upper, lower)
         elbow = elbow_at(shoulder, target, upper, lower, ref, psi)
-        axis, along, _radius = elbow_circle(shoulder, target, upper, lower)
+        axis = (target - shoulder) / math.sqrt(((target - shoulder) ** 2).sum())
         e1 = across(ref, axis)
         toward = math.cos(psi) * e1 + math.sin(psi) * np.cross(axis, e1)
         flexion = elbow_flexion(shoulder, target, upper, lower)
         upper_arm, forearm = arm_frames(shoulder, elbow, target, toward, side, flexion)
-        new = collar_scale(upper_arm, side)
-        done = abs(new - scale) < 1e-7
-        scale = new
-        if done:
+        error = collar_scale(upper_arm, side) - scale
+        if abs(error) < 1e-7:
             break
+        step = error
+        if k > 0 and abs(before_error - error) > 1e-12:
+            step = error * (scale - before) / (before_error - error)
+        before, before_error = scale, error
+        scale += min(0.05, max(-0.05, step))
     out = np.empty(7)
     out[0:3] = rotvec_from_matrix(upper_arm)
     out[3] = flexion

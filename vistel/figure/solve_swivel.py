@@ -160,8 +160,10 @@ def solve_arm(
 
 @nb.njit(cache=True)
 def _golden(
-    low, high, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, weights
-):
+    low: float, high: float, shoulder: F64, wrist: F64, hand: F64, side: float, upper: float, lower: float,
+    e1: F64, e2: F64, axis: F64, along: float, radius: float, flexion: float, up: F64, rest: F64, weights: F64,
+) -> tuple[float, float]:  # fmt: skip
+    """Swivel of least energy between `low` and `high`, and that energy."""
     ratio = 0.6180339887498949
     a, b = low, high
     c, d = b - ratio * (b - a), a + ratio * (b - a)

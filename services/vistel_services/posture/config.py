@@ -40,7 +40,7 @@ class Config:
     people: tuple[Person, ...]
 
 
-def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config: 
+def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
     """The people of `site` and the devices they wear."""
     if site is None:
         raise ValueError("posture: this service belongs to a site; name one")

@@ -91,7 +91,7 @@ def load_bvh(path: Path) -> Recording:
             along = {"upper_arm": "lower_arm", "lower_arm": "hand", "hand": "hand"}[name.split("_", 1)[1]]
             child = at[f"{name.split('_')[0]}_{along}"]
             # The hand's own rest direction is the forearm's.
-            start = at[name] if along != "hand" or name.endswith("lower_arm") else at[f"{name.split('_')[0]}_lower_arm"]
+            start = at[f"{name.split('_')[0]}_lower_arm"] if name.endswith("hand") else at[name]
             side = 1.0 if name.startswith("left") else -1.0
             turn = _shortest(np.array([side, 0.0, 0.0]), rest[child] - rest[start])
             r[:, INDEX[name]] = r[:, INDEX[name]] @ turn
@@ -229,7 +229,8 @@ def _unit(position: F64, bvh: Bvh, path: Path) -> float:
     for low, high, metres in _UNITS:
         if low <= tall <= high:
             return metres
-    raise MotionError(f"{path}: the figure is {tall:.3g} units tall; expected metres, centimetres, millimetres or CMU units")
+    units = "metres, centimetres, millimetres or CMU units"
+    raise MotionError(f"{path}: the figure is {tall:.3g} units tall; expected {units}")
 
 
 def _rotations(axis: int, angle: F64) -> F64:

@@ -78,7 +78,7 @@ class Played:
         return interpolate(now, self._postures[k], fade) if fade > 0.0 else now
 
     def receivers(self, t_s: float) -> dict[str, Placement]:
-        i, j, share, fade, k = self._where(t_s)
+        i, j, share, fade, _ = self._where(t_s)
         if fade > 0.0:
             return receivers_of(self.place, self.posture(t_s))
         return {

@@ -18,9 +18,10 @@ from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measur
 F64 = NDArray[np.float64]
 
 SIDES = ("left", "right")
-RECORDED = ("hips", "chest", "neck", "head") + tuple(
-    f"{side}_{part}" for side in SIDES for part in ("shoulder", "upper_arm", "lower_arm", "hand")
-)
+RECORDED = (
+    "hips", "chest", "neck", "head",
+    *(f"{side}_{part}" for side in SIDES for part in ("shoulder", "upper_arm", "lower_arm", "hand")),
+)  # fmt: skip
 """Joints of a recording; "chest" carries the rotation of the rib cage, its position is midway between the collars."""
 INDEX = {name: i for i, name in enumerate(RECORDED)}
 

@@ -28,7 +28,7 @@ UP = np.array([0.0, 1.0, 0.0])
 SIDES = {"left": 1.0, "right": -1.0}
 
 GRIP = np.array([0.088, -0.0255, 0.0])
-"""Where a held bar crosses the palm, in the left hand's frame of a person of REFERENCE_HEIGHT; mirrored for the right."""
+"""Where a held bar crosses the palm: left hand's frame, a person of REFERENCE_HEIGHT; mirrored for the right."""
 GIVER_BELOW, TAKER_ABOVE = 0.032, 0.046
 """How far from the baton's middle the two hold it [m]."""
 
@@ -74,9 +74,9 @@ def write_script(sitters: Mapping[str, Sitter], seats: int) -> Script:
     holds: list[tuple[float, str | None, str, float]] = []
     baton = meeting_room(seats).thing(BATON)
     if first is not None and second is not None and seats <= 4:
-        holds = _hand_over(desk, first, second, baton.position, seats)
+        holds = _hand_over(desk, first, second, baton.position)
         looks[first.place.name] += [(1.2, 7.0, f"thing:{BATON}"), (9.8, 14.6, f"thing:{BATON}")]
-        looks[second.place.name] += [(2.6, 4.2, f"thing:{BATON}"), (4.8, 8.6, f"thing:{BATON}"), (9.6, 12.2, f"thing:{BATON}")]
+        looks[second.place.name] += [(a, b, f"thing:{BATON}") for a, b in ((2.6, 4.2), (4.8, 8.6), (9.6, 12.2))]
         if last is not None:
             looks[last.place.name] += [(2.4, 4.0, f"thing:{BATON}"), (5.0, 6.6, f"thing:{BATON}")]
     if first is not None and last is not None and seats <= 4:
@@ -106,7 +106,8 @@ class _Hand:
 
     def shoulder(self) -> F64:
         """(3,) about where the shoulder is, upright, room frame."""
-        return self.sitter.out_of_seat(np.array([self.sign * 0.18 * self.scale, 0.57 * self.sitter.place.skeleton.height, 0.0]))
+        height = self.sitter.place.skeleton.height
+        return self.sitter.out_of_seat(np.array([self.sign * 0.18 * self.scale, 0.57 * height, 0.0]))
 
     def rest(self, t: float, lift: float = 0.02) -> None:
         self.keys.append(HandKey(t, *self.home, RELAXED, lift, 1.0))
@@ -144,7 +145,7 @@ def _between(a: Sitter, b: Sitter, towards_centre: float) -> F64:
 
 
 def _hand_over(
-    desk: dict[tuple[str, str], _Hand], a: Sitter, b: Sitter, baton: F64, seats: int
+    desk: dict[tuple[str, str], _Hand], a: Sitter, b: Sitter, baton: F64
 ) -> list[tuple[float, str | None, str, float]]:
     """`a` takes the baton with the right hand and gives it to `b`'s left; `b` gives it back; `a` puts it down."""
     giver, taker = desk[a.place.name, "right"], desk[b.place.name, "left"]
@@ -168,7 +169,8 @@ def _hand_over(
 
     # `b` looks at it upright, close by.
     see = b.out_of_seat(np.array([0.10, TABLE_HEIGHT + 0.26, 0.40]))
-    seen = hand_rotation(1.0, b.direction_in_room(np.array([-0.25, 0.1, 0.95])), b.direction_in_room(np.array([-1.0, 0.15, 0.0])))
+    seen_along, seen_palm = (b.direction_in_room(np.array(d)) for d in ((-0.25, 0.1, 0.95), (-1.0, 0.15, 0.0)))
+    seen = hand_rotation(1.0, seen_along, seen_palm)
 
     giver.leave(0.9)
     giver.hold(2.3, above, down, OPEN, 0.08)

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import DOF_COUNT, ELBOW, NECK, SHOULDER, SPINE_ROTATION, WRIST, Posture, Stance, spine_chord
-from vistel.figure.posture import spine_rotations
+from vistel.figure.posture import (
+    DOF_COUNT,
+    ELBOW,
+    NECK,
+    SHOULDER,
+    SPINE_ROTATION,
+    WRIST,
+    Posture,
+    Stance,
+    spine_chord,
+    spine_rotations,
+)
 from vistel.figure.rotation import (
     matrix_from_quaternion,
     rotation_x,
@@ -28,13 +37,6 @@ COMFORTABLE_REACH = 0.86
 """Share of the arm's length a hand goes to before the trunk follows."""
 HIPS_BACK = -0.02
 """Of the hips from the seat's centre [m]; negative is towards the chair's back."""
-
-
-@dataclass(frozen=True)
-class Sway:
-    """Small movements of the trunk at one instant: rotation vector added to the chest's [rad]."""
-
-    chest: F64
 
 
 class Sitter:
@@ -122,7 +124,7 @@ def _soft(x: float, most: float) -> float:
 
 
 def _legs(place: Place, hips_height: float) -> tuple[float, float, float]:
-    """(ankle, knee) with the hips at `hips_height`, shank upright, and how far the hip joints are ahead of the ankles."""
+    """Ankle, knee with the hips at `hips_height` and upright shanks; how far the hips are ahead of the ankles."""
     skeleton = place.skeleton
     rest = skeleton.rest
     up = hips_height - (rest[0, 1] - rest[JOINT_INDEX["left_upper_leg"], 1]) - rest[JOINT_INDEX["left_foot"], 1]

@@ -111,7 +111,9 @@ def angle(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(math.radians(low), math.radians(high))
 
 
-ARM = st.tuples(angle(-60, 40), angle(-50, 50), angle(-75, 40), angle(3, 140), angle(-60, 60), angle(-15, 15), angle(-50, 50))
+ARM = st.tuples(
+    angle(-60, 40), angle(-50, 50), angle(-75, 40), angle(3, 140), angle(-60, 60), angle(-15, 15), angle(-50, 50)
+)  # fmt: skip
 
 
 @given(arm=ARM, side=st.sampled_from(SIDES))

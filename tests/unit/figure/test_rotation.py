@@ -52,7 +52,7 @@ def test_rotation_vector_of_a_quaternion_takes_the_short_way(q: np.ndarray) -> N
 
 
 @pytest.mark.parametrize("turn", [rotation_x, rotation_y, rotation_z])
-def test_half_turns_survive(turn) -> None:  # noqa: ANN001
+def test_half_turns_survive(turn) -> None:
     m = turn(math.pi)
     assert matrix_from_quaternion(quaternion_from_matrix(m)) == pytest.approx(m, abs=1e-12)
 

@@ -9,11 +9,10 @@ import pytest
 
 from vistel.conference.model import Conference, Participant, Site, TrackerConfig
 from vistel.figure.body import pose_body, standard_body
-from vistel.figure.posture import ELBOW, pose_joints
+from vistel.figure.posture import ELBOW, Stance, pose_joints
 from vistel.figure.sensors import RECEIVERS, out_of_frame, receiver_poses
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.figure.solve import PostureSolver
-from vistel.figure.posture import Stance
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room, table_radius
 from vistel_sim.motion import MotionSource, open_motion
 from vistel_sim.motion.script import CYCLE_S
@@ -24,8 +23,14 @@ NAMES = ("ann", "ben", "cas")
 HEIGHTS = (1.65, 1.80, 1.72)
 
 
+JOINTS_COMPARED = (
+    "hips", "left_hand", "right_hand", "head", "left_lower_arm", "right_lower_arm", "left_lower_leg",
+)  # fmt: skip
+
+
 def conference(seed: int = 1, names: tuple[str, ...] = NAMES) -> Conference:
-    sites = [Site(name=f"s-{n}", participants=[Participant(name=n, height=h)]) for n, h in zip(names, HEIGHTS, strict=False)]
+    people = zip(names, HEIGHTS, strict=False)
+    sites = [Site(name=f"s-{n}", participants=[Participant(name=n, height=h)]) for n, h in people]
     return Conference(sites=sites, seed=seed)
 
 
@@ -39,7 +44,7 @@ def test_movement_is_smooth(seed: int) -> None:
     source, people = meeting(seed)
     for name in NAMES:
         at = np.array([
-            pose_joints(people[name].skeleton, source.posture(name, k / 60)).position for k in range(int(21 * 60))
+            pose_joints(people[name].skeleton, source.posture(name, k / 60)).position for k in range(21 * 60)
         ])  # fmt: skip
         speed = np.linalg.norm(np.diff(at, axis=0), axis=2) * 60
         acceleration = np.linalg.norm(np.diff(at, n=2, axis=0), axis=2) * 3600
@@ -221,7 +226,7 @@ def test_the_solver_finds_the_choreography_again_from_its_receivers() -> None:
             truth = source.posture(name, k / 60)
             want = pose_joints(place.skeleton, truth)
             got = pose_joints(place.skeleton, solver.solve(k / 60, receiver_poses(place.skeleton, want)).posture)
-            for joint in ("hips", "left_hand", "right_hand", "head", "left_lower_arm", "right_lower_arm", "left_lower_leg"):
+            for joint in JOINTS_COMPARED:
                 j = JOINT_INDEX[joint]
                 e = float(np.linalg.norm(got.position[j] - want.position[j]))
                 worst[joint] = max(worst.get(joint, 0.0), e)

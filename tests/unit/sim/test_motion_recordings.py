@@ -175,7 +175,8 @@ def test_a_real_walk_and_handshake_play_without_jumps(shared_data: Path) -> None
     source = open_motion(conference(*files))
     for name in source.participants:
         place = places(conference(*files))[name]
-        at = np.array([out_of_frame(place.transmitter, *source.receivers(name, k / 60)["chest"])[0] for k in range(1300)])
+        chest = [source.receivers(name, k / 60)["chest"] for k in range(1300)]
+        at = np.array([out_of_frame(place.transmitter, *c)[0] for c in chest])
         assert np.linalg.norm(np.diff(at, axis=0), axis=1).max() < 0.08
         assert np.abs(at[:, [0, 2]]).max() < 3.0
 
@@ -189,11 +190,11 @@ def test_a_real_hand_over_keeps_both_hands_at_the_baton(shared_data: Path) -> No
         t = k / 60
         baton = source.things(t)[BATON][0]
         hands = {}
-        for name in nearest:
+        for name, before in nearest.items():
             pose = pose_joints(people[name].skeleton, source.posture(name, t))
             j = JOINT_INDEX["right_hand"]
             hands[name] = pose.position[j] + pose.rotation[j] @ np.array([-0.08, -0.02, 0.0])
-            nearest[name] = min(nearest[name], float(np.linalg.norm(hands[name] - baton)))
+            nearest[name] = min(before, float(np.linalg.norm(hands[name] - baton)))
         between = min(between, float(np.linalg.norm(hands["p0"] - hands["p1"])))
     # They hold it by its ends.
     assert nearest["p0"] < 0.2 and nearest["p1"] < 0.2
@@ -266,7 +267,7 @@ def test_a_whole_take_is_read(tmp_path: Path) -> None:
         (lambda p: p.write_bytes(b"\xff\xfe\x00"), "cannot be read as text"),
     ],
 )
-def test_a_broken_take_is_refused_in_one_line(tmp_path: Path, spoil, says: str) -> None:  # noqa: ANN001
+def test_a_broken_take_is_refused_in_one_line(tmp_path: Path, spoil, says: str) -> None:
     folder = write_take(tmp_path / "take")
     spoil(folder / "taker_LHand_pose_saved.csv")
     with pytest.raises(MotionError) as e:
