@@ -20,6 +20,7 @@ class _World:
     contacts_most: int = 0
     people_touching: set[tuple[str, str]] = field(default_factory=set)
     grasps: dict[str, list[str]] = field(default_factory=dict)
+    holding: dict[str, set[str]] = field(default_factory=dict)
 
 
 class Observer:
@@ -59,10 +60,13 @@ class Observer:
         for c in state.contacts:
             if c.body_a in people and c.body_b in people and c.body_a != c.body_b:
                 w.people_touching.add((min(c.body_a, c.body_b), max(c.body_a, c.body_b)))
+        holding: dict[str, set[str]] = {}
         for g in state.grasps:
-            holders = w.grasps.setdefault(g.thing, [])
-            if not holders or holders[-1] != g.participant:
-                holders.append(g.participant)
+            holding.setdefault(g.thing, set()).add(g.participant)
+        for thing, people_now in holding.items():
+            for person in sorted(people_now - w.holding.get(thing, set())):
+                w.grasps.setdefault(thing, []).append(person)
+        w.holding = holding
 
     @property
     def expected_devices(self) -> list[str]:
