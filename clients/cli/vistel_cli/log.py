@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -66,9 +67,15 @@ def info(
                  "longest_gap_s": round(c.longest_gap_s, 3)} for k, c in sorted(channels.items())]  # fmt: skip
         out.print_json(data={"seconds": round(length, 3), "damage": reader.damage, "channels": rows})
         return
-    table = Table("key", "messages", "rate", "longest gap", "bytes", box=None)
+    table = Table("key", box=None)
+    table.columns[0].overflow = "fold"
+    for heading in ("messages", "rate", "longest gap", "bytes"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    common = os.path.commonprefix(list(channels))
+    common = common[: common.rfind("/") + 1]
+    out.print(f"channels under {common}" if common else "channels")
     for key, c in sorted(channels.items()):
-        table.add_row(key, str(c.messages), f"{c.rate_hz:.1f} Hz", f"{c.longest_gap_s:.2f} s", str(c.bytes))
+        table.add_row(key.removeprefix(common), str(c.messages), f"{c.rate_hz:.1f} Hz", f"{c.longest_gap_s:.2f} s", str(c.bytes))
     out.print(table)
     total = sum(c.messages for c in channels.values())
     out.print(f"{length:.1f} s, {total} messages, {len(channels)} channels, {log.stat().st_size / 1e6:.1f} MB")
