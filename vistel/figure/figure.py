@@ -46,10 +46,10 @@ class Figure:
         self.avatar = avatar
         mesh = avatar.mesh
         normals = vertex_normals(mesh)
-        self._skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, avatar.body.joint[mesh.limb])
+        self.skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, avatar.body.joint[mesh.limb])
         limbs = limbs_of(avatar.skeleton, avatar.body)
         self.embedding = embed(mesh.vertices, mesh.limb, limbs)
-        self._deformer = Deformer(mesh.triangles, self.embedding)
+        self.deformer = Deformer(mesh.triangles, self.embedding)
         self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)
         self._eyes = [
             (mesh.vertices - avatar.skeleton.rest[joint].astype(np.float32), vertex_normals(mesh), joint)
@@ -62,9 +62,9 @@ class Figure:
         Make ghosts with `Figure.ghosts` of another figure and `vistel.implicit.ghost.ghosts_of` of things.
         """
         joints = pose_joints(self.avatar.skeleton, posture)
-        self._skin.pose(joints, self._vertices, self._normals)
+        self.skin.pose(joints, self._vertices, self._normals)
         posed = pose_body(self.avatar.body, joints)
-        report = self._deformer.deform(self._vertices, self._normals, posed.a, posed.b, ghosts)
+        report = self.deformer.deform(self._vertices, self._normals, posed.a, posed.b, ghosts)
         return FigureState(self._vertices, self._normals, self._pose_eyes(joints), joints, posed, report)
 
     def ghosts(self, posed: PosedBody, *, target: NDArray[np.bool_] | None = None) -> GhostSource:
@@ -73,12 +73,12 @@ class Figure:
 
         target: (P,) primitives of the other figure to act on, None for all.
         """
-        return self._deformer.ghosts(posed.a, posed.b, target)
+        return self.deformer.ghosts(posed.a, posed.b, target)
 
     @property
     def moved(self) -> NDArray[np.uint8]:
         """(V,) 1 where the implicit deformation of the last `pose` moved a vertex."""
-        return self._deformer.moved
+        return self.deformer.moved
 
     def fields(self, posed: PosedBody, points: F32) -> NDArray[np.float64]:
         """(G, N) fields of this figure's limbs, posed, at points (N, 3) [m]: for measuring, double

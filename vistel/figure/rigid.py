@@ -41,30 +41,29 @@ class RigidSkin:
     each vertex belongs to.
     """
 
-    def __init__(
-        self, skeleton: Skeleton, vertices: F32, normals: F32, triangles: I32, limb_joint: I32
-    ) -> None:
+    def __init__(self, skeleton: Skeleton, vertices: F32, normals: F32, triangles: I32, limb_joint: I32) -> None:
         bone, weight = influences(skeleton, vertices, triangles, limb_joint)
         self.influences = Influences(bone, weight)
         self._vertices = np.ascontiguousarray(vertices, np.float32)
         self._normals = np.ascontiguousarray(normals, np.float32)
         self._single = (weight[:, 0] >= 1.0).astype(np.uint8)
-        self._centres = np.concatenate(
-            [skeleton.rest, skeleton.rest[[JOINT_INDEX[b.joint] for b in TWIST_BONES]]]
-        )
-        self._twist = np.array(
-            [(JOINT_INDEX[b.joint], JOINT_INDEX[b.other], b.kind) for b in TWIST_BONES], np.int32
-        )
+        self._centres = np.concatenate([skeleton.rest, skeleton.rest[[JOINT_INDEX[b.joint] for b in TWIST_BONES]]])
+        self._twist = np.array([(JOINT_INDEX[b.joint], JOINT_INDEX[b.other], b.kind) for b in TWIST_BONES], np.int32)
         count = len(JOINTS) + len(TWIST_BONES)
         self._dual = np.empty((count, 8), np.float32)
         self._matrix = np.empty((count, 12), np.float32)
 
-    def pose(self, joints: JointPose, vertices: F32, normals: F32) -> None:
-        """Write the posed vertices and unit normals, both (V, 3), in the room frame [m]."""
+    def matrices(self, joints: JointPose) -> F32:
+        """(B, 12) row-major 3x4 matrices of all bones, rest to room; valid until the next call or `pose`."""
         bone_transforms(
             np.ascontiguousarray(joints.rotation), np.ascontiguousarray(joints.position),
             self._centres, self._twist, self._dual, self._matrix,
         )  # fmt: skip
+        return self._matrix
+
+    def pose(self, joints: JointPose, vertices: F32, normals: F32) -> None:
+        """Write the posed vertices and unit normals, both (V, 3), in the room frame [m]."""
+        self.matrices(joints)
         skin_dual_quaternion(
             self._vertices, self._normals, self.influences.bone, self.influences.weight, self._single,
             self._dual, self._matrix, vertices, normals,

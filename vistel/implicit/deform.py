@@ -15,12 +15,11 @@ from vistel.implicit.deform_normals import NormalUpdate
 from vistel.implicit.embedding import JOINT_REACH, JOINT_WEIGHT, Embedding
 from vistel.implicit.ghost import ALPHA, BETA, GhostSource, T
 from vistel.implicit.kernels_deform import (
-    active_groups,  # pyright: ignore[reportUnknownVariableType]
     bent_hinges,  # pyright: ignore[reportUnknownVariableType]
     deform_blocks,  # pyright: ignore[reportUnknownVariableType]
-    group_boxes,  # pyright: ignore[reportUnknownVariableType]
     meet,  # pyright: ignore[reportUnknownVariableType]
     pose_rows,  # pyright: ignore[reportUnknownVariableType]
+    prepare,  # pyright: ignore[reportUnknownVariableType]
     shapes,  # pyright: ignore[reportUnknownVariableType]
 )
 from vistel.implicit.kernels_field import LANES, ROW
@@ -70,6 +69,7 @@ class Deformer:
         self._bent = np.zeros(len(limbs.hinges), np.uint8)
         self._flags = np.zeros(len(self._blocks.index), np.uint8)
         self._moved = np.zeros(len(embedding.group), np.uint8)
+        self._moved_list, self._moved_count = np.zeros(len(embedding.group), np.int32), 0
         self._work, self._acc = np.zeros((8, 2, LANES), np.float32), np.zeros((6, LANES), np.float32)
         self._state, self._zero = np.zeros((9, LANES), np.float32), np.zeros(LANES, np.float32)
         self._lanes = np.zeros((len(self._blocks.index), 6, LANES), np.float32)
@@ -105,22 +105,22 @@ class Deformer:
         groups = self._load(ghosts)
         own = self.embedding.limbs.groups
         a, b = np.ascontiguousarray(a[self._order]), np.ascontiguousarray(b[self._order])
-        count = len(a)
-        self._pose_rows(a, b, self._rows[:count], self._box[:count])
-        group_boxes(self._group_start[: groups + 1], self._box, self._group_box[:groups])
-        bent_hinges(a, b, self._hinge, self._rest_bend, self._sphere, self._bent)
-        blocks = self._blocks
-        active_groups(
-            a, b, self._heads, self._rest_shape, blocks.self_rule, self._group_box[:groups], blocks.hinge_groups,
-            self._bent, self._group_active,
+        blocks, group_box = self._blocks, self._group_box[:groups]
+        radius_a, radius_b, reach, weight = self._fit
+        prepare(
+            a, b, radius_a, radius_b, reach, weight, self._rows, self._box, self._group_start, group_box,
+            self._hinge, self._rest_bend, self._sphere, self._bent, self._heads, self._rest_shape, blocks.self_rule,
+            blocks.hinge_groups, self._group_active,
         )  # fmt: skip
+        self._moved[self._moved_list[: self._moved_count]] = 0
+        self._moved_count = 0
         todo = np.flatnonzero(self._group_active[blocks.group]).astype(np.int32)
         if not len(todo):
             return DeformReport(0, 0, 0, 0.0, np.zeros(groups, np.float32))
         self._delta[:groups] = 0.0
         while True:
             pairs = meet(
-                todo, blocks.index, vertices, normals, blocks.group, blocks.other, blocks.calibration, own,
+                todo, blocks.index, blocks.centre, blocks.spread, vertices, normals, blocks.group, blocks.hinge, blocks.other, self._bent, blocks.calibration, own,
                 blocks.self_rule, blocks.overlap_row, self._group_start[: groups + 1], self._group_box, self._kind,
                 self._rows, self._corners, self._box, self._allowed, self._lanes, self._rays, self._work[0],
                 self._work[1], self._work[2], self._zero, self._pairs, self._height, self._delta, self._block_box,
@@ -130,16 +130,16 @@ class Deformer:
             self._pairs, self._height = np.zeros((2 * pairs, 5), np.int64), np.zeros(2 * pairs, np.float32)
         self._set_zones(groups)
         stats = np.zeros(4, np.int64)
-        self._moved[:] = 0
         deform_blocks(
             pairs, self._pairs, self._height, todo, blocks.index, blocks.count, blocks.group, blocks.hinge,
             blocks.other, blocks.own_mask, self._bent, blocks.calibration, blocks.overlap, self._start,
             self._group_start[: groups + 1], self._kind, self._rows, self._corners, self._sphere, self._quotient,
             self._zones, self._lanes, self._rays, self._work, self._acc, self._state, vertices, self._moved,
-            self._flags, stats,
+            self._moved_list, self._flags, stats,
         )  # fmt: skip
-        if stats[1]:
-            self._normals.update(vertices, normals, self._moved)
+        self._moved_count = int(stats[1])
+        if self._moved_count:
+            self._normals.update(vertices, normals, self._moved_list[: self._moved_count])
         evaluations = float(stats[0]) / max(1, int(stats[3]))
         return DeformReport(int(stats[1]), int(stats[2]), int(stats[3]), evaluations, self._delta[:groups].copy())
 

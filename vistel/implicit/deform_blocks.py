@@ -19,16 +19,21 @@ U8 = NDArray[np.uint8]
 
 _MARGIN = 0.1
 """How far beyond its realm, in influence radii, a primitive still counts for its own group's blocks."""
+_STRETCH = 1.25
+"""How much a block may stretch between two of its vertices."""
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """NB blocks. index: (NB, 64) vertices, the last repeated; count: (NB,) how many are real; group, hinge,
-    other: (NB,); calibration: (NB, 7, 64) rows as named in `kernels_deform`; self_rule: (G, G) 0 none, 1
-    neighbours, 2 like anyone else; overlap: (NO, 64) shares with which neighbours collide; overlap_row:
-    (NB, G), -1 none; hinge_groups: (H, 2)."""
+    """NB blocks. index: (NB, 64) vertices, the last repeated; centre: (NB,) vertex in its middle; spread:
+    (NB,) how far the others may be from it in any posture [m]; count: (NB,) how many are real; group,
+    hinge, other: (NB,); calibration: (NB, 7, 64) rows as named in `kernels_deform`; self_rule: (G, G) 0
+    none, 1 neighbours, 2 like anyone else; overlap: (NO, 64) shares with which neighbours collide;
+    overlap_row: (NB, G), -1 none; hinge_groups: (H, 2)."""
 
     index: I32
+    centre: I32
+    spread: F32
     count: I32
     group: I32
     hinge: I32
@@ -78,13 +83,24 @@ class Blocks:
                     overlap.append(row)
                 else:
                     overlap_row[b, k] = NO_OVERLAP
+        centre, spread = _middles(embedding.vertices, index)
         return Blocks(
-            index, np.array([len(p) for p in pieces], np.int32), embedding.group[first].astype(np.int32),
+            index, centre, spread, np.array([len(p) for p in pieces], np.int32), embedding.group[first].astype(np.int32),
             embedding.hinge[first].astype(np.int32), embedding.other[first].astype(np.int32),
             _own_masks(embedding, index), np.ascontiguousarray(calibration, np.float32), self_rule,
             np.ascontiguousarray(np.array(overlap), np.float32), overlap_row,
             np.array([(h.parent_group, h.child_group) for h in limbs.hinges], np.int32).reshape(-1, 2),
         )  # fmt: skip
+
+
+def _middles(vertices: F64, index: I32) -> tuple[I32, F32]:
+    """The vertex nearest to the middle of each block, and the largest distance from it with room for
+    stretching."""
+    p = vertices[index]
+    middle = np.argmin(np.linalg.norm(p - p.mean(axis=1, keepdims=True), axis=2), axis=1)
+    rows = np.arange(len(index))
+    far = np.linalg.norm(p - p[rows, middle][:, None], axis=2).max(axis=1)
+    return index[rows, middle].astype(np.int32), (_STRETCH * far).astype(np.float32)
 
 
 def _own_masks(embedding: Embedding, index: I32) -> I64:

@@ -22,11 +22,14 @@ class NormalUpdate:
         self._start = np.zeros(vertices + 1, np.int32)
         self._start[1:] = np.cumsum(np.bincount(flat, minlength=vertices))
         self._face_normal = np.zeros((len(triangles), 3), np.float32)
-        self._face_mark, self._vertex_mark = np.zeros(len(triangles), np.uint8), np.zeros(vertices, np.uint8)
+        self._face_mark, self._vertex_mark = np.zeros(len(triangles), np.int32), np.zeros(vertices, np.int32)
+        self._face_list, self._vertex_list = np.zeros(len(triangles), np.int32), np.zeros(vertices, np.int32)
+        self._stamp = 0
 
-    def update(self, vertices: F32, normals: F32, moved: NDArray[np.uint8]) -> None:
-        """Rewrite the normals (V, 3) of every vertex of a triangle with a moved vertex."""
+    def update(self, vertices: F32, normals: F32, moved: I32) -> None:
+        """Rewrite the normals (V, 3) of every vertex of a triangle with a vertex of `moved` (N,)."""
+        self._stamp += 1
         update_normals(
             self._triangles, self._faces, self._start, vertices, moved, self._face_normal, self._face_mark,
-            self._vertex_mark, normals,
+            self._vertex_mark, self._face_list, self._vertex_list, self._stamp, normals,
         )  # fmt: skip

@@ -90,11 +90,12 @@ class Fit:
 
 @dataclass(frozen=True)
 class Embedding:
-    """The calibrated mesh, by vertex (V,): group, hinge (-1 none), other (the group across the hinge, -1),
-    weight w_v, offset o_v, share mu of DIFF (1 at the joint, 0 where the other limb does not reach),
-    authority alpha of the implicit model over the articulated shape, room to move inwards and outwards
-    along the normal [m]."""
+    """The calibrated mesh. vertices: (V, 3) at rest [m]; by vertex (V,): group, hinge (-1 none), other (the
+    group across the hinge, -1), weight w_v, offset o_v, share mu of DIFF (1 at the joint, 0 where the other
+    limb does not reach), authority alpha of the implicit model over the articulated shape, room to move
+    inwards and outwards along the normal [m]."""
 
+    vertices: F64
     limbs: Limbs
     fit: Fit
     group: I32
@@ -154,7 +155,7 @@ def embed(vertices: F32, limb: I32, limbs: Limbs) -> Embedding:
             if k != g and len(rows) and (linked or fields[k][rows].max() > 0.8 * T):
                 overlap[g, k] = 1.0 - _smoothstep(fields[k][rows] / (0.8 * T))
     return Embedding(
-        limbs, fit, group, hinge, other, weight, offset, mu, alpha,
+        p, limbs, fit, group, hinge, other, weight, offset, mu, alpha,
         0.95 * distance, np.maximum(0.2 * influence, influence - distance), _along(p, group, limbs),
         _nearness(p, limbs, fit), overlap,
     )  # fmt: skip

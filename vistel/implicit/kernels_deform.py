@@ -42,7 +42,10 @@ CAP = np.float32(0.6 * 0.5)
 """Most that all propagations together may add: alpha T, so that no ghost raises a surface of its own
 (spec_maths §2.4)."""
 FAINT = np.float32(0.1)
-"""Fields of others below this are left out of a block's sums."""
+"""Fields of others below this everywhere in a block do not count there."""
+NEARLY = np.float32(0.15)
+"""Bodies this close to touching (in field units) are kept in a block's sums, since its skin may bulge into
+them."""
 SOFT2 = np.float32(0.02 * 0.02)
 QUARTER, THREE = np.float32(0.25), np.float32(3.0)
 
@@ -92,6 +95,12 @@ def evaluate(kind, s, c, p, corners, out):
 
 
 @_fast
+def reset(total):
+    for i in range(LANES):
+        total[0, i], total[1, i] = ZERO, ZERO
+
+
+@_fast
 def setup_group(first, last, mask, kind, block, rows, rays, used):
     """Rays of the primitives of `mask` (bits from `first`), from rays[used] on; returns the next free
     place."""
@@ -106,6 +115,34 @@ def setup_group(first, last, mask, kind, block, rows, rays, used):
 
 
 @_fast
+def setup_own(first, last, mask, block, rows, rays, used):
+    """As `setup_group`, cone-spheres only: a body's own primitives are."""
+    for k in range(first, last):
+        if (mask >> (k - first)) & 1:
+            ray(block, rows[k], rays[used])
+            used += 1
+    return used
+
+
+@_fast
+def own_field(first, last, mask, rows, s, rays, used, value, total, out):
+    """As `group_field`, cone-spheres only."""
+    if mask & (mask - 1) == 0:
+        for k in range(first, last):
+            if (mask >> (k - first)) & 1:
+                cone(s, rays[used], rows[k], out)
+        return used + 1
+    reset(total)
+    for k in range(first, last):
+        if (mask >> (k - first)) & 1:
+            cone(s, rays[used], rows[k], value)
+            used += 1
+            union_add(value, total)
+    union_end(total, out)
+    return used
+
+
+@_fast
 def group_field(first, last, mask, kind, rows, corners, s, rays, used, value, total, out):
     """F and dF/ds (2, 64) of the union of the primitives of `mask`; their rays start at `used`; returns the
     next."""
@@ -114,7 +151,7 @@ def group_field(first, last, mask, kind, rows, corners, s, rays, used, value, to
             if (mask >> (k - first)) & 1:
                 evaluate(kind[k], s, rays[used], rows[k], corners, out)
         return used + 1
-    total[:, :] = ZERO
+    reset(total)
     for k in range(first, last):
         if (mask >> (k - first)) & 1:
             evaluate(kind[k], s, rays[used], rows[k], corners, value)
@@ -268,9 +305,8 @@ def lost_lanes(phi, count):
 
 
 @_fast
-def scatter(index, count, block, s, vertices, moved):
-    """Write the moved lanes back; returns how many moved."""
-    n = 0
+def scatter(index, count, block, s, vertices, moved, moved_list, n):
+    """Write the moved lanes back and append them to the list, from place n on; returns the next place."""
     for i in range(count):
         if s[i] != ZERO:
             v = index[i]
@@ -278,6 +314,7 @@ def scatter(index, count, block, s, vertices, moved):
             vertices[v, 1] = block[1, i] + s[i] * block[4, i]
             vertices[v, 2] = block[2, i] + s[i] * block[5, i]
             moved[v] = 1
+            moved_list[n] = v
             n += 1
     return n
 
@@ -285,7 +322,7 @@ def scatter(index, count, block, s, vertices, moved):
 @_fast
 def pose_rows(a, b, radius_a, radius_b, reach, weight, rows, box):
     """Rows and realm boxes of a body's own cone-spheres from their posed skeletons."""
-    for i in range(len(rows)):
+    for i in range(len(a)):
         ux, uy, uz = b[i, 0] - a[i, 0], b[i, 1] - a[i, 1], b[i, 2] - a[i, 2]
         length = np.sqrt(ux * ux + uy * uy + uz * uz)
         ra, rb = radius_a[i] * reach[i], radius_b[i] * reach[i]
@@ -304,7 +341,7 @@ def pose_rows(a, b, radius_a, radius_b, reach, weight, rows, box):
 
 @_fast
 def group_boxes(start, box, out):
-    for g in range(len(start) - 1):
+    for g in range(len(out)):
         out[g, 0:3], out[g, 3:6] = HUGE, -HUGE
         for k in range(start[g], start[g + 1]):
             for axis in range(3):
@@ -314,7 +351,7 @@ def group_boxes(start, box, out):
 
 @_fast
 def meet(
-    blocks, index, vertices, normals, block_group, block_other, cal, n_self, self_rule, overlap_row,
+    blocks, index, centre, spread, vertices, normals, block_group, block_hinge, block_other, bent, cal, n_self, self_rule, overlap_row,
     group_start, group_box, kind, rows, corners, box, allowed,
     lanes, rays, value, total, field, zero, pairs, height, delta, block_box,
 ):  # fmt: skip
@@ -327,8 +364,23 @@ def meet(
     n = 0
     for at in range(len(blocks)):
         b = blocks[at]
-        gather(index[b], vertices, normals, lanes[b], block_box[b])
         g = block_group[b]
+        if not (block_hinge[b] >= 0 and bent[block_hinge[b]]):
+            v, reach = centre[b], spread[b]
+            for axis in range(3):
+                block_box[b, axis] = vertices[v, axis] - reach
+                block_box[b, 3 + axis] = vertices[v, axis] + reach
+            alone = True
+            for k in range(len(group_start) - 1):
+                rule = self_rule[g, k] if k < n_self else 2
+                if alone and rule > 0 and allowed[k, g] and not _apart(block_box[b], group_box[k]):
+                    if k < n_self and overlap_row[b, k] == NO_OVERLAP:
+                        continue
+                    for j in range(group_start[k], group_start[k + 1]):
+                        alone = alone and _apart(block_box[b], box[j])
+            if alone:
+                continue
+        gather(index[b], vertices, normals, lanes[b], block_box[b])
         for k in range(len(group_start) - 1):
             rule = self_rule[g, k] if k < n_self else 2
             if rule == 0 or k == block_other[b] or not allowed[k, g] or _apart(block_box[b], group_box[k]):
@@ -343,8 +395,10 @@ def meet(
                     mask |= np.int64(1) << (j - first)
             if mask == 0:
                 continue
-            setup_group(first, last, mask, kind, lanes[b], rows, rays, 0)
-            group_field(first, last, mask, kind, rows, corners, zero, rays, 0, value, total, field)
+            setup_group(first, last, mask, kind, lanes[b], rows, rays, np.int64(0))
+            group_field(
+                first, last, mask, kind, rows, corners, zero, rays, np.int64(0), value, total, field
+            )  # fmt: skip
             high = largest(field, cal[b, CONTACT])
             if high <= FAINT:
                 continue
@@ -361,16 +415,16 @@ def meet(
 def solve(
     b, lo, hi, pairs, index, count, block_group, block_hinge, block_other, own_mask, bent, cal, overlap,
     own_start, group_start, kind, rows, corners, sphere_rows, quotient, zones,
-    lanes, rays, work, acc, state, vertices, moved, stats,
+    lanes, rays, work, acc, state, vertices, moved, moved_list, stats,
 ):  # fmt: skip
     """Second pass for one block with pairs lo..hi; returns its flag. work: (8, 2, 64)."""
     block = lanes[b]
     g, h, o = block_group[b], block_hinge[b], block_other[b]
     own_first, own_last, mask = own_start[g], own_start[g + 1], own_mask[b]
     every = (np.int64(1) << (own_start[o + 1] - own_start[o])) - 1 if h >= 0 else np.int64(0)
-    used = setup_group(own_first, own_last, mask, kind, block, rows, rays, 0)
+    used = setup_own(own_first, own_last, mask, block, rows, rays, np.int64(0))
     if h >= 0:
-        used = setup_group(own_start[o], own_start[o + 1], every, kind, block, rows, rays, used)
+        used = setup_own(own_start[o], own_start[o + 1], every, block, rows, rays, used)
         ray(block, sphere_rows[h], rays[used])
         used += 1
     for m in range(lo, hi):
@@ -385,20 +439,16 @@ def solve(
     contact, mu = cal[b, CONTACT], cal[b, MU]
     for evaluation in range(MAX_EVALUATIONS):
         stats[0] += 1
-        used = group_field(own_first, own_last, mask, kind, rows, corners, s, rays, 0, value, total, own)
+        used = own_field(own_first, own_last, mask, rows, s, rays, np.int64(0), value, total, own if h >= 0 else df)
         clear(acc)
         if h >= 0:
-            used = group_field(
-                own_start[o], own_start[o + 1], every, kind, rows, corners, s, rays, used, value, total, other
-            )
+            used = own_field(own_start[o], own_start[o + 1], every, rows, s, rays, used, value, total, other)
             cone(s, rays[used], sphere_rows[h], sphere)
             used += 1
             joint_field(own, other, sphere, mu, df)
             for i in range(LANES):
                 apart[i] = ONE - mu[i]
             add_neighbour(other, contact, apart, acc)
-        else:
-            df[:, :] = own
         if evaluation == 0:
             for i in range(LANES):  # articulation counts by alpha; without it the own field is calibrated here
                 raw = cal[b, W, i] * df[0, i] + cal[b, OFFSET, i] - T
@@ -419,34 +469,39 @@ def solve(
         if evaluation == MAX_EVALUATIONS - 1 or not advance(phi, state):
             break
     lost = lost_lanes(phi, count[b])
-    n = scatter(index[b], count[b], block, s, vertices, moved)
-    stats[1] += n
+    before = stats[1]
+    stats[1] = scatter(index[b], count[b], block, s, vertices, moved, moved_list, before)
     stats[2] += lost
     if lost > 0:
         return NO_ROOT
-    return MOVED if n > 0 else UNTOUCHED
+    return MOVED if stats[1] > before else UNTOUCHED
 
 
 @_fast
 def deform_blocks(
     n_pairs, pairs, height, blocks, index, count, block_group, block_hinge, block_other, own_mask, bent, cal, overlap,
     own_start, group_start, kind, rows, corners, sphere_rows, quotient, zones,
-    lanes, rays, work, acc, state, vertices, moved, flags, stats,
+    lanes, rays, work, acc, state, vertices, moved, moved_list, flags, stats,
 ):  # fmt: skip
     """Solve every gathered block that meets a ghost or whose hinge is bent."""
-    lo = 0
+    lo = np.int64(0)
     for at in range(len(blocks)):
-        b = blocks[at]
-        hi = lo
+        b = np.int64(blocks[at])
+        hi, end = lo, lo
         acts = False
         while hi < n_pairs and pairs[hi, 0] == b:
-            acts = acts or height[hi] > T - (zones[pairs[hi, 1]] if pairs[hi, 3] == 2 else ZERO)
+            reach = zones[pairs[hi, 1]] if pairs[hi, 3] == 2 else ZERO
+            acts = acts or height[hi] > T - reach
+            if height[hi] > T - max(reach, NEARLY):
+                for c in range(5):
+                    pairs[end, c] = pairs[hi, c]
+                end += 1
             hi += 1
         if acts or (block_hinge[b] >= 0 and bent[block_hinge[b]]):
             flags[b] = solve(
-                b, lo, hi, pairs, index, count, block_group, block_hinge, block_other, own_mask, bent, cal, overlap,
+                b, lo, end, pairs, index, count, block_group, block_hinge, block_other, own_mask, bent, cal, overlap,
                 own_start, group_start, kind, rows, corners, sphere_rows, quotient, zones,
-                lanes, rays, work, acc, state, vertices, moved, stats,
+                lanes, rays, work, acc, state, vertices, moved, moved_list, stats,
             )  # fmt: skip
             stats[3] += 1
         lo = hi
@@ -490,7 +545,6 @@ def active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, b
     bent joint."""
     own = len(active)
     active[:] = 0
-    now = np.empty((1, 1, 4))
     for g in range(own):
         for k in range(len(group_box)):
             if active[g]:
@@ -501,15 +555,15 @@ def active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, b
                 continue
             if k < own:
                 i, j = heads[g], heads[k]
-                now[:] = 0.0
-                for axis in range(3):
-                    now[0, 0, 0] += (a[i, axis] - a[j, axis]) ** 2
-                    now[0, 0, 1] += (a[i, axis] - b[j, axis]) ** 2
-                    now[0, 0, 2] += (b[i, axis] - a[j, axis]) ** 2
-                    now[0, 0, 3] += (b[i, axis] - b[j, axis]) ** 2
                 change = 0.0
-                for c in range(4):
-                    change = max(change, abs(now[0, 0, c] - rest_shape[g, k, c]))
+                aa = ab = ba = bb = 0.0
+                for axis in range(3):
+                    aa += (a[i, axis] - a[j, axis]) ** 2
+                    ab += (a[i, axis] - b[j, axis]) ** 2
+                    ba += (b[i, axis] - a[j, axis]) ** 2
+                    bb += (b[i, axis] - b[j, axis]) ** 2
+                rest = rest_shape[g, k]
+                change = max(max(abs(aa - rest[0]), abs(ab - rest[1])), max(abs(ba - rest[2]), abs(bb - rest[3])))
                 if change < 1e-6:
                     continue
             active[g] = 1
@@ -517,3 +571,15 @@ def active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, b
         if bent[h]:
             active[hinge_groups[h, 0]] = 1
             active[hinge_groups[h, 1]] = 1
+
+
+@_fast
+def prepare(
+    a, b, radius_a, radius_b, reach, weight, rows, box, group_start, group_box, hinge, rest_bend, sphere, bent,
+    heads, rest_shape, self_rule, hinge_groups, active,
+):  # fmt: skip
+    """Everything a frame needs before it looks at vertices."""
+    pose_rows(a, b, radius_a, radius_b, reach, weight, rows, box)
+    group_boxes(group_start, box, group_box)
+    bent_hinges(a, b, hinge, rest_bend, sphere, bent)
+    active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, bent, active)
