@@ -71,11 +71,11 @@ def info(
     table.columns[0].overflow = "fold"
     for heading in ("messages", "rate", "longest gap", "bytes"):
         table.add_column(heading, justify="right", no_wrap=True)
-    common = os.path.commonprefix(list(channels))
-    common = common[: common.rfind("/") + 1]
+    common = f"{os.path.commonpath(channels)}/" if len(channels) > 1 else ""
     out.print(f"channels under {common}" if common else "channels")
     for key, c in sorted(channels.items()):
-        table.add_row(key.removeprefix(common), str(c.messages), f"{c.rate_hz:.1f} Hz", f"{c.longest_gap_s:.2f} s", str(c.bytes))
+        figures = (str(c.messages), f"{c.rate_hz:.1f} Hz", f"{c.longest_gap_s:.2f} s", str(c.bytes))
+        table.add_row(key.removeprefix(common), *figures)
     out.print(table)
     total = sum(c.messages for c in channels.values())
     out.print(f"{length:.1f} s, {total} messages, {len(channels)} channels, {log.stat().st_size / 1e6:.1f} MB")
