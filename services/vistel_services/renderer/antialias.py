@@ -24,7 +24,7 @@ SPAN, MARGIN = 6.0, 5
 def antialias(picture: U8) -> U8:
     """`picture` (h, w, 4) RGBA with smooth edges; the outermost MARGIN pixels stay as they are."""
     out = picture.copy()
-    luma = cv2.cvtColor(picture, cv2.COLOR_RGBA2GRAY)
+    luma = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGBA2GRAY), np.uint8)
     _smooth(picture, luma, out)
     return out
 

@@ -85,13 +85,13 @@ class SeatCamera:
         looking = looking + (1.0 - FOLLOW) * (ahead + np.array((0.0, math.tan(SEAT_TILT), 0.0)))
         aim = quaternion_from_matrix(np.ascontiguousarray(look_at(eyes, eyes + looking, SEAT_FIELD_OF_VIEW).rotation))
         if self._position is None or self._quaternion is None:
-            self._position, self._quaternion = eyes, aim
+            position, quaternion = eyes, aim
         else:
             dt = max(0.0, (t_ns - self._t_ns) * 1e-9)
-            self._position = self._position + (1.0 - math.exp(-dt / self.POSITION_TAU_S)) * (eyes - self._position)
-            self._quaternion = slerp(self._quaternion, aim, 1.0 - math.exp(-dt / self.ROTATION_TAU_S))
-        self._t_ns = t_ns
-        return Camera(self._position, matrix_from_quaternion(self._quaternion), SEAT_FIELD_OF_VIEW)
+            position = self._position + (1.0 - math.exp(-dt / self.POSITION_TAU_S)) * (eyes - self._position)
+            quaternion = slerp(self._quaternion, aim, 1.0 - math.exp(-dt / self.ROTATION_TAU_S))
+        self._t_ns, self._position, self._quaternion = t_ns, position, quaternion
+        return Camera(position, matrix_from_quaternion(quaternion), SEAT_FIELD_OF_VIEW)
 
 
 FOLLOW = 0.55

@@ -175,24 +175,24 @@ class Painter:
     def draw(self, frame: Frame) -> None:
         """Draw into the picture."""
         ctx = self.ctx
-        for view in frame.figures:
-            buffers = self._figure(view)
-            buffers.dynamic.write(np.hstack((view.positions, view.normals)))
+        camera = frame.camera
+        clip = camera.projection(self.width / self.height) @ camera.view()
+        seen = [view for view in frame.figures if in_sight(clip, view.limbs)]
+        for view in seen:
+            self._figure(view).dynamic.write(np.hstack((view.positions, view.normals)))
         things = [(t, self._things[t.id]) for t in frame.things if t.id in self._things]
         self._shadows(frame, things)
         target = self._multisampled or self._target
         target.use()
         ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         ctx.clear(0.05, 0.05, 0.06, 1.0)
-        camera = frame.camera
-        clip = camera.projection(self.width / self.height) @ camera.view()
         shared = {
             "clip_from_room": _matrix(clip), "eye": tuple(camera.position), "shadow_map": 1,
             "shadow_from_room": _matrix(self.shadow.lookup), "shadow_texel": 1.0 / self.shadow.size,
         }  # fmt: skip
         self.shadow.texture.use(1)
         put(self._figure_program, albedo=0, **shared)
-        for view in sorted(frame.figures, key=lambda v: not v.own):
+        for view in sorted(seen, key=lambda v: not v.own):
             buffers = self._figures[view.name]
             buffers.texture.use(0)
             (buffers.headless if view.own else buffers.whole).render()
@@ -326,6 +326,17 @@ class Painter:
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
             texture.repeat_x = texture.repeat_y = False
         return texture
+
+
+def in_sight(clip: F64, limbs: F32) -> bool:
+    """Whether any of a figure's limbs (P, 8) may be in the picture of clip space `clip` (4, 4); cautious."""
+    ends = np.concatenate((limbs[:, 0:3], limbs[:, 4:7]))
+    p = np.column_stack((ends, np.ones(len(ends)))) @ clip.T
+    norms = np.linalg.norm(clip[:, :3], axis=1)
+    reach = 0.35 * (norms[:3] + norms[3])  # a limb's girth, hair and clothes
+    w = p[:, 3]
+    outside = [(p[:, k] * sign > w + reach[k]).all() for k in (0, 1) for sign in (-1.0, 1.0)]
+    return not (any(outside) or (w < -0.35).all())
 
 
 def _matrix(m: F64 | F32) -> bytes:

@@ -101,14 +101,13 @@ def _headless() -> moderngl.Context:
     if not sys.platform.startswith("linux"):
         return moderngl.create_context(standalone=True, require=330)
     first: Exception | None = None
-    for libraries in ({}, {"libgl": "libEGL.so.1", "libegl": "libEGL.so.1"}):
+    without_libgl: dict[str, Any] = {"backend": "egl", "libgl": "libEGL.so.1", "libegl": "libEGL.so.1"}
+    with_libgl: dict[str, Any] = {"backend": "egl"}
+    for libraries in (with_libgl, without_libgl):
         try:
-            ctx = moderngl.create_context(standalone=True, backend="egl", require=330, **libraries)
+            return moderngl.create_context(standalone=True, require=330, **libraries)
         except Exception as e:
             first = first or e
-        else:
-            ctx.gc_mode = None
-            return ctx
     raise NoOpenGlError(
         f"no OpenGL 3.3 ({first}); on Debian/Ubuntu: apt-get install libegl1 libgl1 libgl1-mesa-dri"
     ) from first

@@ -15,7 +15,7 @@ F32 = NDArray[np.float32]
 def _noise(rng: np.random.Generator, h: int, w: int, rows: int, columns: int) -> F32:
     """(h, w) smooth noise in -1..1 of about rows x columns bumps."""
     coarse = rng.uniform(-1.0, 1.0, (max(2, rows), max(2, columns))).astype(np.float32)
-    return cv2.resize(coarse, (w, h), interpolation=cv2.INTER_CUBIC)
+    return np.asarray(cv2.resize(coarse, (w, h), interpolation=cv2.INTER_CUBIC), np.float32)
 
 
 def _mix(a: tuple[float, ...], b: tuple[float, ...], t: F32) -> F32:
@@ -56,7 +56,7 @@ def table_top(size: int, radius: float) -> F32:
     r = np.hypot(x, y) / radius
     inlay = np.exp(-(((r - 0.925) / 0.006) ** 2)).astype(np.float32)[..., None]
     out = out * (1 - inlay) + np.array((0.50, 0.36, 0.22), np.float32) * inlay
-    return out * (1.0 - 0.25 * np.clip((r - 0.975) / 0.025, 0, 1)).astype(np.float32)[..., None]
+    return (out * (1.0 - 0.25 * np.clip((r - 0.975) / 0.025, 0, 1))[..., None]).astype(np.float32)
 
 
 class Wall:

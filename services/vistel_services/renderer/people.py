@@ -7,6 +7,7 @@ from pathlib import Path
 from vistel.figure.avatar import Avatar
 from vistel.figure.avatar_builtin import builtin_avatar, default_cache
 from vistel.figure.avatar_file import load_avatar
+from vistel.figure.posture import standing
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.stage import About
 
@@ -25,4 +26,6 @@ def load_avatar_of(about: About) -> Avatar:
 
 def load_shape(about: About) -> Person:
     """The deforming figure of a participant. Raises ValueError or OSError when the avatar cannot be had."""
-    return Person(load_avatar_of(about))
+    person = Person(load_avatar_of(about))
+    person.pose(standing())  # kernels not yet compiled on this machine are compiled here, not between two pictures
+    return person

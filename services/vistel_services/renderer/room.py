@@ -126,7 +126,8 @@ def _baked(size: tuple[int, int], origin: F64, right: F64, up: F64, discs: F64) 
     normal = np.cross(right, up)
     points = _plane(h, w, origin, right, up).reshape(-1, 3)
     values = bake.light(points, normal / np.linalg.norm(normal), discs).reshape(h, w)
-    return cv2.resize(values.astype(np.float32), (size[1], size[0]), interpolation=cv2.INTER_CUBIC)
+    smooth = cv2.resize(values.astype(np.float32), (size[1], size[0]), interpolation=cv2.INTER_CUBIC)
+    return np.asarray(smooth, np.float32)
 
 
 def _v(x: float, y: float, z: float) -> F64:

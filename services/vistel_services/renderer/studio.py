@@ -90,7 +90,13 @@ class Studio:
             self.closed_by_user = True
         return out
 
+    @property
+    def complete(self) -> bool:
+        """Everybody met so far has their own figure (or will never have), and the picture its final filters."""
+        return self._smoothing.done() and not any(cast.coming for cast in self._cast.values())
+
     def close(self) -> None:
+        """Give everything back."""
         self._loader.shutdown(wait=False, cancel_futures=True)
         self._surface.close()
 
@@ -126,7 +132,8 @@ class Studio:
                 shape = shapes[p.about.name]
                 bodies[p.about.name] = pose_body(shape.body, pose_joints(shape.skeleton, p.posture))
         ghosts = self._ghosts.of(instant, shapes, bodies)
-        return {name: self._pose_one(name, p.posture, ghosts.get(name, ())) for p in instant.people if (name := p.about.name)}
+        names = [(p.about.name, p.posture) for p in instant.people]
+        return {name: self._pose_one(name, posture, ghosts.get(name, ())) for name, posture in names}
 
     def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
         cast = self._cast[name]

@@ -12,6 +12,7 @@ from pathlib import Path
 import av
 import cv2
 import numpy as np
+from av.error import FFmpegError
 from av.video.reformatter import ColorRange, Colorspace
 from numpy.typing import NDArray
 
@@ -78,17 +79,17 @@ class VideoWriter:
                 continue
             try:
                 self._encode(*item)
-            except (av.FFmpegError, OSError) as e:
+            except (FFmpegError, OSError) as e:
                 self._failed = True
                 log.error("event=video_failed path=%s reason=%r written=%d", self.path, str(e), self.written)
-        with contextlib.suppress(av.FFmpegError, OSError):
+        with contextlib.suppress(FFmpegError, OSError):
             if not self._failed:
                 self._container.mux(self._stream.encode(None))
             self._container.close()
 
     def _encode(self, t_ns: int, rgba: U8) -> None:
         upright = cv2.flip(rgba, 0)[: self._height, : self._width]
-        i420 = cv2.cvtColor(np.ascontiguousarray(upright), cv2.COLOR_RGBA2YUV_I420)
+        i420 = np.asarray(cv2.cvtColor(np.ascontiguousarray(upright), cv2.COLOR_RGBA2YUV_I420), np.uint8)
         frame = av.VideoFrame.from_ndarray(i420, format="yuv420p")
         if self._start_ns is None:
             self._start_ns = t_ns

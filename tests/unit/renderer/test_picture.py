@@ -12,7 +12,7 @@ from vistel.figure.posture import SHOULDER, Posture, Stance
 from vistel.space.room import meeting_room, seat_pose
 from vistel.space.things import Primitive
 from vistel_services.renderer.camera import Camera, look_at, overview
-from vistel_services.renderer.draw import Frame, LabelView, Painter, ThingView
+from vistel_services.renderer.draw import Frame, LabelView, Painter, ThingView, in_sight
 from vistel_services.renderer.figures import Shape, StandIn
 from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
 from vistel_services.renderer.labels import Label
@@ -140,6 +140,18 @@ def test_a_thing_throws_its_shadow_on_the_table(painter: Painter) -> None:
     on_table = ball - key * (ball[1] - 0.72) / key[1]
     x, y, _ = above.project(on_table[None], WIDTH, HEIGHT)[0]
     assert change[int(y), int(x)] < -40
+
+
+@pytest.mark.parametrize(
+    ("place", "seen"),
+    [((0, 1, 0), True), ((0, 1, 5), False), ((30, 1, 0), False), ((0, -20, 0), False), ((2.2, 1, 0), True)],
+)
+def test_who_is_out_of_sight_is_not_drawn_and_who_may_be_in_it_is(
+    place: tuple[float, float, float], seen: bool
+) -> None:
+    clip = AHEAD.projection(WIDTH / HEIGHT) @ AHEAD.view()
+    limbs = np.array([[*place, 0.1, *place, 0.1]], np.float32)
+    assert in_sight(clip, limbs) == seen
 
 
 def test_a_label_is_drawn_over_its_place_and_only_there(painter: Painter) -> None:
