@@ -32,7 +32,7 @@ from vistel.implicit.layout import (
     SUM,
     VALUE,
 )
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.pointers import ROW, at, copy_row, keep, pointer
 from vistel.implicit.rows import (
     F32,
     FAST,
@@ -40,6 +40,8 @@ from vistel.implicit.rows import (
     ONE,
     ZERO,
     accumulate_quartic,
+    accumulate_sphere,
+    accumulate_sphere_rows,
     add,
     add_positive,
     add_product,
@@ -51,8 +53,10 @@ from vistel.implicit.rows import (
     row,
 )
 
-CELL = 8
-"""Lattices are cut into blocks of CELL^3 points, and these gathered by 4 along each axis for the hierarchy."""
+DI, DJ, DK = 8, 4, ROW
+"""Lattices are cut into blocks of so many points, a cache line (ROW) along the last axis."""
+BIG = 32
+"""Blocks are gathered into cubes of so many points, for which the hierarchy is asked."""
 
 dispatch = dispatcher()
 
@@ -150,12 +154,19 @@ def _rotate(p, x, y, z, lx, ly, lz, n):
 
 
 @row
-def _add_leaf(table, scale, attribute, params, x, y, z, w, acc, channels, n, slope):
+def _add_leaf(table, scale, attribute, params, x, y, z, w, acc, channels, n, slope, rowed):
     """Add one leaf to a register. w: spare rows."""
     u, gx, gy, gz = w, at(w, LANES), at(w, 2 * LANES), at(w, 3 * LANES)
     value, rate, spare = at(w, 4 * LANES), at(w, 5 * LANES), at(w, 6 * LANES)
     weight, family, f = scale[0], table[FAMILY], table[FRAME]
     p = at(params, table[START])
+    if table[KIND] == 0 and channels == 1 and family == 2 and f < 0 and scale[1] == ONE:
+        # The commonest leaf, in one pass.
+        if rowed:
+            accumulate_sphere_rows(acc, x, y, z, p[0], p[1], p[2], p[3], weight, n)
+        else:
+            accumulate_sphere(acc, x, y, z, p[0], p[1], p[2], p[3], weight, n)
+        return
     if f >= 0:
         frame = at(params, f)
         lx, ly, lz = at(w, 7 * LANES), at(w, 8 * LANES), at(w, 9 * LANES)
@@ -191,8 +202,12 @@ def _add_leaf(table, scale, attribute, params, x, y, z, w, acc, channels, n, slo
 
 @row
 def block(leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
-          leaves, count, x, y, z, w, regs, live, channels, n, slope):  # fmt: skip
-    """Evaluate n points (a multiple of 16) against `count` rising leaves; whether the root is more than far value."""
+          leaves, count, x, y, z, w, regs, live, channels, n, slope, leaf_box, layers, layer):  # fmt: skip
+    """Evaluate n points (a multiple of 16) against `count` rising leaves; whether the root is more than far value.
+
+    Where the points come in `layers` of `layer` points with one x each, and these in rows of ROW points with one y
+    each, a leaf is only evaluated in the layers that its box reaches; layers = 0 says they do not.
+    """
     done = 0
     first = 4 if slope else 1
     wide = channels - first
@@ -221,8 +236,15 @@ def block(leaf, scale, attribute, params, node_table, nodes, number, child, chil
             fill(acc, n, start)
         while done < count and leaves[done] < end:
             i = leaves[done]
-            _add_leaf(at(leaf, LEAF_WORDS * i), at(scale, 2 * i), at(attribute, wide * i), params,
-                      x, y, z, w, acc, channels, n, slope)  # fmt: skip
+            a0, a1 = 0, n
+            if layers > 0:
+                low, high = leaf_box[6 * i], leaf_box[6 * i + 3]
+                while a0 < n and x[a0] < low:
+                    a0 += layer
+                while a1 > a0 and x[a1 - layer] > high:
+                    a1 -= layer
+            _add_leaf(at(leaf, LEAF_WORDS * i), at(scale, 2 * i), at(attribute, wide * i), params, at(x, a0), at(y, a0),
+                      at(z, a0), w, at(acc, a0), channels, a1 - a0, slope, layers > 0)  # fmt: skip
             done += 1
         for k in range(a, b):
             if live[child[k]] != 0:
@@ -308,7 +330,7 @@ def evaluate_points(stamp, P, origin, points, out, slope):
             # Lanes past n hold the next cells' points: computed and dropped.
             if count > 0 and block(
                 leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
-                found, count, x, y, z, w, regs, live, channels, (n + 15) & ~15, slope,
+                found, count, x, y, z, w, regs, live, channels, (n + 15) & ~15, slope, leaf_box, 0, 0,
             ):  # fmt: skip
                 for c in range(channels):
                     r = at(root, c * LANES)
@@ -325,27 +347,44 @@ def evaluate_points(stamp, P, origin, points, out, slope):
 
 
 @row
-def _coordinates(x, y, z, xs, ys, zs, di, dj, dk):
-    """The points of a block of the lattice as rows, the last axis fastest; padded to a multiple of 16."""
-    i_ = 0
+def _across(x, y, xs, ys, di, dj, dk):
+    """First two coordinates of a block of di x dj x dk lattice points, the last axis fastest; the padded count."""
+    plane = dj * dk
     for i in range(di):
-        fill(at(x, i_), dj * dk, xs[i])
-        i_ += dj * dk
+        fill(at(x, i * plane), plane, xs[i])
     for j in range(dj):
         fill(at(y, j * dk), dk, ys[j])
-        for k in range(dk):
-            z[j * dk + k] = zs[k]
-    plane = dj * dk
     for i in range(1, di):
         for k in range(plane):
             y[i * plane + k] = y[k]
-        for k in range(plane):
-            z[i * plane + k] = z[k]
     n = di * plane
     padded = (n + 15) & ~15
-    for i in range(n, padded):
-        x[i], y[i], z[i] = x[n - 1], y[n - 1], z[n - 1]
+    fill(at(x, n), padded - n, xs[di - 1])
+    fill(at(y, n), padded - n, ys[dj - 1])
     return padded
+
+
+@row
+def _along(z, zs, nz):
+    """Last coordinates of the blocks along the last axis, LANES for each: rows of DK, or of what is left at the end."""
+    for first in range(0, nz, DK):
+        dk = min(DK, nz - first)
+        for n in range(LANES):
+            z[n] = zs[first + n % dk]
+        z = at(z, LANES)
+
+
+@row
+def _in_slab(leaf_box, axis, box, found, count, kept):
+    """Of the first `count` leaves of `found` those whose boxes meet `box` along one axis."""
+    low, high = box[axis], box[axis + 3]
+    m = 0
+    for k in range(count):
+        leaf = found[k]
+        if leaf_box[6 * leaf + axis] <= high and leaf_box[6 * leaf + axis + 3] >= low:
+            kept[m] = leaf
+            m += 1
+    return m
 
 
 @row
@@ -353,8 +392,11 @@ def _store(out, r, di, dj, dk, stride_i, stride_j):
     for i in range(di):
         for j in range(dj):
             target, source = at(out, i * stride_i + j * stride_j), at(r, (i * dj + j) * dk)
-            for k in range(dk):
-                target[k] = source[k]
+            if dk == DK:
+                copy_row(target, source)
+            else:
+                for k in range(dk):
+                    target[k] = source[k]
 
 
 @nb.njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
@@ -367,23 +409,23 @@ def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
     attribute, params, node_table, number = pointer(P.attribute), pointer(P.params), pointer(P.node), pointer(P.number)
     child, child_weight, nodes = pointer(P.child), pointer(P.child_weight), P.node.shape[0]
     tree_box, tree_link, tree_order = pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order)
-    channels = out_.shape[0]
-    regs_, rows_ = np.empty(P.registers * channels * LANES, np.float32), np.empty(13 * LANES, np.float32)
+    channels, ny, nz = out_.shape[0], ys_.shape[0], zs_.shape[0]
+    regs_, rows_ = np.empty(P.registers * channels * LANES, np.float32), np.empty((12 + (nz + DK - 1) // DK) * LANES, np.float32)
     live_, box_ = np.zeros(nodes, np.uint8), np.empty(6, np.float32)
-    found_ = np.empty(3 * P.leaf.shape[0] + 3, np.int32)
+    room = P.leaf.shape[0] + 1
+    found_ = np.empty(5 * room, np.int32)
     regs, live, box = pointer(regs_), pointer(live_), pointer(box_)
     found = pointer(found_)
-    near, kept = at(found, P.leaf.shape[0] + 1), at(found, 2 * P.leaf.shape[0] + 2)
+    near, near_i, near_j, kept = at(found, room), at(found, 2 * room), at(found, 3 * room), at(found, 4 * room)
     x = pointer(rows_)
-    y, z, w = at(x, LANES), at(x, 2 * LANES), at(x, 3 * LANES)
+    y, w, z = at(x, LANES), at(x, 2 * LANES), at(x, 12 * LANES)
     xs, ys, zs, out = pointer(xs_), pointer(ys_), pointer(zs_), pointer(out_)
     root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * channels * LANES)
-    ny, nz = ys_.shape[0], zs_.shape[0]
-    big = 4 * CELL
-    for bi in range(begin, end, big):
-        for bj in range(0, ny, big):
-            for bk in range(0, nz, big):
-                ei, ej, ek = min(bi + big, end), min(bj + big, ny), min(bk + big, nz)
+    _along(z, zs, nz)
+    for bi in range(begin, end, BIG):
+        for bj in range(0, ny, BIG):
+            for bk in range(0, nz, BIG):
+                ei, ej, ek = min(bi + BIG, end), min(bj + BIG, ny), min(bk + BIG, nz)
                 box[0], box[3] = xs[bi], xs[ei - 1]
                 box[1], box[4] = ys[bj], ys[ej - 1]
                 box[2], box[5] = zs[bk], zs[ek - 1]
@@ -391,22 +433,31 @@ def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
                 many = narrow(leaf_box, capsule, box, found, many, near)
                 if many == 0:
                     continue
-                for i in range(bi, ei, CELL):
-                    di = min(CELL, ei - i)
+                for i in range(bi, ei, DI):
+                    di = min(DI, ei - i)
                     box[0], box[3] = xs[i], xs[i + di - 1]
-                    for j in range(bj, ej, CELL):
-                        dj = min(CELL, ej - j)
+                    many_i = _in_slab(leaf_box, 0, box, near, many, near_i)
+                    if many_i == 0:
+                        continue
+                    for j in range(bj, ej, DJ):
+                        dj = min(DJ, ej - j)
                         box[1], box[4] = ys[j], ys[j + dj - 1]
-                        for k in range(bk, ek, CELL):
-                            dk = min(CELL, ek - k)
+                        many_j = _in_slab(leaf_box, 1, box, near_i, many_i, near_j)
+                        width = 0
+                        for k in range(bk, ek, DK):
+                            dk = min(DK, ek - k)
                             box[2], box[5] = zs[k], zs[k + dk - 1]
-                            count = narrow(leaf_box, capsule, box, near, many, kept)
+                            count = narrow(leaf_box, capsule, box, near_j, many_j, kept)
                             if count == 0:
                                 continue
-                            n = _coordinates(x, y, z, at(xs, i), at(ys, j), at(zs, k), di, dj, dk)
+                            if width != dk:
+                                width = dk
+                                n = _across(x, y, at(xs, i), at(ys, j), di, dj, dk)
+                            layer = dj * dk
                             if block(
                                 leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
-                                kept, count, x, y, z, w, regs, live, channels, n, slope,
+                                kept, count, x, y, at(z, k // DK * LANES), w, regs, live, channels, n, slope,
+                                leaf_box, di if dk == DK else 0, layer,
                             ):  # fmt: skip
                                 for c in range(channels):
                                     corner = at(out, ((c * xs_.shape[0] + i) * ny + j) * nz + k)

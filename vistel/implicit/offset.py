@@ -64,6 +64,10 @@ class Sphere(Primitive):
     def parameters(self) -> F64:
         return np.array([*self.centre, 1 / self.radius**2])
 
+    @property
+    def bounding_capsule(self) -> F64:
+        return np.array([*self.centre, *self.centre, self.radius])
+
     def placed(self, matrix: F64, scale: float) -> Sphere:
         return replace(self, centre=mapped(matrix, self.centre), radius=self.radius * scale)
 

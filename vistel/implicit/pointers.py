@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numba as nb
+from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
@@ -34,6 +35,55 @@ def at(_context: Any, base: Any, offset: Any) -> Any:
         return cgutils.gep_inbounds(builder, args[0], step)
 
     return base(base, types.intp), codegen
+
+
+ROW = 16
+"""Floats in a cache line. LLVM does not vectorise loops as short as this by itself."""
+
+_LINE = ir.VectorType(ir.FloatType(), ROW)
+
+
+def _load(builder: Any, pointer_: Any) -> Any:
+    return builder.load(builder.bitcast(pointer_, _LINE.as_pointer()), align=4)
+
+
+def _store(builder: Any, value: Any, pointer_: Any) -> None:
+    builder.store(value, builder.bitcast(pointer_, _LINE.as_pointer()), align=4)
+
+
+def _spread(builder: Any, number: Any) -> Any:
+    first = builder.insert_element(ir.Constant(_LINE, ir.Undefined), number, ir.Constant(ir.IntType(32), 0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), ROW), [0] * ROW)
+    return builder.shuffle_vector(first, ir.Constant(_LINE, ir.Undefined), zeros)
+
+
+@intrinsic
+def copy_row(_context: Any, target: Any, source: Any) -> Any:
+    """ROW floats from `source` to `target`."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        _store(builder, _load(builder, args[1]), args[0])
+        return context.get_dummy_value()
+
+    return types.void(target, source), codegen
+
+
+@intrinsic
+def sphere_row(_context: Any, acc: Any, z: Any, base: Any, c: Any, k: Any, w: Any) -> Any:
+    """acc += w max(base - k (z - c)^2, 0)^2 for ROW floats; base, c, k, w are float32."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        flags = ("contract",)
+        base_, c_, k_, w_ = (_spread(builder, number) for number in args[2:])
+        dz = builder.fsub(_load(builder, args[1]), c_)
+        q = builder.fsub(base_, builder.fmul(k_, builder.fmul(dz, dz, flags=flags), flags=flags), flags=flags)
+        zero = ir.Constant(_LINE, [0.0] * ROW)
+        q = builder.select(builder.fcmp_ordered(">", q, zero), q, zero)
+        add = builder.fmul(w_, builder.fmul(q, q, flags=flags), flags=flags)
+        _store(builder, builder.fadd(_load(builder, args[0]), add, flags=flags), args[0])
+        return context.get_dummy_value()
+
+    return types.void(acc, z, base, c, k, w), codegen
 
 
 @nb.njit

@@ -12,6 +12,8 @@ import math
 import numba as nb
 import numpy as np
 
+from vistel.implicit.pointers import ROW, at, sphere_row
+
 F32 = np.float32
 ZERO, ONE, TWO, THREE, HALF = F32(0.0), F32(1.0), F32(2.0), F32(3.0), F32(0.5)
 C4_9, C11, C6, C22 = F32(4 / 9), F32(11.0), F32(6.0), F32(2 / 9)
@@ -92,6 +94,29 @@ def accumulate_quartic(acc, u, w, n):
         q = ONE - u[i]
         q = q if q > ZERO else ZERO
         acc[i] += w * (q * q)
+
+
+@row
+def accumulate_sphere(acc, x, y, z, a, b, c, k, w, n):
+    """acc += w (1 - k |P - C|^2)^2 inside the sphere."""
+    for i in range(n):
+        dx = x[i] - a
+        dy = y[i] - b
+        dz = z[i] - c
+        q = ONE - (dx * dx + dy * dy + dz * dz) * k
+        q = q if q > ZERO else ZERO
+        acc[i] += w * (q * q)
+
+
+@row
+def accumulate_sphere_rows(acc, x, y, z, a, b, c, k, w, n):
+    """The same for points in rows of ROW with one x and y each: rows out of reach are left out."""
+    for first in range(0, n, ROW):
+        dx = x[first] - a
+        dy = y[first] - b
+        base = ONE - (dx * dx + dy * dy) * k
+        if base > ZERO:
+            sphere_row(at(acc, first), at(z, first), base, c, k, w)
 
 
 @row
