@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import standard_body
-from vistel.figure.hands import FLAT, OPEN, RELAXED, closed_round, hand_rotation
+from vistel.figure.hands import FLAT, OPEN, PRESSED, RELAXED, closed_round, hand_rotation
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.sensors import Placement
 from vistel.figure.skeleton import REFERENCE_HEIGHT
@@ -222,9 +222,10 @@ def _hand_on_hand(desk: dict[tuple[str, str], _Hand], a: Sitter, c: Sitter) -> F
     under, over = desk[a.place.name, "left"], desk[c.place.name, "right"]
     spot = _between(a, c, 0.05) + np.array([0.0, TABLE_HEIGHT, 0.0])
     fa, fc = _level(spot - under.shoulder()), _level(spot - over.shoulder())
-    flat, laid = hand_rotation(1.0, fa, -UP), hand_rotation(-1.0, fc, -UP - 0.12 * fc)
+    flat, laid = hand_rotation(1.0, fa, -UP), hand_rotation(-1.0, fc, -UP)
     low = spot - 0.06 * under.scale * fa + 0.027 * UP
-    high = spot - 0.062 * over.scale * fc + (0.027 + 0.043) * UP
+    # Over the knuckles, clear of the wrist.
+    high = spot + 0.03 * fa - 0.062 * over.scale * fc + (0.027 + 0.035) * UP
     under.leave(6.8)
     under.hold(8.0, low, flat, FLAT, 0.03)
     under.hold(12.4, low, flat, FLAT)
@@ -233,8 +234,8 @@ def _hand_on_hand(desk: dict[tuple[str, str], _Hand], a: Sitter, c: Sitter) -> F
     over.hold(8.9, high + 0.09 * UP, laid, OPEN, 0.03)
     over.hold(9.5, high, laid, FLAT)
     over.hold(10.1, high + 0.004 * UP, laid, FLAT)
-    over.hold(10.6, high - 0.002 * UP, laid, RELAXED)
-    over.hold(11.5, high, laid, RELAXED)
+    over.hold(10.6, high - 0.002 * UP, laid, FLAT)
+    over.hold(11.5, high, laid, FLAT)
     over.hold(12.0, high + 0.08 * UP, laid, OPEN)
     over.rest(13.1)
     return spot
@@ -246,14 +247,15 @@ def _palm_to_palm(desk: dict[tuple[str, str], _Hand], b: Sitter, c: Sitter) -> F
     spot = _between(b, c, 0.0) + np.array([0.0, TABLE_HEIGHT + 0.30, 0.0])
     across = _level(c.place.seat_position - b.place.seat_position)
     for hand, palm in ((one, across), (two, -across)):
-        fingers = 0.8 * UP - 0.6 * _level(spot)
+        # The fingers lean towards each other, so that the wrists stay apart.
+        fingers = 0.8 * UP - 0.6 * _level(spot) + 0.17 * palm
         rotation = hand_rotation(hand.sign, fingers, palm)
         centre = rotation @ (np.array([hand.sign * 0.062, 0.0, 0.0]) * hand.scale)
-        wrist = spot - centre - 0.0215 * palm
+        wrist = spot - centre - 0.025 * palm
         hand.leave(13.6)
-        hand.hold(14.9, wrist - 0.09 * palm, rotation, FLAT, 0.02)
-        hand.hold(15.3, wrist, rotation, FLAT)
-        hand.hold(16.1, wrist + 0.002 * palm, rotation, FLAT)
+        hand.hold(14.9, wrist - 0.09 * palm, rotation, PRESSED, 0.02)
+        hand.hold(15.3, wrist, rotation, PRESSED)
+        hand.hold(16.1, wrist + 0.002 * palm, rotation, PRESSED)
         hand.hold(16.6, wrist - 0.10 * palm, rotation, OPEN)
         hand.rest(17.8)
     return spot
