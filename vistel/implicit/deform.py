@@ -92,6 +92,8 @@ class Deformer:
         self._corners = np.zeros((max(1, corners), 2), np.float32)
         self._quotient, self._zones = np.ones(groups, np.float32), np.zeros(groups, np.float32)
         self._delta, self._depth = np.zeros(groups, np.float32), np.full(groups, -1.0, np.float32)
+        own = self.embedding.limbs.groups
+        self._candidates, self._candidate_count = np.zeros((own, groups), np.int32), np.zeros(own, np.int32)
         self._allowed = np.ones((groups, self.embedding.limbs.groups), np.uint8)
         self._rays = np.zeros((3 * primitives + 8, 6, LANES), np.float32)
         self._pairs, self._height = np.zeros((pairs, 5), np.int64), np.zeros(pairs, np.float32)
@@ -110,7 +112,7 @@ class Deformer:
         prepare(
             a, b, radius_a, radius_b, reach, weight, self._rows, self._box, self._group_start, group_box,
             self._hinge, self._rest_bend, self._sphere, self._bent, self._heads, self._rest_shape, blocks.self_rule,
-            blocks.hinge_groups, self._group_active,
+            self._allowed, blocks.hinge_groups, self._candidates, self._candidate_count, self._group_active,
         )  # fmt: skip
         self._moved[self._moved_list[: self._moved_count]] = 0
         self._moved_count = 0
@@ -120,10 +122,11 @@ class Deformer:
         self._delta[:groups] = 0.0
         while True:
             pairs = meet(
-                todo, blocks.index, blocks.centre, blocks.spread, vertices, normals, blocks.group, blocks.hinge, blocks.other, self._bent, blocks.calibration, own,
+                todo, blocks.index, blocks.centre, blocks.spread, vertices, normals, blocks.group,
+                blocks.hinge, blocks.other, self._bent, blocks.calibration, own,
                 blocks.self_rule, blocks.overlap_row, self._group_start[: groups + 1], self._group_box, self._kind,
-                self._rows, self._corners, self._box, self._allowed, self._lanes, self._rays, self._work[0],
-                self._work[1], self._work[2], self._zero, self._pairs, self._height, self._delta, self._block_box,
+                self._rows, self._corners, self._box, self._candidates, self._candidate_count, self._lanes, self._rays,
+                self._work[0], self._work[1], self._work[2], self._zero, self._pairs, self._height, self._delta, self._block_box,
             )  # fmt: skip
             if pairs <= len(self._pairs):
                 break

@@ -85,7 +85,8 @@ class Blocks:
                     overlap_row[b, k] = NO_OVERLAP
         centre, spread = _middles(embedding.vertices, index)
         return Blocks(
-            index, centre, spread, np.array([len(p) for p in pieces], np.int32), embedding.group[first].astype(np.int32),
+            index, centre, spread, np.array([len(p) for p in pieces], np.int32),
+            embedding.group[first].astype(np.int32),
             embedding.hinge[first].astype(np.int32), embedding.other[first].astype(np.int32),
             _own_masks(embedding, index), np.ascontiguousarray(calibration, np.float32), self_rule,
             np.ascontiguousarray(np.array(overlap), np.float32), overlap_row,

@@ -163,9 +163,11 @@ def group_field(first, last, mask, kind, rows, corners, s, rays, used, value, to
 
 @_fast
 def largest(field, contact):
-    high = -HUGE
+    """Largest field over the lanes (fields are never negative)."""
+    high = ZERO
     for i in range(LANES):
-        high = max(high, contact[i] * field[0, i])
+        f = contact[i] * field[0, i]
+        high = f if f > high else high
     return high
 
 
@@ -176,15 +178,18 @@ def add_soft(field, contact, q, ye, acc):
     for i in range(LANES):
         y = T - contact[i] * field[0, i]
         dy = -contact[i] * field[1, i]
-        out = max(y, ZERO)
-        u = min(out * inverse, ONE)
+        beyond = ONE if y > ZERO else ZERO
+        out = beyond * y
+        u = out * inverse
+        u = u if u < ONE else ONE
         p = ONE - u
         acc[0, i] += q * out * p * p
-        acc[1, i] += (q * dy * p * (ONE - THREE * u)) if y > ZERO else ZERO
+        acc[1, i] += beyond * q * dy * p * (ONE - THREE * u)
         e, de = q * y, q * dy
         low, dlow = acc[2, i], acc[3, i]
-        acc[2, i] = min(e, low)
-        acc[3, i] = de if e < low else dlow
+        closer = e < low
+        acc[2, i] = e if closer else low
+        acc[3, i] = de if closer else dlow
 
 
 @_fast
@@ -206,13 +211,17 @@ def add_rigid(field, ye, acc):
     inverse = ONE / max(ye, TINY)
     for i in range(LANES):
         y, dy = T - field[0, i], -field[1, i]
-        u = min(max(y, ZERO) * inverse, ONE)
+        beyond = ONE if y > ZERO else ZERO
+        out = beyond * y
+        u = out * inverse
+        u = u if u < ONE else ONE
         p = ONE - u
-        acc[0, i] += max(y, ZERO) * p * p
-        acc[1, i] += (dy * p * (ONE - THREE * u)) if y > ZERO else ZERO
-        closer = y < acc[4, i]
-        acc[4, i] = y if closer else acc[4, i]
-        acc[5, i] = dy if closer else acc[5, i]
+        acc[0, i] += out * p * p
+        acc[1, i] += beyond * dy * p * (ONE - THREE * u)
+        low, dlow = acc[4, i], acc[5, i]
+        closer = y < low
+        acc[4, i] = y if closer else low
+        acc[5, i] = dy if closer else dlow
 
 
 @_fast
@@ -272,27 +281,37 @@ def advance(phi, state):
 
     A lane closes when it has converged or when it stands at the end of its room and the root lies beyond.
     """
-    worst = ZERO
     for i in range(LANES):
         f, g, s = phi[0, i], phi[1, i], state[0, i]
         low, high, limit = state[1, i], state[2, i], state[3, i]
-        outside = (f > ZERO and s >= high) or (f < ZERO and s <= low)
-        open_ = state[6, i] if (abs(f) > TOLERANCE and not outside) else ZERO
-        low = s if f > ZERO else low
-        high = s if f <= ZERO else high
-        step = -f / min(g, -SMALL) if g < ZERO else (limit if f > ZERO else -limit)
-        t = s + min(max(step, -limit), limit)
-        # An end of the room may be tried once (it is not yet known to be on the wrong side), then halve.
-        known = (t <= low and state[7, i] > ZERO) or (t >= high and state[8, i] > ZERO)
-        state[7, i] = ONE if f > ZERO else state[7, i]
-        state[8, i] = ONE if f <= ZERO else state[8, i]
-        known = known or (t <= low and f > ZERO) or (t >= high and f <= ZERO)
-        t = HALF * (low + high) if known else min(max(t, low), high)
+        up = ONE if f > ZERO else ZERO
+        at_high, at_low = ONE if s >= high else ZERO, ONE if s <= low else ZERO
+        outside = up * at_high + (ONE - up) * at_low
+        far = ONE if abs(f) > TOLERANCE else ZERO
+        open_ = state[6, i] * far * (ONE - outside)
+        low = s if up > ZERO else low
+        high = high if up > ZERO else s
+        fall = g if g < -SMALL else -SMALL
+        flat = limit if up > ZERO else -limit
+        step = -f / fall if g < ZERO else flat
+        step = step if step < limit else limit
+        step = step if step > -limit else -limit
+        t = s + step
+        # An end of the room may be tried once, while its sign is not known; after that, halve.
+        low_known = up if up > state[7, i] else state[7, i]
+        high_known = ONE - up if ONE - up > state[8, i] else state[8, i]
+        below, above = ONE if t <= low else ZERO, ONE if t >= high else ZERO
+        halve = below * low_known + above * high_known
+        inside = t if t > low else low
+        inside = inside if inside < high else high
+        t = HALF * (low + high) if halve > ZERO else inside
         state[0, i] = t if open_ > ZERO else s
         state[1, i], state[2, i] = low, high
-        state[6, i] = open_
-        worst = max(worst, open_)
-    return worst > ZERO
+        state[6, i], state[7, i], state[8, i] = open_, low_known, high_known
+    left = ZERO
+    for i in range(LANES):
+        left += state[6, i]
+    return left > ZERO
 
 
 @_fast
@@ -351,8 +370,9 @@ def group_boxes(start, box, out):
 
 @_fast
 def meet(
-    blocks, index, centre, spread, vertices, normals, block_group, block_hinge, block_other, bent, cal, n_self, self_rule, overlap_row,
-    group_start, group_box, kind, rows, corners, box, allowed,
+    blocks, index, centre, spread, vertices, normals, block_group, block_hinge, block_other, bent, cal, n_self,
+    self_rule, overlap_row,
+    group_start, group_box, kind, rows, corners, box, candidates, n_candidates,
     lanes, rays, value, total, field, zero, pairs, height, delta, block_box,
 ):  # fmt: skip
     """First pass. Fills lanes (NB, 6, 64) of the blocks in `blocks` and `pairs` (N, 4: block, ghost group,
@@ -371,20 +391,21 @@ def meet(
                 block_box[b, axis] = vertices[v, axis] - reach
                 block_box[b, 3 + axis] = vertices[v, axis] + reach
             alone = True
-            for k in range(len(group_start) - 1):
-                rule = self_rule[g, k] if k < n_self else 2
-                if alone and rule > 0 and allowed[k, g] and not _apart(block_box[b], group_box[k]):
-                    if k < n_self and overlap_row[b, k] == NO_OVERLAP:
-                        continue
+            for c in range(n_candidates[g]):
+                k = candidates[g, c]
+                if k < n_self and overlap_row[b, k] == NO_OVERLAP:
+                    continue
+                if alone and not _apart(block_box[b], group_box[k]):
                     for j in range(group_start[k], group_start[k + 1]):
                         alone = alone and _apart(block_box[b], box[j])
             if alone:
                 continue
         gather(index[b], vertices, normals, lanes[b], block_box[b])
-        for k in range(len(group_start) - 1):
-            rule = self_rule[g, k] if k < n_self else 2
-            if rule == 0 or k == block_other[b] or not allowed[k, g] or _apart(block_box[b], group_box[k]):
+        for c in range(n_candidates[g]):
+            k = candidates[g, c]
+            if k == block_other[b] or _apart(block_box[b], group_box[k]):
                 continue
+            rule = self_rule[g, k] if k < n_self else 2
             row = overlap_row[b, k] if k < n_self else -1
             if row == NO_OVERLAP:
                 continue
@@ -540,22 +561,21 @@ def bent_hinges(a, b, hinge, rest, sphere, bent):
 
 
 @_fast
-def active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, bent, active):
-    """Groups that something may touch: another body's realm, a limb elsewhere, a neighbour that turned, a
-    bent joint."""
-    own = len(active)
-    active[:] = 0
+def find_candidates(
+    a, b, heads, rest_shape, self_rule, allowed, group_box, hinge_groups, bent, candidates, count, active
+):  # fmt: skip
+    """Ghost groups that may touch each own group: candidates (G, NG), count (G,): bodies whose realms meet
+    its own, limbs elsewhere, neighbours that turned. active (G,): groups with any, or with a bent joint."""
+    own = len(count)
     for g in range(own):
+        n = 0
         for k in range(len(group_box)):
-            if active[g]:
-                break
-            if k < own and self_rule[g, k] == 0:
-                continue
-            if _apart(group_box[g], group_box[k]):
+            if not allowed[k, g] or _apart(group_box[g], group_box[k]):
                 continue
             if k < own:
+                if self_rule[g, k] == 0:
+                    continue
                 i, j = heads[g], heads[k]
-                change = 0.0
                 aa = ab = ba = bb = 0.0
                 for axis in range(3):
                     aa += (a[i, axis] - a[j, axis]) ** 2
@@ -563,10 +583,13 @@ def active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, b
                     ba += (b[i, axis] - a[j, axis]) ** 2
                     bb += (b[i, axis] - b[j, axis]) ** 2
                 rest = rest_shape[g, k]
-                change = max(max(abs(aa - rest[0]), abs(ab - rest[1])), max(abs(ba - rest[2]), abs(bb - rest[3])))
+                change = max(abs(aa - rest[0]), abs(ab - rest[1]), abs(ba - rest[2]), abs(bb - rest[3]))
                 if change < 1e-6:
                     continue
-            active[g] = 1
+            candidates[g, n] = k
+            n += 1
+        count[g] = n
+        active[g] = 1 if n > 0 else 0
     for h in range(len(bent)):
         if bent[h]:
             active[hinge_groups[h, 0]] = 1
@@ -576,10 +599,12 @@ def active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, b
 @_fast
 def prepare(
     a, b, radius_a, radius_b, reach, weight, rows, box, group_start, group_box, hinge, rest_bend, sphere, bent,
-    heads, rest_shape, self_rule, hinge_groups, active,
+    heads, rest_shape, self_rule, allowed, hinge_groups, candidates, count, active,
 ):  # fmt: skip
     """Everything a frame needs before it looks at vertices."""
     pose_rows(a, b, radius_a, radius_b, reach, weight, rows, box)
     group_boxes(group_start, box, group_box)
     bent_hinges(a, b, hinge, rest_bend, sphere, bent)
-    active_groups(a, b, heads, rest_shape, self_rule, group_box, hinge_groups, bent, active)
+    find_candidates(
+        a, b, heads, rest_shape, self_rule, allowed, group_box, hinge_groups, bent, candidates, count, active
+    )  # fmt: skip
