@@ -26,7 +26,7 @@ from vistel.implicit.combine import (
     total,
     union,
 )
-from vistel.implicit.kinds import KINDS, primitive
+from vistel.implicit.kinds import KINDS, primitive_of
 from vistel.implicit.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
 from vistel.implicit.pointblob import Pointblob, PointSetblob
 from vistel.implicit.polyblob import Polyblob
@@ -70,7 +70,7 @@ __all__ = [
     "compile",
     "difference",
     "intersection",
-    "primitive",
+    "primitive_of",
     "prism",
     "selective",
     "sphere_mesh",

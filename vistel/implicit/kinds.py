@@ -84,7 +84,7 @@ KINDS: tuple[Kind, ...] = (
 KIND_INDEX = {kind.name: i for i, kind in enumerate(KINDS)}
 
 
-def primitive(kind: str, params: Sequence[float]) -> Primitive:
+def primitive_of(kind: str, params: Sequence[float]) -> Primitive:
     """The primitive of `kind` with the flat `params` of a message, all surface sizes at T = 1/2 [m].
 
     Raises ShapeError where the kind is unknown or its numbers do not fit.
@@ -93,14 +93,14 @@ def primitive(kind: str, params: Sequence[float]) -> Primitive:
 
     makers = {k.name: k.make for k in KINDS if k.make is not None}
     if kind not in makers:
-        raise ShapeError(f"primitive: kind is {kind!r}, expected one of {', '.join(makers)}")
+        raise ShapeError(f"primitive_of: kind is {kind!r}, expected one of {', '.join(makers)}")
     numbers = [float(v) for v in params]
     try:
         return makers[kind](numbers)
     except ShapeError:
         raise
     except ValueError:
-        raise ShapeError(f"primitive: params has {len(numbers)} numbers, which do not make a {kind}") from None
+        raise ShapeError(f"primitive_of: params has {len(numbers)} numbers, which do not make a {kind}") from None
 
 
 def _dispatcher(kinds: Sequence[tuple[int, Kind]]) -> Any:
