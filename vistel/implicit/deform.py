@@ -126,7 +126,8 @@ class Deformer:
                 blocks.hinge, blocks.other, self._bent, blocks.calibration, own,
                 blocks.self_rule, blocks.overlap_row, self._group_start[: groups + 1], self._group_box, self._kind,
                 self._rows, self._corners, self._box, self._candidates, self._candidate_count, self._lanes, self._rays,
-                self._work[0], self._work[1], self._work[2], self._zero, self._pairs, self._height, self._delta, self._block_box,
+                self._work[0], self._work[1], self._work[2], self._zero, self._pairs, self._height,
+                self._delta, self._block_box,
             )  # fmt: skip
             if pairs <= len(self._pairs):
                 break
