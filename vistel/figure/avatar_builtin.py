@@ -37,7 +37,7 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
     path = folder / f"person-{key}.npz"
     try:
         return replace(load_avatar(path), name=name)
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         pass
     except (AvatarFileError, OSError) as fault:
         _log.warning("event=avatar_cache_unreadable path=%s reason=%s action=make_again", path, fault)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +64,8 @@ def load_avatar(path: Path) -> Avatar:
             return Avatar(
                 str(file["name"]), Skeleton(file["rest"], file["tip"]), body, meshes[0], tuple(meshes[1:]), file["albedo"]
             )
-    except (KeyError, ValueError, EOFError, zipfile.BadZipFile, zipfile.LargeZipFile) as fault:
+    except (KeyError, ValueError, TypeError, EOFError, NotImplementedError, RuntimeError, SyntaxError, UnicodeError, zlib.error,
+            zipfile.BadZipFile, zipfile.LargeZipFile) as fault:  # fmt: skip
         if isinstance(fault, AvatarFileError):
             raise
         raise AvatarFileError(f"{path}: not a whole avatar file ({fault})") from fault

@@ -12,10 +12,10 @@ from vistel.figure.skeleton import FINGERS, JOINT_INDEX, Skeleton, finger_joints
 # Radii at base, middle, end joint and tip.
 _RADII = {
     "thumb": (0.0135, 0.0112, 0.0106, 0.0090),
-    "index": (0.0096, 0.0087, 0.0077, 0.0066),
-    "middle": (0.0097, 0.0088, 0.0078, 0.0067),
-    "ring": (0.0093, 0.0084, 0.0074, 0.0063),
-    "little": (0.0084, 0.0073, 0.0065, 0.0056),
+    "index": (0.0092, 0.0082, 0.0075, 0.0065),
+    "middle": (0.0093, 0.0083, 0.0076, 0.0066),
+    "ring": (0.0090, 0.0080, 0.0072, 0.0062),
+    "little": (0.0082, 0.0071, 0.0064, 0.0056),
 }
 
 
@@ -35,6 +35,10 @@ def add_hand(s: Sculpture, r: Recipe, skeleton: Skeleton, side: str) -> None:
     s.ellipsoid(at(0.040, -0.011, 0.018), (0.034, 0.0135, 0.020), width=0.015, material=SKIN)
     s.ellipsoid(at(0.045, -0.010, -0.020), (0.038, 0.0125, 0.014), width=0.015, material=SKIN)
     s.cone(at(0.030, -0.008, 0.020), at(0.066, -0.009, 0.034), 0.0120, 0.0075, width=0.014, material=SKIN)
+    # Webs: the fingers part some way beyond the knuckles.
+    knuckles = [skeleton.rest[JOINT_INDEX[f"{side}_{finger}_proximal"]] for finger in FINGERS[1:]]
+    for one, two in zip(knuckles[:-1], knuckles[1:], strict=True):
+        s.ellipsoid(0.5 * (one + two) + (sign * 0.003, -0.001, 0.0), (0.0130, 0.0078, 0.0060), width=0.006, material=SKIN)
     first_group = 4 if side == "left" else 9
     for i, finger in enumerate(FINGERS):
         joints = finger_joints(side)[3 * i : 3 * i + 3]
@@ -55,8 +59,8 @@ def _finger(s: Sculpture, points: list[F64], radii: list[float], group: int, *, 
     across = np.cross(along, (0.0, 1.0, 0.0))
     up = np.cross(across, along)
     for k in (1, 2):  # the joints are a little thicker on top than the bones between them
-        s.ellipsoid(points[k] + 0.0012 * up, (radii[k] * 1.06,) * 3, width=0.006, material=SKIN, group=group, weight=0.7)
+        s.ellipsoid(points[k] + 0.0010 * up, (radii[k], radii[k], radii[k] * 0.86), width=0.006, material=SKIN, group=group, weight=0.5)
     mid = 0.5 * (points[0] + points[1]) if not thumb else 0.5 * (points[1] + points[2])
     k = 0 if not thumb else 1
-    s.ellipsoid(mid - 0.0022 * up, (0.5 * float(np.linalg.norm(points[k + 1] - points[k])), radii[k + 1] * 0.95, radii[k + 1] * 0.97),
-                width=0.006, material=SKIN, group=group, weight=0.7)  # fmt: skip
+    s.ellipsoid(mid - 0.0022 * up, (0.5 * float(np.linalg.norm(points[k + 1] - points[k])), radii[k + 1] * 0.95, radii[k + 1] * 0.85),
+                width=0.006, material=SKIN, group=group, weight=0.5)  # fmt: skip

@@ -56,6 +56,7 @@ def add_head(s: Sculpture, r: Recipe) -> None:
            (0.0085, 0.0066, 0.0074, 0.0084, 0.0090), width=0.014, material=SKIN)  # fmt: skip
     s.ellipsoid((0, 1.6045, 0.1165 + long), (0.0100 - 0.0008 * f, 0.0082, 0.0098), width=0.008, material=SKIN)
     s.limb([(0, 1.5970, 0.1115 + 0.5 * long), (0, 1.5930, 0.0985)], (0.0052, 0.0052), width=0.008, material=SKIN)
+    s.ellipsoid((0, 1.5980, 0.1030), (0.0045, 0.0080, 0.0120), width=0.008, material=SKIN)  # septum, so that nothing is pierced
     # Chin, hollow above it, and the furrow under the nose.
     s.ellipsoid((0, 1.5300 + chin, 0.0815 - 0.002 * f), (0.0190 - 0.003 * f, 0.0150, 0.0160), width=0.020, material=SKIN)
     _mouth(s, r)
@@ -73,9 +74,7 @@ def _eye(s: Sculpture, r: Recipe, side: float) -> None:
 
 
 def _nostril(s: Sculpture, r: Recipe, side: float) -> None:
-    s.ellipsoid((side * (0.0128 + 0.0010 * r.nose), 1.6010, 0.1040), (0.0072 - 0.0006 * r.female, 0.0072, 0.0100), width=0.006, material=SKIN)
-    s.ellipsoid((side * 0.0066, 1.5950, 0.1085), (0.0034, 0.0042, 0.0056), width=0.0025, material=SKIN, mode="cut",
-                turn=turn(y=-side * 0.35))  # fmt: skip
+    s.ellipsoid((side * (0.0126 + 0.0010 * r.nose), 1.6010, 0.1025), (0.0072 - 0.0006 * r.female, 0.0072, 0.0115), width=0.006, material=SKIN)
 
 
 def _mouth(s: Sculpture, r: Recipe) -> None:

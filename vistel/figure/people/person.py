@@ -26,7 +26,7 @@ from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-VERSION = 2
+VERSION = 3
 """Of what this package makes; a change of it makes cached people void."""
 VERTICES = 10_000
 TEXTURE_SIZE = 1536
@@ -48,29 +48,34 @@ def sculpt(recipe: Recipe) -> Solid:
     return s.solid()
 
 
-def make_person(recipe: Recipe, *, name: str, height: float) -> Avatar:
-    """The avatar of `recipe`, `height` metres tall; takes some seconds, logs its steps."""
+def grid() -> tuple[F64, F64, F64]:
+    """Planes along x, y and z for polygonising the reference person: close at face and hands, wide elsewhere."""
+    half = graded_axis([(0.0, 0.0024), (0.06, 0.004), (0.125, 0.008), (0.70, 0.0028)], 0.95)
+    return (
+        np.concatenate([-half[:0:-1], half]),
+        graded_axis([(-0.02, 0.007), (1.38, 0.0022), (1.44, 0.0028)], 1.85),
+        graded_axis([(-0.26, 0.006), (-0.050, 0.0016), (0.13, 0.006)], 0.30),
+    )
+
+
+def make_person(recipe: Recipe, *, name: str, height: float, texture_size: int = TEXTURE_SIZE) -> Avatar:
+    """The avatar of `recipe`, `height` metres tall; takes some seconds, logs its steps. texture_size in texels."""
     skeleton, scale = standard_skeleton(height), height / REFERENCE_HEIGHT
     body = standard_body(skeleton, recipe.build * (1.0 - 0.06 * recipe.female))
     solid = sculpt(recipe)
-    half = graded_axis([(0.0, 0.0024), (0.06, 0.004), (0.125, 0.008), (0.70, 0.0028)], 0.95)
-    axes = (
-        np.concatenate([-half[:0:-1], half]),
-        graded_axis([(-0.02, 0.007), (1.38, 0.0022), (1.44, 0.0028)], 1.85),
-        graded_axis([(-0.26, 0.006), (-0.050, 0.0020), (0.13, 0.006)], 0.30),
-    )
-    fine_vertices, fine_triangles = polygonise(solid, axes)
+    fine_vertices, fine_triangles = polygonise(solid, grid())
     _log.info("step=polygonise vertices=%d triangles=%d", len(fine_vertices), len(fine_triangles))
     vertices, triangles, size = reduce(fine_vertices, fine_triangles, wanted_size(fine_vertices), VERTICES)
     for _ in range(4):
         vertices, triangles = improve(vertices, triangles, size)
         vertices = solid.project(vertices, steps=3)
+    vertices[:, 1] = np.maximum(vertices[:, 1], 0.0)  # soles are flat
     _log.info("step=reduce vertices=%d triangles=%d", len(vertices), len(triangles))
     eyes = [_eyeball(sign) for sign in (1.0, -1.0)]
     parts = [(vertices, triangles), *eyes]
-    corner_vertex, uv, corner_triangles = _unwrap(parts)
-    albedo = paint(recipe, solid, parts, corner_vertex, uv, corner_triangles, TEXTURE_SIZE)
-    _log.info("step=paint size=%d", TEXTURE_SIZE)
+    corner_vertex, uv, corner_triangles = _unwrap(parts, texture_size)
+    albedo = paint(recipe, solid, parts, corner_vertex, uv, corner_triangles, texture_size)
+    _log.info("step=paint size=%d", texture_size)
     limb = _limbs(body, skeleton, vertices * scale)
     meshes: list[Mesh] = []
     first_vertex = first_triangle = 0
@@ -108,7 +113,7 @@ def _eyeball(sign: float) -> tuple[F64, I64]:
     return unit * cornea[:, None] * EYE_RADIUS + (sign * EYE[0], EYE[1], EYE[2]), np.array(t, np.int64)
 
 
-def _unwrap(parts: list[tuple[F64, I64]]) -> tuple[I64, F64, I64]:
+def _unwrap(parts: list[tuple[F64, I64]], size: int) -> tuple[I64, F64, I64]:
     """One texture atlas for all parts: vertex of each drawn vertex (parts numbered on), uv, drawn triangles."""
     enlarged = [stretch(parts[0][0]), *(v * 6.0 for v, _ in parts[1:])]
     offsets = np.cumsum([0, *(len(v) for v, _ in parts)])
@@ -117,8 +122,8 @@ def _unwrap(parts: list[tuple[F64, I64]]) -> tuple[I64, F64, I64]:
     triangles = np.concatenate([t + o for (_, t), o in zip(parts, offsets[:-1], strict=True)])
     atlas.add_mesh(points, triangles.astype(np.uint32))
     pack = _xatlas.PackOptions()
-    pack.resolution = TEXTURE_SIZE
-    pack.padding = 6
+    pack.resolution = size
+    pack.padding = max(1, size // 256)
     pack.bilinear = True
     pack.blockAlign = True
     atlas.generate(_xatlas.ChartOptions(), pack)

@@ -14,7 +14,7 @@ F64 = NDArray[np.float64]
 def wanted_size(p: F64) -> F64:
     """(N,) relative edge length at points (N, 3) of the surface [m]."""
     x, y, z = np.abs(p[:, 0]), p[:, 1], p[:, 2]
-    size = np.full(len(p), 0.024)
+    size = np.full(len(p), 0.026)
 
     def finer(where: NDArray[np.bool_], value: float) -> None:
         size[where] = np.minimum(size[where], value)
@@ -25,13 +25,13 @@ def wanted_size(p: F64) -> F64:
         np.minimum(size, value + 0.35 * np.maximum(0.0, q - radius), out=size)
 
     finer((x < 0.2) & (y > 1.50), 0.013)
-    near((0.0, 1.60, 0.075), 0.045, 0.0070)
+    near((0.0, 1.60, 0.075), 0.045, 0.0062)
     near(EYE, 0.019, 0.0032)
     near((0.0, 1.600, 0.112), 0.018, 0.0042)
     near((0.0, MOUTH_Y, 0.090), 0.024, 0.0040)
     near((0.080, 1.636, -0.008), 0.030, 0.0064)
     finer((x > 0.71), 0.0090)
-    finer((x > 0.80), 0.0066)
+    finer((x > 0.80), 0.0072)
     near((0.47, ARM_Y, 0.0), 0.05, 0.017)
     near((0.703, ARM_Y, 0.0), 0.040, 0.010)
     near((0.09, 0.50, 0.0), 0.07, 0.018)
