@@ -31,6 +31,12 @@ from vistel_services.renderer.world_view import WorldView
 WIDTH, HEIGHT = 640, 360
 SITES, SECONDS, FRAMES = 3, 10.0, 60
 TARGET_FPS, TARGET_CPU_MS = 12.0, 33.0
+PEOPLE = (
+    About("aiko", "Aiko", "builtin:seed=1", 1.64),
+    About("ben", "Ben", "builtin:seed=2", 1.82),
+    About("carla", "Carla", "builtin:seed=3", 1.71),
+)
+"""Those of the demo, whose avatars its first run has made."""
 SINGH_FPS = 8.0
 """What the dissertation's whole world ran at."""
 
@@ -123,7 +129,7 @@ def _cpu_ms(work: Callable[[int], object], count: int) -> float:
 
 def _studio() -> Studio:
     """A studio whose figures have all arrived."""
-    studio = Studio(View(WIDTH, HEIGHT, "seat", "ada", False), SITES)
+    studio = Studio(View(WIDTH, HEIGHT, "seat", PEOPLE[0].name, False), SITES)
     while True:
         studio.render(_instant(0.0))
         if studio.complete:
@@ -143,7 +149,7 @@ def _instant(t: float) -> Instant:
     """Three people round the table at `t` seconds, looking about and moving their arms."""
     room = _room()
     people = []
-    for seat, name in enumerate(("ada", "grace", "linus")):
+    for seat, about in enumerate(PEOPLE):
         position, heading = seat_pose(SITES, seat)
         phase = 2.0 * t + seat
         dofs = np.zeros(25)
@@ -156,7 +162,7 @@ def _instant(t: float) -> Instant:
         hands = np.full((2, 20), 0.3 + 0.2 * math.sin(phase))
         feet = position + 0.42 * np.array((math.sin(heading), 0.0, math.cos(heading)))
         posture = Posture(dofs, hands, Stance(feet, heading))
-        people.append(PersonNow(About(name, name.title()), posture, Timing(0, 0, 0, False)))
+        people.append(PersonNow(about, posture, Timing(0, 0, 0, False)))
     world = WorldView(1, {thing.id: (thing.position, thing.rotation) for thing in room.things})
     return Instant(round(t * 1e9), tuple(people), world, room.by_id)
 

@@ -110,7 +110,8 @@ class Painter:
         self.surface, self.width, self.height = surface, width, height
         ctx = self.ctx = surface.ctx
         self.software = surface.capability.software
-        self._colour = ctx.renderbuffer((width, height), 4)
+        self._colour = ctx.texture((width, height), 4)
+        self._colour.repeat_x = self._colour.repeat_y = False
         self._target = ctx.framebuffer([self._colour], ctx.depth_renderbuffer((width, height)))
         # Software GL pays for every sample: no multisampling there.
         samples = 0 if self.software else min(4, ctx.max_samples)
@@ -228,9 +229,17 @@ class Painter:
         """Put the picture on the surface's window; False when it was closed."""
         width, height = self.surface.window_size()
         if width and height:
+            # As large as fits, the picture's shape kept.
+            scale = min(width / self.width, height / self.height)
+            w, h = self.width * scale / width, self.height * scale / height
             screen = self.ctx.screen
+            screen.use()
             screen.viewport = (0, 0, width, height)
-            self.ctx.copy_framebuffer(screen, self._target)
+            self.ctx.enable_only(moderngl.NOTHING)
+            screen.clear()
+            self._colour.use(0)
+            put(self._label_program, text=0, opacity=1.0, box=(-w, -h, w, h), depth=0.0)
+            self._label_vao.render(moderngl.TRIANGLE_STRIP)
         return self.surface.show()
 
     def error(self) -> str:

@@ -17,6 +17,8 @@ F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
 I32 = NDArray[np.int32]
 
+FURNITURE = ("table", "chair")
+"""Shapes of fixed things that are drawn with the room, from its plan; all others come from the world."""
 KEY_SHADOWED, KEY_OPEN = "KEY_SHADOWED", "KEY_OPEN"
 SHADOWED = 2.1
 """Half the side of the floor's middle, in which shadows fall [m]."""
@@ -59,7 +61,7 @@ def linear(colour: int) -> tuple[float, float, float]:
 def build_room(room: Room) -> tuple[list[Panel], Furniture]:
     """Shell, table top and furniture of a meeting room."""
     discs = _discs(room)
-    fixed = [t for t in room.things if t.fixed]
+    fixed = [t for t in room.things if t.fixed and t.shape in FURNITURE]
     panels = [*_floor(discs), _ceiling(), *_walls()]
     surfaces: list[Surface3] = []
     tints: list[F32] = []

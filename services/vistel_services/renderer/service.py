@@ -37,6 +37,7 @@ _AGE = Gauge("vistel_renderer_motion_age_seconds", "Age of the newest motion whe
 
 _REPORT_NS = 500_000_000
 _RETRY_S = 2.0
+_NO_GL_RETRY_S = 30.0
 
 
 @dataclass(frozen=True)
@@ -194,8 +195,10 @@ class _Easel:
         """The picture, or None when there is none this time."""
         try:
             return await self._call(self._draw, instant)
-        except NoOpenGlError:
-            raise
+        except NoOpenGlError as e:
+            log.error("event=no_picture reason=%r retry_s=%.0f", str(e), _NO_GL_RETRY_S)
+            await asyncio.sleep(_NO_GL_RETRY_S)
+            return None
         except Exception:
             log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", _RETRY_S)
             self._studio = None

@@ -24,7 +24,7 @@ from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
 from vistel_services.renderer.labels import Label
 from vistel_services.renderer.people import load_shape
-from vistel_services.renderer.room import build_room, linear
+from vistel_services.renderer.room import FURNITURE, build_room, linear
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.tessellate import join, tessellate
 
@@ -65,7 +65,7 @@ class Studio:
         self.capability = self._surface.capability
         self.painter = Painter(self._surface, view.width, view.height)
         self._room: Room = meeting_room(seats)
-        self._fixed = {t.id for t in self._room.things if t.fixed and t.shape in ("table", "chair")}
+        self._fixed = {t.id for t in self._room.things if t.fixed and t.shape in FURNITURE}
         self.painter.set_room(*build_room(self._room))
         self._camera = SeatCamera()
         self._cast: dict[str, _Cast] = {}

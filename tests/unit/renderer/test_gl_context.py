@@ -1,0 +1,42 @@
+"""Opening OpenGL: what is said when it, or a display, is not there."""
+
+from __future__ import annotations
+
+import logging
+import sys
+
+import moderngl
+import pytest
+
+from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
+
+
+def test_without_opengl_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(**_: object) -> None:
+        raise RuntimeError("libEGL.so not loaded")
+
+    monkeypatch.setattr(moderngl, "create_context", fails)
+    with pytest.raises(NoOpenGlError, match=r"libEGL\.so not loaded.*apt-get install|no OpenGL 3\.3") as e:
+        open_surface(64, 64)
+    assert "\n" not in str(e.value)
+
+
+@pytest.mark.gl
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="displays are found by these variables on Linux only")
+def test_a_window_without_a_display_becomes_a_headless_picture_and_says_so(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with caplog.at_level(logging.WARNING):
+        surface = open_surface(64, 64, window=True)
+    try:
+        assert not surface.capability.window
+        assert surface.capability.version >= 330
+        assert surface.capability.renderer
+        lines = [r.message for r in caplog.records if "no_window" in r.message]
+        assert len(lines) == 1
+        assert "DISPLAY" in lines[0]
+        assert surface.show()
+    finally:
+        surface.close()
