@@ -131,10 +131,21 @@ class Layout:
                     rows[i, channel] = leaf.weights.get(name, 1.0)
         return rows
 
+    @property
+    def groups(self) -> NDArray[np.int32]:
+        """(g, 2) first channel and length of the attributes without textures, which the kernels divide themselves."""
+        textured = {name for name, *_ in self.textures}
+        rows = [(first, size) for name, first, size in self.names if name not in textured]
+        return np.array(rows, np.int32).reshape(-1, 2)
+
     def unpack(self, channels: F32, points: ArrayLike | None) -> dict[str, F32]:
         """Attributes (..., k) from channels (..., C) at points (..., 3), which only textures need."""
         found: dict[str, F32] = {}
+        textured = {name for name, *_ in self.textures}
         for name, first, size in self.names:
+            if name not in textured:
+                found[name] = channels[..., first : first + size]
+                continue
             total = channels[..., first : first + size].copy()
             for texture_name, channel, texture, leaf in self.textures:
                 if texture_name == name and points is not None:

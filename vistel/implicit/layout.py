@@ -16,6 +16,7 @@ All lengths are relative to the program's origin.
 | tree_box | (t, 6) | boxes of the hierarchy, depth first |
 | tree_link | (t, 3) int32 | where to go on when the box is missed; range in tree_order |
 | tree_order | (n,) int32 | leaves at the bottom of the hierarchy |
+| group | (g, 2) int32 | first channel and length of each attribute that is divided by the channel after it |
 | registers | int | registers that the nodes need |
 """
 

@@ -48,8 +48,10 @@ from vistel.implicit.rows import (
     add_scaled,
     affine,
     blend,
+    divide,
     extent,
     fill,
+    find_cells,
     row,
 )
 
@@ -57,6 +59,9 @@ DI, DJ, DK = 8, 4, ROW
 """Lattices are cut into blocks of so many points, a cache line (ROW) along the last axis."""
 BIG = 32
 """Blocks are gathered into cubes of so many points, for which the hierarchy is asked."""
+
+CHUNK = 1 << 15
+"""Scattered points are sorted in chunks whose working memory stays in the cache."""
 
 dispatch = dispatcher()
 
@@ -77,6 +82,7 @@ class Arrays(NamedTuple):
     tree_box: Any
     tree_link: Any
     tree_order: Any
+    group: Any
     registers: Any
 
 
@@ -255,6 +261,23 @@ def block(leaf, scale, attribute, params, node_table, nodes, number, child, chil
     return live[nodes - 1] != 0
 
 
+@row
+def _normalise(rows, group, groups, n):
+    """Divide the sums of every attribute by their mass, where there is any."""
+    for g in range(groups):
+        first, size = group[2 * g], group[2 * g + 1]
+        mass = at(rows, (first + size) * LANES)
+        for c in range(first, first + size):
+            divide(at(rows, c * LANES), mass, n)
+
+
+@row
+def _far(out, i, channels, far):
+    out[i, 0] = far
+    for c in range(1, channels):
+        out[i, c] = ZERO
+
+
 @nb.njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def evaluate_points(stamp, P, origin, points, out, slope):
     """Field (and gradient, attributes) at points (n, 3) in float64, into out (n, channels) float32.
@@ -273,77 +296,74 @@ def evaluate_points(stamp, P, origin, points, out, slope):
     regs, w, live, box, found = pointer(regs_), pointer(rows_), pointer(live_), pointer(box_), pointer(found_)
     far = number[3 * (nodes - 1) + 2]
     root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * channels * LANES)
+    first_ = 4 if slope else 1
 
     side = 1
-    while side < 24 and side * side * side * 96 < total:
+    while side < 10 and side * side * side * 64 < total:
         side += 1
     cells = side * side * side
     x0, y0, z0 = origin[0], origin[1], origin[2]
-    ax, ay, az, bx, by, bz = ZERO, ZERO, ZERO, -ONE, -ONE, -ONE  # empty: no primitive, every point is far
-    if branches > 0:
-        ax, ay, az, bx, by, bz = tree_box[0], tree_box[1], tree_box[2], tree_box[3], tree_box[4], tree_box[5]
-    sx, sy, sz = F32(side) / (bx - ax), F32(side) / (by - ay), F32(side) / (bz - az)
-    cell_of_ = np.empty(total, np.int32)
-    begin_ = np.zeros(cells + 2, np.int32)
-    cell_of, begin = pointer(cell_of_), pointer(begin_)
-    for i in range(total):
-        px, py, pz = F32(points[i, 0] - x0), F32(points[i, 1] - y0), F32(points[i, 2] - z0)
-        cell = cells
-        if px >= ax and px <= bx and py >= ay and py <= by and pz >= az and pz <= bz:
-            ix = min(int((px - ax) * sx), side - 1)
-            iy = min(int((py - ay) * sy), side - 1)
-            iz = min(int((pz - az) * sz), side - 1)
-            cell = (ix * side + iy) * side + iz
-        cell_of[i] = cell
-        begin[cell + 1] += 1
-    for c in range(cells + 1):
-        begin[c + 1] += begin[c]
-    near = begin[cells]
-    sorted_ = np.zeros((3, near + LANES), np.float32)
-    order_ = np.empty(near + 1, np.int32)
-    order = pointer(order_)
-    xs = pointer(sorted_)
-    ys, zs = at(xs, near + LANES), at(xs, 2 * (near + LANES))
-    for i in range(total):
-        cell = cell_of[i]
-        if cell == cells:
-            out[i, 0] = far
-            for c in range(1, channels):
-                out[i, c] = ZERO
-            continue
-        k = begin[cell]
-        begin[cell] = k + 1
-        order[k] = i
-        xs[k], ys[k], zs[k] = F32(points[i, 0] - x0), F32(points[i, 1] - y0), F32(points[i, 2] - z0)
-
-    first = 0
-    for cell in range(cells):
-        last = begin[cell]  # by now where the cell ends
-        while first < last:
-            n = min(LANES, last - first)
-            x, y, z = at(xs, first), at(ys, first), at(zs, first)
-            box[0], box[3] = extent(x, n)
-            box[1], box[4] = extent(y, n)
-            box[2], box[5] = extent(z, n)
-            count = collect(tree_box, tree_link, tree_order, branches, leaf_box, box, found)
-            count = narrow(leaf_box, capsule, box, found, count, found)
-            # Lanes past n hold the next cells' points: computed and dropped.
-            if count > 0 and block(
-                leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
-                found, count, x, y, z, w, regs, live, channels, (n + 15) & ~15, slope, leaf_box, 0, 0,
-            ):  # fmt: skip
-                for c in range(channels):
-                    r = at(root, c * LANES)
+    realm_ = np.zeros(6, np.float32)
+    realm = pointer(realm_)
+    for k in range(6):
+        # Without primitives an empty box: every point is far.
+        realm[k] = tree_box[k] if branches > 0 else (ONE if k < 3 else -ONE)
+    cell_of_, order_ = np.empty(CHUNK, np.int32), np.empty(CHUNK, np.int32)
+    begin_ = np.empty(cells + 2, np.int32)
+    flat_, sorted_ = np.empty(3 * CHUNK, np.float32), np.zeros(3 * (CHUNK + LANES), np.float32)
+    cell_of, order, begin = pointer(cell_of_), pointer(order_), pointer(begin_)
+    fx, xs = pointer(flat_), pointer(sorted_)
+    fy, fz = at(fx, CHUNK), at(fx, 2 * CHUNK)
+    ys, zs = at(xs, CHUNK + LANES), at(xs, 2 * (CHUNK + LANES))
+    for done in range(0, total, CHUNK):
+        many = min(CHUNK, total - done)
+        for i in range(many):
+            fx[i], fy[i], fz[i] = (
+                F32(points[done + i, 0] - x0), F32(points[done + i, 1] - y0), F32(points[done + i, 2] - z0)
+            )  # fmt: skip
+        find_cells(fx, fy, fz, cell_of, realm, side, many)
+        for c in range(cells + 2):
+            begin[c] = 0
+        for i in range(many):
+            begin[cell_of[i] + 1] += 1
+        for c in range(cells + 1):
+            begin[c + 1] += begin[c]
+        for i in range(many):
+            cell = cell_of[i]
+            if cell == cells:
+                _far(out, done + i, channels, far)
+                continue
+            k = begin[cell]
+            begin[cell] = k + 1
+            order[k] = done + i
+            xs[k], ys[k], zs[k] = fx[i], fy[i], fz[i]
+        first = 0
+        for cell in range(cells):
+            last = begin[cell]  # by now where the cell ends
+            while first < last:
+                n = min(LANES, last - first)
+                x, y, z = at(xs, first), at(ys, first), at(zs, first)
+                box[0], box[3] = extent(x, n)
+                box[1], box[4] = extent(y, n)
+                box[2], box[5] = extent(z, n)
+                count = collect(tree_box, tree_link, tree_order, branches, leaf_box, box, found)
+                count = narrow(leaf_box, capsule, box, found, count, found)
+                # Lanes past n hold other cells' points: computed and dropped.
+                if count > 0 and block(
+                    leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
+                    found, count, x, y, z, w, regs, live, channels, (n + 15) & ~15, slope, leaf_box, 0, 0,
+                ):  # fmt: skip
+                    if channels > first_:
+                        _normalise(at(root, first_ * LANES), pointer(P.group), P.group.shape[0], n)
+                    for c in range(channels):
+                        r = at(root, c * LANES)
+                        for i in range(n):
+                            out[order[first + i], c] = r[i]
+                else:
                     for i in range(n):
-                        out[order[first + i], c] = r[i]
-            else:
-                for i in range(n):
-                    j = order[first + i]
-                    out[j, 0] = far
-                    for c in range(1, channels):
-                        out[j, c] = ZERO
-            first += n
-    keep(regs_, rows_, live_, box_, found_, cell_of_, begin_, sorted_, order_)
+                        _far(out, order[first + i], channels, far)
+                first += n
+    keep(regs_, rows_, live_, box_, found_, cell_of_, order_, begin_, flat_, sorted_, realm_)
 
 
 @row
@@ -421,6 +441,7 @@ def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
     y, w, z = at(x, LANES), at(x, 2 * LANES), at(x, 12 * LANES)
     xs, ys, zs, out = pointer(xs_), pointer(ys_), pointer(zs_), pointer(out_)
     root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * channels * LANES)
+    first_ = 4 if slope else 1
     _along(z, zs, nz)
     for bi in range(begin, end, BIG):
         for bj in range(0, ny, BIG):
@@ -459,6 +480,8 @@ def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
                                 kept, count, x, y, at(z, k // DK * LANES), w, regs, live, channels, n, slope,
                                 leaf_box, di if dk == DK else 0, layer,
                             ):  # fmt: skip
+                                if channels > first_:
+                                    _normalise(at(root, first_ * LANES), pointer(P.group), P.group.shape[0], n)
                                 for c in range(channels):
                                     corner = at(out, ((c * xs_.shape[0] + i) * ny + j) * nz + k)
                                     _store(corner, at(root, c * LANES), di, dj, dk, ny * nz, nz)

@@ -57,6 +57,15 @@ def _spread(builder: Any, number: Any) -> Any:
     return builder.shuffle_vector(first, ir.Constant(_LINE, ir.Undefined), zeros)
 
 
+def _prefer_wide(builder: Any) -> None:
+    """Let the function being compiled use 512-bit registers where there are any, and stay a function of its own."""
+    attributes = builder.function.attributes
+    attributes.add("noinline")
+    # llvmlite only checks for known words; these two are LLVM's own key-value pairs.
+    set.add(attributes, '"prefer-vector-width"="512"')
+    set.add(attributes, '"min-legal-vector-width"="512"')
+
+
 @intrinsic
 def copy_row(_context: Any, target: Any, source: Any) -> Any:
     """ROW floats from `source` to `target`."""
@@ -73,6 +82,7 @@ def sphere_row(_context: Any, acc: Any, z: Any, base: Any, c: Any, k: Any, w: An
     """acc += w max(base - k (z - c)^2, 0)^2 for ROW floats; base, c, k, w are float32."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        _prefer_wide(builder)
         flags = ("contract",)
         base_, c_, k_, w_ = (_spread(builder, number) for number in args[2:])
         dz = builder.fsub(_load(builder, args[1]), c_)

@@ -189,7 +189,7 @@ def compile(shape: Shape, *, attributes: bool = True) -> FieldProgram:  # noqa: 
     leaves = [leaf for node in nodes for leaf in node.leaves]
     layout = Layout.of(leaves) if attributes else Layout.of([])
     arrays = _leaf_arrays(leaves, layout) | _node_arrays(nodes)
-    arrays |= build(arrays["box"])
+    arrays |= build(arrays["box"]) | {"group": layout.groups}
     return FieldProgram(shape, origin, box, arrays, layout)
 
 

@@ -42,6 +42,23 @@ def extent(a, n):
 
 
 @row
+def find_cells(x, y, z, cell, realm, side, n):
+    """Number of the cell of each point in a box cut into side^3; side^3 for points outside it or not a number."""
+    ax, ay, az, bx, by, bz = realm[0], realm[1], realm[2], realm[3], realm[4], realm[5]
+    size = F32(side)
+    sx, sy, sz = size / (bx - ax), size / (by - ay), size / (bz - az)
+    top = size - ONE
+    for i in range(n):
+        px, py, pz = x[i], y[i], z[i]
+        inside = (px >= ax) & (px <= bx) & (py >= ay) & (py <= by) & (pz >= az) & (pz <= bz)
+        u, v, w = (px - ax) * sx, (py - ay) * sy, (pz - az) * sz
+        u, v, w = (u if inside else ZERO), (v if inside else ZERO), (w if inside else ZERO)
+        i0, i1, i2 = np.int32(u if u < top else top), np.int32(v if v < top else top), np.int32(w if w < top else top)
+        index = (i0 * np.int32(side) + i1) * np.int32(side) + i2
+        cell[i] = index if inside else np.int32(side * side * side)
+
+
+@row
 def add(a, b, n):
     for i in range(n):
         a[i] += b[i]
@@ -65,6 +82,15 @@ def add_positive(a, value, s, n):
     for i in range(n):
         v = value[i]
         a[i] += s * (v if v > ZERO else ZERO)
+
+
+@row
+def divide(a, b, n):
+    """a / b where b > 0, else 0."""
+    for i in range(n):
+        v = b[i]
+        some = v > ZERO
+        a[i] = a[i] / (v if some else ONE) if some else ZERO
 
 
 @row
