@@ -13,14 +13,14 @@ from vistel.implicit.embedding import Hinge, Limbs
 I32 = NDArray[np.int32]
 
 _TRUNK = frozenset({"hips", "neck", "head", "jaw", "left_shoulder", "right_shoulder"})
-_FOLDING = ("lower_arm", "lower_leg", "intermediate", "distal", "thumb_proximal")
-"""Joints whose skin the implicit model shapes, by the end of their names: elbows, knees, fingers."""
+_FOLDING = ("lower_arm", "lower_leg", "intermediate", "distal")
+"""Joints whose skin the implicit model shapes, by the end of their names: elbows, knees, fingers from the middle on."""
 
 
 def limb_groups(body: Body) -> I32:
     """(P,) group of each primitive: the trunk with neck and head is one, every other joint's primitives
     another."""
-    keys: list[str] = ["trunk" if _is_trunk(JOINTS[j]) else JOINTS[j] for j in _joints(body)]
+    keys = [_limb_of(JOINTS[j]) for j in _joints(body)]
     order = {key: i for i, key in enumerate(dict.fromkeys(keys))}
     return np.array([order[key] for key in keys], np.int32)
 
@@ -51,6 +51,12 @@ def limbs_of(skeleton: Skeleton, body: Body) -> Limbs:
         rest.a, rest.b, body.radius_a.astype(np.float64), body.radius_b.astype(np.float64), group,
         tuple(hinges), frozenset(adjacent),
     )  # fmt: skip
+
+
+def _limb_of(joint: str) -> str:
+    if _is_trunk(joint):
+        return "trunk"
+    return joint.replace("thumb_metacarpal", "hand")
 
 
 def _joints(body: Body) -> list[int]:
