@@ -29,6 +29,8 @@ LIVE_SERVICES: dict[str, tuple[str, ...]] = {
 
 VERBATIM = ("motion", "world_state")
 """Numbered by their sender; others refer to the numbers."""
+EARLY_NS = 500_000_000
+"""Before the asked time, at which what lies before it is fed."""
 
 
 class Feeder:
@@ -48,10 +50,10 @@ class Feeder:
 
         Who takes part is fed from the log's beginning on.
         """
-        await self._clock.sleep_until_ns(begin_ns - 1_000_000_000)
         for record in self._reader.records(topics=("participant",), end_ns=begin_ns):
             if record.topic.name in self._topics:
                 self._put(record.topic, record.names, record.message)
+        await self._clock.sleep_until_ns(begin_ns - EARLY_NS)
         for n, record in enumerate(self._reader.records(topics=self._topics, begin_ns=preroll_ns, end_ns=end_ns)):
             if record.log_ns > begin_ns and record.log_ns > self._clock.now_ns():
                 await self._clock.sleep_until_ns(record.log_ns)

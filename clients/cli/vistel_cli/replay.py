@@ -31,6 +31,7 @@ PREROLL_S = 2.0
 """Before the asked time, fed at once: key frames of motion and the world come at least so often."""
 LEAD_S = 8.0
 """What processes get to start before the log's time begins to run."""
+WORLD_EARLY_NS = 200_000_000
 
 
 class Source(StrEnum):
@@ -114,15 +115,21 @@ async def _play(
     bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(Path(run), output.resolve())
+        for old in (v for s in conference.sites for v in paths.videos(s.name)):
+            old.unlink()
         file = write_conference(conference, paths.run)
         services = LIVE_SERVICES[source.value]
         plans = hub_processes(conference)
         for s in conference.sites:
             plans += site_processes(conference, s.name)
-        specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans if p.services[0] in services]
+        plans = [p for p in plans if p.services[0] in services and p.services != ("world",)]
+        specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
         supervisor = Supervisor(specs, folder)
         await supervisor.start()
         feeder = Feeder(reader, conference, bus, clock, source.value)
+        world = None
+        if "world" in services:
+            world = asyncio.create_task(_world(reader, conference, router.endpoint, paths, clock, begin_ns))
         with _progress() as bar:
             task = bar.add_task(f"starting {len(specs)} processes", total=end - begin)
             feeding = asyncio.create_task(feeder.feed(begin_ns - int(PREROLL_S * 1e9), begin_ns, end_ns))
@@ -138,6 +145,9 @@ async def _play(
             stopping.cancel()
         await clock.sleep_until_ns(min(clock.now_ns(), end_ns) + int(conference.playout.delay * 1e9))
         codes = await supervisor.stop()
+        if world is not None:
+            world.cancel()
+            await asyncio.gather(world, return_exceptions=True)
     await bus.close()
     router.close()
     for s in conference.sites:
@@ -149,6 +159,25 @@ async def _play(
     for name, code in bad.items():
         err.print(f"[red]error:[/red] {name} ended with {code}; see {folder}")
     return FAILED if bad else 0
+
+
+async def _world(
+    reader: LogReader, conference: Conference, endpoint: str, paths: RunPaths, clock: ReplayClock, begin_ns: int
+) -> None:
+    """The world, in this process, begun when the log's time does and from the state the log holds for that time."""
+    from vistel_services.world import service as world  # noqa: PLC0415  its kernels take a second to load
+
+    config = world.configure(conference, None, paths)
+    for record in reader.records(topics=("world_inputs",), begin_ns=begin_ns - int(PREROLL_S * 1e9), end_ns=begin_ns):
+        if record.message.private_state and config.snapshot:
+            config.snapshot.write_bytes(record.message.private_state)
+    await asyncio.to_thread(world.warm_up)
+    bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint])
+    await clock.sleep_until_ns(begin_ns - WORLD_EARLY_NS)
+    try:
+        await world.run(config, bus, clock)
+    finally:
+        await bus.close()
 
 
 def _progress() -> Progress:
