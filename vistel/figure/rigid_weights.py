@@ -102,7 +102,7 @@ def _trunk(skeleton: Skeleton, p: F64) -> F64:
     u = (p[:, 1] - first) / (skeleton.spine / SPINE_SEGMENTS)
     for k in range(-2, SPINE_SEGMENTS + 3):
         x = np.abs(u - (k - 0.5))
-        basis: F64 = np.where(x < 0.5, 0.75 - x * x, 0.5 * np.square(np.maximum(0.0, 1.5 - x)))
+        basis = 0.5 * np.square(np.maximum(0.0, 1.5 - x)) - 1.5 * np.square(np.maximum(0.0, 0.5 - x))
         out[:, JOINT_INDEX["hips"] if k < 1 else JOINT_INDEX[f"spine_{min(k, SPINE_SEGMENTS)}"]] += basis
     above, below = u > SPINE_SEGMENTS + 1, u < -1
     out[above], out[below] = 0.0, 0.0
