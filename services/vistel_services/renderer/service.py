@@ -213,14 +213,16 @@ class _Easel:
     async def _call(self, function: Any, *args: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._thread, function, *args)
 
-    def _draw(self, instant: Instant) -> NDArray[np.uint8]:
+    def _draw(self, instant: Instant) -> NDArray[np.uint8] | None:
         if self._studio is None:
+            # Setting up takes a while: the instant is old when it is done, the next one is drawn.
             self._studio = Studio(self._view, self._config.seats)
             found = self._studio.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d",
                 found.renderer, found.version, found.software, found.window, self._view.width, self._view.height,
             )  # fmt: skip
+            return None
         picture = self._studio.render(instant)
         if self._studio.closed_by_user:
             log.info("event=window_closed using=headless")
