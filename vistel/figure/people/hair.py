@@ -19,10 +19,10 @@ def add_hair(s: Sculpture, r: Recipe) -> None:
     s.ellipsoid((0, 1.683, -0.010), (0.0775 + 0.0055 * full, 0.0725 + 0.008 * full, 0.0940 + 0.006 * full), width=0.012, material=HAIR,
                 exponent=2.2, turn=rotation_x(-0.12))  # fmt: skip
     if r.hair_style in (BOB, LONG):
-        end = 1.535 if r.hair_style == BOB else 1.435
+        end = 1.535 if r.hair_style == BOB else 1.528
         for side in (1.0, -1.0):
             s.limb([(side * 0.050, 1.730, 0.022), (side * 0.074, 1.690, 0.012), (side * 0.0810, 1.640, 0.000), (side * 0.080, 1.580, -0.004),
-                    (side * 0.076, end, -0.010 if r.hair_style == BOB else 0.004)], (0.020, 0.022, 0.021, 0.021, 0.016), width=0.014,
+                    (side * 0.076, end, -0.010 if r.hair_style == BOB else -0.022)], (0.020, 0.022, 0.021, 0.021, 0.016), width=0.014,
                    material=HAIR, flat=((0, 0, 1), 1.7))  # fmt: skip
         s.ellipsoid((0, 1.610, -0.058), (0.082, 0.092, 0.050), width=0.03, material=HAIR, exponent=2.4)
         if r.hair_style == LONG:

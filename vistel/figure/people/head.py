@@ -56,7 +56,8 @@ def add_head(s: Sculpture, r: Recipe) -> None:
            (0.0085, 0.0066, 0.0074, 0.0084, 0.0090), width=0.014, material=SKIN)  # fmt: skip
     s.ellipsoid((0, 1.6045, 0.1165 + long), (0.0100 - 0.0008 * f, 0.0082, 0.0098), width=0.008, material=SKIN)
     s.limb([(0, 1.5970, 0.1115 + 0.5 * long), (0, 1.5930, 0.0985)], (0.0052, 0.0052), width=0.008, material=SKIN)
-    s.ellipsoid((0, 1.5980, 0.1030), (0.0045, 0.0080, 0.0120), width=0.008, material=SKIN)  # septum, so that nothing is pierced
+    # Septum: joins the bridge to the face all the way down.
+    s.limb([(0, 1.645, 0.0930), (0, 1.620, 0.1010), (0, 1.602, 0.1040)], (0.0060, 0.0070, 0.0060), width=0.010, material=SKIN)
     # Chin, hollow above it, and the furrow under the nose.
     s.ellipsoid((0, 1.5300 + chin, 0.0815 - 0.002 * f), (0.0190 - 0.003 * f, 0.0150, 0.0160), width=0.020, material=SKIN)
     _mouth(s, r)

@@ -89,7 +89,8 @@ def _neckline(what: I32, p: F64) -> I32:
     """Bare above and within the collar's ring, cloth outside it, whichever muscle carries the surface there."""
     near = (p[:, 1] > 1.43) & (p[:, 1] < 1.53) & (np.abs(p[:, 0]) < 0.13)
     inside = within_collar(p) & (p[:, 1] > collar_height(p[:, 2]))
-    out = np.where(near & inside & (what == material.TOP), material.SKIN, what)
+    above = (p[:, 1] > collar_height(p[:, 2]) + 0.008) & (p[:, 1] < 1.56) & (np.abs(p[:, 0]) < 0.085)
+    out = np.where(((near & inside) | above) & (what == material.TOP), material.SKIN, what)
     return np.where(near & ~within_collar(p) & (p[:, 1] < collar_height(p[:, 2])) & (what == material.SKIN), material.TOP, out).astype(np.int32)
 
 
