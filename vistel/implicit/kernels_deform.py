@@ -43,7 +43,7 @@ CAP = np.float32(0.6 * 0.5)
 (spec_maths §2.4)."""
 FAINT = np.float32(0.1)
 """Fields of others below this everywhere in a block do not count there."""
-NEARLY = np.float32(0.15)
+NEARLY = np.float32(0.35)
 """Bodies this close to touching (in field units) are kept in a block's sums, since its skin may bulge into
 them."""
 SOFT2 = np.float32(0.02 * 0.02)
