@@ -72,9 +72,15 @@ class Studio:
         self.program = self.context.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT)
 
     def photograph(
-        self, avatar: Avatar, eye: tuple[float, ...], target: tuple[float, ...], size: tuple[int, int], angle: float,
-        *, lines: bool = False,
-    ) -> Image.Image:  # fmt: skip
+        self,
+        avatar: Avatar,
+        eye: tuple[float, ...],
+        target: tuple[float, ...],
+        size: tuple[int, int],
+        angle: float,
+        *,
+        lines: bool = False,
+    ) -> Image.Image:
         """A picture of `size` pixels; eye and target in the model frame [m]; with `lines` the triangles' edges."""
         context, (width, height) = self.context, (2 * size[0], 2 * size[1])
         target_buffer = context.simple_framebuffer((width, height))
@@ -118,7 +124,9 @@ def sheet(rows: list[list[Image.Image]]) -> Image.Image:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("people", nargs="*", default=PEOPLE, help='what follows "builtin:", for example seed=3,build=1.1')
+    parser.add_argument(
+        "people", nargs="*", default=PEOPLE, help='what follows "builtin:", for example seed=3,build=1.1'
+    )
     parser.add_argument("--out", type=Path, default=Path(__file__).parent)
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(name)s %(message)s")
@@ -128,9 +136,16 @@ def main() -> None:
     faces = [studio.photograph(a, (0.26, 1.64, 0.72), (0.0, 1.605, 0.0), (300, 340), 0.46) for a in avatars]
     sheet([whole, faces]).save(arguments.out / "avatars.png", optimize=True)
     first = avatars[0]
-    views = (((0.0, 1.64, 0.75), (0.0, 1.615, 0.0)), ((0.78, 1.64, 0.05), (0.0, 1.615, 0.0)), ((0.84, 1.85, 0.25), (0.83, 1.41, 0.015)),
-             ((0.5, 0.35, 1.0), (0.0, 0.12, 0.05)))  # fmt: skip
-    rows = [[studio.photograph(first, eye, at, (420, 460), 0.45, lines=lines) for eye, at in views] for lines in (False, True)]
+    views = (
+        ((0.0, 1.64, 0.75), (0.0, 1.615, 0.0)),
+        ((0.78, 1.64, 0.05), (0.0, 1.615, 0.0)),
+        ((0.84, 1.85, 0.25), (0.83, 1.41, 0.015)),
+        ((0.5, 0.35, 1.0), (0.0, 0.12, 0.05)),
+    )
+    rows = [
+        [studio.photograph(first, eye, at, (420, 460), 0.45, lines=lines) for eye, at in views]
+        for lines in (False, True)
+    ]
     sheet(rows).save(arguments.out / "avatar_close.png", optimize=True)
 
 

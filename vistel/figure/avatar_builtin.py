@@ -6,7 +6,7 @@ import hashlib
 import logging
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +26,7 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
     """The built-in person of `spec`: "builtin" (made from the name), "builtin:seed=3", "builtin:seed=3,build=1.1".
 
     height in metres (0.5 to 2.6). The first call makes the person (some seconds), later ones read it from `cache`
-    (default: the user's cache directory); a cache that is damaged or cannot be written costs one log line, nothing else.
+    (default: the user's cache directory); a cache that is damaged or cannot be written costs one log line.
     Raises ValueError naming what is wrong in the spec or the height.
     """
     recipe = parse_spec(spec, name)
@@ -60,7 +60,7 @@ def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
 
 
 @contextmanager
-def _alone(lock: Path) -> Iterator[None]:
+def _alone(lock: Path) -> Generator[None, None, None]:
     """Holds the file lock where the platform and the folder allow it; the processes of a machine then take turns."""
     try:
         lock.parent.mkdir(parents=True, exist_ok=True)

@@ -32,10 +32,14 @@ class AvatarFileError(ValueError):
 def save_avatar(avatar: Avatar, path: Path) -> None:
     """Writes the avatar to an .npz, whole or not at all. Raises OSError."""
     arrays: dict[str, Any] = {
-        "format": np.array(FORMAT), "name": np.array(avatar.name), "albedo": avatar.albedo,
-        "rest": avatar.skeleton.rest, "tip": avatar.skeleton.tip, "limbs": np.array(avatar.body.names),
+        "format": np.array(FORMAT),
+        "name": np.array(avatar.name),
+        "albedo": avatar.albedo,
+        "rest": avatar.skeleton.rest,
+        "tip": avatar.skeleton.tip,
+        "limbs": np.array(avatar.body.names),
         "eyeballs": np.array(len(avatar.eyeballs)),
-    }  # fmt: skip
+    }
     for array in _BODY_ARRAYS:
         arrays[f"body.{array}"] = getattr(avatar.body, array)
     for i, mesh in enumerate((avatar.mesh, *avatar.eyeballs)):
@@ -62,10 +66,26 @@ def load_avatar(path: Path) -> Avatar:
                 Mesh(*(file[f"mesh{i}.{array}"] for array in _MESH_ARRAYS)) for i in range(1 + int(file["eyeballs"]))
             ]
             return Avatar(
-                str(file["name"]), Skeleton(file["rest"], file["tip"]), body, meshes[0], tuple(meshes[1:]), file["albedo"]
+                str(file["name"]),
+                Skeleton(file["rest"], file["tip"]),
+                body,
+                meshes[0],
+                tuple(meshes[1:]),
+                file["albedo"],
             )
-    except (KeyError, ValueError, TypeError, EOFError, NotImplementedError, RuntimeError, SyntaxError, UnicodeError, zlib.error,
-            zipfile.BadZipFile, zipfile.LargeZipFile) as fault:  # fmt: skip
+    except (
+        KeyError,
+        ValueError,
+        TypeError,
+        EOFError,
+        NotImplementedError,
+        RuntimeError,
+        SyntaxError,
+        UnicodeError,
+        zlib.error,
+        zipfile.BadZipFile,
+        zipfile.LargeZipFile,
+    ) as fault:
         if isinstance(fault, AvatarFileError):
             raise
         raise AvatarFileError(f"{path}: not a whole avatar file ({fault})") from fault

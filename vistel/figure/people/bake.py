@@ -1,5 +1,7 @@
 """Texels of an atlas: which point of the surface each one shows, and the margin round the charts."""
 
+# pyright: basic
+
 from __future__ import annotations
 
 import numba as nb
@@ -14,7 +16,7 @@ I32 = NDArray[np.int32]
 
 @nb.njit(cache=True)
 def rasterise(uv: F64, triangles: I64, size: int) -> tuple[I32, F32]:
-    """(size, size) triangle at each texel centre (-1: none) and its (size, size, 2) barycentric weights of corners 0, 1.
+    """(size, size) triangle at each texel centre (-1: none), (size, size, 2) barycentric weights of its corners 0, 1.
 
     Row 0 is at v = 1.
     """

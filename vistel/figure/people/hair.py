@@ -16,18 +16,39 @@ SHORT, PARTED, BOB, BUN, CROPPED, LONG = range(6)
 def add_hair(s: Sculpture, r: Recipe) -> None:
     """The hair of `r.hair_style`."""
     full = 0.0 if r.hair_style == CROPPED else 1.0
-    s.ellipsoid((0, 1.683, -0.010), (0.0775 + 0.0055 * full, 0.0725 + 0.008 * full, 0.0940 + 0.006 * full), width=0.012, material=HAIR,
-                exponent=2.2, turn=rotation_x(-0.12))  # fmt: skip
+    s.ellipsoid(
+        (0, 1.683, -0.010),
+        (0.0775 + 0.0055 * full, 0.0725 + 0.008 * full, 0.0940 + 0.006 * full),
+        width=0.012,
+        material=HAIR,
+        exponent=2.2,
+        turn=rotation_x(-0.12),
+    )
     if r.hair_style in (BOB, LONG):
         end = 1.535 if r.hair_style == BOB else 1.528
         for side in (1.0, -1.0):
-            s.limb([(side * 0.050, 1.730, 0.022), (side * 0.074, 1.690, 0.012), (side * 0.0810, 1.640, 0.000), (side * 0.080, 1.580, -0.004),
-                    (side * 0.076, end, -0.010 if r.hair_style == BOB else -0.022)], (0.020, 0.022, 0.021, 0.021, 0.016), width=0.014,
-                   material=HAIR, flat=((0, 0, 1), 1.7))  # fmt: skip
+            s.limb(
+                [
+                    (side * 0.050, 1.730, 0.022),
+                    (side * 0.074, 1.690, 0.012),
+                    (side * 0.0810, 1.640, 0.000),
+                    (side * 0.080, 1.580, -0.004),
+                    (side * 0.076, end, -0.010 if r.hair_style == BOB else -0.022),
+                ],
+                (0.020, 0.022, 0.021, 0.021, 0.016),
+                width=0.014,
+                material=HAIR,
+                flat=((0, 0, 1), 1.7),
+            )
         s.ellipsoid((0, 1.610, -0.058), (0.082, 0.092, 0.050), width=0.03, material=HAIR, exponent=2.4)
         if r.hair_style == LONG:
-            s.limb([(0, 1.66, -0.070), (0, 1.56, -0.080), (0, 1.46, -0.094), (0, 1.38, -0.112)], (0.036, 0.036, 0.032, 0.016), width=0.03,
-                   material=HAIR, flat=((1, 0, 0), 2.2))  # fmt: skip
+            s.limb(
+                [(0, 1.66, -0.070), (0, 1.56, -0.080), (0, 1.46, -0.094), (0, 1.38, -0.112)],
+                (0.036, 0.036, 0.032, 0.016),
+                width=0.03,
+                material=HAIR,
+                flat=((1, 0, 0), 2.2),
+            )
         s.ellipsoid((0.0, 1.722, 0.040), (0.066, 0.034, 0.052), width=0.02, material=HAIR, turn=rotation_x(0.35))
     elif r.hair_style == BUN:
         s.ellipsoid((0, 1.712, -0.118), (0.036, 0.033, 0.032), width=0.010, material=HAIR)
@@ -59,7 +80,9 @@ def paint_hair(r: Recipe, p: F64, normal: F64) -> F64:
     base = np.array(r.colour("hair"), np.float64)
     light = strands(r, p)
     sheen = np.exp(-(((p[:, 1] - 1.722) / 0.016) ** 2)) * (0.5 + 0.5 * light)
-    root = np.exp(-(((p[:, 0] - 0.030) / 0.0022) ** 2)) * (p[:, 2] > -0.03) * (p[:, 1] > 1.70) * (r.hair_style == PARTED)
+    root = (
+        np.exp(-(((p[:, 0] - 0.030) / 0.0022) ** 2)) * (p[:, 2] > -0.03) * (p[:, 1] > 1.70) * (r.hair_style == PARTED)
+    )
     out = base * (1.0 + 0.34 * light + 0.20 * sheen)[:, None] + 7.0 * np.clip(light, 0, 1)[:, None]
     if r.hair_style == CROPPED:
         # The skin shows between cropped hairs.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from vistel.figure.people.field import F64, Sculpture
@@ -26,19 +28,25 @@ def add_hand(s: Sculpture, r: Recipe, skeleton: Skeleton, side: str) -> None:
     wrist = skeleton.rest[JOINT_INDEX[f"{side}_hand"]]
 
     def at(x: float, y: float, z: float) -> F64:
-        return wrist + (sign * x, y, z)
+        return wrist + np.array((sign * x, y, z))
 
     # Back of the hand: a slab under the four metacarpals; pads of thumb and little finger; web of the thumb.
-    for z0, z1, x1, radius in ((0.012, 0.025, 0.088, 0.0125), (0.004, 0.006, 0.090, 0.0128), (-0.004, -0.013, 0.086, 0.0122),
-                               (-0.011, -0.031, 0.077, 0.0112)):  # fmt: skip
+    for z0, z1, x1, radius in (
+        (0.012, 0.025, 0.088, 0.0125),
+        (0.004, 0.006, 0.090, 0.0128),
+        (-0.004, -0.013, 0.086, 0.0122),
+        (-0.011, -0.031, 0.077, 0.0112),
+    ):
         s.cone(at(0.002, -0.001, z0), at(x1, 0.000, z1), 0.0175, radius * slim, width=0.020, material=SKIN, weight=0.8)
     s.ellipsoid(at(0.040, -0.011, 0.018), (0.034, 0.0135, 0.020), width=0.015, material=SKIN)
     s.ellipsoid(at(0.045, -0.010, -0.020), (0.038, 0.0125, 0.014), width=0.015, material=SKIN)
     s.cone(at(0.030, -0.008, 0.020), at(0.066, -0.009, 0.034), 0.0120, 0.0075, width=0.014, material=SKIN)
     # Webs: the fingers part some way beyond the knuckles.
     knuckles = [skeleton.rest[JOINT_INDEX[f"{side}_{finger}_proximal"]] for finger in FINGERS[1:]]
-    for one, two in zip(knuckles[:-1], knuckles[1:], strict=True):
-        s.ellipsoid(0.5 * (one + two) + (sign * 0.003, -0.001, 0.0), (0.0130, 0.0078, 0.0060), width=0.006, material=SKIN)
+    for one, two in pairwise(knuckles):
+        s.ellipsoid(
+            0.5 * (one + two) + (sign * 0.003, -0.001, 0.0), (0.0130, 0.0078, 0.0060), width=0.006, material=SKIN
+        )
     first_group = 4 if side == "left" else 9
     for i, finger in enumerate(FINGERS):
         joints = finger_joints(side)[3 * i : 3 * i + 3]
@@ -59,8 +67,21 @@ def _finger(s: Sculpture, points: list[F64], radii: list[float], group: int, *, 
     across = np.cross(along, (0.0, 1.0, 0.0))
     up = np.cross(across, along)
     for k in (1, 2):  # the joints are a little thicker on top than the bones between them
-        s.ellipsoid(points[k] + 0.0010 * up, (radii[k], radii[k], radii[k] * 0.86), width=0.006, material=SKIN, group=group, weight=0.5)
+        s.ellipsoid(
+            points[k] + 0.0010 * up,
+            (radii[k], radii[k], radii[k] * 0.86),
+            width=0.006,
+            material=SKIN,
+            group=group,
+            weight=0.5,
+        )
     mid = 0.5 * (points[0] + points[1]) if not thumb else 0.5 * (points[1] + points[2])
     k = 0 if not thumb else 1
-    s.ellipsoid(mid - 0.0022 * up, (0.5 * float(np.linalg.norm(points[k + 1] - points[k])), radii[k + 1] * 0.95, radii[k + 1] * 0.85),
-                width=0.006, material=SKIN, group=group, weight=0.5)  # fmt: skip
+    s.ellipsoid(
+        mid - 0.0022 * up,
+        (0.5 * float(np.linalg.norm(points[k + 1] - points[k])), radii[k + 1] * 0.95, radii[k + 1] * 0.85),
+        width=0.006,
+        material=SKIN,
+        group=group,
+        weight=0.5,
+    )

@@ -1,5 +1,7 @@
 """Smooth noise in space, for skin, hair and cloth: the same for the same seed on every machine."""
 
+# pyright: basic
+
 from __future__ import annotations
 
 import math

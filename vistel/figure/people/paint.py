@@ -24,15 +24,26 @@ I32 = NDArray[np.int32]
 U8 = NDArray[np.uint8]
 
 _PAINTERS: dict[int, Callable[[Recipe, F64, F64], F64]] = {
-    material.SKIN: paint_skin, material.LIP: paint_lip, material.HAIR: paint_hair, material.TOP: cloth.paint_top,
-    material.COLLAR: cloth.paint_collar, material.TROUSERS: cloth.paint_trousers, material.SHOE: cloth.paint_shoe,
+    material.SKIN: paint_skin,
+    material.LIP: paint_lip,
+    material.HAIR: paint_hair,
+    material.TOP: cloth.paint_top,
+    material.COLLAR: cloth.paint_collar,
+    material.TROUSERS: cloth.paint_trousers,
+    material.SHOE: cloth.paint_shoe,
     material.SOLE: cloth.paint_sole,
-}  # fmt: skip
+}
 _SOFT = 0.0007  # half width of the seam between two materials [m]
 
 
 def paint(
-    recipe: Recipe, solid: Solid, parts: list[tuple[F64, I64]], corner_vertex: I64, uv: F64, corner_triangles: I64, size: int
+    recipe: Recipe,
+    solid: Solid,
+    parts: list[tuple[F64, I64]],
+    corner_vertex: I64,
+    uv: F64,
+    corner_triangles: I64,
+    size: int,
 ) -> U8:
     """(size, size, 3) sRGB texture; parts are the skin mesh and the two eyeballs of the reference person."""
     owner, weight = rasterise(uv, corner_triangles, size)
@@ -68,7 +79,9 @@ def _surface(recipe: Recipe, solid: Solid, p: F64, n: F64) -> F64:
     first, second = _neckline(first, p), _neckline(second, p)
     second = np.where(second == 0, first, second)
     # Hair thins out at its edge instead of stopping at a line.
-    hairline = ((first == material.HAIR) & (second == material.SKIN)) | ((first == material.SKIN) & (second == material.HAIR))
+    hairline = ((first == material.HAIR) & (second == material.SKIN)) | (
+        (first == material.SKIN) & (second == material.HAIR)
+    )
     sign = np.where(first == material.HAIR, 1.0, -1.0)
     lead = np.where(hairline, sign * margin, margin)
     lead[hairline] += 0.0012 * strands(recipe, p[hairline]) + 0.0006 * noise(p[hairline] / 0.0025, 1, recipe.seed + 71)
@@ -91,7 +104,9 @@ def _neckline(what: I32, p: F64) -> I32:
     inside = within_collar(p) & (p[:, 1] > collar_height(p[:, 2]))
     above = (p[:, 1] > collar_height(p[:, 2]) + 0.008) & (p[:, 1] < 1.56) & (np.abs(p[:, 0]) < 0.085)
     out = np.where(((near & inside) | above) & (what == material.TOP), material.SKIN, what)
-    return np.where(near & ~within_collar(p) & (p[:, 1] < collar_height(p[:, 2])) & (what == material.SKIN), material.TOP, out).astype(np.int32)
+    return np.where(
+        near & ~within_collar(p) & (p[:, 1] < collar_height(p[:, 2])) & (what == material.SKIN), material.TOP, out
+    ).astype(np.int32)
 
 
 def _insides(p: F64, n: F64) -> F64:
@@ -131,8 +146,12 @@ def _eye(recipe: Recipe, p: F64) -> F64:
     r = np.where(front, np.hypot(x, y) / EYE_RADIUS, 2.0)
     angle = np.arctan2(y, x)
     white = np.array((234.0, 229.0, 224.0))
-    veins = smoothstep(0.25, 0.6, np.abs(noise(np.stack([angle * 3.0, r * 3.0, p[:, 2] * 90], axis=1), 3, recipe.seed + 81)))
-    out = white * (1.0 - np.clip(r - 0.6, 0, 0.6)[:, None] * (0.10, 0.16, 0.16) - 0.03 * veins[:, None] * (0.2, 1.0, 1.0))
+    veins = smoothstep(
+        0.25, 0.6, np.abs(noise(np.stack([angle * 3.0, r * 3.0, p[:, 2] * 90], axis=1), 3, recipe.seed + 81))
+    )
+    out = white * (
+        1.0 - np.clip(r - 0.6, 0, 0.6)[:, None] * (0.10, 0.16, 0.16) - 0.03 * veins[:, None] * (0.2, 1.0, 1.0)
+    )
     iris = np.array(recipe.colour("eyes"), np.float64)
     fibre = noise(np.stack([np.cos(angle) * 9, np.sin(angle) * 9, r * 2.5], axis=1), 2, recipe.seed + 82)
     ring = (r - 0.20) / 0.27

@@ -26,7 +26,7 @@ from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-VERSION = 4
+VERSION = 5
 """Of what this package makes; a change of it makes cached people void."""
 VERTICES = 10_000
 TEXTURE_SIZE = 1536
@@ -83,10 +83,16 @@ def make_person(recipe: Recipe, *, name: str, height: float, texture_size: int =
         ct = corner_triangles[first_triangle : first_triangle + len(t)]
         used, compact = np.unique(ct, return_inverse=True)
         owner = limb if joint is None else np.full(len(v), body.names.index("skull"))
-        meshes.append(Mesh(
-            (v * scale).astype(np.float32), t.astype(np.int32), (corner_vertex[used] - first_vertex).astype(np.int32),
-            uv[used].astype(np.float32), compact.reshape(-1, 3).astype(np.int32), owner.astype(np.int32),
-        ))  # fmt: skip
+        meshes.append(
+            Mesh(
+                (v * scale).astype(np.float32),
+                t.astype(np.int32),
+                (corner_vertex[used] - first_vertex).astype(np.int32),
+                uv[used].astype(np.float32),
+                compact.reshape(-1, 3).astype(np.int32),
+                owner.astype(np.int32),
+            )
+        )
         first_vertex, first_triangle = first_vertex + len(v), first_triangle + len(t)
     return Avatar(name, skeleton, body, meshes[0], tuple(meshes[1:]), albedo)
 
@@ -145,5 +151,3 @@ def _limbs(body: Body, skeleton: Skeleton, points: F64) -> I64:
         nearer = ratio < best
         best[nearer], limb[nearer] = ratio[nearer], i
     return limb
-
-

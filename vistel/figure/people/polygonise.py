@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage import measure
 
-from vistel.figure.people.field import THRESHOLD, Solid, boxes, field_block, field_block_rows
+from vistel.figure.people.field import Solid, boxes
+from vistel.figure.people.field_kernels import THRESHOLD, field_block, field_block_rows
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -51,9 +52,12 @@ def polygonise(solid: Solid, axes: tuple[F64, F64, F64]) -> tuple[F64, I64]:
                 if not near.any():
                     continue
                 active = field_block_rows(
-                    solid.rows, solid.tables, np.flatnonzero(near),
-                    np.array((bx[0], by[0], bz[0])), np.array((bx[-1], by[-1], bz[-1])),
-                )  # fmt: skip
+                    solid.rows,
+                    solid.tables,
+                    np.flatnonzero(near),
+                    np.array((bx[0], by[0], bz[0])),
+                    np.array((bx[-1], by[-1], bz[-1])),
+                )
                 if not len(active):
                     continue
                 block = np.empty((len(bx), len(by), len(bz)), np.float32)
@@ -62,18 +66,20 @@ def polygonise(solid: Solid, axes: tuple[F64, F64, F64]) -> tuple[F64, I64]:
                 # No sample exactly on the surface: each crossing then lies inside an edge and cannot degenerate.
                 block[np.abs(block - THRESHOLD) < 1e-5] = THRESHOLD + 1e-5
                 v, t, _, _ = _measure.marching_cubes(block, THRESHOLD, gradient_direction="ascent")
-                vertices.append(v + (i, j, k))
+                vertices.append(v + np.array((i, j, k)))
                 triangles.append(t.astype(np.int64) + base)
                 base += len(v)
     if not vertices:
         raise ValueError("the field nowhere reaches the threshold on this grid")
     # Blocks share their border samples, hence compute the same crossings there: weld them by grid coordinate.
     grid = np.concatenate(vertices)
-    _, first, index = np.unique(np.round(grid * 1048576.0).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    _, first, index = np.unique(
+        np.round(grid * 1048576.0).astype(np.int64), axis=0, return_index=True, return_inverse=True
+    )
     grid = grid[first]
     faces = index.reshape(-1)[np.concatenate(triangles)]
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
-    # Crossings keep clear of the samples: without slivers the mesh can be reduced; the caller projects onto the surface.
+    # Crossings keep clear of the samples: a mesh without slivers can be reduced; the caller projects it later.
     whole = np.floor(grid)
     part = grid - whole
     grid = whole + np.where(part > 0.0, np.clip(part, 0.2, 0.8), 0.0)

@@ -4,27 +4,45 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
 _PALETTES: dict[str, tuple[tuple[int, int, int], ...]] = {
-    "skin": ((243, 208, 183), (232, 190, 160), (224, 177, 140), (205, 154, 117), (176, 122, 86), (141, 92, 62), (104, 66, 46)),
+    "skin": (
+        (243, 208, 183),
+        (232, 190, 160),
+        (224, 177, 140),
+        (205, 154, 117),
+        (176, 122, 86),
+        (141, 92, 62),
+        (104, 66, 46),
+    ),
     "hair": ((28, 22, 20), (52, 35, 25), (84, 55, 34), (122, 82, 48), (173, 128, 75), (136, 66, 36), (150, 146, 142)),
-    "top": ((46, 74, 118), (122, 38, 46), (52, 92, 78), (196, 178, 150), (92, 88, 120), (214, 214, 210), (196, 120, 44),
-            (70, 74, 80), (158, 76, 104)),
+    "top": (
+        (46, 74, 118),
+        (122, 38, 46),
+        (52, 92, 78),
+        (196, 178, 150),
+        (92, 88, 120),
+        (214, 214, 210),
+        (196, 120, 44),
+        (70, 74, 80),
+        (158, 76, 104),
+    ),
     "trousers": ((38, 44, 62), (58, 56, 54), (96, 84, 66), (44, 60, 92), (76, 78, 84), (122, 104, 80)),
     "shoes": ((44, 32, 26), (30, 30, 32), (108, 70, 42), (196, 194, 188)),
     "eyes": ((92, 58, 32), (64, 42, 28), (84, 110, 132), (92, 108, 74), (128, 104, 62)),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
 class Recipe:
     """A person's look. Sizes are ratios to the average; colours are indices into the palettes.
 
-    build: girth; female: 0 male look, 1 female look; hair_style: 0 short, 1 side parting, 2 bob, 3 bun, 4 cropped, 5 long;
-    pattern: 0 plain, 1 knit, 2 stripes, 3 checks, 4 jacket over a shirt; nose, jaw, lips, cheeks, eye_opening: -1 small to
-    1 large.
+    build: girth; female: 0 male look, 1 female look; hair_style: 0 short, 1 side parting, 2 bob, 3 bun, 4 cropped,
+    5 long; pattern: 0 plain, 1 knit, 2 stripes, 3 checks, 4 jacket over a shirt; nose, jaw, lips, cheeks, eye_opening:
+    -1 small to 1 large.
     """
 
     seed: int = 0
@@ -46,7 +64,8 @@ class Recipe:
 
     def colour(self, what: str) -> tuple[int, int, int]:
         """sRGB of "skin", "hair", "top", "trousers", "shoes" or "eyes"."""
-        return _PALETTES[what][getattr(self, what)]
+        index: int = getattr(self, what)
+        return _PALETTES[what][index]
 
 
 HAIR_STYLES = 6
@@ -64,10 +83,11 @@ def recipe_from_seed(seed: int) -> Recipe:
         pick["eyes"] = int(rng.integers(2))
     styles = (2, 3, 5) if female else (0, 1, 4)
     features = {feature: round(float(rng.uniform(-1.0, 1.0)), 3) for feature in _FEATURES}
-    return Recipe(
-        seed=seed, build=round(float(rng.uniform(0.93, 1.10)), 3), female=female, hair_style=int(rng.choice(styles)),
-        pattern=int(rng.integers(PATTERNS)), **pick, **features,
-    )  # fmt: skip
+    drawn: dict[str, Any] = {**pick, **features, "female": female}
+    drawn["build"] = round(float(rng.uniform(0.93, 1.10)), 3)
+    drawn["hair_style"] = int(rng.choice(styles))
+    drawn["pattern"] = int(rng.integers(PATTERNS))
+    return Recipe(seed=seed, **drawn)
 
 
 def parse_spec(spec: str, name: str) -> Recipe:
@@ -90,7 +110,12 @@ def parse_spec(spec: str, name: str) -> Recipe:
             raise ValueError(f"avatar {spec!r}: unknown key {key!r}, expected one of {', '.join(known)}")
     seed = _number(spec, "seed", given.get("seed", str(_seed_of(name))), 0, 2**32 - 1, whole=True)
     recipe = recipe_from_seed(int(seed))
-    limits = {"build": (0.8, 1.35), "female": (0.0, 1.0), "hair_style": (0, HAIR_STYLES - 1), "pattern": (0, PATTERNS - 1)}
+    limits = {
+        "build": (0.8, 1.35),
+        "female": (0.0, 1.0),
+        "hair_style": (0, HAIR_STYLES - 1),
+        "pattern": (0, PATTERNS - 1),
+    }
     limits |= dict.fromkeys(_FEATURES, (-1.0, 1.0))
     for key, value in given.items():
         if key == "seed":

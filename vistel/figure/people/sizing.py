@@ -24,8 +24,8 @@ def wanted_size(p: F64) -> F64:
         q = np.hypot(np.hypot(x - centre[0], y - centre[1]), z - centre[2])
         np.minimum(size, value + 0.35 * np.maximum(0.0, q - radius), out=size)
 
-    finer((x < 0.2) & (y > 1.50), 0.013)
-    near((0.0, 1.60, 0.075), 0.045, 0.0062)
+    finer((x < 0.2) & (y > 1.50), 0.0115)
+    near((0.0, 1.60, 0.075), 0.045, 0.0056)
     near(EYE, 0.019, 0.0032)
     near((0.0, 1.600, 0.112), 0.018, 0.0042)
     near((0.0, MOUTH_Y, 0.090), 0.024, 0.0040)

@@ -38,10 +38,9 @@ _Y, _Y_STRETCHED = _integral(_gain_up, 0.0, 1.9)
 
 def stretch(points: F64) -> F64:
     """(N, 3) points of the reference person with hands and head enlarged."""
-    x, y, z = points.T
-    arm, head = _gain_along_arm(np.abs(x)), np.where(np.abs(x) < 0.4, _gain_up(y), 1.0)
-    return np.stack([
-        np.sign(x) * np.interp(np.abs(x), _X, _X_STRETCHED) * head,
-        np.where(head > 1.0, np.interp(y, _Y, _Y_STRETCHED), _ARM_Y + (y - _ARM_Y) * arm),
-        z * arm * head,
-    ], axis=1)  # fmt: skip
+    x, y, z = points[:, 0], points[:, 1], points[:, 2]
+    arm = _gain_along_arm(np.abs(x))
+    head: F64 = np.where(np.abs(x) < 0.4, _gain_up(y), 1.0)
+    along: F64 = np.sign(x) * np.interp(np.abs(x), _X, _X_STRETCHED) * head
+    up: F64 = np.where(head > 1.0, np.interp(y, _Y, _Y_STRETCHED), _ARM_Y + (y - _ARM_Y) * arm)
+    return np.stack([along, up, z * arm * head], axis=1)
