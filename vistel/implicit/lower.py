@@ -142,8 +142,7 @@ def _open(node: Node, wrapped: dict[int, Node]) -> None:
                 node.leaves.append(child)
                 continue
             if id(child) not in wrapped:
-                wrapped[id(child)] = Node(None, [(1.0, child)])
-                child.uses = 1
+                wrapped[id(child)] = Node(None, [], leaves=[child])
             node.children.append((factor, wrapped[id(child)]))
         elif node.shape is None and child.shape is None and child.uses == 1 and factor > 0 and child.order == -1:
             pending.extend((factor * inner, grand) for inner, grand in reversed(child.children))

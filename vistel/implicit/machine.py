@@ -63,6 +63,8 @@ BIG = 32
 CHUNK = 1 << 15
 """Scattered points are sorted in chunks whose working memory stays in the cache."""
 
+EDGE = F32(1e-3)
+
 dispatch = dispatcher()
 
 
@@ -315,6 +317,30 @@ def evaluate_points(stamp, P, origin, points, out, slope):
     fx, xs = pointer(flat_), pointer(sorted_)
     fy, fz = at(fx, CHUNK), at(fx, 2 * CHUNK)
     ys, zs = at(xs, CHUNK + LANES), at(xs, 2 * (CHUNK + LANES))
+    # Many chunks share the cells: their leaves are looked up once.
+    shared = total > 3 * CHUNK
+    list_begin_ = np.zeros(cells + 1, np.int32)
+    list_begin = pointer(list_begin_)
+    lists_ = np.empty(1, np.int32)
+    if shared:
+        for fill_in in range(2):
+            for cell in range(cells):
+                for k in range(3):
+                    place = cell // (side * side) if k == 0 else (cell // side % side if k == 1 else cell % side)
+                    width = (realm[3 + k] - realm[k]) / F32(side)
+                    # A hair wider than the cell, for the points that rounding puts into it.
+                    box[k] = realm[k] + width * (F32(place) - EDGE)
+                    box[3 + k] = realm[k] + width * (F32(place + 1) + EDGE)
+                count = collect(tree_box, tree_link, tree_order, branches, leaf_box, box, found)
+                count = narrow(leaf_box, capsule, box, found, count, found)
+                if fill_in == 0:
+                    list_begin[cell + 1] = list_begin[cell] + count
+                else:
+                    for k in range(count):
+                        lists_[list_begin[cell] + k] = found[k]
+            if fill_in == 0:
+                lists_ = np.empty(list_begin[cells] + 1, np.int32)
+    lists = pointer(lists_)
     for done in range(0, total, CHUNK):
         many = min(CHUNK, total - done)
         for i in range(many):
@@ -343,15 +369,18 @@ def evaluate_points(stamp, P, origin, points, out, slope):
             while first < last:
                 n = min(LANES, last - first)
                 x, y, z = at(xs, first), at(ys, first), at(zs, first)
-                box[0], box[3] = extent(x, n)
-                box[1], box[4] = extent(y, n)
-                box[2], box[5] = extent(z, n)
-                count = collect(tree_box, tree_link, tree_order, branches, leaf_box, box, found)
-                count = narrow(leaf_box, capsule, box, found, count, found)
+                if shared:
+                    leaves, count = at(lists, list_begin[cell]), list_begin[cell + 1] - list_begin[cell]
+                else:
+                    box[0], box[3] = extent(x, n)
+                    box[1], box[4] = extent(y, n)
+                    box[2], box[5] = extent(z, n)
+                    leaves, count = found, collect(tree_box, tree_link, tree_order, branches, leaf_box, box, found)
+                    count = narrow(leaf_box, capsule, box, found, count, found)
                 # Lanes past n hold other cells' points: computed and dropped.
                 if count > 0 and block(
                     leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
-                    found, count, x, y, z, w, regs, live, channels, (n + 15) & ~15, slope, leaf_box, 0, 0,
+                    leaves, count, x, y, z, w, regs, live, channels, (n + 15) & ~15, slope, leaf_box, 0, 0,
                 ):  # fmt: skip
                     if channels > first_:
                         _normalise(at(root, first_ * LANES), pointer(P.group), P.group.shape[0], n)
@@ -363,7 +392,7 @@ def evaluate_points(stamp, P, origin, points, out, slope):
                     for i in range(n):
                         _far(out, order[first + i], channels, far)
                 first += n
-    keep(regs_, rows_, live_, box_, found_, cell_of_, order_, begin_, flat_, sorted_, realm_)
+    keep(regs_, rows_, live_, box_, found_, cell_of_, order_, begin_, flat_, sorted_, realm_, list_begin_, lists_)
 
 
 @row

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -95,7 +95,7 @@ class FieldProgram:
         def run(piece: slice) -> None:
             machine.evaluate_points(stamp, arrays, self.origin, rows[piece], out[piece], gradient)
 
-        _in_pieces(run, len(rows), _threads(threads, len(rows)), 1 << 17)
+        _in_pieces(run, len(rows), _threads(threads, len(rows)))
         return self._unpack(out.reshape(*form, channels), gradient, attributes, points)
 
     def field(self, points: ArrayLike, *, threads: int | None = None) -> F32:
@@ -171,7 +171,7 @@ class FieldProgram:
         def run(piece: slice) -> None:
             machine.evaluate_grid(stamp, arrays, *local, target, gradient, piece.start, piece.stop)
 
-        _in_pieces(run, form[0], _threads(threads, int(np.prod(form))), 32)
+        _in_pieces(run, form[0], _threads(threads, int(np.prod(form))))
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) if attributes and self.layout.textures else None
         return self._unpack(np.moveaxis(out, 0, -1), gradient, attributes, points)
 
@@ -310,13 +310,14 @@ def _last_uses(nodes: Sequence[Node]) -> dict[int, int]:
     return last
 
 
-def _in_pieces(run: Any, count: int, threads: int, piece: int) -> None:
+def _in_pieces(run: Callable[[slice], None], count: int, threads: int) -> None:
     """Call `run` on slices of range(count), on several threads where asked; kernels let go of the interpreter."""
-    slices = [slice(a, min(a + piece, count)) for a in range(0, count, piece)]
-    if threads == 1 or len(slices) == 1:
-        for s in slices:
-            run(s)
+    if threads == 1:
+        run(slice(0, count))
         return
+    step = -(-count // (4 * threads))
+    step += -step % 32  # whole blocks of a lattice
+    slices = [slice(a, min(a + step, count)) for a in range(0, count, step)]
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(run, slices))
 

@@ -13,7 +13,7 @@ from implicit_shapes import PRIMITIVES, graphs, points
 import vistel.implicit as vi
 
 RELATIVE = 1e-5
-EXAMPLES = int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "150"))
+EXAMPLES = min(int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "150")), 10_000)
 
 
 def assert_agrees(shape: vi.Shape, p: np.ndarray, allowed: float = 0.0) -> None:
@@ -97,6 +97,13 @@ def test_attributes_agree_with_the_shape() -> None:
             assert close[reached].mean() > 0.995
 
 
+def test_a_shape_used_twice_counts_twice() -> None:
+    a = PRIMITIVES["cone-sphere"]
+    p = points(6, 500)
+    np.testing.assert_allclose(vi.compile(a + (-1.0) * a).field(p), 0.0, atol=1e-6)
+    np.testing.assert_allclose(vi.compile(~(a + a) | a).field(p), (~(a + a) | a).field(p), atol=1e-5)
+
+
 def test_program_without_primitives_in_reach_gives_the_far_value() -> None:
     hollow = vi.compile(~vi.Sphere((0, 0, 0), 1.0))
     assert hollow.far == 1.0
@@ -128,9 +135,10 @@ def test_messages_make_primitives_of_every_object_kind() -> None:
         assert vi.compile(shape).field(on_surface[kind]) == pytest.approx(0.5, abs=1e-5)
 
 
+@pytest.mark.filterwarnings("ignore:Generating overly large repr")
 @given(shape=graphs, seed=st.integers(0, 1000))
 @settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))
-def test_random_graphs_give_numbers_that_agree(shape: vi.Shape, seed: int) -> None:
+def test_fuzz_random_graphs_give_numbers_that_agree(shape: vi.Shape, seed: int) -> None:
     p = points(seed, 40, half=1.5)
     field, slope = shape.field_and_gradient(p)
     got = vi.compile(shape).evaluate(p, gradient=True, attributes=True)
