@@ -44,7 +44,10 @@ def scene(name: str) -> list[vi.Primitive]:
     ring = np.sqrt(1 - z * z)
     shell = np.stack([ring * np.cos(around), z, ring * np.sin(around)], axis=1) * rng.uniform(0.92, 1.08, (count, 1))
     if name == "s106":
-        return [vi.Sphere(tuple(c), r) for c, r in zip(shell * (0.36, 0.42, 0.38), rng.uniform(0.115, 0.155, count), strict=True)]
+        return [
+            vi.Sphere(tuple(c), r)
+            for c, r in zip(shell * (0.36, 0.42, 0.38), rng.uniform(0.115, 0.155, count), strict=True)
+        ]
     shell *= (0.34, 0.40, 0.36)
     spheres = [vi.Sphere(tuple(c), r) for c, r in zip(shell[:13], rng.uniform(0.135, 0.165, 13), strict=True)]
     along = np.cross(shell[13:], rng.normal(size=(30, 3)))
@@ -119,26 +122,55 @@ def run() -> Iterator[Row]:
         if worst > 1e-5:
             raise RuntimeError(f"bench field: {name} differs from NumPy by {worst:.2g}")
         a, b = alternating(41, lambda: program.lattice(axis, axis, axis, threads=1), lambda: boxed(primitives, axis))  # noqa: B023
-        yield row(f"{name} lattice {SIDE}^3", "time", "ms", 1e3 * a, f"{NUMPY}, boxed", 1e3 * b, b / a, "ratio >= 6", b / a >= 6)
+        yield row(
+            f"{name} lattice {SIDE}^3",
+            "time",
+            "ms",
+            1e3 * a,
+            f"{NUMPY}, boxed",
+            1e3 * b,
+            b / a,
+            "ratio >= 6",
+            b / a >= 6,
+        )
         out = np.zeros((1, SIDE, SIDE, SIDE), np.float32)
         a, _ = alternating(41, lambda: program.lattice(axis, axis, axis, threads=1, out=out), lambda: None)  # noqa: B023
         yield row(f"{name} lattice {SIDE}^3, output reused", "time", "ms", 1e3 * a)
         program.field(points[:10])
         a, b = alternating(5, lambda: program.field(points, threads=1), lambda: dense(primitives, points32))  # noqa: B023
-        yield row(f"{name} 1e6 scattered points", "time", "ms", 1e3 * a, f"{NUMPY}, dense", 1e3 * b, b / a, "ratio >= 20", b / a >= 20)
+        yield row(
+            f"{name} 1e6 scattered points",
+            "time",
+            "ms",
+            1e3 * a,
+            f"{NUMPY}, dense",
+            1e3 * b,
+            b / a,
+            "ratio >= 20",
+            b / a >= 20,
+        )
 
         def both(program: vi.FieldProgram = coloured) -> None:
             program.evaluate(points, gradient=True, attributes=True, threads=1)
 
         both()
         a, b = alternating(9, both, lambda: program.field(points, threads=1))  # noqa: B023
-        yield row(f"{name} 1e6 points, field + gradient + colour", "cost over the field alone", "x", a / b, target="<= 2.5", met=a / b <= 2.5)
+        yield row(
+            f"{name} 1e6 points, field + gradient + colour",
+            "cost over the field alone",
+            "x",
+            a / b,
+            target="<= 2.5",
+            met=a / b <= 2.5,
+        )
         a, b = alternating(
             15,
             lambda: coloured.lattice(axis, axis, axis, gradient=True, attributes=True, threads=1),  # noqa: B023
             lambda: program.lattice(axis, axis, axis, threads=1),  # noqa: B023
         )
-        yield row(f"{name} lattice, field + gradient + colour (8 arrays for 1)", "cost over the field alone", "x", a / b)
+        yield row(
+            f"{name} lattice, field + gradient + colour (8 arrays for 1)", "cost over the field alone", "x", a / b
+        )
     yield from _throughput(row)
     yield from _start(row)
 
@@ -165,7 +197,9 @@ def _start(row: Callable[..., Row]) -> Iterator[Row]:
     code = "import time; t = time.perf_counter(); import vistel.implicit as vi; print(time.perf_counter() - t)"
     taken = sorted(float(_python(code, {})) for _ in range(5))
     yield row("import, warm", "time", "s", taken[2], target="<= 1.0", met=taken[2] <= 1.0)
-    first = code.replace("; print", "; p = vi.compile(vi.Sphere((0, 0, 0), 1.0)); t = time.process_time(); p.field([(0, 0, 0)]); print")
+    first = code.replace(
+        "; print", "; p = vi.compile(vi.Sphere((0, 0, 0), 1.0)); t = time.process_time(); p.field([(0, 0, 0)]); print"
+    )
     first = first.replace("print(time.perf_counter()", "print(time.process_time()")
     with tempfile.TemporaryDirectory() as cache:
         cold = float(_python(first, {"NUMBA_CACHE_DIR": cache}))

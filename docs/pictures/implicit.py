@@ -67,7 +67,9 @@ def figure_22() -> None:
     draw.text((14, 6), "f(d)", "#222222", font(15))
     pictures = [label(graph, "blend functions")]
     for name, blend in BLENDS.items():
-        pair = vi.Sphere.of_surface((-0.62, 0, 0), 0.55, blend=blend) + vi.Sphere.of_surface((0.62, 0, 0), 0.55, blend=blend)
+        pair = vi.Sphere.of_surface((-0.62, 0, 0), 0.55, blend=blend) + vi.Sphere.of_surface(
+            (0.62, 0, 0), 0.55, blend=blend
+        )
         pictures.append(label(render(pair, (wide, high), azimuth=-90, height=10, width=2.9), f"two balls, {name}"))
     warps = Image.new("RGB", (wide, high), "white")
     draw = ImageDraw.Draw(warps)
@@ -159,7 +161,10 @@ def figure_21() -> None:
     soft, tight = vi.Blend("quartic", 0.35), vi.Blend("quartic", 4.0)
     balls = [vi.Sphere.of_surface((x, 0, 0.75), 0.3).with_attributes(colour=GOLD) for x in (-0.6, 0.6)]
     pictures: list[Image.Image] = []
-    for text, first, second in (("quartic everywhere", vi.QUARTIC, vi.QUARTIC), ("soft left, tight right", soft, tight)):
+    for text, first, second in (
+        ("quartic everywhere", vi.QUARTIC, vi.QUARTIC),
+        ("soft left, tight right", soft, tight),
+    ):
         blends = [first if is_left else second for is_left in left]
         blob = vi.Pointblob.of_surface(solid, (0, 0, 0), vertex_blends=blends).with_attributes(colour=BLUE)
         pictures.append(label(plane_picture(blob, 1.9, 380), f"field, {text}"))
@@ -184,7 +189,9 @@ def figure_69() -> None:
     cut = vi.Pointblob.of_surface(vi.box(0.75), (0, 0, 0)) - vi.Sphylinder.of_surface((0, 0, -1), (0, 0, 1), 0.42)
     cut = (cut - vi.Sphylinder.of_surface((-1, 0, 0), (1, 0, 0), 0.42)).with_attributes(colour=RED)
     ball = vi.Pointblob.of_surface(vi.sphere_mesh(0.85, 16, 32), (0, 0, 0)).with_attributes(colour=GOLD)
-    pillar = vi.Polyblob(vi.prism(np.array(star(8, 0.95, 0.8)), -1.6, 1.6), vi.prism(np.array(star(8, 0.2, 0.15)), -0.9, 0.9))
+    pillar = vi.Polyblob(
+        vi.prism(np.array(star(8, 0.95, 0.8)), -1.6, 1.6), vi.prism(np.array(star(8, 0.2, 0.15)), -0.9, 0.9)
+    )
     pillar_ = pillar.with_attributes(colour=BLUE)
     films = [WeightChange(cut, ball), WeightChange(ball, pillar_)]
     pictures = [
@@ -214,7 +221,11 @@ def combinations() -> None:
         "a & b": cube & ball, "a - b": cube - ball, "difference(a, b, power=6)": vi.difference(cube, ball, power=6),
         "subtract(a, b)": vi.subtract(cube, ball), "Diff((a, b))": vi.Diff((cube, ball)),
     }  # fmt: skip
-    sheet([label(render(s, (320, 280), width=3.0, centre=(0.1, -0.1, 0.1)), text) for text, s in shapes.items()], 4, "combinations")
+    sheet(
+        [label(render(s, (320, 280), width=3.0, centre=(0.1, -0.1, 0.1)), text) for text, s in shapes.items()],
+        4,
+        "combinations",
+    )
 
 
 PICTURES: dict[str, Callable[[], None]] = {

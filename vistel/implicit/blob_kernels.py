@@ -1,5 +1,7 @@
 """Kernels of pointblobs and point-setblobs; they write F and its gradient. `blob_parameters` has the layout."""
 
+# pyright: basic, reportCallIssue=false
+
 from __future__ import annotations
 
 import math
@@ -43,10 +45,10 @@ def _triangle(p, record, x, y, z):
         a = m[0] * x + m[1] * y + m[2] * z
         b = m[3] * x + m[4] * y + m[5] * z
         c = m[6] * x + m[7] * y + m[8] * z
-        least = min(a, min(b, c))
+        least = min(a, b, c)
         if least >= ZERO:
             return start
-        size = max(abs(a), max(abs(b), abs(c)))
+        size = max(abs(a), abs(b), abs(c))
         if least > best * size:
             found, best = start, least / size
     return found

@@ -3,6 +3,8 @@
 Every node knows its value and, by the chain rule, its exact gradient. Nodes that take powers see negative fields as 0.
 """
 
+# pyright: reportUnnecessaryIsInstance=false
+
 from __future__ import annotations
 
 import math
@@ -73,9 +75,7 @@ class Sum(Combination):
         weights = tuple(self.weights) or (1.0,) * len(self.shapes)
         if len(weights) != len(self.shapes):
             raise ShapeError(f"Sum: weights has {len(weights)} numbers for {len(self.shapes)} shapes")
-        object.__setattr__(
-            self, "weights", tuple(finite("Sum", f"weights[{i}]", w) for i, w in enumerate(weights))
-        )
+        object.__setattr__(self, "weights", tuple(finite("Sum", f"weights[{i}]", w) for i, w in enumerate(weights)))
 
     def combine(self, fields: F64) -> tuple[F64, F64]:
         weights = np.array(self.weights)[:, None]
@@ -221,7 +221,9 @@ class Placed(Shape):
         if m.shape == (4, 4) and np.allclose(m[3], (0, 0, 0, 1)):
             m = m[:3].copy()
         if m.shape != (3, 4) or not np.isfinite(m).all():
-            raise ShapeError(f"Placed: matrix has the form {m.shape}, expected finite (3, 4), or (4, 4) with a last row 0 0 0 1")
+            raise ShapeError(
+                f"Placed: matrix has the form {m.shape}, expected finite (3, 4), or (4, 4) with a last row 0 0 0 1"
+            )
         scale = np.linalg.norm(m[:, :3])
         if abs(np.linalg.det(m[:, :3])) <= 1e-9 * scale**3:
             raise ShapeError("Placed: matrix flattens space, expected one that can be inverted")
@@ -275,7 +277,7 @@ def placed_box(matrix: F64, box: F64) -> F64:
     centre, half = box.mean(axis=0), np.ptp(box, axis=0) / 2
     middle = matrix[:, :3] @ centre + matrix[:, 3]
     reach = np.abs(matrix[:, :3]) @ half
-    return np.stack([middle - reach, middle + reach])
+    return np.stack([middle - reach, middle + reach]).astype(np.float64)
 
 
 def rotation_matrix(quaternion: ArrayLike) -> F64:
@@ -315,7 +317,9 @@ class Attributed(Shape):
                 continue
             numbers = np.atleast_1d(np.array(value, np.float64))
             if numbers.ndim != 1 or not np.isfinite(numbers).all():
-                raise ShapeError(f"with_attributes: {name} is {value!r}, expected finite numbers or a function of points")
+                raise ShapeError(
+                    f"with_attributes: {name} is {value!r}, expected finite numbers or a function of points"
+                )
             numbers.setflags(write=False)
             checked[name] = numbers
         for name, weight in weights.items():
@@ -392,7 +396,9 @@ def selective(shapes: Iterable[Shape], blends: Iterable[tuple[int, int]]) -> Sha
     near: list[set[int]] = [set() for _ in parts]
     for i, j in blends:
         if not (0 <= i < len(parts) and 0 <= j < len(parts)) or i == j:
-            raise ShapeError(f"selective: blends has the pair ({i}, {j}), expected two different indices below {len(parts)}")
+            raise ShapeError(
+                f"selective: blends has the pair ({i}, {j}), expected two different indices below {len(parts)}"
+            )
         near[i].add(j)
         near[j].add(i)
     groups = [total(*(parts[i] for i in sorted(group))) for group in _cliques(near)]

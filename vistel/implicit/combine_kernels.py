@@ -1,5 +1,7 @@
 """Kernels of the nodes other than sums: extrema, Ricci forms, complement, DIFF, with gradients and attributes."""
 
+# pyright: basic, reportCallIssue=false
+
 from __future__ import annotations
 
 import math
@@ -101,9 +103,9 @@ def _diff(power, eps, node_table, number, child, live, regs, acc, channels, i, s
 def combine(op, a, b, node_table, number, child, m, live, regs, acc, channels, n, slope):
     """Rows of one node from those of its m children; a, b are its numbers; acc holds zeros."""
     for i in range(n):
-        if op == MAX or op == MIN:
+        if op in (MAX, MIN):
             _extremum(op == MAX, node_table, number, child, m, live, regs, acc, channels, i, slope)
-        elif op == UNION or op == INTERSECTION:
+        elif op in (UNION, INTERSECTION):
             _ricci(op == UNION, a, node_table, number, child, m, live, regs, acc, channels, i, slope)
         elif op == COMPLEMENT:
             acc[i] = a - _operand(node_table, number, child, 0, live, regs, channels, i)

@@ -5,11 +5,13 @@ u at rows of n float32; gx, gy, gz take du/dP
 if `slope`.
 """
 
+# pyright: basic, reportCallIssue=false
+
 from __future__ import annotations
 
 import math
 
-from vistel.implicit.rows import ONE, TWO, ZERO, F32, axis_slope, offset_slope, row
+from vistel.implicit.rows import F32, ONE, TWO, ZERO, axis_slope, offset_slope, row
 
 TINY = F32(1e-12)
 FAR = F32(2.0)
@@ -197,7 +199,7 @@ def superellipsoid(p, x, y, z, u, gx, gy, gz, n, slope):
     for i in range(n):
         ax, ay, az = abs(x[i]) * ia, abs(y[i]) * ib, abs(z[i]) * ic
         # Scaled by the largest coordinate, so that no power overflows or vanishes: d has degree one.
-        m = max(ax, max(ay, az))
+        m = max(ax, ay, az)
         if m <= TINY or m >= FAR:
             u[i] = ZERO if m <= TINY else FAR
             if slope:

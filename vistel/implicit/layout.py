@@ -4,13 +4,13 @@ All lengths are relative to the program's origin.
 
 | array | form | holds |
 |---|---|---|
-| leaf | (n, 5) int32 | kind; 1 where its kernel writes F itself; start in params; start of its frame in params or -1; blend family |
+| leaf | (n, 5) int32 | kind; 1 where its kernel writes F itself; start in params; of its frame or -1; blend family |
 | scale | (n, 2) | weight; warp of the blend |
 | box | (n, 6) | low and high corner of the realm |
 | capsule | (n, 7) | two points and a radius that hold the realm |
 | attribute | (n, C) | what the leaf adds to each attribute channel for each unit of field, see `attributes.Layout` |
 | params | (k,) | the kinds' numbers; a frame is nine of the map into it, row by row, then its origin |
-| node | (m, 6) int32 | operation; first leaf, last + 1; first child, last + 1; register. In order of evaluation, root last |
+| node | (m, 6) int32 | operation; first leaf, last + 1; first child, last + 1; register. Root last |
 | number | (m, 3) | two numbers of the operation; the field out of reach |
 | child, child_weight | (c,) | children of the nodes, and their weights in a sum |
 | tree_box | (t, 6) | boxes of the hierarchy, depth first |

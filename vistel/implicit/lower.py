@@ -48,7 +48,7 @@ class Node:
     children: list[tuple[float, Node | Leaf]]
     uses: int = 0
     order: int = -1
-    leaves: list[Leaf] = field(default_factory=list)
+    leaves: list[Leaf] = field(default_factory=list[Leaf])
 
 
 def lower(shape: Shape, origin: F64) -> list[Node]:
@@ -71,18 +71,14 @@ class _Lowering:
         self.done: dict[tuple[int, bytes, int], Node | Leaf] = {}
         self.kept: list[Mapping[str, Any]] = []
 
-    def of(
-        self, shape: Shape, matrix: F64, values: Mapping[str, Any], weights: Mapping[str, float]
-    ) -> Node | Leaf:
+    def of(self, shape: Shape, matrix: F64, values: Mapping[str, Any], weights: Mapping[str, float]) -> Node | Leaf:
         key = (id(shape), matrix.tobytes(), id(values))
         if key not in self.done:
             self.done[key] = self._make(shape, matrix, values, weights)
             self.kept.append(values)  # ids stay unique while the mapping lives
         return self.done[key]
 
-    def _make(
-        self, shape: Shape, matrix: F64, values: Mapping[str, Any], weights: Mapping[str, float]
-    ) -> Node | Leaf:
+    def _make(self, shape: Shape, matrix: F64, values: Mapping[str, Any], weights: Mapping[str, float]) -> Node | Leaf:
         if isinstance(shape, Primitive):
             return Leaf(shape, matrix, values, weights, self.origin)
         if isinstance(shape, Placed):

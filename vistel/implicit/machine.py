@@ -5,6 +5,8 @@ of its sum; nodes without a live leaf below keep their far value and cost nothin
 LANES: the field, three of gradient where asked, then attribute channels.
 """
 
+# pyright: basic, reportCallIssue=false
+
 from __future__ import annotations
 
 import math
@@ -22,7 +24,6 @@ from vistel.implicit.layout import (
     FRAME,
     KIND,
     LANES,
-    LEAF0,
     LEAF1,
     LEAF_WORDS,
     NODE_WORDS,
@@ -450,7 +451,7 @@ def _store(out, r, di, dj, dk, stride_i, stride_j):
 
 @nb.njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
-    """Field (and more) on the lattice xs x ys x zs (relative to the origin), planes begin to end, into out (C, X, Y, Z).
+    """Field (and more) on the lattice xs x ys x zs, planes begin to end, into out (C, X, Y, Z).
 
     `out` must hold the far value beforehand: blocks that no primitive reaches are not touched.
     """
@@ -459,7 +460,10 @@ def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
     child, child_weight, nodes = pointer(P.child), pointer(P.child_weight), P.node.shape[0]
     tree_box, tree_link, tree_order = pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order)
     channels, ny, nz = out_.shape[0], ys_.shape[0], zs_.shape[0]
-    regs_, rows_ = np.empty(P.registers * channels * LANES, np.float32), np.empty((12 + (nz + DK - 1) // DK) * LANES, np.float32)
+    regs_, rows_ = (
+        np.empty(P.registers * channels * LANES, np.float32),
+        np.empty((12 + (nz + DK - 1) // DK) * LANES, np.float32),
+    )
     live_, box_ = np.zeros(nodes, np.uint8), np.empty(6, np.float32)
     room = P.leaf.shape[0] + 1
     found_ = np.empty(5 * room, np.int32)

@@ -42,9 +42,7 @@ class Sphere(Primitive):
         object.__setattr__(self, "radius", positive("Sphere", "radius", self.radius))
 
     @classmethod
-    def of_surface(
-        cls, centre: Vec3, radius: float, *, threshold: float = THRESHOLD, **options: Any
-    ) -> Self:
+    def of_surface(cls, centre: Vec3, radius: float, *, threshold: float = THRESHOLD, **options: Any) -> Self:
         """The sphere whose surface F = threshold has this radius; options: weight, blend."""
         return cls(centre, radius * influence_of("Sphere", threshold, options), **options)
 
@@ -88,9 +86,7 @@ class Sphylinder(Primitive):
         object.__setattr__(self, "radius", positive("Sphylinder", "radius", self.radius))
 
     @classmethod
-    def of_surface(
-        cls, start: Vec3, end: Vec3, radius: float, *, threshold: float = THRESHOLD, **options: Any
-    ) -> Self:
+    def of_surface(cls, start: Vec3, end: Vec3, radius: float, *, threshold: float = THRESHOLD, **options: Any) -> Self:
         """The sphylinder whose surface F = threshold has this radius; options: weight, blend."""
         return cls(start, end, radius * influence_of("Sphylinder", threshold, options), **options)
 
@@ -273,11 +269,11 @@ class RoundedPolygon(Primitive):
             raise ShapeError(f"RoundedPolygon: edges {crossing[0]} and {crossing[1]} cross, expected a simple polygon")
 
     @classmethod
-    def of_surface(
-        cls, vertices: ArrayLike, radius: float, *, threshold: float = THRESHOLD, **options: Any
-    ) -> Self:
+    def of_surface(cls, vertices: ArrayLike, radius: float, *, threshold: float = THRESHOLD, **options: Any) -> Self:
         """The rounded polygon whose surface F = threshold has this radius; options: weight, blend."""
-        return cls(np.asarray(vertices, np.float64), radius * influence_of("RoundedPolygon", threshold, options), **options)
+        return cls(
+            np.asarray(vertices, np.float64), radius * influence_of("RoundedPolygon", threshold, options), **options
+        )
 
     @cached_property
     def plane(self) -> tuple[F64, F64, F64]:

@@ -1,5 +1,7 @@
 """Pointblob and point-setblob: any star-shaped volume as an implicit primitive (Singh §3.2)."""
 
+# ruff: noqa: PLC0415 - the packing of numbers knows the shapes it packs
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -120,10 +122,11 @@ class Pointblob(Primitive):
         gs = self.fan.sum_gradient[which]
         safe = np.where(s > 0, s, 1.0)
         value, slope = np.zeros(len(points)), np.zeros_like(points)
-        corner = self.volume.triangles[which]  # type: ignore[union-attr]
+        assert isinstance(self.volume, Polyhedron)
+        corner = self.volume.triangles[which]
         for k in range(3):
             share = g[:, k] / safe
-            for vertex in np.unique(corner[:, k]):
+            for vertex in sorted({int(v) for v in corner[:, k]}):
                 at = corner[:, k] == vertex
                 blend, reach = self.vertex_blends[vertex], self.vertex_reaches[vertex]
                 f, df = blend(reach * s[at]), blend.derivative(reach * s[at])
@@ -185,16 +188,14 @@ class PointSetblob(Primitive):
         object.__setattr__(self, "threshold", within("PointSetblob", "threshold", self.threshold, 1e-3, 1 - 1e-3))
         if self.vertex_blends is not None and len(self.vertex_blends) != n:
             raise ShapeError(f"PointSetblob: vertex_blends has {len(self.vertex_blends)} rows for {n} centres")
-        gap = min(
-            (float(np.linalg.norm(centres[i] - centres[j])) for i in range(n) for j in range(i)), default=np.inf
-        )
+        gap = min((float(np.linalg.norm(centres[i] - centres[j])) for i in range(n) for j in range(i)), default=np.inf)
         if gap <= 0:
             raise ShapeError("PointSetblob: centres has two equal rows, expected distinct points")
         smoothing = 0.5 * gap if self.smoothing == 0 and n > 1 else self.smoothing or 1.0
         object.__setattr__(self, "smoothing", positive("PointSetblob", "smoothing", smoothing))
         if smoothing >= gap:
             raise ShapeError(
-                f"PointSetblob: smoothing is {smoothing:g}, expected less than {gap:g}, the least distance of two centres"
+                f"PointSetblob: smoothing is {smoothing:g}, expected less than the least gap of two centres, {gap:g}"
             )
         _ = self.blobs
 
@@ -204,7 +205,12 @@ class PointSetblob(Primitive):
         rows = self.vertex_blends or (None,) * len(self.centres)
         return tuple(
             Pointblob.of_surface(
-                self.surface, tuple(centre), threshold=self.threshold, vertex_blends=row, blend=blend, relaxed=self.relaxed
+                self.surface,
+                tuple(centre),
+                threshold=self.threshold,
+                vertex_blends=row,
+                blend=blend,
+                relaxed=self.relaxed,
             )
             for centre, blend, row in zip(self.centres, self.blends, rows, strict=True)
         )
@@ -250,7 +256,7 @@ class PointSetblob(Primitive):
         x = (distance[:, :, None] - distance[:, None, :]) / self.smoothing
         half = np.clip((x + 1) / 2, 0, 1)
         h, dh = HERMITE(half), HERMITE.derivative(half) / (2 * self.smoothing)
-        diagonal = np.arange(x.shape[1])
+        diagonal = np.arange(len(self.centres))
         h[:, diagonal, diagonal], dh[:, diagonal, diagonal] = 1.0, 0.0
         w = h.prod(axis=2)
         log_slope = np.divide(dh, h, out=np.zeros_like(dh), where=h > 0)

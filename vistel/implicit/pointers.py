@@ -4,6 +4,8 @@ A Numba array is a record of seven words with a reference count; passing a dozen
 the kernel. A pointer is one register, is indexed like an array, and owns nothing: the caller keeps the array alive.
 """
 
+# pyright: basic, reportCallIssue=false
+
 from __future__ import annotations
 
 from typing import Any

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.implicit.checks import ShapeError
-from vistel.implicit.polyhedron import Polyhedron, _some
+from vistel.implicit.polyhedron import Polyhedron, listed
 from vistel.implicit.primitive import Primitive
 from vistel.implicit.shape import Sample
 from vistel.implicit.volume import PAIRS
@@ -38,7 +38,7 @@ class Polyblob(Primitive):
         outside = np.flatnonzero(~inside_polyhedron(self.hull, self.core.vertices))
         if len(outside):
             raise ShapeError(
-                f"Polyblob: core vertices {_some([int(v) for v in outside])} are not inside the hull; scale the core down"
+                f"Polyblob: core vertices {listed([int(v) for v in outside])} are not inside the hull; scale it down"
             )
 
     @cached_property
@@ -155,7 +155,8 @@ def project(corners: F64, normals: F64, feature: I64, vectors: F64) -> F64:
     length2 = (edge * edge).sum(axis=1)
     along = np.divide((edge * vectors).sum(axis=1), length2, out=np.zeros_like(length2), where=length2 > 0)
     flat = vectors - (normals * vectors).sum(axis=1)[:, None] * normals
-    return np.where((feature == FACE)[:, None], flat, along[:, None] * edge)
+    found: F64 = np.where((feature == FACE)[:, None], flat, along[:, None] * edge)
+    return found
 
 
 def feature_normals(shape: Polyhedron) -> F64:

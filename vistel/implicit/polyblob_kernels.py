@@ -4,6 +4,8 @@ Numbers: core triangles n, hull triangles m, 1 for a convex hull; n rows of 30 (
 m rows of 13 (normal 3, level, corners 9).
 """
 
+# pyright: basic, reportCallIssue=false
+
 from __future__ import annotations
 
 from vistel.implicit.pointers import at

@@ -37,7 +37,9 @@ class Polyhedron:
             if len(set(face)) != len(face) or len(face) < 3:
                 raise ShapeError(f"Polyhedron: face {number} is {face}, expected three or more different vertices")
             if min(face) < 0 or max(face) >= len(vertices):
-                raise ShapeError(f"Polyhedron: face {number} is {face}, expected vertex numbers 0 to {len(vertices) - 1}")
+                raise ShapeError(
+                    f"Polyhedron: face {number} is {face}, expected vertex numbers 0 to {len(vertices) - 1}"
+                )
         self._check_closed()
         for number, face in enumerate(faces):
             if len(face) > 3:
@@ -58,7 +60,7 @@ class Polyhedron:
         open_edges = sorted({used[e] for e in used if (e[1], e[0]) not in used})
         if open_edges or not self.faces:
             raise ShapeError(
-                f"Polyhedron: the surface is open at faces {_some(open_edges)}, expected every edge to have two faces"
+                f"Polyhedron: the surface is open at faces {listed(open_edges)}, expected every edge to have two faces"
             )
 
     @cached_property
@@ -160,7 +162,7 @@ class Polyhedron:
         return f"Polyhedron({len(self.vertices)} vertices, {len(self.faces)} faces, {low} to {high})"
 
 
-def _some(numbers: Sequence[int]) -> str:
+def listed(numbers: Sequence[int]) -> str:
     """A list of numbers, cut short."""
     return ", ".join(map(str, numbers[:10])) + (f" and {len(numbers) - 10} more" if len(numbers) > 10 else "")
 
@@ -205,12 +207,16 @@ def sphere_mesh(radius: float = 1.0, rings: int = 12, sectors: int = 24, centre:
     for j in range(sectors):
         k = (j + 1) % sectors
         faces.append((top, j, k))
-        faces += [(i * sectors + j, (i + 1) * sectors + j, (i + 1) * sectors + k, i * sectors + k) for i in range(rings - 2)]
+        faces += [
+            (i * sectors + j, (i + 1) * sectors + j, (i + 1) * sectors + k, i * sectors + k) for i in range(rings - 2)
+        ]
         faces.append((bottom, (rings - 2) * sectors + k, (rings - 2) * sectors + j))
     return Polyhedron(vertices, tuple(faces))
 
 
-def torus_mesh(ring: float, tube: float, around: int = 24, across: int = 12, centre: Vec3 = (0.0, 0.0, 0.0)) -> Polyhedron:
+def torus_mesh(
+    ring: float, tube: float, around: int = 24, across: int = 12, centre: Vec3 = (0.0, 0.0, 0.0)
+) -> Polyhedron:
     """A torus about the z axis of triangles, ring radius to the middle of the tube."""
     u = 2 * np.pi * np.arange(around) / around
     v = 2 * np.pi * np.arange(across) / across

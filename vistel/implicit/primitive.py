@@ -1,10 +1,12 @@
 """The primitive <V, S, f>: a realm V, a skeleton S inside it, a blend function f of the distance ratio (Singh §3.1)."""
 
+# pyright: reportUnnecessaryIsInstance=false
+
 from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -59,7 +61,7 @@ class Primitive(Shape):
         """(7,) two points and a radius: a capsule that holds V, for quick rejection."""
         low, high = self.bounds
         middle = (low + high) / 2
-        return np.array([*middle, *middle, np.linalg.norm(high - low) / 2])
+        return np.array([*middle, *middle, np.linalg.norm(high - low) / 2], np.float64)
 
     def placed(self, matrix: F64, scale: float) -> Primitive | None:
         """This primitive under a similarity (rotation, one scale, translation), or None: then the points move."""
@@ -86,7 +88,7 @@ class Primitive(Shape):
     def __repr__(self) -> str:
         words: list[str] = []
         for field in fields(self):
-            value = getattr(self, field.name)
+            value: Any = getattr(self, field.name)
             if field.kw_only and value == field.default:
                 continue
             words.append(f"{field.name}={_brief(value)}" if field.kw_only else _brief(value))
@@ -102,8 +104,8 @@ def _brief(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, tuple):
-        return f"({', '.join(map(_brief, value))})"
-    return f"<{len(value)} points>" if isinstance(value, np.ndarray) else repr(value)
+        return f"({', '.join(map(_brief, cast('tuple[Any, ...]', value)))})"
+    return f"<{np.shape(value)[0]} points>" if isinstance(value, np.ndarray) else repr(value)
 
 
 def influence(name: str, blend: Blend, weight: float, threshold: float) -> float:
@@ -117,4 +119,3 @@ def unit_rows(rows: F64) -> F64:
     """Rows (n, 3) at unit length; zero rows stay zero."""
     length = np.linalg.norm(rows, axis=1, keepdims=True)
     return np.divide(rows, length, out=np.zeros_like(rows), where=length > 0)
-

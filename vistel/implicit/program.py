@@ -1,9 +1,11 @@
 """FieldProgram: a graph of shapes compiled to flat float32 arrays and evaluated for many points (design rule 2).
 
-    program = vi.compile(shape)
-    program.field(points)            # (n,) float32
-    program.grid(low, high, 128)     # (128, 128, 128) float32
+program = vi.compile(shape)
+program.field(points)            # (n,) float32
+program.grid(low, high, 128)     # (128, 128, 128) float32
 """
+
+# ruff: noqa: PLC0415 - Numba is only loaded when something is evaluated
 
 from __future__ import annotations
 
@@ -19,7 +21,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vistel.implicit.attributes import Layout
-from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.combine import Complement, Diff, Extremum, Ricci, placed_box
 from vistel.implicit.hierarchy import build
@@ -132,8 +133,8 @@ class FieldProgram:
         """Field (nx, ny, nz) on the lattice of n points along each axis from `low` to `high`, both included."""
         corners = np.asarray(low, np.float64), np.asarray(high, np.float64)
         counts = np.broadcast_to(np.asarray(n, np.int64), (3,))
-        axes = [np.linspace(corners[0][k], corners[1][k], int(counts[k])) for k in range(3)]
-        return self.lattice(*axes, threads=threads).field
+        x, y, z = (np.linspace(float(corners[0][k]), float(corners[1][k]), int(counts[k])) for k in range(3))
+        return self.lattice(x, y, z, threads=threads).field
 
     def lattice(
         self,
@@ -181,7 +182,7 @@ class FieldProgram:
         return Evaluation(out[..., 0], out[..., 1:4] if gradient else None, found)
 
 
-def compile(shape: Shape, *, attributes: bool = True) -> FieldProgram:  # noqa: A001 - reads as vi.compile(shape)
+def compile(shape: Shape, *, attributes: bool = True) -> FieldProgram:
     """The FieldProgram of a shape. attributes=False leaves them out."""
     box = shape.bounds
     origin = box.mean(axis=0)
@@ -213,7 +214,7 @@ def _leaf_arrays(leaves: Sequence[Leaf], layout: Layout) -> dict[str, Any]:
                 box, capsule = placed_box(frame, box), None
             else:
                 box, capsule = placed_box(leaf.matrix, box), None
-            linear = np.linalg.inv(frame[:, :3])
+            linear: F64 = np.linalg.inv(frame[:, :3]).astype(np.float64)
             params.append(np.concatenate([linear.ravel(), frame[:, 3]]))
             at_frame = size
             size += 12

@@ -5,6 +5,8 @@ full-width SIMD; a test looks for it in the machine code. Blends work on u = d^2
 square root and no slope is singular on the skeleton.
 """
 
+# pyright: basic, reportCallIssue=false
+
 from __future__ import annotations
 
 import math

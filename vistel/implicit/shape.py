@@ -5,6 +5,10 @@ directed acyclic graph with primitives at the leaves (Singh §3.3). Evaluating a
 reference; `vistel.implicit.compile` makes the fast program for many points.
 """
 
+# pyright: reportUnnecessaryIsInstance=false
+
+# ruff: noqa: PLC0415 - combinations are shapes themselves, and operators make combinations
+
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
@@ -129,9 +133,7 @@ class Shape(ABC):
 
     __rmul__ = __mul__
 
-    def with_attributes(
-        self, weights: Mapping[str, float] | None = None, **attributes: ArrayLike
-    ) -> Attributed:
+    def with_attributes(self, weights: Mapping[str, float] | None = None, **attributes: ArrayLike) -> Attributed:
         """This shape carrying attributes, e.g. `colour=(1, 0, 0)`; primitives below keep those of their own.
 
         weights: how strongly each attribute of this shape counts in a blend (1 where not given).

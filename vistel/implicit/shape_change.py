@@ -1,7 +1,7 @@
 """Shape change (Singh Appendix B): one shape turning into another, of any genus, by weights or by the threshold.
 
-    film = vi.WeightChange(a, b)                       film.at(0.4) is the shape 40 % of the way
-    film = vi.ThresholdChange.between(torus, cube)     from the first polyhedron to the second
+film = vi.WeightChange(a, b)                       film.at(0.4) is the shape 40 % of the way
+film = vi.ThresholdChange.between(torus, cube)     from the first polyhedron to the second
 """
 
 from __future__ import annotations
@@ -68,7 +68,13 @@ class ThresholdChange:
 
     @classmethod
     def between(
-        cls, core: Polyhedron, hull: Polyhedron, *, centre: Vec3 | None = None, blend: Blend = QUARTIC, margin: float = 0.7
+        cls,
+        core: Polyhedron,
+        hull: Polyhedron,
+        *,
+        centre: Vec3 | None = None,
+        blend: Blend = QUARTIC,
+        margin: float = 0.7,
     ) -> Self:
         """From `core` to `hull`; the core is shrunk about `centre` (the hull's middle) to `margin` of what fits."""
         middle = hull.bounds.mean(axis=0) if centre is None else np.asarray(centre, np.float64)
@@ -105,5 +111,3 @@ class ThresholdChange:
         if progress == 0:
             return self.blob.core.scaled(1 / self.core_scale, self.centre)
         return self.blob.hull if progress == 1 else None
-
-

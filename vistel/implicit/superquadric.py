@@ -1,4 +1,4 @@
-"""Superquadric primitives (Singh §1.2.1): ellipsoid about a centre, toroid about a ring, both about the local z axis."""
+"""Superquadric primitives (Singh §1.2.1): ellipsoid about a centre, toroid about a ring, with z as their axis."""
 
 from __future__ import annotations
 
@@ -89,7 +89,11 @@ class Superellipsoid(Primitive):
         steep = _power(h, e1 / 2 - 1)
         ring = steep * _power(w, e2 / e1 - 1)
         slope = np.stack(
-            [ring * _power(q[:, 0], 2 / e2 - 1), ring * _power(q[:, 1], 2 / e2 - 1), steep * _power(q[:, 2], 2 / e1 - 1)],
+            [
+                ring * _power(q[:, 0], 2 / e2 - 1),
+                ring * _power(q[:, 1], 2 / e2 - 1),
+                steep * _power(q[:, 2], 2 / e1 - 1),
+            ],
             axis=1,
         )
         return size * d, slope * np.sign(p) / a
@@ -118,7 +122,9 @@ class Supertoroid(Primitive):
         super().__post_init__()
         _checked("Supertoroid", self)
         if positive("Supertoroid", "alpha", self.alpha) < LEAST_ALPHA:
-            raise ShapeError(f"Supertoroid: alpha is {self.alpha:g}, expected {LEAST_ALPHA:g} or more, and 1 for a smooth field")
+            raise ShapeError(
+                f"Supertoroid: alpha is {self.alpha:g}, expected {LEAST_ALPHA:g} or more, and 1 for a smooth field"
+            )
 
     @classmethod
     def of_surface(
@@ -151,7 +157,9 @@ class Supertoroid(Primitive):
         size = scaled.max(axis=1)
         unit = np.divide(scaled, size[:, None], out=np.zeros_like(scaled), where=size[:, None] > 0)
         w = _power(unit[:, 0], 2 / self.e2) + _power(unit[:, 1], 2 / self.e2)
-        slope = _power(w, self.e2 / 2 - 1)[:, None] * np.stack([_power(unit[:, k], 2 / self.e2 - 1) for k in (0, 1)], axis=1)
+        slope = _power(w, self.e2 / 2 - 1)[:, None] * np.stack(
+            [_power(unit[:, k], 2 / self.e2 - 1) for k in (0, 1)], axis=1
+        )
         return size * _power(w, self.e2 / 2), slope
 
     def closest(self, points: F64) -> F64:

@@ -1,5 +1,7 @@
 """Distance ratios about a point: how far along the ray from a skeletal point S a volume ends (Singh §3.1, §3.2.1)."""
 
+# pyright: reportUnnecessaryIsInstance=false
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -9,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.implicit.checks import ShapeError, Vec3, vector
-from vistel.implicit.polyhedron import Polyhedron, _some
+from vistel.implicit.polyhedron import Polyhedron, listed
 from vistel.implicit.primitive import Primitive, unit_rows
 
 F64 = NDArray[np.float64]
@@ -56,7 +58,7 @@ class Fan:
             part = slice(first, first + step)
             every = np.einsum("mij,nj->nmi", self.inverse, p[part])
             size = np.abs(every).max(axis=2)
-            least = np.divide(every.min(axis=2), size, out=np.full(size.shape, -1.0), where=size > 0)
+            least = np.where(size > 0, every.min(axis=2) / np.where(size > 0, size, 1.0), -1.0)
             holds = least >= -1e-12
             which[part] = np.where(holds.any(axis=1), holds.argmax(axis=1), least.argmax(axis=1))
             g[part] = every[np.arange(len(every)), which[part]]
@@ -70,7 +72,7 @@ def checked_centre(name: str, volume: Volume, centre: Vec3, relaxed: bool) -> Ve
         hidden = volume.hidden_faces(at)
         if hidden and not relaxed:
             raise ShapeError(
-                f"{name}: the polyhedron is not star-shaped about {at}: faces {_some(hidden)} are not seen from there; "
+                f"{name}: the polyhedron is not star-shaped about {at}: it does not see faces {listed(hidden)}; "
                 "move the centre, use more centres, or pass relaxed=True"
             )
     elif isinstance(volume, Primitive):

@@ -151,7 +151,7 @@ def test_actuated_blend_moves_the_surface_to_the_wanted_ratio() -> None:
 def test_what_does_not_blend_stays_apart() -> None:
     arm, fore, hand = (vi.Sphere((x, 0, 0), 1.0) for x in (0.0, 0.8, 1.6))
     chain = vi.selective([arm, fore, hand], [(0, 1), (1, 2)])
-    p = points(6) + (0.8, 0, 0)
+    p = points(6) + np.array((0.8, 0, 0))
     expected = np.maximum((arm + fore).field(p), (fore + hand).field(p))
     np.testing.assert_allclose(chain.field(p), expected)
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from implicit_golden import group
 
 import vistel.implicit as vi
-from implicit_golden import group
 from vistel.implicit.combine import diff
 from vistel.implicit.shape_change import core_scale, uniform_threshold
 
@@ -100,9 +100,7 @@ def pointset(name: str, i: dict[str, Any]) -> Any:
     if name.startswith("three"):
         blob = vi.PointSetblob(vi.Sphere((0, 0, 0), 1.5), i["S"], smoothing=i["d_smooth"], printed=printed)
     else:
-        blob = vi.PointSetblob(
-            vi.box((2, 0.8, 0.6)), [i["S1"], i["S2"]], smoothing=i["d_smooth"], printed=printed
-        )
+        blob = vi.PointSetblob(vi.box((2, 0.8, 0.6)), [i["S1"], i["S2"]], smoothing=i["d_smooth"], printed=printed)
     points = np.array([i["P"]], float)
     w = blob.weights(points)[0][0]
     if "centres F" not in name and "weights" in name and not name.startswith(("F", "gradF")):

@@ -63,7 +63,12 @@ def test_lattice_equals_points(n: object) -> None:
 
 def test_many_spheres_agree_on_a_lattice() -> None:
     rng = np.random.default_rng(3)
-    blobs = vi.total(*(vi.Sphere(tuple(c), r) for c, r in zip(rng.uniform(-1, 1, (200, 3)), rng.uniform(0.05, 0.4, 200), strict=True)))
+    blobs = vi.total(
+        *(
+            vi.Sphere(tuple(c), r)
+            for c, r in zip(rng.uniform(-1, 1, (200, 3)), rng.uniform(0.05, 0.4, 200), strict=True)
+        )
+    )
     program = vi.compile(blobs)
     axis = np.linspace(-1.5, 1.5, 70)
     where = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1)
@@ -86,9 +91,16 @@ def test_threads_and_reused_output_change_nothing() -> None:
 def test_attributes_agree_with_the_shape() -> None:
     a = PRIMITIVES["sphere"].with_attributes({"colour": 2.0}, colour=(1, 0, 0.5), heat=3.0)
     b = PRIMITIVES["superellipsoid"].with_attributes(colour=(0, 1, 0.5))
-    c = PRIMITIVES["pointblob of a box"].moved((0.5, 0.2, 0)).with_attributes(colour=lambda p: np.abs(p))
+    c = PRIMITIVES["pointblob of a box"].moved((0.5, 0.2, 0)).with_attributes(colour=np.abs)
     p = points(5, 1500)
-    for shape in (a + b + c, vi.union(a, b, c, power=3), vi.intersection(a, b, power=2), a | b | c, a - b, vi.Diff((a, b))):
+    for shape in (
+        a + b + c,
+        vi.union(a, b, c, power=3),
+        vi.intersection(a, b, power=2),
+        a | b | c,
+        a - b,
+        vi.Diff((a, b)),
+    ):
         exact, got = shape.attributes(p), vi.compile(shape).attributes(p)
         assert set(exact) == set(got)
         reached = shape.field(p) > 1e-3
