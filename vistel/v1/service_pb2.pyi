@@ -8,7 +8,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class ImageDelay(_message.Message):
-    __slots__ = ("header", "site", "streams", "frames_per_s", "frame_time_s", "frames")
+    __slots__ = ("header", "site", "streams", "frames_per_s", "frame_time_s", "frames", "stand_ins")
     class Stream(_message.Message):
         __slots__ = ("participant", "delay_s", "age_s", "jitter_s")
         PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
@@ -26,13 +26,15 @@ class ImageDelay(_message.Message):
     FRAMES_PER_S_FIELD_NUMBER: _ClassVar[int]
     FRAME_TIME_S_FIELD_NUMBER: _ClassVar[int]
     FRAMES_FIELD_NUMBER: _ClassVar[int]
+    STAND_INS_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     site: str
     streams: _containers.RepeatedCompositeFieldContainer[ImageDelay.Stream]
     frames_per_s: float
     frame_time_s: float
     frames: int
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., site: _Optional[str] = ..., streams: _Optional[_Iterable[_Union[ImageDelay.Stream, _Mapping]]] = ..., frames_per_s: _Optional[float] = ..., frame_time_s: _Optional[float] = ..., frames: _Optional[int] = ...) -> None: ...
+    stand_ins: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., site: _Optional[str] = ..., streams: _Optional[_Iterable[_Union[ImageDelay.Stream, _Mapping]]] = ..., frames_per_s: _Optional[float] = ..., frame_time_s: _Optional[float] = ..., frames: _Optional[int] = ..., stand_ins: _Optional[int] = ...) -> None: ...
 
 class ClockProbe(_message.Message):
     __slots__ = ("t_client_ns",)

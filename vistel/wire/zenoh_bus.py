@@ -22,7 +22,6 @@ import logging
 import secrets
 import socket
 import threading
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -288,7 +287,7 @@ class _ZenohPublication:
         self._verbatim = verbatim
         self._lock = threading.Lock()
         self._seq = 0
-        self._put_at_s = 0.0
+        self._spoke = False
         self._cache = SendCache(epoch) if topic.delivery is Delivery.RELIABLE else None
         priority = zenoh.Priority.DATA
         if self._cache is not None:
@@ -313,14 +312,15 @@ class _ZenohPublication:
             if self._cache is None:
                 self._publisher.put(payload)
             else:
-                self._put_at_s = time.monotonic()
+                self._spoke = True
                 self._publisher.put(payload, attachment=self._cache.append(payload).to_bytes())
 
     def beat(self) -> None:
         """Say what the last message was, if nothing was said lately."""
-        if self._cache is not None and time.monotonic() - self._put_at_s > 0.9 * BEAT_S and self._seq:
+        if self._cache is not None and self._seq and not self._spoke:
             with contextlib.suppress(zenoh.ZError):
                 self._publisher.put(b"", attachment=self._cache.beat().to_bytes())
+        self._spoke = False
 
     def _repeat(self, query: zenoh.Query) -> None:
         assert self._cache is not None

@@ -86,6 +86,8 @@ class Observer:
             seen = {s.participant for s in self.images[site.name].streams} if site.name in self.images else set()
             if site.name not in self.images or self.images[site.name].frames == 0:
                 out.append(f"picture of {site.name}")
+            elif self.images[site.name].stand_ins:
+                out.append(f"avatars in the picture of {site.name}")
             elif people - seen:
                 out.append(f"{', '.join(sorted(people - seen))} in the picture of {site.name}")
         if self._world.last_step == 0:

@@ -35,6 +35,7 @@ from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel_cli.terminal import err, fail
+from vistel_services.renderer.antialias import antialias
 from vistel_sim.motion import open_motion
 
 INTERRUPTED = 130
@@ -123,6 +124,7 @@ def _compile_figures(conference: Conference) -> None:
     things = PrimitiveSet.of_kinds(kinds, params, np.tile(np.eye(3), (5, 1, 1)), np.tile((0.0, 1.2, 0.1), (5, 1)))
     other.pose(Posture(), [one.ghosts(posed), ghosts_of(things, compliance=0.0)])
     PostureSolver(avatar.skeleton).solve(0.0, {})
+    antialias(np.zeros((8, 8, 4), np.uint8))
 
 
 def _run(conference: Conference) -> Iterator[str]:

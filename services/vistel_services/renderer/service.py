@@ -75,8 +75,8 @@ class _Reporter:
         self._since_frames = 0
         self._spent_ns = 0
 
-    def drawn(self, instant: Instant, done_ns: int) -> None:
-        """A picture of `instant` was ready at `done_ns`."""
+    def drawn(self, instant: Instant, done_ns: int, stand_ins: int) -> None:
+        """A picture of `instant` was ready at `done_ns`; `stand_ins` figures in it were not their own yet."""
         took = done_ns - instant.now_ns
         self._frames += 1
         self._spent_ns += took
@@ -92,7 +92,11 @@ class _Reporter:
         count = self._frames - self._since_frames
         rate = count / ((done_ns - self._since_ns) * 1e-9)
         message = service_pb2.ImageDelay(
-            site=self._site, frames=self._frames, frames_per_s=rate, frame_time_s=self._spent_ns * 1e-9 / max(1, count)
+            site=self._site,
+            stand_ins=stand_ins,
+            frames=self._frames,
+            frames_per_s=rate,
+            frame_time_s=self._spent_ns * 1e-9 / max(1, count),
         )
         message.header.t_ns = done_ns
         for person in instant.people:
@@ -118,14 +122,17 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     late = asyncio.create_task(inputs.catch_up(clock), name="snapshot")
     period_ns = round(1e9 / config.rate)
     due_ns = clock.now_ns()
+    filming = False
     try:
         while True:
             inputs.take()
             instant = stage.instant(clock.now_ns())
             picture = await easel.draw(instant)
             if picture is not None:
-                reporter.drawn(instant, clock.now_ns())
-                if video is not None and not video.put(instant.now_ns, picture):
+                reporter.drawn(instant, clock.now_ns(), easel.stand_ins)
+                # The empty room before anybody has come is not worth keeping.
+                filming = filming or bool(instant.people)
+                if video is not None and filming and not video.put(instant.now_ns, picture):
                     _LEFT_OUT.labels(config.site).inc()
             due_ns = max(due_ns + period_ns, clock.now_ns() - period_ns // 4)
             await clock.sleep_until_ns(due_ns)
@@ -204,6 +211,11 @@ class _Easel:
             self._studio = None
             await asyncio.sleep(_RETRY_S)
             return None
+
+    @property
+    def stand_ins(self) -> int:
+        """Figures whose own avatar is not there yet."""
+        return self._studio.stand_ins if self._studio is not None else 0
 
     async def close(self) -> None:
         if self._studio is not None:

@@ -41,12 +41,16 @@ class PersonNow:
 
 @dataclass(frozen=True)
 class Instant:
-    """Everything that is shown at one instant; now_ns: conference time at which it is drawn."""
+    """Everything that is shown at one instant; now_ns: conference time at which it is drawn.
+
+    coming: who has been announced and has not moved yet, so that their figures can be made ready.
+    """
 
     now_ns: int
     people: tuple[PersonNow, ...] = ()
     world: WorldView = field(default_factory=WorldView)
     things: Mapping[str, Thing] = field(default_factory=lambda: MappingProxyType({}))
+    coming: tuple[About, ...] = ()
 
 
 class _Person:
@@ -104,10 +108,12 @@ class Stage:
     def instant(self, now_ns: int) -> Instant:
         """What is shown at `now_ns`."""
         people: list[PersonNow] = []
+        coming: list[About] = []
         for name, person in list(self._people.items()):
             posture = person.playout.sample(now_ns)
             timing = person.playout.timing
             if posture is None or timing is None:
+                coming.append(person.about)
                 continue
             if timing.age_ns > GONE_NS:
                 log.info("event=participant_gone participant=%s silent_s=%.0f", name, timing.age_ns * 1e-9)
@@ -115,7 +121,7 @@ class Stage:
                 continue
             people.append(PersonNow(person.about, posture, timing))
         world = self._world.sample(now_ns) or WorldView()
-        return Instant(now_ns, tuple(people), world, self._things)
+        return Instant(now_ns, tuple(people), world, self._things, tuple(coming))
 
     def _describe(self, message: world_pb2.WorldState) -> None:
         if not message.things:

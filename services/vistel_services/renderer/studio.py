@@ -95,6 +95,11 @@ class Studio:
         """Everybody met so far has their own figure (or will never have), and the picture its final filters."""
         return self._smoothing.done() and not any(cast.coming for cast in self._cast.values())
 
+    @property
+    def stand_ins(self) -> int:
+        """How many are drawn as stand-ins because their avatar is not there yet."""
+        return sum(cast.coming is not None for cast in self._cast.values())
+
     def close(self) -> None:
         """Give everything back."""
         self._loader.shutdown(wait=False, cancel_futures=True)
@@ -160,8 +165,8 @@ class Studio:
 
     def _meet(self, instant: Instant) -> None:
         """Give everybody a figure; those whose avatar is not there yet, or cannot be had, a stand-in."""
-        for person in instant.people:
-            about = person.about
+        expected = [*(person.about for person in instant.people), *instant.coming]
+        for about in expected:
             cast = self._cast.get(about.name)
             if cast is None or cast.about != about:
                 coming = self._loader.submit(self._load, about)
@@ -178,7 +183,7 @@ class Studio:
                         about.name, about.avatar, str(fault),
                     )  # fmt: skip
                 cast.coming = None
-        present = {p.about.name for p in instant.people}
+        present = {about.name for about in expected}
         for name in set(self._cast) - present:
             del self._cast[name]
             self.painter.drop_figure(name)
