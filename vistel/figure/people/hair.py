@@ -42,6 +42,7 @@ def add_hair(s: Sculpture, r: Recipe) -> None:
             )
         s.ellipsoid((0, 1.610, -0.058), (0.082, 0.092, 0.050), width=0.03, material=HAIR, exponent=2.4)
         if r.hair_style == LONG:
+            s.ellipsoid((0, 1.555, -0.050), (0.076, 0.060, 0.046), width=0.03, material=HAIR, exponent=2.4)
             s.limb(
                 [(0, 1.66, -0.070), (0, 1.56, -0.080), (0, 1.46, -0.094), (0, 1.38, -0.112)],
                 (0.036, 0.036, 0.032, 0.016),

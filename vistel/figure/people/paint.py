@@ -76,7 +76,7 @@ def _at(values: F64, corners: I64, weight: F64) -> F64:
 
 def _surface(recipe: Recipe, solid: Solid, p: F64, n: F64) -> F64:
     first, second, margin = solid.materials(p)
-    first, second = _neckline(first, p), _neckline(second, p)
+    first, second = _neckline(recipe, first, p), _neckline(recipe, second, p)
     second = np.where(second == 0, first, second)
     # Hair thins out at its edge instead of stopping at a line.
     hairline = ((first == material.HAIR) & (second == material.SKIN)) | (
@@ -98,14 +98,16 @@ def _surface(recipe: Recipe, solid: Solid, p: F64, n: F64) -> F64:
     return out
 
 
-def _neckline(what: I32, p: F64) -> I32:
+def _neckline(recipe: Recipe, what: I32, p: F64) -> I32:
     """Bare above and within the collar's ring, cloth outside it, whichever muscle carries the surface there."""
     near = (p[:, 1] > 1.43) & (p[:, 1] < 1.53) & (np.abs(p[:, 0]) < 0.13)
-    inside = within_collar(p) & (p[:, 1] > collar_height(p[:, 2]))
-    above = (p[:, 1] > collar_height(p[:, 2]) + 0.008) & (p[:, 1] < 1.56) & (np.abs(p[:, 0]) < 0.085)
+    inside = within_collar(recipe, p) & (p[:, 1] > collar_height(recipe, p[:, 2]))
+    above = (p[:, 1] > collar_height(recipe, p[:, 2]) + 0.008) & (p[:, 1] < 1.56) & (np.abs(p[:, 0]) < 0.085)
     out = np.where(((near & inside) | above) & (what == material.TOP), material.SKIN, what)
     return np.where(
-        near & ~within_collar(p) & (p[:, 1] < collar_height(p[:, 2])) & (what == material.SKIN), material.TOP, out
+        near & ~within_collar(recipe, p) & (p[:, 1] < collar_height(recipe, p[:, 2])) & (what == material.SKIN),
+        material.TOP,
+        out,
     ).astype(np.int32)
 
 

@@ -26,7 +26,7 @@ from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-VERSION = 5
+VERSION = 7
 """Of what this package makes; a change of it makes cached people void."""
 VERTICES = 10_000
 TEXTURE_SIZE = 1536

@@ -104,23 +104,32 @@ def add_trunk(s: Sculpture, r: Recipe) -> None:
 
 def _collar(s: Sculpture, r: Recipe) -> None:
     """A ring of fabric round the neck, lower in front."""
-    wide = 1.0 - 0.02 * r.female
-    ring = [
-        (x * wide, collar_height(np.array(z)), z * wide)
-        for x, z in ((0.0680 * np.sin(a), -0.016 + 0.057 * np.cos(a)) for a in np.linspace(0.0, 2.0 * np.pi, 33))
-    ]
-    s.limb(ring, [0.0085] * len(ring), width=0.010, material=COLLAR, flat=((0, 1, 0), 1.5), steps=1)
+    half_width, half_depth = _collar_axes(r)
+    around = np.linspace(0.0, 2.0 * np.pi, 33)
+    x, z = half_width * np.sin(around), _COLLAR_Z + half_depth * np.cos(around)
+    ring = np.stack([x, collar_height(r, z), z], axis=1)
+    s.limb(list(ring), [0.0088] * len(ring), width=0.010, material=COLLAR, flat=((0, 1, 0), 1.5), steps=1)
 
 
-def collar_height(z: F64) -> F64:
+_COLLAR_Z = -0.016
+
+
+def _collar_axes(r: Recipe) -> tuple[float, float]:
+    """Half width and half depth of the collar's ring [m]; it clears the neck of everyone."""
+    scale = 1.09 - 0.09 * r.female
+    return 0.0680 * scale, 0.0570 * scale
+
+
+def collar_height(r: Recipe, z: F64) -> F64:
     """Height of the middle of the collar over the depth z: low in front, high at the sides and behind [m]."""
-    c = np.clip((z + 0.016) / 0.057, -1.0, 1.0)
+    c = np.clip((z - _COLLAR_Z) / _collar_axes(r)[1], -1.0, 1.0)
     return 1.477 - 0.020 * c + 0.014 * (1.0 - c * c)
 
 
-def within_collar(p: F64) -> NDArray[np.bool_]:
+def within_collar(r: Recipe, p: F64) -> NDArray[np.bool_]:
     """(N,) whether points lie inside the upright cylinder through the middle of the collar."""
-    return (p[:, 0] / 0.0680) ** 2 + ((p[:, 2] + 0.016) / 0.057) ** 2 < 1.0
+    half_width, half_depth = _collar_axes(r)
+    return (p[:, 0] / half_width) ** 2 + ((p[:, 2] - _COLLAR_Z) / half_depth) ** 2 < 1.0
 
 
 def add_arm(s: Sculpture, r: Recipe, side: float) -> None:
