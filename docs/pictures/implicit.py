@@ -90,7 +90,7 @@ def plane_picture(shape: vi.Shape, half: float, size: int = 400, level: float = 
     shade = 255 - 150 * np.clip(field, 0, 1.2) / 1.2
     rgb = np.repeat(shade[..., None], 3, axis=2)
     steep = np.hypot(*np.gradient(field)) + 1e-9
-    for k in range(1, 12):
+    for k in range(1, 10):
         rgb[np.abs(field - 0.1 * k) < 0.5 * steep] = (110, 120, 150)
     rgb[np.abs(field - level) < 1.3 * steep] = (200, 40, 30)
     return Image.fromarray(rgb.astype(np.uint8))
@@ -142,14 +142,14 @@ def figure_19() -> None:
 
 def figure_20() -> None:
     """Figure 20: a point-setblob torus that blends differently with four equal balls."""
-    ring = vi.torus_mesh(1.0, 0.3, 32, 12)
+    ring = vi.torus_mesh(1.0, 0.3, 24, 8)
     turn = np.pi / 2 * np.arange(4)
     centres = [(float(np.cos(a)), float(np.sin(a)), 0.0) for a in turn]
     blends = [vi.Blend("quartic", w) for w in (0.25, 0.7, 1.6, 5.0)]
     blob = vi.PointSetblob(ring, centres, tuple(blends), 0.6, relaxed=True).with_attributes(colour=BLUE)
     balls = [vi.Pointblob(vi.Sphere((1.75 * x, 1.75 * y, 0.0), 0.62), (1.75 * x, 1.75 * y, 0.0)) for x, y, _ in centres]
     shape = vi.total(blob, *(b.with_attributes(colour=GOLD) for b in balls))
-    pictures = [label(render(shape, (520, 440), width=4.9, azimuth=-70, height=h), text)
+    pictures = [label(render(shape, (460, 380), width=4.9, azimuth=-70, height=h, smooth=1), text)
                 for h, text in ((55, "four blend centres, four blends"), (88, "from above"))]  # fmt: skip
     sheet(pictures, 2, "figure-20-point-setblob-torus")
 
@@ -180,7 +180,7 @@ def figure_68() -> None:
     circle = np.column_stack([np.cos(turn), np.sin(turn)]) * 0.22
     rods = [vi.prism(circle + place, -2.9, 2.9) for place in ((-0.4, -0.35), (0.4, -0.35), (0.0, 0.4))]
     blob = vi.Polyblob(square, rods[0] + rods[1] + rods[2])
-    pictures = [label(plane_picture(blob, 1.2, 300, level=t), f"threshold {t:g}") for t in (0.02, 0.3, 0.6, 0.8, 0.98)]
+    pictures = [label(plane_picture(blob, 1.2, 300, level=t), f"threshold {t:g}") for t in (0.02, 0.3, 0.6, 0.8, 0.99)]
     sheet(pictures, 5, "figure-68-threshold")
 
 

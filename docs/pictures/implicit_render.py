@@ -101,5 +101,5 @@ def sheet(pictures: Sequence[Image.Image], columns: int, name: str) -> None:
     out = Image.new("RGB", (columns * wide, lines * high), "white")
     for i, picture in enumerate(pictures):
         out.paste(picture, (i % columns * wide, i // columns * high))
-    out.quantize(224).save(FOLDER / f"{name}.png", optimize=True)
+    out.save(FOLDER / f"{name}.png", optimize=True)
     print(f"{name}.png")

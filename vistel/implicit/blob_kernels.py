@@ -38,7 +38,7 @@ def _triangle(p, record, x, y, z):
     cell = int(record[9]) + (face * side + i) * side + j
     words = 18 if record[6] != ZERO else 9
     lists, rows = int(record[10]), int(record[11])
-    found, best = -1, LEAST
+    found, best, farthest_in = -1, LEAST, ZERO
     for k in range(int(p[cell]), int(p[cell + 1])):
         start = rows + words * int(p[lists + k])
         m = at(p, start)
@@ -47,10 +47,12 @@ def _triangle(p, record, x, y, z):
         c = m[6] * x + m[7] * y + m[8] * z
         least = min(a, b, c)
         if least >= ZERO:
-            return start
-        size = max(abs(a), abs(b), abs(c))
-        if least > best * size:
-            found, best = start, least / size
+            if a + b + c > farthest_in:  # of several crossings the first has the largest ratio
+                found, farthest_in = start, a + b + c
+        elif farthest_in == ZERO:
+            size = max(abs(a), abs(b), abs(c))
+            if least > best * size:
+                found, best = start, least / size
     return found
 
 

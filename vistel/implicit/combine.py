@@ -277,7 +277,7 @@ def placed_box(matrix: F64, box: F64) -> F64:
     centre, half = box.mean(axis=0), np.ptp(box, axis=0) / 2
     middle = matrix[:, :3] @ centre + matrix[:, 3]
     reach = np.abs(matrix[:, :3]) @ half
-    return np.stack([middle - reach, middle + reach]).astype(np.float64)
+    return np.stack([np.asarray(middle - reach, np.float64), np.asarray(middle + reach, np.float64)])
 
 
 def rotation_matrix(quaternion: ArrayLike) -> F64:

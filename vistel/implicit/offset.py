@@ -19,6 +19,8 @@ from vistel.implicit.primitive import Primitive, influence, unit_rows
 from vistel.implicit.shape import Sample
 
 F64 = NDArray[np.float64]
+POINT = 1e-8
+"""A segment shorter than this many radii is a point."""
 
 
 def influence_of(name: str, threshold: float, options: dict[str, Any]) -> float:
@@ -98,8 +100,8 @@ class Sphylinder(Primitive):
     def closest(self, points: F64) -> F64:
         a = np.array(self.start)
         axis = np.array(self.end) - a
-        length2 = axis @ axis
-        along = np.clip((points - a) @ axis / length2, 0, 1) if length2 > 0 else np.zeros(len(points))
+        scale = self._per_length2
+        along = np.clip((points - a) @ axis * scale, 0, 1)
         return a + along[:, None] * axis
 
     def ratio(self, points: F64) -> Sample:
@@ -109,8 +111,13 @@ class Sphylinder(Primitive):
     @property
     def parameters(self) -> F64:
         axis = np.array(self.end) - np.array(self.start)
-        length2 = axis @ axis
-        return np.array([*self.start, *axis, 1 / length2 if length2 > 0 else 0.0, 1 / self.radius**2])
+        return np.array([*self.start, *axis, self._per_length2, 1 / self.radius**2])
+
+    @property
+    def _per_length2(self) -> float:
+        """One over the squared length; 0 for a length that is nothing beside the radius: then it is a sphere."""
+        length = math.dist(self.start, self.end)
+        return 1 / length**2 if length > POINT * self.radius else 0.0
 
     @property
     def bounding_capsule(self) -> F64:
@@ -168,8 +175,9 @@ class ConeSphere(Primitive):
 
     @property
     def length(self) -> float:
-        """Distance between the two centres."""
-        return math.dist(self.start, self.end)
+        """Distance between the two centres; 0 where it is nothing beside the radii."""
+        length = math.dist(self.start, self.end)
+        return length if length > POINT * max(self.radius_start, self.radius_end) else 0.0
 
     @property
     def axis(self) -> F64:

@@ -29,7 +29,8 @@ class Pointblob(Primitive):
     volume: a Polyhedron or any other primitive, star-shaped about `centre`; reach: d = reach * (ratio to `volume`),
     1 when `volume` is V, f^-1(T) when it is the surface W that the blob shall have at T (`of_surface`).
     vertex_blends: a blend for every vertex of the polyhedron, interpolated over its triangles (Singh §3.2.3);
-    vertex_reaches: each one's reach. relaxed: allow faces that the centre does not see; first-found ones count.
+    vertex_reaches: each one's reach. relaxed: allow faces that the centre does not see; the
+    first crossing counts.
     """
 
     volume: Volume

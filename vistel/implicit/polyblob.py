@@ -155,8 +155,8 @@ def project(corners: F64, normals: F64, feature: I64, vectors: F64) -> F64:
     length2 = (edge * edge).sum(axis=1)
     along = np.divide((edge * vectors).sum(axis=1), length2, out=np.zeros_like(length2), where=length2 > 0)
     flat = vectors - (normals * vectors).sum(axis=1)[:, None] * normals
-    found: F64 = np.where((feature == FACE)[:, None], flat, along[:, None] * edge)
-    return found
+    on_face = (feature == FACE).astype(np.float64)[:, None]
+    return on_face * flat + (1 - on_face) * along[:, None] * edge
 
 
 def feature_normals(shape: Polyhedron) -> F64:

@@ -105,7 +105,7 @@ def _brief(value: Any) -> str:
         return f"{value:.6g}"
     if isinstance(value, tuple):
         return f"({', '.join(map(_brief, cast('tuple[Any, ...]', value)))})"
-    return f"<{np.shape(value)[0]} points>" if isinstance(value, np.ndarray) else repr(value)
+    return f"<{len(value)} points>" if hasattr(value, "dtype") else repr(value)
 
 
 def influence(name: str, blend: Blend, weight: float, threshold: float) -> float:

@@ -49,7 +49,7 @@ class Fan:
         return self.inverse.sum(axis=1)
 
     def find(self, points: F64) -> tuple[I64, F64]:
-        """The triangle (n,) whose cone holds each of the points (n, 3), first found first, and g (n, 3)."""
+        """The triangle (n,) whose cone holds each of the points (n, 3), the first to be met, and g (n, 3)."""
         p = points - np.array(self.centre)
         which = np.zeros(len(p), np.int64)
         g = np.zeros((len(p), 3))
@@ -59,8 +59,8 @@ class Fan:
             every = np.einsum("mij,nj->nmi", self.inverse, p[part])
             size = np.abs(every).max(axis=2)
             least = np.where(size > 0, every.min(axis=2) / np.where(size > 0, size, 1.0), -1.0)
-            holds = least >= -1e-12
-            which[part] = np.where(holds.any(axis=1), holds.argmax(axis=1), least.argmax(axis=1))
+            crossing = np.where(least >= -1e-12, every.sum(axis=2), 0.0)
+            which[part] = np.where(crossing.any(axis=1), crossing.argmax(axis=1), least.argmax(axis=1))
             g[part] = every[np.arange(len(every)), which[part]]
         return which, g
 
