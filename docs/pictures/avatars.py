@@ -18,7 +18,7 @@ from PIL import Image
 
 from vistel.figure.avatar import Avatar, Mesh, builtin_avatar
 
-PEOPLE = ("seed=3", "seed=2", "seed=7,hair_style=0", "seed=12", "seed=4,skin=5,hair=0", "seed=5")
+PEOPLE = ("seed=3,hair_style=5", "seed=2", "seed=7,hair_style=0", "seed=12,hair_style=3", "seed=4,pattern=4,top=7", "seed=5")
 
 VERTEX = """#version 330
 uniform mat4 view; in vec3 position; in vec3 normal; in vec2 uv; out vec3 n; out vec3 p; out vec2 t;
@@ -134,7 +134,7 @@ def main() -> None:
     studio = Studio()
     whole = [studio.photograph(a, (1.1, 1.25, 3.7), (0.0, 0.885, 0.0), (300, 460), 0.50) for a in avatars]
     faces = [studio.photograph(a, (0.26, 1.64, 0.72), (0.0, 1.605, 0.0), (300, 340), 0.46) for a in avatars]
-    sheet([whole, faces]).save(arguments.out / "avatars.png", optimize=True)
+    sheet([whole, faces]).quantize(256).save(arguments.out / "avatars.png", optimize=True)
     first = avatars[0]
     views = (
         ((0.0, 1.64, 0.75), (0.0, 1.615, 0.0)),
@@ -146,7 +146,7 @@ def main() -> None:
         [studio.photograph(first, eye, at, (420, 460), 0.45, lines=lines) for eye, at in views]
         for lines in (False, True)
     ]
-    sheet(rows).save(arguments.out / "avatar_close.png", optimize=True)
+    sheet(rows).quantize(256).save(arguments.out / "avatar_close.png", optimize=True)
 
 
 if __name__ == "__main__":
