@@ -18,7 +18,14 @@ from PIL import Image
 
 from vistel.figure.avatar import Avatar, Mesh, builtin_avatar
 
-PEOPLE = ("seed=3,hair_style=5", "seed=2", "seed=7,hair_style=0", "seed=12,hair_style=3", "seed=4,pattern=4,top=7", "seed=5")
+PEOPLE = (
+    "seed=3,hair_style=5",
+    "seed=2",
+    "seed=7,hair_style=0",
+    "seed=12,hair_style=3",
+    "seed=4,pattern=4,top=7",
+    "seed=5",
+)
 
 VERTEX = """#version 330
 uniform mat4 view; in vec3 position; in vec3 normal; in vec2 uv; out vec3 n; out vec3 p; out vec2 t;
