@@ -195,7 +195,7 @@ def figure_69() -> None:
     pillar_ = pillar.with_attributes(colour=BLUE)
     films = [WeightChange(cut, ball), WeightChange(ball, pillar_)]
     pictures = [
-        label(render(films[int(s >= 1)].at(s % 1 if s < 2 else 1.0), (300, 330), width=2.7), f"{s:g}")
+        label(render(films[int(s >= 1)].at(s % 1 if s < 2 else 1.0), (300, 330), width=2.7, lattice=90), f"{s:g}")
         for s in (0, 0.4, 0.7, 1.0, 1.3, 1.6, 2)
     ]
     sheet(pictures, 7, "figure-69-weights")
@@ -207,7 +207,7 @@ def figure_70() -> None:
     pictures: list[Image.Image] = []
     for s in (0.0, 0.25, 0.4, 0.55, 0.75, 1.0):
         shape, threshold = film.at(s)
-        picture = render(shape.with_attributes(colour=GREEN), (300, 300), threshold=threshold, width=3.0, height=35)
+        picture = render(shape.with_attributes(colour=GREEN), (300, 300), threshold=threshold, width=3.0, height=35, lattice=72)
         pictures.append(label(picture, f"progress {s:g}, T = {threshold:.3f}"))
     sheet(pictures, 6, "figure-70-threshold")
 
