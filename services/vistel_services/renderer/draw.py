@@ -26,22 +26,16 @@ I32 = NDArray[np.int32]
 U8 = NDArray[np.uint8]
 
 
-COARSE_PIXELS_PER_M = 900
-"""A figure nearer than picture height / this, in metres, is drawn with all its triangles on software GL."""
-
-
 @dataclass(frozen=True, eq=False)
 class FigureModel:
     """What of a figure stays: uv (n, 2), material (n,) 0 cloth, 1 skin, 2 eye; triangles (m, 3) and those without the
-    head (drawn for one's own body, seen through its eyes); texture (h, w, 3) sRGB, first row at the top; coarse:
-    fewer triangles (k, 3), for a figure that is small in the picture, None when there are none."""
+    head (drawn for one's own body, seen through its eyes); texture (h, w, 3) sRGB, first row at the top."""
 
     uv: F32
     material: F32
     triangles: I32
     headless: I32
     texture: U8
-    coarse: I32 | None = None
 
 
 @dataclass(frozen=True)
@@ -88,12 +82,11 @@ class _FigureBuffers:
     dynamic: moderngl.Buffer
     whole: moderngl.VertexArray
     headless: moderngl.VertexArray
-    coarse: moderngl.VertexArray
     texture: moderngl.Texture
     parts: list[moderngl.Buffer] = field(default_factory=list)
 
     def release(self) -> None:
-        for part in (self.whole, self.headless, self.coarse, self.texture, self.dynamic, *self.parts):
+        for part in (self.whole, self.headless, self.texture, self.dynamic, *self.parts):
             part.release()
 
 
@@ -203,10 +196,7 @@ class Painter:
         for view in sorted(seen, key=lambda v: not v.own):
             buffers = self._figures[view.name]
             buffers.texture.use(0)
-            if view.own:
-                buffers.headless.render()
-            else:
-                (buffers.coarse if self._small(camera, view) else buffers.whole).render()
+            (buffers.headless if view.own else buffers.whole).render()
         put(self._solid_program, gloss=0.35, **shared)
         for thing, solid in things:
             put(self._solid_program, room_from_thing=_matrix(thing.matrix))
@@ -305,13 +295,6 @@ class Painter:
             self._room_programs[defines] = program(self.ctx, "room", defines=defines)
         return self._room_programs[defines]
 
-    def _small(self, camera: Camera, view: FigureView) -> bool:
-        """Whether the CPU draws and a triangle of the whole figure would cover hardly a pixel."""
-        if not self.software:
-            return False
-        away = float(np.linalg.norm(view.limbs[:, :3] - camera.position, axis=1).min())
-        return self.height < COARSE_PIXELS_PER_M * away
-
     def _figure(self, view: FigureView) -> _FigureBuffers:
         found = self._figures.get(view.name)
         if found is not None and found.model is view.model:
@@ -321,13 +304,11 @@ class Painter:
         dynamic = ctx.buffer(reserve=len(model.uv) * 24, dynamic=True)
         fixed = ctx.buffer(np.column_stack((model.uv, model.material)).astype(np.float32).tobytes())
         layout = [(dynamic, "3f 3f", "position", "normal"), (fixed, "2f 1f", "uv", "material")]
-        lists = (model.triangles, model.headless, model.triangles if model.coarse is None else model.coarse)
-        whole, headless, coarse = (ctx.buffer(t.astype(np.int32).tobytes()) for t in lists)
+        whole, headless = (ctx.buffer(t.astype(np.int32).tobytes()) for t in (model.triangles, model.headless))
         buffers = _FigureBuffers(
             model, dynamic, ctx.vertex_array(self._figure_program, layout, whole),
-            ctx.vertex_array(self._figure_program, layout, headless),
-            ctx.vertex_array(self._figure_program, layout, coarse), self._texture(model.texture),
-            [fixed, whole, headless, coarse],
+            ctx.vertex_array(self._figure_program, layout, headless), self._texture(model.texture),
+            [fixed, whole, headless],
         )  # fmt: skip
         self._figures[view.name] = buffers
         return buffers

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
-from vistel.figure.coarse import coarse_triangles
 from vistel.figure.figure import Figure
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import Skeleton, standard_skeleton
@@ -24,8 +23,6 @@ from vistel_services.renderer.tessellate import join, tessellate
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
-COARSE_SHARE = 0.35
-"""Of a figure's triangles, for pictures in which it is small."""
 CLOTH, SKIN, EYE = 0.0, 1.0, 2.0
 CASTER = 0.82
 """Share of a limb's radius that casts its shadow: a sculpted skin dips below its primitives in places."""
@@ -79,12 +76,9 @@ def avatar_model(avatar: Avatar) -> FigureModel:
         triangles.append(ball.corner_triangles + start)
         start += len(ball.uv)
     of_head = head[mesh.limb[mesh.triangles]].any(axis=1)
-    drawn = mesh.vertices[mesh.corner_vertex]
-    coarse = [coarse_triangles(drawn, mesh.corner_triangles, COARSE_SHARE), *triangles[1:]]
     return FigureModel(
         np.concatenate(uv).astype(np.float32), np.concatenate(material), np.concatenate(triangles).astype(np.int32),
         np.ascontiguousarray(mesh.corner_triangles[~of_head]), avatar.albedo,
-        np.concatenate(coarse).astype(np.int32),
     )  # fmt: skip
 
 
