@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vistel.conference.model import Conference
@@ -40,7 +41,7 @@ def hub_processes(conference: Conference) -> list[ProcessPlan]:
     return plans
 
 
-def _label(group: list[str]) -> str:
+def _label(group: Sequence[str]) -> str:
     return "capture" if "posture" in group and len(group) > 1 else group[0] if len(group) == 1 else "-".join(group)
 
 
