@@ -32,9 +32,9 @@ WIDTH, HEIGHT = 640, 360
 SITES, SECONDS, FRAMES = 3, 10.0, 60
 TARGET_FPS, TARGET_CPU_MS = 12.0, 33.0
 PEOPLE = (
-    About("aiko", "Aiko", "builtin:seed=1", 1.64),
-    About("ben", "Ben", "builtin:seed=2", 1.82),
-    About("carla", "Carla", "builtin:seed=3", 1.71),
+    About("aiko", "Aiko", "builtin:seed=2", 1.64),
+    About("ben", "Ben", "builtin:seed=4,pattern=4,top=7", 1.82),
+    About("carla", "Carla", "builtin:seed=3,hair_style=5", 1.71),
 )
 """Those of the demo, whose avatars its first run has made."""
 SINGH_FPS = 8.0
