@@ -52,7 +52,7 @@ def render(
     corners = np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
     depth = (corners - np.asarray(centre, float)) @ away
     near, far = depth.min(), depth.max()
-    step = max(pixel * 1.5, (far - near) / 400)
+    step = float((high - low).min()) / lattice if lattice else max(pixel * 1.5, (far - near) / 400)
     flat = start.reshape(-1, 3)
     hit = np.full(len(flat), np.nan)
     alive = np.arange(len(flat))

@@ -250,7 +250,7 @@ class Placed(Shape):
     @cached_property
     def inverse(self) -> F64:
         """(3, 4) map from the outer frame to the shape's."""
-        linear = np.linalg.inv(self.matrix[:, :3])
+        linear: F64 = np.linalg.inv(self.matrix[:, :3]).astype(np.float64)
         return np.column_stack([linear, -linear @ self.matrix[:, 3]])
 
     @property
@@ -277,7 +277,7 @@ def placed_box(matrix: F64, box: F64) -> F64:
     centre, half = box.mean(axis=0), np.ptp(box, axis=0) / 2
     middle = matrix[:, :3] @ centre + matrix[:, 3]
     reach = np.abs(matrix[:, :3]) @ half
-    return np.stack([np.asarray(middle - reach, np.float64), np.asarray(middle + reach, np.float64)])
+    return np.stack([middle - reach, middle + reach])
 
 
 def rotation_matrix(quaternion: ArrayLike) -> F64:

@@ -12,6 +12,8 @@ from vistel.implicit.rows import F32, HALF, ONE, ZERO, row
 
 TIE = F32(1e-6)
 MAX_SLOPE = F32(1e6)
+NOTHING = F32(1e-30)
+"""Fields this small are 0 to a Ricci form: their ratios would leave the range of float32."""
 
 
 @row
@@ -64,7 +66,7 @@ def _ricci(union, power, node_table, number, child, m, live, regs, acc, channels
     for k in range(1, m):
         v = max(_operand(node_table, number, child, k, live, regs, channels, i), ZERO)
         extreme = max(extreme, v) if union else min(extreme, v)
-    if extreme <= ZERO:
+    if extreme <= NOTHING:
         return
     total = ZERO
     for k in range(m):
