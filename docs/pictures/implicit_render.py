@@ -93,14 +93,13 @@ def on_lattice(program: vi.FieldProgram, n: int) -> Callable[[F64], F64]:
     values = program.grid(low, high, n)
 
     def look(points: F64) -> F64:
-        place = np.clip((points - low) / (high - low), 0, 1) * (n - 1)
-        corner = np.minimum(place.astype(int), n - 2)
-        f = place - corner
-        found = np.zeros(len(points))
-        for k in range(8):
-            step = np.array((k >> 2, k >> 1 & 1, k & 1))
-            x, y, z = (corner + step).T
-            found += np.prod(np.where(step, f, 1 - f), axis=1) * values[x, y, z]
+        found = np.full(len(points), program.far)
+        near = np.flatnonzero(((points > low) & (points < high)).all(axis=1))
+        place = (points[near] - low) / (high - low) * (n - 1)
+        x, y, z = np.minimum(place.astype(int), n - 2).T
+        u, v, w = (place - np.stack([x, y, z], axis=1)).T
+        lines = [values[x + i, y + j, z] * (1 - w) + values[x + i, y + j, z + 1] * w for i in (0, 1) for j in (0, 1)]
+        found[near] = (lines[0] * (1 - v) + lines[1] * v) * (1 - u) + (lines[2] * (1 - v) + lines[3] * v) * u
         return found
 
     return look
