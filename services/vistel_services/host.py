@@ -29,6 +29,11 @@ from vistel_services.plan import ProcessPlan, find
 
 log = logging.getLogger("vistel.host")
 
+DRAWING_PRIORITY = 10
+"""Niceness of a process that draws."""
+GIVE_WAY_AFTER_S = 6.0
+"""Starting, and starting again after a crash, goes at full priority."""
+
 
 def process_token(label: str) -> str:
     """The presence token of a process."""
@@ -45,6 +50,16 @@ async def run_process(conference: Conference, plan: ProcessPlan, paths: RunPaths
             group.create_task(service.run(config, bus, clock), name=name)
             log.info("service started service=%s", name)
         bus.announce(process_token(plan.label))
+
+
+async def _give_way(delay_s: float) -> None:
+    """Let everything else of this machine go first, once started: a picture can be late, a sensor cannot."""
+    await asyncio.sleep(delay_s)
+    try:
+        os.setpriority(os.PRIO_PGRP, 0, DRAWING_PRIORITY)  # all threads; this process leads its group
+    except OSError as e:
+        log.warning("priority kept reason=%s", e.strerror)
+    await asyncio.Event().wait()
 
 
 async def _heartbeat(plan: ProcessPlan, port: int, bus: Bus, clock: Clock) -> None:
@@ -85,6 +100,8 @@ async def _main(args: argparse.Namespace) -> int:
         loop.add_signal_handler(signum, stop.set)
     work = [asyncio.create_task(run_process(conference, plan, paths, bus, clock), name="services")]
     work.append(asyncio.create_task(_heartbeat(plan, port, bus, clock), name="heartbeat"))
+    if "renderer" in plan.services and os.getpgrp() == os.getpid():
+        work.append(asyncio.create_task(_give_way(GIVE_WAY_AFTER_S), name="priority"))
     if isinstance(clock, SystemClock):
         work.append(asyncio.create_task(follow_hub(bus, clock, plan.label), name="clock"))
     stopping = asyncio.create_task(stop.wait())
@@ -123,4 +140,7 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    code = main()
+    logging.shutdown()
+    # The bus's threads wait in native code; Python's own way of ending would tear them out of it and abort.
+    os._exit(code)

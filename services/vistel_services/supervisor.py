@@ -66,7 +66,7 @@ class Supervisor:
         with self.log_file(child.spec.name).open("ab") as out:
             child.process = await asyncio.create_subprocess_exec(
                 *child.spec.argv, stdin=asyncio.subprocess.DEVNULL, stdout=out, stderr=out,
-                env=child.spec.env, start_new_session=True,
+                env=child.spec.env, process_group=0,
             )  # fmt: skip
         log.info("started process=%s pid=%d", child.spec.name, child.process.pid)
 

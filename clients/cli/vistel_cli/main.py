@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import sys
 
 import typer
@@ -29,10 +31,20 @@ app.add_typer(log.app, name="log")
 
 def main() -> None:
     """Entry point: exit code 0 fine, 1 failed, 2 wrong usage."""
+    code: int | str | None = 0
     try:
         app()
     except KeyboardInterrupt:
-        sys.exit(0)
+        code = 0
+    except SystemExit as e:
+        code = e.code
+    if "zenoh" not in sys.modules or not isinstance(code, int):
+        sys.exit(code)
+    logging.shutdown()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # The bus's threads wait in native code; Python's own way of ending would tear them out of it and abort.
+    os._exit(code)
 
 
 if __name__ == "__main__":

@@ -61,7 +61,7 @@ def sim(
 async def _run(file: Path, paths: RunPaths, seconds: float, faults: list[str]) -> int:
     given = [word for text in faults for word in ("--fault", text)]
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "vistel_sim.process", str(file), "--run", str(paths.run), *given, start_new_session=True
+        sys.executable, "-m", "vistel_sim.process", str(file), "--run", str(paths.run), *given, process_group=0
     )
     for signum in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(signum, process.terminate)
