@@ -1,7 +1,6 @@
 """Numba kernels of the rigid component. Skinning in float32, nothing allocated."""
 
 # pyright: basic
-# ruff: noqa: PLR0917
 
 from __future__ import annotations
 

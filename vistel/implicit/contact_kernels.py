@@ -1,7 +1,6 @@
 """Numba kernels of the contact search: surface ratio and distance of one primitive, boxes, pairs. float64."""
 
 # pyright: basic
-# ruff: noqa: PLR0917, SIM108
 
 from __future__ import annotations
 
