@@ -14,7 +14,8 @@ done
 
 missing=()
 "$python" -c 'import ensurepip, venv' 2>/dev/null || missing+=("python3-venv")
-have() { ldconfig -p 2>/dev/null | grep -q "$1"; }
+libraries=$(PATH=$PATH:/sbin:/usr/sbin ldconfig -p 2>/dev/null || true)
+have() { [[ $libraries == *"$1"* ]]; }
 if [ "$(uname -s)" = Linux ]; then
   have libEGL.so.1 || missing+=(libegl1)
   have libGL.so.1 || missing+=(libgl1)
