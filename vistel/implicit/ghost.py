@@ -67,7 +67,8 @@ class GhostSource:
     primitives of group g are group_start[g] : group_start[g + 1] and act as one body, their Ricci union.
     compliance: (G,), 0 = rigid. depth: (G,) penetration delta in field units if the caller knows it,
     negative to have it measured on the skin. target: (P,) primitives of the deformed body this acts on,
-    None for all.
+    None for all. effect: (G,) of `vistel.implicit.ghost_effects`, None: all collide; parameters: flat,
+    those of group g's effect are parameters[parameter_start[g] : parameter_start[g + 1]].
     """
 
     rows: F32
@@ -78,6 +79,9 @@ class GhostSource:
     compliance: F32
     depth: F32
     target: NDArray[np.bool_] | None = None
+    effect: I32 | None = None
+    parameters: F32 | None = None
+    parameter_start: I32 | None = None
 
 
 def ghosts_of(
