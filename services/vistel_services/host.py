@@ -13,7 +13,9 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from vistel.conference.model import Conference, ConferenceError, load
 from vistel.conference.paths import RunPaths
@@ -43,6 +45,7 @@ def process_token(label: str) -> str:
 async def run_process(conference: Conference, plan: ProcessPlan, paths: RunPaths, bus: Bus, clock: Clock) -> None:
     """Run the services of `plan` side by side; returns when cancelled, raises when one of them fails."""
     site = next((s for s in conference.sites if s.name == plan.site), None)
+    began = time.perf_counter()
     async with asyncio.TaskGroup() as group:
         for name in plan.services:
             service = importlib.import_module(f"vistel_services.{name}")
@@ -50,6 +53,7 @@ async def run_process(conference: Conference, plan: ProcessPlan, paths: RunPaths
             group.create_task(service.run(config, bus, clock), name=name)
             log.info("service started service=%s", name)
         bus.announce(process_token(plan.label))
+        log.info("process up services_ms=%.0f", (time.perf_counter() - began) * 1e3)
 
 
 async def _give_way(delay_s: float) -> None:
@@ -89,10 +93,12 @@ async def _main(args: argparse.Namespace) -> int:
     paths = RunPaths(args.run, args.out)
     clock = clock_from_text(args.clock)
     tls = conference.bus.tls if conference.bus.mode == "routed" else None
+    began = time.perf_counter()
     bus = await ZenohBus.open(
         conference=conference.name, site=plan.site, clock=clock, endpoints=args.hub,
         tls=(str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None,
     )  # fmt: skip
+    log.info("bus joined took_ms=%.0f", (time.perf_counter() - began) * 1e3)
     port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -118,7 +124,8 @@ async def _main(args: argparse.Namespace) -> int:
     return code
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Be the process of `arguments` (default: the command line) until told to stop. Returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("conference", type=Path)
     parser.add_argument(
@@ -130,7 +137,7 @@ def main() -> int:
     parser.add_argument("--clock", default="system")
     parser.add_argument("--metrics-port", type=int, default=0)
     parser.add_argument("--log-level", default="INFO")
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     logs.configure(args.node, args.log_level)
     try:
         return asyncio.run(_main(args))
@@ -139,8 +146,12 @@ def main() -> int:
         return 2
 
 
-if __name__ == "__main__":
-    code = main()
+def leave(code: int) -> NoReturn:
+    """End this process now: the bus's threads wait in native code, and Python's own way of ending would tear them
+    out of it and abort."""
     logging.shutdown()
-    # The bus's threads wait in native code; Python's own way of ending would tear them out of it and abort.
     os._exit(code)
+
+
+if __name__ == "__main__":
+    leave(main())

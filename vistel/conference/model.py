@@ -133,6 +133,8 @@ class Conference(_Model):
     record: bool = True
     record_raw: bool = True
     """Keep the devices' bytes in the log, so that a replay can start from them."""
+    standby: bool = True
+    """Keep one process loaded on each machine that takes over at once when another one dies."""
 
     @model_validator(mode="after")
     def _unique(self) -> Conference:

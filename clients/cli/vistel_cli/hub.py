@@ -10,12 +10,15 @@ from pathlib import Path
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel_cli.launch import host_spec, sim_spec
+from vistel_cli.launch import host_spec, sim_spec, standby_spec
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 from vistel_cli.up import write_conference
 from vistel_services import logs
 from vistel_services.plan import ProcessPlan
 from vistel_services.supervisor import Supervisor
+
+STANDBY_AFTER_S = 20.0
+"""After the start of the others, which have the machine to themselves until then."""
 
 
 def endpoint_of(conference: Conference, given: str | None) -> str:
@@ -68,6 +71,8 @@ async def _run(
         supervisor = Supervisor(specs, folder)
         supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
         await supervisor.start()
+        if conference.standby:
+            supervisor.keep_standby(standby_spec(plans, file, paths, STANDBY_AFTER_S))
         out.print(f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}")
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(stop.wait(), seconds or None)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel_services.plan import ProcessPlan
+from vistel_services.reserve import StandbySpec
 from vistel_services.supervisor import ProcessSpec
 
 # Devices first stop feeding, then services end, the recorder last so that it hears everything.
@@ -17,10 +19,19 @@ _STOP_RANK = {"sim": 4, "renderer": 3, "world": 2, "recorder": 0}
 
 def host_spec(plan: ProcessPlan, file: Path, hub: str, paths: RunPaths, clock: str = "system") -> ProcessSpec:
     """How to run one process of services."""
-    argv = (sys.executable, "-m", "vistel_services.host", str(file), plan.node,
-            "--hub", hub, "--run", str(paths.run), "--out", str(paths.out), "--clock", clock)  # fmt: skip
+    arguments = (str(file), plan.node, "--hub", hub, "--run", str(paths.run), "--out", str(paths.out),
+                 "--clock", clock)  # fmt: skip
+    argv = (sys.executable, "-m", "vistel_services.host", *arguments)
     rank = min(_STOP_RANK.get(s, 3) for s in plan.services)
-    return ProcessSpec(plan.node, argv, rank, grace_s=10.0, env=_environment())
+    return ProcessSpec(plan.node, argv, rank, grace_s=10.0, env=_environment(), host=arguments)
+
+
+def standby_spec(plans: Sequence[ProcessPlan], file: Path, paths: RunPaths, after_s: float) -> StandbySpec:
+    """How to run a process that can become any of `plans`; the first one is started after `after_s`."""
+    services = sorted({s for p in plans for s in p.services})
+    argv = (sys.executable, "-m", "vistel_services.standby", str(file), *services,
+            "--run", str(paths.run), "--out", str(paths.out))  # fmt: skip
+    return StandbySpec(argv, _environment(), after_s)
 
 
 def sim_spec(file: Path, paths: RunPaths, site: str | None = None) -> ProcessSpec:

@@ -20,7 +20,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh_bus import Router, ZenohBus
 from vistel_cli.cpu_use import CpuUse
-from vistel_cli.launch import host_spec, sim_spec, simulated_devices
+from vistel_cli.launch import host_spec, sim_spec, simulated_devices, standby_spec
 from vistel_cli.observer import Observer
 from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
 from vistel_services import logs
@@ -28,6 +28,8 @@ from vistel_services.plan import HUB, hub_processes, site_processes
 from vistel_services.supervisor import Supervisor
 
 START_LIMIT_S = 120.0
+STANDBY_AFTER_S = 3.0
+"""After all see each other: until then the machine is busy with what runs."""
 
 
 def up(
@@ -135,11 +137,13 @@ class _Run:
         bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint])
         serve_clock(bus, clock)
         observer = Observer(conference, bus)
-        specs = [host_spec(p, file, endpoint, paths) for p in hub_processes(conference)]
+        plans = hub_processes(conference)
+        specs = [host_spec(p, file, endpoint, paths) for p in plans]
         if simulated_devices(conference):
             specs.append(sim_spec(file, paths))
         for site in conference.sites:
             specs += [host_spec(p, file, endpoint, paths) for p in site_processes(conference, site.name)]
+            plans += site_processes(conference, site.name)
         supervisor = Supervisor(specs, logs_folder)
         supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
         started = time.monotonic()
@@ -157,6 +161,8 @@ class _Run:
             ready_s = await self._until_ready(observer, started)
             cpu.begin()
             if ready_s is not None:
+                if conference.standby:
+                    supervisor.keep_standby(standby_spec(plans, file, paths, STANDBY_AFTER_S))
                 await self._until_done(observer)
             cpu.end()
         finally:

@@ -12,6 +12,7 @@ from operator import or_
 import numpy as np
 from prometheus_client import Counter, Gauge, Histogram
 
+from vistel.conference.model import Conference
 from vistel.figure.solve import Solved
 from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.wire.bus import Bus, Publication, Subscription
@@ -36,6 +37,11 @@ _STALE_PART = {
 
 PATIENCE_NS = 100_000_000
 """Without news from the tracker for this long the clock drives the posture, so that what is silent can relax."""
+
+
+def preload(conference: Conference) -> None:
+    """Load what the first posture needs, ahead of `run`."""
+    warm_up()
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:

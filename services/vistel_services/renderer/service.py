@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -66,7 +67,8 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
 
 
 class _Reporter:
-    """Tells the others how late this site's pictures are, twice a second."""
+    """Tells the others how late this site's pictures are: twice a second, and at once when the first one is there or
+    somebody more is in it, or is no stand-in any more."""
 
     def __init__(self, site: str, publication: Publication) -> None:
         self._site, self._publication = site, publication
@@ -74,6 +76,7 @@ class _Reporter:
         self._since_ns: int | None = None
         self._since_frames = 0
         self._spent_ns = 0
+        self._shown: tuple[int, int] | None = None
 
     def drawn(self, instant: Instant, done_ns: int, stand_ins: int) -> None:
         """A picture of `instant` was ready at `done_ns`; `stand_ins` figures in it were not their own yet."""
@@ -82,15 +85,15 @@ class _Reporter:
         self._spent_ns += took
         _FRAMES.labels(self._site).inc()
         _FRAME_TIME.labels(self._site).observe(took * 1e-9)
-        if self._since_ns is None:
-            self._since_ns = done_ns
-            self._since_frames = self._frames
-            self._spent_ns = 0
+        since_ns = done_ns if self._since_ns is None else self._since_ns
+        shown = len(instant.people), stand_ins
+        if shown == self._shown and done_ns - since_ns < _REPORT_NS:
             return
-        if done_ns - self._since_ns < _REPORT_NS:
-            return
+        if self._shown is None or (shown[1] == 0) != (self._shown[1] == 0):
+            log.info("event=picture people=%d stand_ins=%d took_ms=%.0f", *shown, took * 1e-6)
+        self._shown = shown
         count = self._frames - self._since_frames
-        rate = count / ((done_ns - self._since_ns) * 1e-9)
+        rate = 0.0 if done_ns == since_ns else count / ((done_ns - since_ns) * 1e-9)
         message = service_pb2.ImageDelay(
             site=self._site,
             stand_ins=stand_ins,
@@ -228,11 +231,13 @@ class _Easel:
     def _draw(self, instant: Instant) -> NDArray[np.uint8] | None:
         if self._studio is None:
             # Setting up takes a while: the instant is old when it is done, the next one is drawn.
+            began = time.perf_counter()
             self._studio = Studio(self._view, self._config.seats)
             found = self._studio.capability
             log.info(
-                "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d",
+                "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",
                 found.renderer, found.version, found.software, found.window, self._view.width, self._view.height,
+                (time.perf_counter() - began) * 1e3,
             )  # fmt: skip
             return None
         picture = self._studio.render(instant)

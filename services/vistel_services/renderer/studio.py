@@ -24,7 +24,8 @@ from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
 from vistel_services.renderer.labels import Label
 from vistel_services.renderer.people import load_shape
-from vistel_services.renderer.room import FURNITURE, build_room, linear
+from vistel_services.renderer.ready import take_figure, take_room
+from vistel_services.renderer.room import FURNITURE, linear
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.tessellate import join, tessellate
 
@@ -66,7 +67,7 @@ class Studio:
         self.painter = Painter(self._surface, view.width, view.height)
         self._room: Room = meeting_room(seats)
         self._fixed = {t.id for t in self._room.things if t.fixed and t.shape in FURNITURE}
-        self.painter.set_room(*build_room(self._room))
+        self.painter.set_room(*take_room(seats))
         self._camera = SeatCamera()
         self._cast: dict[str, _Cast] = {}
         self._things: dict[str, object] = {}
@@ -169,9 +170,7 @@ class Studio:
         for about in expected:
             cast = self._cast.get(about.name)
             if cast is None or cast.about != about:
-                coming = self._loader.submit(self._load, about)
-                stand_in = cast.shape if cast and cast.about.height == about.height else StandIn(about.height)
-                cast = self._cast[about.name] = _Cast(about, stand_in, coming)
+                cast = self._cast[about.name] = self._enter(about, cast)
             if cast.coming is not None and cast.coming.done():
                 fault = cast.coming.exception()
                 if fault is None:
@@ -187,6 +186,14 @@ class Studio:
         for name in set(self._cast) - present:
             del self._cast[name]
             self.painter.drop_figure(name)
+
+    def _enter(self, about: About, before: _Cast | None) -> _Cast:
+        """Their own figure if it was made ahead, else what was shown of them `before` or a stand-in while it is made."""
+        figure = take_figure(about)
+        if figure is not None:
+            return _Cast(about, figure, None)
+        stand_in = before.shape if before and before.about.height == about.height else StandIn(about.height)
+        return _Cast(about, stand_in, self._loader.submit(self._load, about))
 
     def _furnish(self, instant: Instant) -> None:
         """Make the pictures of things that are new or changed."""

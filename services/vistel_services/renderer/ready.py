@@ -1,0 +1,53 @@
+"""What pictures need and what takes long to make, though no graphics are in it: people's figures and the room.
+
+A process that waits to take over makes it ahead (`preload`); what is not there is made when it is asked for.
+"""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+
+from vistel.conference.model import Conference
+from vistel.figure.posture import standing
+from vistel.space.room import meeting_room
+from vistel_services.renderer.antialias import antialias
+from vistel_services.renderer.figures import Person, StandIn
+from vistel_services.renderer.people import load_shape
+from vistel_services.renderer.room import Furniture, Panel, build_room
+from vistel_services.renderer.stage import About
+
+_Key = tuple[str, str, float]
+_figures: dict[_Key, Person] = {}
+_rooms: dict[int, tuple[list[Panel], Furniture]] = {}
+
+
+def preload(conference: Conference) -> None:
+    """Make the room and the figures of everybody in the conference file; the first picture takes them."""
+    seats = conference.room.seats
+    _rooms[seats] = build_room(meeting_room(seats))
+    for p in (p for site in conference.sites for p in site.participants):
+        about = About(p.name, p.display_name or p.name, p.avatar, p.height)
+        with contextlib.suppress(ValueError, OSError):  # told when they come
+            _figures[_key(about)] = load_shape(about)
+    stand_in = StandIn(1.75)
+    touching = stand_in.ghosts(stand_in.pose(standing()).posed, None)
+    for figure in _figures.values():
+        figure.ghosts(figure.pose(standing(), [touching]).posed, None)
+    antialias(np.zeros((8, 8, 4), np.uint8))
+
+
+def take_figure(about: About) -> Person | None:
+    """The figure of a participant if it is there; it is the caller's from now on."""
+    return _figures.pop(_key(about), None)
+
+
+def take_room(seats: int) -> tuple[list[Panel], Furniture]:
+    """The pictures of the room and its furniture; made now if they are not there."""
+    return _rooms.pop(seats, None) or build_room(meeting_room(seats))
+
+
+def _key(about: About) -> _Key:
+    """Heights to a tenth of a millimetre: on the wire they are rounded."""
+    return about.avatar, about.name, round(about.height, 4)
