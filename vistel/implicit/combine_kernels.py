@@ -1,4 +1,4 @@
-"""Kernels of the nodes other than sums: extrema, Ricci forms, complement, DIFF, with gradients and attributes."""
+"""Kernels of the nodes other than sums, with gradients and attributes: extrema, Ricci forms, complement, DIFF, ghosts."""
 
 # pyright: basic, reportCallIssue=false
 
@@ -6,7 +6,25 @@ from __future__ import annotations
 
 import math
 
-from vistel.implicit.layout import COMPLEMENT, INTERSECTION, LANES, MAX, MIN, NODE_WORDS, REGISTER, UNION
+from vistel.implicit.ghost_kernels import plateau, raised
+from vistel.implicit.layout import (
+    COMPLEMENT,
+    DEFICIT,
+    DIFF,
+    FAR,
+    GHOSTED,
+    INTERSECTION,
+    LANES,
+    MAX,
+    MIN,
+    NODE_WORDS,
+    NUMBER_WORDS,
+    PLATEAU,
+    PRODUCT,
+    RAISED,
+    REGISTER,
+    UNION,
+)
 from vistel.implicit.pointers import at
 from vistel.implicit.rows import F32, HALF, ONE, ZERO, row
 
@@ -21,7 +39,7 @@ def _operand(node_table, number, child, k, live, regs, channels, i):
     """Field of the k-th child at lane i."""
     node = child[k]
     if live[node] == 0:
-        return number[3 * node + 2]
+        return number[NUMBER_WORDS * node + FAR]
     return regs[node_table[NODE_WORDS * node + REGISTER] * channels * LANES + i]
 
 
@@ -102,8 +120,56 @@ def _diff(power, eps, node_table, number, child, live, regs, acc, channels, i, s
 
 
 @row
-def combine(op, a, b, node_table, number, child, m, live, regs, acc, channels, n, slope):
-    """Rows of one node from those of its m children; a, b are its numbers; acc holds zeros."""
+def _raised(numbers, node_table, number, child, m, live, regs, acc, channels, i, slope):
+    field = _operand(node_table, number, child, 0, live, regs, channels, i)
+    reach = _operand(node_table, number, child, 1, live, regs, channels, i) if m > 1 else ZERO
+    value, by_field, by_reach = raised(field, reach, m > 1, numbers[0], numbers[1], numbers[2])
+    acc[i] = value
+    if channels > 1:
+        _mix(node_table, child, 0, live, regs, acc, channels, i, by_field, ZERO, slope)
+        if m > 1:
+            _mix(node_table, child, 1, live, regs, acc, channels, i, by_reach, ZERO, slope)
+
+
+@row
+def _product(node_table, number, child, m, live, regs, acc, channels, i, slope):
+    value = ONE
+    for k in range(m):
+        value *= _operand(node_table, number, child, k, live, regs, channels, i)
+    acc[i] = value
+    if channels > 1:
+        for k in range(m):
+            rate = ONE
+            for j in range(m):
+                if j != k:
+                    rate *= _operand(node_table, number, child, j, live, regs, channels, i)
+            _mix(node_table, child, k, live, regs, acc, channels, i, rate, ZERO, slope)
+
+
+@row
+def _ghosted(cap, twice, node_table, number, child, m, live, regs, acc, channels, i, slope):
+    own = _operand(node_table, number, child, 0, live, regs, channels, i)
+    ghost = _operand(node_table, number, child, 1, live, regs, channels, i)
+    value, cut = own, 0
+    if own > ZERO:
+        value = own + min(ghost, cap)
+        for k in range(2, m):
+            v = twice - _operand(node_table, number, child, k, live, regs, channels, i)
+            if v < value:
+                value, cut = v, k
+    acc[i] = value
+    if channels > 1:
+        _mix(node_table, child, 0, live, regs, acc, channels, i, ONE if cut == 0 else ZERO, ONE, slope)
+        if cut > 0:
+            _mix(node_table, child, cut, live, regs, acc, channels, i, -ONE, ZERO, slope)
+        elif own > ZERO and ghost <= cap:
+            _mix(node_table, child, 1, live, regs, acc, channels, i, ONE, ZERO, slope)
+
+
+@row
+def combine(op, numbers, node_table, number, child, m, live, regs, acc, channels, n, slope):
+    """Rows of one node from those of its m children; `numbers` are its own; acc holds zeros."""
+    a, b = numbers[0], numbers[1]
     for i in range(n):
         if op in (MAX, MIN):
             _extremum(op == MAX, node_table, number, child, m, live, regs, acc, channels, i, slope)
@@ -113,5 +179,22 @@ def combine(op, a, b, node_table, number, child, m, live, regs, acc, channels, n
             acc[i] = a - _operand(node_table, number, child, 0, live, regs, channels, i)
             if channels > 1:
                 _mix(node_table, child, 0, live, regs, acc, channels, i, -ONE, ONE, slope)
-        else:
+        elif op == DIFF:
             _diff(a, b, node_table, number, child, live, regs, acc, channels, i, slope)
+        elif op == RAISED:
+            _raised(numbers, node_table, number, child, m, live, regs, acc, channels, i, slope)
+        elif op == DEFICIT:
+            y = a - _operand(node_table, number, child, 0, live, regs, channels, i)
+            factor = b if y < ZERO else ONE
+            acc[i] = factor * y
+            if channels > 1:
+                _mix(node_table, child, 0, live, regs, acc, channels, i, -factor, ZERO, slope)
+        elif op == PLATEAU:
+            value, rate = plateau(_operand(node_table, number, child, 0, live, regs, channels, i), a)
+            acc[i] = value
+            if channels > 1:
+                _mix(node_table, child, 0, live, regs, acc, channels, i, rate, ZERO, slope)
+        elif op == PRODUCT:
+            _product(node_table, number, child, m, live, regs, acc, channels, i, slope)
+        elif op == GHOSTED:
+            _ghosted(a, b, node_table, number, child, m, live, regs, acc, channels, i, slope)

@@ -81,6 +81,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("pointblob", "pointblob", module="blob_kernels", value=True),
     Kind("point_setblob", "point_setblob", module="blob_kernels", value=True),
     Kind("polyblob", "polyblob", module="polyblob_kernels"),
+    Kind("ramp", "ramp", module="ghost_kernels", value=True),
 )
 
 KIND_INDEX = {kind.name: i for i, kind in enumerate(KINDS)}

@@ -11,7 +11,7 @@ All lengths are relative to the program's origin.
 | attribute | (n, C) | what the leaf adds to each attribute channel for each unit of field, see `attributes.Layout` |
 | params | (k,) | the kinds' numbers; a frame is nine of the map into it, row by row, then its origin |
 | node | (m, 6) int32 | operation; first leaf, last + 1; first child, last + 1; register. Root last |
-| number | (m, 3) | two numbers of the operation; the field out of reach |
+| number | (m, 4) | three numbers of the operation; the field out of reach |
 | child, child_weight | (c,) | children of the nodes, and their weights in a sum |
 | tree_box | (t, 6) | boxes of the hierarchy, depth first |
 | tree_link | (t, 3) int32 | where to go on when the box is missed; range in tree_order |
@@ -26,6 +26,7 @@ KIND, VALUE, START, FRAME, FAMILY = range(5)
 LEAF_WORDS = 5
 OP, LEAF0, LEAF1, CHILD0, CHILD1, REGISTER = range(6)
 NODE_WORDS = 6
-SUM, MAX, MIN, UNION, INTERSECTION, COMPLEMENT, DIFF = range(7)
+NUMBER_WORDS, FAR = 4, 3
+SUM, MAX, MIN, UNION, INTERSECTION, COMPLEMENT, DIFF, RAISED, DEFICIT, PLATEAU, PRODUCT, GHOSTED = range(12)
 LANES = 512
 """Points in a block."""

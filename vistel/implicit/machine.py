@@ -21,12 +21,14 @@ from vistel.implicit.layout import (
     CHILD0,
     CHILD1,
     FAMILY,
+    FAR,
     FRAME,
     KIND,
     LANES,
     LEAF1,
     LEAF_WORDS,
     NODE_WORDS,
+    NUMBER_WORDS,
     OP,
     REGISTER,
     START,
@@ -230,7 +232,7 @@ def block(leaf, scale, attribute, params, node_table, nodes, number, child, chil
             if live[child[k]] != 0:
                 some = True
             else:
-                start += child_weight[k] * number[3 * child[k] + 2]
+                start += child_weight[k] * number[NUMBER_WORDS * child[k] + FAR]
         if not some:
             continue
         live[node] = 1
@@ -238,7 +240,7 @@ def block(leaf, scale, attribute, params, node_table, nodes, number, child, chil
         for c in range(channels):
             fill(at(acc, c * LANES), n, ZERO)
         if row_[OP] != SUM:
-            combine(row_[OP], number[3 * node], number[3 * node + 1], node_table, number, at(child, a), b - a,
+            combine(row_[OP], at(number, NUMBER_WORDS * node), node_table, number, at(child, a), b - a,
                     live, regs, acc, channels, n, slope)  # fmt: skip
             continue
         if start != ZERO:
@@ -297,7 +299,7 @@ def evaluate_points(stamp, P, origin, points, out, slope):
     live_, box_ = np.zeros(nodes, np.uint8), np.empty(6, np.float32)
     found_ = np.empty(P.leaf.shape[0] + 1, np.int32)
     regs, w, live, box, found = pointer(regs_), pointer(rows_), pointer(live_), pointer(box_), pointer(found_)
-    far = number[3 * (nodes - 1) + 2]
+    far = number[NUMBER_WORDS * (nodes - 1) + FAR]
     root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * channels * LANES)
     first_ = 4 if slope else 1
 

@@ -23,9 +23,26 @@ from numpy.typing import ArrayLike, NDArray
 from vistel.implicit.attributes import Layout
 from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.combine import Complement, Diff, Extremum, Ricci, placed_box
+from vistel.implicit.ghost_nodes import Deficit, Ghosted, Plateau, Product, Raised
 from vistel.implicit.hierarchy import build
 from vistel.implicit.kinds import KIND_INDEX, KINDS
-from vistel.implicit.layout import COMPLEMENT, DIFF, INTERSECTION, MAX, MIN, REGISTER, SUM, UNION
+from vistel.implicit.layout import (
+    COMPLEMENT,
+    DEFICIT,
+    DIFF,
+    FAR,
+    GHOSTED,
+    INTERSECTION,
+    MAX,
+    MIN,
+    NUMBER_WORDS,
+    PLATEAU,
+    PRODUCT,
+    RAISED,
+    REGISTER,
+    SUM,
+    UNION,
+)
 from vistel.implicit.lower import Leaf, Node, lower
 from vistel.implicit.shape import Shape
 
@@ -68,7 +85,7 @@ class FieldProgram:
     @property
     def far(self) -> float:
         """The field out of reach of every primitive: 0, unless a complement turns it round."""
-        return float(self.arrays["number"][-1, 2])
+        return float(self.arrays["number"][-1, FAR])
 
     @cached_property
     def _machine(self) -> tuple[Any, Any, Any]:
@@ -252,31 +269,44 @@ def _settled(leaf: Leaf) -> tuple[Any, F64 | None]:
     return primitive, frame
 
 
-def _code(node: Node) -> tuple[int, float, float]:
+def _code(node: Node) -> tuple[int, tuple[float, float, float]]:
+    """A node's operation and its numbers."""
     shape = node.shape
-    if shape is None:
-        return SUM, 0.0, 0.0
-    if isinstance(shape, Extremum):
-        return (MAX if shape.largest else MIN), 0.0, 0.0
-    if isinstance(shape, Ricci):
-        return (UNION if shape.largest else INTERSECTION), shape.power, 0.0
-    if isinstance(shape, Complement):
-        return COMPLEMENT, 2 * shape.threshold, 0.0
-    if isinstance(shape, Diff):
-        return DIFF, shape.power, shape.eps
-    raise ShapeError(f"compile: no evaluator for {type(shape).__name__}")
+    match shape:
+        case None:
+            return SUM, (0.0, 0.0, 0.0)
+        case Extremum():
+            return (MAX if shape.largest else MIN), (0.0, 0.0, 0.0)
+        case Ricci():
+            return (UNION if shape.largest else INTERSECTION), (shape.power, 0.0, 0.0)
+        case Complement():
+            return COMPLEMENT, (2 * shape.threshold, 0.0, 0.0)
+        case Diff():
+            return DIFF, (shape.power, shape.eps, 0.0)
+        case Raised():
+            return RAISED, (shape.threshold, shape.zone, shape.hold)
+        case Deficit():
+            return DEFICIT, (shape.threshold, shape.share, 0.0)
+        case Plateau():
+            return PLATEAU, (shape.plateau, 0.0, 0.0)
+        case Product():
+            return PRODUCT, (0.0, 0.0, 0.0)
+        case Ghosted():
+            return GHOSTED, (shape.cap, 2 * shape.threshold, 0.0)
+        case _:
+            raise ShapeError(f"compile: no evaluator for {type(shape).__name__}")
 
 
 def _node_arrays(nodes: Sequence[Node]) -> dict[str, Any]:
     m = len(nodes)
-    table, number = np.zeros((m, 6), np.int32), np.zeros((m, 3))
+    table, number = np.zeros((m, 6), np.int32), np.zeros((m, NUMBER_WORDS))
     child: list[int] = []
     weights: list[float] = []
     last_use = _last_uses(nodes)
     free: list[int] = []
     registers = leaf = 0
     for i, node in enumerate(nodes):
-        op, a, b = _code(node)
+        op, numbers = _code(node)
         below = [(factor, c.order) for factor, c in node.children if isinstance(c, Node)]
         if free:
             register = free.pop()
@@ -287,12 +317,12 @@ def _node_arrays(nodes: Sequence[Node]) -> dict[str, Any]:
         child += [order for _, order in below]
         weights += [factor for factor, _ in below]
         free += [int(table[order, REGISTER]) for order in {order for _, order in below} if last_use[order] == i]
-        number[i, :2] = a, b
-        far = np.array([[number[order, 2]] for _, order in below])
+        number[i, :FAR] = numbers
+        far = np.array([[number[order, FAR]] for _, order in below])
         if node.shape is not None:
-            number[i, 2] = node.shape.combine(far)[0][0]
+            number[i, FAR] = node.shape.combine(far)[0][0]
         else:
-            number[i, 2] = sum(factor * f[0] for (factor, _), f in zip(below, far, strict=True))
+            number[i, FAR] = sum(factor * f[0] for (factor, _), f in zip(below, far, strict=True))
     return {
         "node": table,
         "number": number.astype(np.float32),

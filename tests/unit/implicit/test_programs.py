@@ -42,7 +42,7 @@ def test_every_kind_agrees_when_placed_far_away(name: str) -> None:
 
 
 def test_every_kind_in_the_table_is_tried() -> None:
-    assert {p.kind for p in PRIMITIVES.values()} == {kind.name for kind in vi.KINDS}
+    assert {p.kind for p in PRIMITIVES.values()} == {kind.name for kind in vi.KINDS} - {"ramp"}  # no distance ratio
 
 
 @pytest.mark.parametrize("n", [1, 7, 40, (5, 18, 33)])

@@ -1,0 +1,24 @@
+"""What every ghost has: an owner, a target, a span of time and a priority (Singh §2.1)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+FORCE, CONTACT = 0, 10
+"""Priorities by default: force fields act before contacts."""
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """A field that `owner` imparts to `target` from `since` until `until` [s]; lower priorities act first."""
+
+    owner: str
+    target: str
+    since: float = field(default=-math.inf, kw_only=True)
+    until: float = field(default=math.inf, kw_only=True)
+    priority: int = field(default=FORCE, kw_only=True)
+
+    def acts(self, time: float) -> bool:
+        """Whether it acts at `time` [s]."""
+        return self.since <= time < self.until
