@@ -11,6 +11,8 @@ log. When the input ends instead, because the supervisor is gone or wants it no 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import ctypes
 import gc
 import importlib
 import json
@@ -89,6 +91,9 @@ def main() -> int:
         log.error("loading failed", exc_info=loading.error)
         return 1
     gc.collect()
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError, AttributeError):  # a C library other than GNU's
+            ctypes.CDLL(None).malloc_trim(0)  # what loading needed for a while goes back
     gc.freeze()  # what is loaded stays; the collector need not walk it while the process works
     todo = _wait()
     if todo is None:

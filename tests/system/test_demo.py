@@ -25,8 +25,9 @@ pytestmark = pytest.mark.slow
 
 SITES = ("tokyo", "columbus", "zurich")
 PEOPLE = ("aiko", "ben", "carla")
-CATCH_UP_S = 30.0
-"""Wide, because a test must not measure the machine; docs/performance.md says how long it takes."""
+CATCH_UP_S = 3.0
+"""Of a process whose place a waiting standby takes, the only case tested here: it has nothing to load or to compile, so
+this is several times what it takes with both cores full (docs/performance.md). Without the standby a world takes 5 s."""
 
 
 @dataclass
@@ -52,24 +53,29 @@ def _process(node: str, parent: psutil.Process) -> psutil.Process:
 
 @pytest.fixture(scope="module")
 def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
-    """30 s of the demo; one renderer and the world are killed with SIGKILL on the way."""
+    """The demo until Ctrl-C; one renderer and the world are killed with SIGKILL on the way, each when a standby waits."""
     out = tmp_path_factory.mktemp("conference") / "out"
-    command = [sys.executable, "-m", "vistel_cli.main", "up", "--seconds", "30", "--out", str(out)]
+    command = [sys.executable, "-m", "vistel_cli.main", "up", "--seconds", "200", "--out", str(out)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     parent = psutil.Process(process.pid)
     killed: dict[str, int] = {}
-    deadline = time.monotonic() + 150
-    while time.monotonic() < deadline and process.poll() is None and len(killed) < 2:
-        time.sleep(0.25)
-        videos = [out / f"{s}.mp4" for s in SITES]
-        if not killed and all(v.exists() and v.stat().st_size > 20_000 for v in videos):
-            _process("zurich/renderer", parent).send_signal(signal.SIGKILL)
-            killed["zurich/renderer"] = time.time_ns()
-        elif killed and time.time_ns() - killed["zurich/renderer"] > 4e9:
-            _process("hub/world", parent).send_signal(signal.SIGKILL)
-            killed["hub/world"] = time.time_ns()
+    deadline = time.monotonic() + 300
+    for n, node in enumerate(("zurich/renderer", "hub/world"), 1):
+        while _standbys(out) < n and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.25)
+        if process.poll() is None:
+            _process(node, parent).send_signal(signal.SIGKILL)
+            killed[node] = time.time_ns()
+    time.sleep(2 * CATCH_UP_S)  # what comes after the last kill is looked at, too
+    process.send_signal(signal.SIGINT)
     text, _ = process.communicate(timeout=120)
     yield Run(out, text, process.returncode, killed)
+
+
+def _standbys(out: Path) -> int:
+    """How many have been ready so far."""
+    log = out / "logs" / "supervisor.log"
+    return log.read_text().count("standby ready") if log.exists() else 0
 
 
 def test_the_command_ends_well_and_names_what_it_left(conference: Run) -> None:
@@ -114,16 +120,18 @@ def test_a_killed_world_comes_back_and_goes_on_where_it_was(conference: Run) -> 
     killed = conference.killed_at_ns["hub/world"]
     states: list[WorldState] = [r.message for r in _records(conference, "world_state")]
     before = max((s for s in states if s.header.t_ns < killed), key=lambda s: s.header.t_ns)
-    after = min((s for s in states if s.header.t_ns > killed + 50_000_000), key=lambda s: s.header.t_ns)
+    later = (s for s in states if s.header.t_ns > killed + 50_000_000 and set(s.participants) == set(PEOPLE))
+    after = min(later, key=lambda s: s.header.t_ns)
     assert (after.header.t_ns - killed) * 1e-9 < CATCH_UP_S
     assert after.step >= before.step - 120
     assert {t.id for s in states if s.key for t in s.things} == {t.id for s in states[-200:] if s.key for t in s.things}
 
 
-def test_a_killed_renderer_draws_again(conference: Run) -> None:
+def test_a_killed_renderer_draws_everybody_again(conference: Run) -> None:
     killed = conference.killed_at_ns["zurich/renderer"]
-    times = [r.message.header.t_ns for r in _records(conference, "image_delay") if r.names["site"] == "zurich"]
-    assert min(t for t in times if t > killed + 50_000_000) - killed < CATCH_UP_S * 1e9
+    pictures = [r.message for r in _records(conference, "image_delay") if r.names["site"] == "zurich"]
+    whole = [p.header.t_ns for p in pictures if len(p.streams) == len(PEOPLE) and p.stand_ins == 0]
+    assert min(t for t in whole if t > killed + 50_000_000) - killed < CATCH_UP_S * 1e9
 
 
 def test_the_log_decodes_and_motion_frames_follow_each_other(conference: Run) -> None:
