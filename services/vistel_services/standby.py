@@ -57,9 +57,17 @@ class _Loading(threading.Thread):
             self.error = e
 
 
-def _wait() -> dict[str, Any] | None:
+def _voice() -> int:
+    """The pipe to the supervisor; what libraries print goes where the log goes."""
+    pipe = os.dup(1)
+    os.dup2(2, 1)
+    return pipe
+
+
+def _wait(voice: int) -> dict[str, Any] | None:
     """The order, or None when there will be none."""
-    os.write(sys.stdout.fileno(), READY)
+    os.write(voice, READY)
+    os.close(voice)
     line = sys.stdin.buffer.readline()
     return json.loads(line) if line.endswith(b"\n") else None
 
@@ -79,6 +87,7 @@ def main() -> int:
     parser.add_argument("--run", type=Path, required=True, help="as of vistel_services.host")
     parser.add_argument("--out", type=Path, required=True, help="as of vistel_services.host")
     args = parser.parse_args()
+    voice = _voice()
     logs.configure("standby")
     try:
         loading = _Loading(load(args.conference), args.services)
@@ -95,7 +104,7 @@ def main() -> int:
         with contextlib.suppress(OSError, AttributeError):  # a C library other than GNU's
             ctypes.CDLL(None).malloc_trim(0)  # what loading needed for a while goes back
     gc.freeze()  # what is loaded stays; the collector need not walk it while the process works
-    todo = _wait()
+    todo = _wait(voice)
     if todo is None:
         log.info("not needed")
         return 0
