@@ -157,18 +157,33 @@ class Constraint:
             return ()
         axis = self.axis(a, b)
         reach_a, reach_b = self.reaches(a, b)
+        whole_a, whole_b = self._in_one_piece(axis, a, b)
         sides = (
-            (b, a, axis.origin_b, -axis.along, reach_a),
-            (a, b, axis.origin_a, axis.along, reach_b),
+            (b, a, axis.origin_b, -axis.along, reach_a, whole_a),
+            (a, b, axis.origin_a, axis.along, reach_b, whole_b),
         )
         return tuple(
             Pull(
                 owner.name, target.name, _three(origin), _three(along), reach, self.plateau, hold_level(self.hold),
-                strength, since=self.since, until=self.until, priority=self.priority,
+                strength * whole, since=self.since, until=self.until, priority=self.priority,
             )
-            for owner, target, origin, along, reach in sides
+            for owner, target, origin, along, reach, whole in sides
             if target.compliance > 0
         )  # fmt: skip
+
+    def _in_one_piece(self, axis: Axis, a: Deformable, b: Deformable) -> tuple[float, float]:
+        """Strengths at which the bulges of a and of b are not torn off their bodies (E17): 1 as far as they hold.
+
+        Beyond that the neck pinches off: what would float between the bodies is drawn back into them.
+        """
+        if axis.overlapping:
+            return 1.0, 1.0
+        kappa, hold = _kappa(a.compliance, b.compliance), hold_level(self.hold)
+        where = np.linspace(0, 1, 4 * SAMPLES)
+        y_a, y_b = (np.maximum(_deficit(body.placed, axis.start, axis.end, where), 0.0) for body in (a, b))
+        onto_a = np.minimum(kappa * constraint_field(y_b, hold), CAP * T)
+        onto_b = np.minimum(constraint_field(y_a, hold) / kappa, CAP * T)
+        return _largest_share(y_a, onto_a), _largest_share(y_b[::-1], onto_b[::-1])
 
     def axis(self, a: Deformable, b: Deformable) -> Axis:
         """Where it acts. Points inside a body move to where the axis leaves it for the last time.
@@ -229,6 +244,18 @@ def tear(constraints: Iterable[Constraint], bodies: Mapping[str, Deformable], ti
         elif c.strength(time) > 0:
             kept.append(c)
     return tuple(kept)
+
+
+def _largest_share(y: F64, ghost: F64) -> float:
+    """The largest share of a ghost along an axis, in [0, 1], under which what it adds hangs together with the body."""
+    needed = y / np.maximum(ghost, 1e-9)
+    torn = np.flatnonzero(needed > 1.0)
+    if not len(torn) or not (needed[torn[0] :] < 1.0).any():
+        return 1.0
+    peak = int(torn[0])
+    while peak + 1 < len(needed) and needed[peak + 1] >= needed[peak]:
+        peak += 1
+    return 0.98 * min(1.0, float(needed[peak:].min()))
 
 
 def _kappa(c_a: float, c_b: float) -> float:

@@ -207,7 +207,8 @@ class _Contacts:
         quotient = self.body.compliance / self.bodies[name].compliance if not rigid else KAPPA[1]
         quotient = min(max(quotient, KAPPA[0]), KAPPA[1])
         zones = [g.zone for g in ghosts if isinstance(g, Collision) and g.zone is not None]
-        zone = 0.0 if rigid else zones[0] if zones else BETA * self._depth(name, mine, other)
+        # A soft body rises steeply round a stiff one: less far, so that it stays as high as beside an equal.
+        zone = 0.0 if rigid else zones[0] if zones else BETA * self._depth(name, mine, other) / max(1.0, quotient)
         self._others.append((quotient, other, reach, zone, hold, 1.0))
 
     def add_imprint(self, imprint: Imprint, compliance: float) -> None:
