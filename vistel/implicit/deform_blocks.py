@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.embedding import CONTACT_WEIGHT, Embedding
-from vistel.implicit.kernels_deform import NO_OVERLAP
+from vistel.implicit.deform_table import COLLIDES, NEIGHBOUR, NO_OVERLAP
+from vistel.implicit.embedding import Embedding
 from vistel.implicit.kernels_field import LANES
 
 F32 = NDArray[np.float32]
@@ -27,9 +27,10 @@ _STRETCH = 1.25
 class Blocks:
     """NB blocks. index: (NB, 64) vertices, the last repeated; centre: (NB,) vertex in its middle; spread:
     (NB,) how far the others may be from it in any posture [m]; count: (NB,) how many are real; group,
-    hinge, other: (NB,); calibration: (NB, 7, 64) rows as named in `kernels_deform`; self_rule: (G, G) 0
-    none, 1 neighbours, 2 like anyone else; overlap: (NO, 64) shares with which neighbours collide;
-    overlap_row: (NB, G), -1 none; hinge_groups: (H, 2)."""
+    hinge, other: (NB,); calibration: (NB, 7, 64) rows as named in `deform_table`; self_rule: (G, G) 0
+    none, NEIGHBOUR, or COLLIDES like anyone else; overlap: (NO, 64) shares with which neighbours collide;
+    overlap_row: (NB, G), -1 none; group_blocks: (G + 1,) blocks of group g are group_blocks[g] :
+    group_blocks[g + 1]."""
 
     index: I32
     centre: I32
@@ -43,37 +44,31 @@ class Blocks:
     self_rule: I32
     overlap: F32
     overlap_row: I32
-    hinge_groups: I32
+    group_blocks: I32
 
     @staticmethod
     def of(embedding: Embedding) -> Blocks:
-        """Blocks of one group and one side of one hinge each, neighbours along the limb together."""
+        """Blocks of one group and one side of one hinge each, compact patches of the skin."""
         limbs = embedding.limbs
-        along = np.zeros(len(embedding.group))
-        for g in range(limbs.groups):
-            rows = np.flatnonzero(embedding.group == g)
-            along[rows] = embedding.along[rows]
-        order = np.lexsort((along, embedding.other, embedding.hinge, embedding.group))
+        order = np.lexsort((embedding.other, embedding.hinge, embedding.group))
         cell = np.stack([embedding.group, embedding.hinge, embedding.other], axis=1)[order]
         cuts = np.flatnonzero(np.any(np.diff(cell, axis=0) != 0, axis=1)) + 1
-        pieces = [
-            part[i : i + LANES] for part in np.split(order, cuts) for i in range(0, len(part), LANES)
-        ]  # fmt: skip
+        pieces = [piece for part in np.split(order, cuts) for piece in _patches(embedding.vertices, part)]
         index = np.array([np.pad(p, (0, LANES - len(p)), mode="edge") for p in pieces], np.int32).reshape(-1, LANES)
         first = index[:, 0]
         calibration = np.stack(
             [
-                embedding.weight[index], embedding.offset[index], np.clip(embedding.weight, *CONTACT_WEIGHT)[index],
+                embedding.weight[index], embedding.offset[index], embedding.contact[index],
                 embedding.mu[index], embedding.alpha[index], embedding.inward[index], embedding.outward[index],
             ],
             axis=1,
         )  # fmt: skip
-        self_rule = np.full((limbs.groups, limbs.groups), 2, np.int32)
+        self_rule = np.full((limbs.groups, limbs.groups), COLLIDES, np.int32)
         np.fill_diagonal(self_rule, 0)
         overlap_row = np.full((len(index), limbs.groups), -1, np.int32)
         overlap: list[F64] = [np.zeros(LANES)]
         for (g, k), share in embedding.overlap.items():
-            self_rule[g, k] = 1
+            self_rule[g, k] = NEIGHBOUR
             of_vertex = np.zeros(len(embedding.group))
             of_vertex[np.flatnonzero(embedding.group == g)] = share
             for b in np.flatnonzero(embedding.group[first] == g):
@@ -90,8 +85,19 @@ class Blocks:
             embedding.hinge[first].astype(np.int32), embedding.other[first].astype(np.int32),
             _own_masks(embedding, index), np.ascontiguousarray(calibration, np.float32), self_rule,
             np.ascontiguousarray(np.array(overlap), np.float32), overlap_row,
-            np.array([(h.parent_group, h.child_group) for h in limbs.hinges], np.int32).reshape(-1, 2),
+            np.searchsorted(embedding.group[first], np.arange(limbs.groups + 1)).astype(np.int32),
         )  # fmt: skip
+
+
+def _patches(vertices: F64, rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    """`rows` halved across its longest extent until every piece fits a block; all but the last are full."""
+    if len(rows) <= LANES:
+        return [rows] if len(rows) else []
+    p = vertices[rows]
+    p = p - p.mean(axis=0)
+    rows = rows[np.argsort(p @ np.linalg.eigh(p.T @ p)[1][:, 2], kind="stable")]
+    half = LANES * (-(-len(rows) // LANES) // 2)
+    return _patches(vertices, rows[:half]) + _patches(vertices, rows[half:])
 
 
 def _middles(vertices: F64, index: I32) -> tuple[I32, F32]:

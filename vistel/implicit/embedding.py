@@ -38,9 +38,6 @@ JOINT_WEIGHT = T / float(quartic(np.array(1.0 / JOINT_REACH)))
 CREASE = 0.3
 """Share of DIFF in a joint's field: 1 is Singh's furrow, 0 lets the two limbs only abut in the crease's
 plane."""
-CONTACT_WEIGHT = (0.6, 1.6)
-"""Bounds of the vertex weight where it scales the fields of others: details that stick out far keep
-touching first."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +90,8 @@ class Embedding:
     """The calibrated mesh. vertices: (V, 3) at rest [m]; by vertex (V,): group, hinge (-1 none), other (the
     group across the hinge, -1), weight w_v, offset o_v, share mu of DIFF (1 at the joint, 0 where the other
     limb does not reach), authority alpha of the implicit model over the articulated shape, room to move
-    inwards and outwards along the normal [m]."""
+    inwards and outwards along the normal [m], contact = T / the field others see there at rest (the largest
+    of its own and the adjacent groups'), which scales the fields of others."""
 
     vertices: F64
     limbs: Limbs
@@ -107,8 +105,7 @@ class Embedding:
     alpha: F64
     inward: F64
     outward: F64
-    along: F64
-    """Order along the limb: neighbours on the skin have similar numbers."""
+    contact: F64
     nearness: F32
     """(P, V) distance ratio of every vertex to every primitive's realm at rest (1 = its edge)."""
     overlap: dict[tuple[int, int], F64]
@@ -156,9 +153,19 @@ def embed(vertices: F32, limb: I32, limbs: Limbs) -> Embedding:
                 overlap[g, k] = 1.0 - _smoothstep(fields[k][rows] / (0.8 * T))
     return Embedding(
         p, limbs, fit, group, hinge, other, weight, offset, mu, alpha,
-        0.95 * distance, np.maximum(0.2 * influence, influence - distance), _along(p, group, limbs),
-        _nearness(p, limbs, fit), overlap,
+        0.95 * distance, np.maximum(0.2 * influence, influence - distance),
+        _contact(group, limbs, fields, list(overlap)), _nearness(p, limbs, fit), overlap,
     )  # fmt: skip
+
+
+def _contact(group: I32, limbs: Limbs, fields: list[F64], overlapping: list[tuple[int, int]]) -> F64:
+    """T / the field that others see at each vertex at rest, within the bounds of vertex weights."""
+    out = np.zeros(len(group))
+    for g in range(limbs.groups):
+        rows = np.flatnonzero(group == g)
+        seen = [fields[g]] + [fields[k] for of, k in overlapping if of == g]
+        out[rows] = np.max([f[rows] for f in seen], axis=0)
+    return np.clip(T / np.maximum(out, 1e-9), W_FLOOR, W_CAP)
 
 
 def _smoothstep(u: F64) -> F64:
@@ -281,17 +288,6 @@ def _nearness(p: F64, limbs: Limbs, fit: Fit) -> F32:
         ],
         np.float32,
     )
-
-
-def _along(p: F64, group: I32, limbs: Limbs) -> F64:
-    """(V,) coordinate along the longest direction of the vertices of each group."""
-    out = np.zeros(len(p))
-    for g in range(limbs.groups):
-        rows = np.flatnonzero(group == g)
-        if len(rows) > 2:
-            w = p[rows] - p[rows].mean(axis=0)
-            out[rows] = w @ np.linalg.eigh(w.T @ w)[1][:, 2]
-    return out
 
 
 def _room(p: F64, group: I32, limbs: Limbs, fit: Fit) -> tuple[F64, F64]:

@@ -15,12 +15,10 @@ A position along a normal is P(s) = P0 + s n: block rows 0-2 hold P0 [m], 3-5 ho
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
+from vistel.implicit.kernel_jit import fast
 from vistel.implicit.kernels_field import LANES, ONE, ZERO, T
-
-_fast = nb.njit(cache=True, fastmath={"nsz", "arcp", "contract", "afn", "reassoc"}, error_model="numpy", nogil=True)
 
 COLLISION = 0
 FADING = 1
@@ -40,7 +38,7 @@ with `shown` the field others see of this body and c = `contact`, so that two bo
 (q = c_a / c_k) meet where (T - shown) / c_a = (T - F_k) / c_k, whatever the calibration of either skin."""
 
 
-@_fast
+@fast
 def contact_effect(effect, p, block, s, field, contact, q, ye, acc):
     """Add one group's share to acc. p: its parameters; field: rows F and dF/ds of the group; contact:
     (LANES,) vertex weights of others' fields; q: own compliance / the group's, -1 for a rigid group; ye:
@@ -49,14 +47,14 @@ def contact_effect(effect, p, block, s, field, contact, q, ye, acc):
         fading(p[0], field, contact, acc)
 
 
-@_fast
+@fast
 def own_effect(effect, p, block, s, own):
     """Change own, rows F and dF/ds of the body itself (T on its skin at rest), in place."""
     if effect == DIRECTIONAL:
         directional(p, block, s, own)
 
 
-@_fast
+@fast
 def fading(gain, field, contact, acc):
     """gain (T - c F) where F is above T: what is left of a dent."""
     for i in range(LANES):
@@ -69,7 +67,7 @@ def fading(gain, field, contact, acc):
         acc[(LEAST + 1) * LANES + i] = de if closer else dlow
 
 
-@_fast
+@fast
 def directional(p, block, s, own):
     """own (1 + c u); u = P.N - d, kept to |c u| <= 0.9 so that the surface stays in one piece."""
     nx, ny, nz, d, c = p[6], p[7], p[8], p[9], p[10]

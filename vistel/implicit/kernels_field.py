@@ -1,7 +1,8 @@
 """Leaf kernels of the deformation: fields of primitives along a block's 64 vertex normals.
 
-Everything is float32 and works on rows of 64 lanes (one vertex each); branches are written as selections,
-so that the compiler turns each leaf into straight vector code. Along a vertex's normal, P(s) = P0 + s n, a
+Everything is float32 and works on flat rows of LANES numbers (one vertex each), row r of an array being
+[r * LANES : (r + 1) * LANES]; a kernel passes plain pointers, a test flat arrays. Branches are written as
+selections, so that the compiler turns each leaf into straight vector code. Along a vertex's normal, P(s) = P0 + s n, a
 cone-sphere needs four numbers per vertex, found once: |P0 - a|^2, (P0 - a).n, (P0 - a).u and n.u.
 
 Row of a cone-sphere: ax ay az, ux uy uz (unit axis), length, influence radius at a, its growth per metre of
@@ -13,8 +14,9 @@ weight last.
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
+
+from vistel.implicit.kernel_jit import fast
 
 LANES = 64
 ROW = 24
@@ -25,32 +27,31 @@ HALF, TINY, SMALL = np.float32(0.5), np.float32(1e-12), np.float32(1e-20)
 HUGE = np.float32(1e30)
 T = np.float32(0.5)
 
-_fast = nb.njit(cache=True, fastmath={"nsz", "arcp", "contract", "afn", "reassoc"}, error_model="numpy", nogil=True)
 
 
-@_fast
+@fast
 def ray(block, p, out):
     """The four numbers of a cone-sphere for each lane. block: (6, 64) P0 and n; p: its row; out: (4, 64)."""
     ax, ay, az, ux, uy, uz = p[0], p[1], p[2], p[3], p[4], p[5]
     for i in range(LANES):
-        wx, wy, wz = block[0, i] - ax, block[1, i] - ay, block[2, i] - az
-        nx, ny, nz = block[3, i], block[4, i], block[5, i]
-        out[0, i] = wx * wx + wy * wy + wz * wz
-        out[1, i] = wx * nx + wy * ny + wz * nz
-        out[2, i] = wx * ux + wy * uy + wz * uz
-        out[3, i] = nx * ux + ny * uy + nz * uz
+        wx, wy, wz = block[i] - ax, block[LANES + i] - ay, block[2 * LANES + i] - az
+        nx, ny, nz = block[3 * LANES + i], block[4 * LANES + i], block[5 * LANES + i]
+        out[i] = wx * wx + wy * wy + wz * wz
+        out[LANES + i] = wx * nx + wy * ny + wz * nz
+        out[2 * LANES + i] = wx * ux + wy * uy + wz * uz
+        out[3 * LANES + i] = nx * ux + ny * uy + nz * uz
 
 
-@_fast
+@fast
 def cone(s, c, p, out):
     """F and dF/ds of a cone-sphere (min-ratio form, quartic) at s. s: (64,); c: (4, 64) of `ray`; out: (2,
     64)."""
     length, ra, k, w = p[6], p[7], p[8], p[9]
     for i in range(LANES):
         t = s[i]
-        nu, c1 = c[3, i], c[1, i]
-        x = c[2, i] + t * nu
-        m = c[0, i] + t * (TWO * c1 + t)
+        nu, c1 = c[3 * LANES + i], c[LANES + i]
+        x = c[2 * LANES + i] + t * nu
+        m = c[i] + t * (TWO * c1 + t)
         rho = max(m - x * x, ZERO)
         a = x + k * rho / max(ra + k * x, TINY)
         a = min(max(a, ZERO), length)
@@ -58,58 +59,59 @@ def cone(s, c, p, out):
         inverse = ONE / (ra + k * a)
         inverse = inverse * inverse
         q = max(ONE - (dx * dx + rho) * inverse, ZERO)
-        out[0, i] = w * q * q
-        out[1, i] = -FOUR * w * q * (c1 + t - a * nu) * inverse
+        out[i] = w * q * q
+        out[LANES + i] = -FOUR * w * q * (c1 + t - a * nu) * inverse
 
 
-@_fast
+@fast
 def union_add(value, total):
     """Add a primitive to a Ricci union of power 4: total (2, 64) sums F^4 and F^3 dF."""
     for i in range(LANES):
-        f = value[0, i]
+        f = value[i]
         f3 = f * f * f
-        total[0, i] += f3 * f
-        total[1, i] += f3 * value[1, i]
+        total[i] += f3 * f
+        total[LANES + i] += f3 * value[LANES + i]
 
 
-@_fast
+@fast
 def union_end(total, out):
     """F and dF/ds of the union from its sums."""
     for i in range(LANES):
-        f = np.sqrt(np.sqrt(total[0, i]))
-        out[0, i] = f
-        out[1, i] = total[1, i] / max(f * f * f, SMALL)
+        f = np.sqrt(np.sqrt(total[i]))
+        out[i] = f
+        out[LANES + i] = total[LANES + i] / max(f * f * f, SMALL)
 
 
-@_fast
+@fast
 def local_ray(block, p, out):
     """P0 and n of each lane in a primitive's own frame. p: its row; out: (6, 64)."""
     for i in range(LANES):
-        x, y, z = block[0, i] - p[9], block[1, i] - p[10], block[2, i] - p[11]
-        nx, ny, nz = block[3, i], block[4, i], block[5, i]
-        out[0, i] = p[0] * x + p[1] * y + p[2] * z
-        out[1, i] = p[3] * x + p[4] * y + p[5] * z
-        out[2, i] = p[6] * x + p[7] * y + p[8] * z
-        out[3, i] = p[0] * nx + p[1] * ny + p[2] * nz
-        out[4, i] = p[3] * nx + p[4] * ny + p[5] * nz
-        out[5, i] = p[6] * nx + p[7] * ny + p[8] * nz
+        x, y, z = block[i] - p[9], block[LANES + i] - p[10], block[2 * LANES + i] - p[11]
+        nx, ny, nz = block[3 * LANES + i], block[4 * LANES + i], block[5 * LANES + i]
+        out[i] = p[0] * x + p[1] * y + p[2] * z
+        out[LANES + i] = p[3] * x + p[4] * y + p[5] * z
+        out[2 * LANES + i] = p[6] * x + p[7] * y + p[8] * z
+        out[3 * LANES + i] = p[0] * nx + p[1] * ny + p[2] * nz
+        out[4 * LANES + i] = p[3] * nx + p[4] * ny + p[5] * nz
+        out[5 * LANES + i] = p[6] * nx + p[7] * ny + p[8] * nz
 
 
-@_fast
+@fast
 def _power(x, e):
     """|x|^e with 0 for x = 0 whatever e (spec_maths §1.3.5)."""
     return abs(x) ** e if abs(x) > TINY else ZERO
 
 
-@_fast
+@fast
 def superellipsoid(s, c, p, out):
     """As `cone`, for a superellipsoid; p[12:17] influence half axes a1, a2, a3, exponents e1, e2; p[17]
     weight."""
     a1, a2, a3, e1, e2, w = p[12], p[13], p[14], p[15], p[16], p[17]
     for i in range(LANES):
-        x, y, z = (c[0, i] + s[i] * c[3, i]) / a1, (c[1, i] + s[i] * c[4, i]) / a2, (c[2, i] + s[i] * c[5, i]) / a3
+        nx, ny, nz = c[3 * LANES + i] / a1, c[4 * LANES + i] / a2, c[5 * LANES + i] / a3
+        x, y, z = c[i] / a1 + s[i] * nx, c[LANES + i] / a2 + s[i] * ny, c[2 * LANES + i] / a3 + s[i] * nz
         if max(abs(x), abs(y), abs(z)) >= ONE:
-            out[0, i], out[1, i] = ZERO, ZERO
+            out[i], out[LANES + i] = ZERO, ZERO
             continue
         inner = _power(x, TWO / e2) + _power(y, TWO / e2)
         h = _power(inner, e2 / e1) + _power(z, TWO / e1)
@@ -117,19 +119,19 @@ def superellipsoid(s, c, p, out):
         q = max(ONE - d2, ZERO)
         # d(d^2) = e1 h^(e1 - 1) dh
         bend = _power(inner, e2 / e1 - ONE)
-        dh = bend * (_slope(x, e2) * c[3, i] / a1 + _slope(y, e2) * c[4, i] / a2) + _slope(z, e1) * c[5, i] / a3
-        out[0, i] = w * q * q
-        out[1, i] = -TWO * w * q * TWO * _power(h, e1 - ONE) * dh
+        dh = bend * (_slope(x, e2) * nx + _slope(y, e2) * ny) + _slope(z, e1) * nz
+        out[i] = w * q * q
+        out[LANES + i] = -TWO * w * q * TWO * _power(h, e1 - ONE) * dh
 
 
-@_fast
+@fast
 def _slope(x, e):
     """(e / 2) d|x|^(2/e)/dx."""
     v = _power(x, TWO / e - ONE)
     return v if x >= ZERO else -v
 
 
-@_fast
+@fast
 def supertoroid(s, c, p, out):
     """As `cone`, for a supertoroid about Z; p[12:18] a1, a2, a3 (surface), alpha, e1, e2; p[18] weight;
     p[19] reach.
@@ -139,34 +141,34 @@ def supertoroid(s, c, p, out):
     """
     a1, a2, a3, alpha, e1, e2, w, reach = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]
     for i in range(LANES):
-        x, y = (c[0, i] + s[i] * c[3, i]) / a1, (c[1, i] + s[i] * c[4, i]) / a2
-        z = (c[2, i] + s[i] * c[5, i]) / (a3 * reach)
+        nx, ny, nz = c[3 * LANES + i] / a1, c[4 * LANES + i] / a2, c[5 * LANES + i] / (a3 * reach)
+        x, y, z = c[i] / a1 + s[i] * nx, c[LANES + i] / a2 + s[i] * ny, c[2 * LANES + i] / (a3 * reach) + s[i] * nz
         around = _power(x, TWO / e2) + _power(y, TWO / e2)
         v = (_power(around, HALF * e2) - alpha) / reach
         if abs(v) >= ONE or abs(z) >= ONE:
-            out[0, i], out[1, i] = ZERO, ZERO
+            out[i], out[LANES + i] = ZERO, ZERO
             continue
         h = _power(v, TWO / e1) + _power(z, TWO / e1)
         q = max(ONE - _power(h, e1), ZERO)
-        dv = _power(around, HALF * e2 - ONE) * (_slope(x, e2) * c[3, i] / a1 + _slope(y, e2) * c[4, i] / a2) / reach
-        dh = _slope(v, e1) * dv + _slope(z, e1) * c[5, i] / (a3 * reach)
-        out[0, i] = w * q * q
-        out[1, i] = -FOUR * w * q * _power(h, e1 - ONE) * dh
+        dv = _power(around, HALF * e2 - ONE) * (_slope(x, e2) * nx + _slope(y, e2) * ny) / reach
+        dh = _slope(v, e1) * dv + _slope(z, e1) * nz
+        out[i] = w * q * q
+        out[LANES + i] = -FOUR * w * q * _power(h, e1 - ONE) * dh
 
 
-@_fast
+@fast
 def rounded_polygon(s, c, p, corners, out):
-    """As `cone`, for a rounded convex polygon in its plane z = 0; p[12] radius, p[13] weight; corners: (n,
-    2)."""
-    inverse, w, n = ONE / (p[12] * p[12]), p[13], len(corners)
+    """As `cone`, for a rounded convex polygon in its plane z = 0; p[12] radius, p[13] weight, p[14] first of
+    its p[15] corners, x and y each."""
+    inverse, w, first, n = ONE / (p[12] * p[12]), p[13], int(p[14]), int(p[15])
     for i in range(LANES):
-        x, y, z = c[0, i] + s[i] * c[3, i], c[1, i] + s[i] * c[4, i], c[2, i] + s[i] * c[5, i]
+        x, y, z = c[i] + s[i] * c[3 * LANES + i], c[LANES + i] + s[i] * c[4 * LANES + i], c[2 * LANES + i] + s[i] * c[5 * LANES + i]
         best, bx, by = HUGE, ZERO, ZERO
         inside = True
-        for j in range(n):
-            e = j + 1 if j + 1 < n else 0
-            ex, ey = corners[e, 0] - corners[j, 0], corners[e, 1] - corners[j, 1]
-            wx, wy = x - corners[j, 0], y - corners[j, 1]
+        for j in range(first, first + n):
+            e = j + 1 if j + 1 < first + n else first
+            ex, ey = corners[2 * e] - corners[2 * j], corners[2 * e + 1] - corners[2 * j + 1]
+            wx, wy = x - corners[2 * j], y - corners[2 * j + 1]
             if ex * wy - ey * wx < ZERO:
                 inside = False
             t = min(max((ex * wx + ey * wy) / max(ex * ex + ey * ey, SMALL), ZERO), ONE)
@@ -176,5 +178,5 @@ def rounded_polygon(s, c, p, corners, out):
         if inside:
             bx, by = ZERO, ZERO
         q = max(ONE - (bx * bx + by * by + z * z) * inverse, ZERO)
-        out[0, i] = w * q * q
-        out[1, i] = -FOUR * w * q * (bx * c[3, i] + by * c[4, i] + z * c[5, i]) * inverse
+        out[i] = w * q * q
+        out[LANES + i] = -FOUR * w * q * (bx * c[3 * LANES + i] + by * c[4 * LANES + i] + z * c[5 * LANES + i]) * inverse

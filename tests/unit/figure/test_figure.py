@@ -13,7 +13,7 @@ from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.deform import Deformer
-from vistel.implicit.ghost import T, ghosts_of
+from vistel.implicit.ghost import ghosts_of
 
 
 @pytest.fixture(scope="module")
@@ -99,29 +99,34 @@ def test_a_hand_pressed_on_the_chest_dents_both(figure, person):
     assert figure.moved[hand].any() or figure.moved[np.char.startswith(limb.astype(str), "left_")].any()
 
 
-def test_two_figures_agree_on_their_contact_surface(person, monkeypatch):
+def shown_field(figure, posed, points):
+    """What others see of a figure at points of its skin: the largest field of the vertex's own and adjacent limbs."""
+    e = figure.embedding
+    fields, out = figure.fields(posed, points), np.zeros(len(points))
+    for g in range(e.limbs.groups):
+        rows = np.flatnonzero(e.group == g)
+        same = [g] + [k for of, k in e.overlap if of == g]
+        out[rows] = fields[np.ix_(same, rows)].max(axis=0)
+    return out
+
+
+@pytest.mark.parametrize("apart", [0.48, 0.46, 0.42, 0.36])
+def test_two_figures_agree_on_their_contact_surface(person, apart):
     one, two = Figure(person), Figure(person)
     # The left side of one against the right of the other.
-    a, b = Posture(standing().dofs), Posture(standing().dofs, stance=Stance(np.array([0.48, 0.0, 0.02]), 0.2))
+    a, b = Posture(standing().dofs), Posture(standing().dofs, stance=Stance(np.array([apart, 0.0, 0.02]), 0.2))
     posed_a, posed_b = one.pose(a).posed, two.pose(b).posed
     for figure, posture, own, foreign in ((one, a, posed_a, posed_b), (two, b, posed_b, posed_a)):
-        e = figure.embedding
-        rows = np.arange(len(e.group))
-        rigid = figure.fields(own, rigid_only(figure, posture, monkeypatch))[e.group, rows]
+        alone = figure.pose(posture).vertices.copy()
         state = figure.pose(posture, [one.ghosts(foreign)])
-        assert state.report.moved > 0
         assert state.report.delta.max() > 0.005
-        mine, theirs = figure.fields(own, state.vertices)[e.group, rows], one.fields(foreign, state.vertices)
-        contact = np.clip(e.weight, 0.6, 1.6)
-        # Limb vertices with their own weight on both sides, as at rest before anyone touched them.
-        plain = (e.hinge < 0) & (e.offset == 0.0) & (e.weight == contact)
-        plain &= np.abs(e.weight * rigid - T) < 1e-5
-        touched = plain & (theirs.max(axis=0) * contact > T + 1e-3)
-        assert touched.any()
-        overlap = (theirs.max(axis=0) - mine)[touched]
-        assert np.count_nonzero(overlap > 1e-4) <= state.report.lost
-        # Where a limb of one's own pushes too, the skin gives way further; everywhere else both agree.
-        assert np.quantile(np.abs(overlap), 0.9) <= 1e-4
+        theirs = figure.fields(foreign, state.vertices).max(axis=0)
+        overlap = (theirs - shown_field(figure, own, state.vertices))[figure.deformer.lost == 0]
+        # Nobody is inside the other, at joints as little as elsewhere, and they share a surface.
+        assert overlap.max() <= 1e-4
+        pressed = (np.linalg.norm(state.vertices - alone, axis=1) > 1e-3)[figure.deformer.lost == 0]
+        assert np.count_nonzero(np.abs(overlap[pressed]) <= 1e-4) > 20
+        assert state.report.lost < 0.02 * state.report.moved
 
 
 def test_posing_is_deterministic_and_reuses_its_buffers(figure):

@@ -6,19 +6,19 @@ import numba as nb
 import numpy as np
 import pytest
 
-from vistel.implicit import kernels_deform, kernels_field
+from vistel.implicit import kernels_field, kernels_ghost, kernels_solve
 from vistel.implicit.kernels_field import LANES
 
 F32 = np.float32
-BLOCK, RAYS, PAIR = np.zeros((6, LANES), F32), np.zeros((6, LANES), F32), np.zeros((2, LANES), F32)
-LINE, ROW, ACC = np.zeros(LANES, F32), np.zeros(24, F32), np.zeros((6, LANES), F32)
+BLOCK, RAYS, PAIR = np.zeros(6 * LANES, F32), np.zeros(6 * LANES, F32), np.zeros(2 * LANES, F32)
+LINE, ROW, ACC = np.zeros(LANES, F32), np.zeros(24, F32), np.zeros(8 * LANES, F32)
 LEAVES = {
     "ray": (kernels_field.ray, (BLOCK, ROW, RAYS)),
     "cone": (kernels_field.cone, (LINE, RAYS, ROW, PAIR)),
     "union_end": (kernels_field.union_end, (PAIR, PAIR)),
-    "add_soft": (kernels_deform.add_soft, (PAIR, LINE, F32(1), F32(0.1), ACC)),
-    "add_rigid": (kernels_deform.add_rigid, (PAIR, F32(0.1), ACC)),
-    "advance": (kernels_deform.advance, (PAIR, np.zeros((9, LANES), F32))),
+    "add_soft": (kernels_ghost.add_soft, (PAIR, LINE, F32(1), F32(0.1), ACC)),
+    "add_rigid": (kernels_ghost.add_rigid, (PAIR, F32(0.1), ACC)),
+    "advance": (kernels_solve.advance, (PAIR, np.zeros(9 * LANES, F32))),
 }
 
 

@@ -13,8 +13,8 @@ from vistel.implicit.contact_kernels import INVERSE_T, field_of_ratio, surface
 from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, PrimitiveSet
 from vistel.implicit.embedding_fields import cone_sphere_ratio, quartic
 from vistel.implicit.ghost import T, collision, ghosts_of, propagation, zone
-from vistel.implicit.kernels_deform import evaluate
 from vistel.implicit.kernels_field import LANES, local_ray, ray
+from vistel.implicit.kernels_meet import evaluate
 
 GOLDEN = {
     row["name"]: row
@@ -112,13 +112,13 @@ def test_kernels_agree_with_the_surface_ratio_and_their_slope_is_the_derivative(
     points, directions = rng.normal(size=(LANES, 3)) * 0.12, rng.normal(size=(LANES, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     lanes[:3], lanes[3:] = (points @ turn.T + shape.position).T, (directions @ turn.T).T
-    rays, out = np.zeros((6, LANES), np.float32), np.zeros((2, LANES), np.float32)
+    rays, out = np.zeros(6 * LANES, np.float32), np.zeros(2 * LANES, np.float32)
     code = int(ghost.kind[0])
-    (ray if code == CONE_SPHERE else local_ray)(lanes, ghost.rows[0], rays)
+    (ray if code == CONE_SPHERE else local_ray)(lanes.reshape(-1), ghost.rows[0], rays)
 
     def field(s: float) -> np.ndarray:
-        evaluate(code, np.full(LANES, s, np.float32), rays, ghost.rows[0], ghost.corners, out)
-        return out.astype(np.float64).copy()
+        evaluate(code, np.full(LANES, s, np.float32), rays, ghost.rows[0], ghost.corners.reshape(-1), out)
+        return out.reshape(2, LANES).astype(np.float64)
 
     at = field(0.0)
     seen, params = np.empty(5), np.array(KINDS[kind], float)

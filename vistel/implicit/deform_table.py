@@ -1,0 +1,92 @@
+"""What a frame of the deformation works on, as one table of addresses (see `addresses`) and sizes.
+
+Shapes: NB blocks, G own groups, P own primitives, H hinges; N ghost primitives and NG groups, own ones first;
+NP pairs of a block and a group, NR rays.
+"""
+
+from __future__ import annotations
+
+(
+    # Blocks: what never changes.
+    INDEX,  # (NB, LANES) int32 vertices, the last repeated
+    CENTRE,  # (NB,) int32 vertex in the middle
+    SPREAD,  # (NB,) float32 how far the others may be from it [m]
+    COUNT,  # (NB,) int32 how many are real
+    GROUP,  # (NB,) int32
+    HINGE,  # (NB,) int32, -1 none
+    OTHER,  # (NB,) int32 group across the hinge, -1 none
+    OWN_MASK,  # (NB,) int64 primitives of the own group that reach the block
+    CALIBRATION,  # (NB, CAL_ROWS, LANES) float32
+    MOST_CONTACT,  # (NB,) float32 largest CONTACT of the block
+    OVERLAP,  # (NO, LANES) float32 shares with which neighbours collide
+    OVERLAP_ROW,  # (NB, G) int32: -1 none, NO_OVERLAP
+    GROUP_BLOCKS,  # (G + 1,) int32 blocks of group g
+    SELF_RULE,  # (G, G) int32: 0 none, NEIGHBOUR, COLLIDES
+    # The body itself.
+    ORDER,  # (P,) int32 primitives sorted by group
+    FIT,  # (P, 3) float32 influence radii at both ends [m], weight
+    HINGES,  # (H, 4) int32 parent and child primitive (sorted), parent and child group
+    REST_BEND,  # (H,) float64 angle at rest [rad], negative: not measured yet
+    SPHERE,  # (H, ROW) float32 joint spheres
+    BENT,  # (H,) uint8
+    REST_SHAPE,  # (G, G, 4) float64 squared distances of the groups' first primitives
+    # Ghosts, own groups first.
+    ROWS,  # (N, ROW) float32
+    BOX,  # (N, 6) float32
+    KIND,  # (N,) int32
+    CORNERS,  # (NC, 2) float32
+    GROUP_START,  # (NG + 1,) int32
+    GROUP_BOX,  # (NG, 6) float32
+    QUOTIENT,  # (NG,) float32 own compliance / the group's, -1 rigid
+    DEPTH,  # (NG,) float32 given penetration, negative: measured
+    ALLOWED,  # (NG, G) uint8 whether it acts on an own group
+    EFFECT,  # (NG,) int32
+    PARAMETER_START,  # (NG + 1,) int32
+    PARAMETERS,  # float32
+    DELTA,  # (NG,) float32 penetration
+    ZONE,  # (NG,) float32 zone of propagation
+    # Work.
+    CANDIDATES,  # (G, NG) int32 2 k + (1 where k moved along with the group)
+    TODO,  # (NB, 3) int32 block, its first pair, the next block's
+    PAIRS,  # (NP, PAIR) int64
+    HEIGHT,  # (NP,) float32 the field's height in the block: exact once evaluated, before that a bound
+    FIRST,  # (NP, 2, LANES) float32 field and slope at s = 0
+    RAYS,  # (NR, 6, LANES) float32
+    OWN_RAYS,  # (3 P + 8, 6, LANES) float32
+    BLOCK,  # (NB, 6, LANES) float32 rigid positions and normals
+    GATHERED,  # (NB,) uint8
+    WORK,  # (10, 2, LANES) float32
+    ACC,  # (8, LANES) float32
+    STATE,  # (9, LANES) float32
+    LINE,  # (LANES,) float32 zeros
+    MOVED,  # (V,) uint8
+    LOST,  # (V,) uint8
+    MOVED_LIST,  # (V,) int32
+    LOST_LIST,  # (V,) int32
+    STATS,  # (STAT_COUNT,) int64
+    # Sizes.
+    BLOCKS,
+    OWN_GROUPS,
+    OWN_PRIMITIVES,
+    HINGE_COUNT,
+    GROUPS,
+    ALL_GROUPS,  # room for groups: the stride of CANDIDATES
+    PAIR_ROOM,
+    RAY_ROOM,
+    TABLE_LENGTH,
+) = range(62)  # fmt: skip
+
+WEIGHT, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD, CAL_ROWS = range(8)
+"""Rows of a block's calibration."""
+
+PAIR_BLOCK, PAIR_GROUP, PAIR_OVERLAP, PAIR_RULE, PAIR_MASK, PAIR_RAY, PAIR = range(7)
+"""Columns of a pair; PAIR_RAY: its first ray, NOT_YET before its field is known."""
+NOT_YET = -1
+SHOWN, NEIGHBOUR, COLLIDES, FORCE = range(4)
+"""Rules of a pair: the group belongs to the same skin and only counts in what others see; it is a neighbour
+that pushes by its share; it collides like anyone; it is a force field."""
+NO_OVERLAP = -2
+"""Overlap row of a neighbour that shares all of a block's skin: it does not collide."""
+
+EVALUATIONS, MOVED_COUNT, LOST_COUNT, SOLVED, PAIR_NEED, RAY_NEED, STAT_COUNT = range(7)
+"""Columns of STATS."""

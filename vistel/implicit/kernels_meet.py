@@ -1,0 +1,264 @@
+"""Which blocks of a skin meet which groups of ghosts: bounds first, fields only where the bounds allow.
+
+The field of a group within `spread` of a block's middle is bounded from the distance of the middle to each
+skeleton. A pair of a block and a group whose bound stays faint is forgotten; one whose bound cannot reach the
+skin is kept for later, since it counts once the skin moves; the others are evaluated at the rigid positions,
+which tells the penetrations delta. The rays and fields found here are the solver's first evaluation.
+"""
+
+# pyright: basic, reportCallIssue=false
+
+from __future__ import annotations
+
+import numpy as np
+
+from vistel.implicit import deform_table as table
+from vistel.implicit.addresses import floats, ints, longs, octets
+from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID
+from vistel.implicit.ghost_effects import COLLISION, OWN_EFFECT
+from vistel.implicit.kernel_jit import fast
+from vistel.implicit.kernels_field import (
+    HUGE,
+    LANES,
+    ONE,
+    ROW,
+    ZERO,
+    T,
+    cone,
+    local_ray,
+    ray,
+    rounded_polygon,
+    superellipsoid,
+    supertoroid,
+    union_add,
+    union_end,
+)
+from vistel.implicit.kernels_ghost import largest, largest_share
+from vistel.implicit.kernels_pose import find_candidates
+from vistel.implicit.pointers import at
+
+FAINT = np.float32(0.1)
+"""Fields of others below this everywhere in a block do not count there."""
+SPECK = np.float32(0.02)
+"""Primitives whose field stays below this in a block do not count in their group's union."""
+RAY_SIZE = 6 * LANES
+FIELD_SIZE = 2 * LANES
+
+
+
+@fast
+def gather(index, vertices, normals, block):
+    """Rigid positions and normals of a block's lanes."""
+    for i in range(LANES):
+        v = index[i]
+        for axis in range(3):
+            block[axis * LANES + i] = vertices[v, axis]
+            block[(3 + axis) * LANES + i] = normals[v, axis]
+
+
+@fast
+def bound(kind, row, box, x, y, z, spread):
+    """Most a primitive's field can be within `spread` of (x, y, z)."""
+    if kind != CONE_SPHERE:
+        away = max(box[0] - x, x - box[3], box[1] - y, y - box[4], box[2] - z, z - box[5])  # fmt: skip
+        return ONE if away < spread else ZERO
+    wx, wy, wz = x - row[0], y - row[1], z - row[2]
+    along = wx * row[3] + wy * row[4] + wz * row[5]
+    along = min(max(along, ZERO), row[6])
+    dx, dy, dz = wx - along * row[3], wy - along * row[4], wz - along * row[5]
+    d = max(np.sqrt(dx * dx + dy * dy + dz * dz) - spread, ZERO)
+    radius = max(row[7], row[7] + row[8] * row[6])
+    q = ONE - d * d / (radius * radius)
+    return row[9] * q * q if q > ZERO else ZERO
+
+
+@fast
+def evaluate(kind, s, c, p, corners, out):
+    """F and dF/ds of one primitive of any kind along the rays c."""
+    if kind == CONE_SPHERE:
+        cone(s, c, p, out)
+    elif kind == SUPERELLIPSOID:
+        superellipsoid(s, c, p, out)
+    elif kind == ROUNDED_POLYGON:
+        rounded_polygon(s, c, p, corners, out)
+    else:
+        supertoroid(s, c, p, out)
+
+
+@fast
+def set_up(first, last, mask, kind, block, rows, rays):
+    """Rays of the primitives of `mask` (bits from `first`); how many."""
+    used = 0
+    for k in range(first, last):
+        if (mask >> (k - first)) & 1:
+            if kind[k] == CONE_SPHERE:
+                ray(block, at(rows, k * ROW), at(rays, used * RAY_SIZE))
+            else:
+                local_ray(block, at(rows, k * ROW), at(rays, used * RAY_SIZE))
+            used += 1
+    return used
+
+
+@fast
+def group_field(first, last, mask, kind, rows, corners, s, rays, value, total, out):
+    """F and dF/ds (2, LANES) of the union of the primitives of `mask` along their rays; how many."""
+    used = 0
+    several = mask & (mask - 1) != 0
+    if several:
+        for i in range(FIELD_SIZE):
+            total[i] = ZERO
+    for k in range(first, last):
+        if (mask >> (k - first)) & 1:
+            evaluate(
+                kind[k], s, at(rays, used * RAY_SIZE), at(rows, k * ROW), corners, value if several else out
+            )  # fmt: skip
+            used += 1
+            if several:
+                union_add(value, total)
+    if several:
+        union_end(total, out)
+    return used
+
+
+@fast
+def _count(mask):
+    n = 0
+    while mask:
+        mask &= mask - 1
+        n += 1
+    return n
+
+
+@fast
+def field_bound(t, k, x, y, z, spread, most):
+    """Most `most` times the field of group k can be within `spread` of (x, y, z), and which primitives
+    count (a mask)."""
+    start, kind, rows, box = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS]), floats(t[table.BOX])
+    mask, total = np.int64(0), ZERO
+    for j in range(start[k], start[k + 1]):
+        f = bound(kind[j], at(rows, j * ROW), at(box, 6 * j), x, y, z, spread)
+        if f > SPECK:
+            mask |= np.int64(1) << np.int64(j - start[k])
+            total += (f * f) * (f * f)
+    return most * np.sqrt(np.sqrt(total)), mask
+
+
+@fast
+def _add_pair(t, n, b, k, overlap, rule, mask, height):
+    if n < t[table.PAIR_ROOM]:
+        pair = at(longs(t[table.PAIRS]), n * table.PAIR)
+        pair[table.PAIR_BLOCK], pair[table.PAIR_GROUP], pair[table.PAIR_OVERLAP] = b, k, overlap
+        pair[table.PAIR_RULE], pair[table.PAIR_MASK], pair[table.PAIR_RAY] = rule, mask, table.NOT_YET
+        floats(t[table.HEIGHT])[n] = height
+    return n + 1
+
+
+@fast
+def list_pairs(t, a, b, vertices, now, shown):
+    """Blocks to look at and their pairs: TODO, PAIRS, HEIGHT (bounds). Returns how many of each. now,
+    shown: room for 4 doubles, for a number per own group."""
+    own, count = t[table.OWN_GROUPS], 0
+    blocks, centre, spread = ints(t[table.GROUP_BLOCKS]), ints(t[table.CENTRE]), floats(t[table.SPREAD])
+    hinge, other, bent = ints(t[table.HINGE]), ints(t[table.OTHER]), octets(t[table.BENT])
+    most, group_box = floats(t[table.MOST_CONTACT]), floats(t[table.GROUP_BOX])
+    rule, overlap_row, effect = ints(t[table.SELF_RULE]), ints(t[table.OVERLAP_ROW]), ints(t[table.EFFECT])
+    todo, gathered = ints(t[table.TODO]), octets(t[table.GATHERED])
+    n = 0
+    for g in range(own):
+        candidates = at(ints(t[table.CANDIDATES]), g * t[table.ALL_GROUPS])
+        n_candidates = find_candidates(t, a, b, g, now, candidates)
+        for at_block in range(blocks[g], blocks[g + 1]):
+            folds = hinge[at_block] >= 0 and bent[hinge[at_block]] != 0
+            begin, n_shown, meets = n, 0, False
+            v, reach = centre[at_block], spread[at_block]
+            x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+            for c in range(n_candidates):
+                k, same = candidates[c] >> 1, candidates[c] & 1
+                if k == other[at_block]:
+                    continue
+                box = at(group_box, 6 * k)
+                if (
+                    box[0] > x + reach or box[3] < x - reach or box[1] > y + reach or box[4] < y - reach
+                    or box[2] > z + reach or box[5] < z - reach
+                ):  # fmt: skip
+                    continue
+                kind, overlap = table.COLLIDES, -1
+                if k < own:
+                    kind, overlap = rule[g * own + k], overlap_row[at_block * own + k]
+                    if same or overlap == table.NO_OVERLAP:
+                        shown[n_shown] = k
+                        n_shown += 1
+                        continue
+                elif effect[k] >= OWN_EFFECT:
+                    n = _add_pair(t, n, at_block, k, -1, table.FORCE, np.int64(0), HUGE)
+                    continue
+                high, mask = field_bound(t, k, x, y, z, reach, most[at_block])
+                if high > FAINT:
+                    n = _add_pair(t, n, at_block, k, overlap, kind, mask, high)
+                    meets = meets or (kind == table.COLLIDES and high > T)
+            for c in range(n_shown if meets else 0):
+                high, mask = field_bound(t, shown[c], x, y, z, reach, most[at_block])
+                if high > T:
+                    n = _add_pair(t, n, at_block, shown[c], -1, table.SHOWN, mask, high)
+            if n > begin or folds:
+                todo[3 * count], todo[3 * count + 1], todo[3 * count + 2] = at_block, begin, n
+                gathered[at_block] = 0
+                count += 1
+    return count, n
+
+
+@fast
+def evaluate_pair(t, n, vertices, normals, ray_count):
+    """The field of pair n at the rigid positions: FIRST, HEIGHT, its rays from `ray_count` on, DELTA of its
+    group. Returns the new number of rays, which may exceed their room: then nothing was done."""
+    pair = at(longs(t[table.PAIRS]), n * table.PAIR)
+    b, k, mask = pair[table.PAIR_BLOCK], pair[table.PAIR_GROUP], pair[table.PAIR_MASK]
+    needed = ray_count + _count(mask)
+    if needed > t[table.RAY_ROOM]:
+        return needed
+    gathered, block = octets(t[table.GATHERED]), at(floats(t[table.BLOCK]), b * RAY_SIZE)
+    if gathered[b] == 0:
+        gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, block)
+        gathered[b] = 1
+    start, kind, rows = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS])
+    rays, work = at(floats(t[table.RAYS]), ray_count * RAY_SIZE), floats(t[table.WORK])
+    first = at(floats(t[table.FIRST]), n * FIELD_SIZE)
+    set_up(start[k], start[k + 1], mask, kind, block, rows, rays)
+    group_field(
+        start[k], start[k + 1], mask, kind, rows, floats(t[table.CORNERS]), floats(t[table.LINE]), rays,
+        work, at(work, FIELD_SIZE), first,
+    )  # fmt: skip
+    pair[table.PAIR_RAY] = ray_count
+    contact = at(floats(t[table.CALIBRATION]), (b * table.CAL_ROWS + table.CONTACT) * LANES)
+    height = floats(t[table.HEIGHT])
+    if pair[table.PAIR_RULE] == table.NEIGHBOUR:
+        shares = at(floats(t[table.OVERLAP]), pair[table.PAIR_OVERLAP] * LANES)
+        height[n] = largest_share(first, contact, shares)
+    else:
+        height[n] = largest(first, contact)
+    if pair[table.PAIR_RULE] == table.COLLIDES:
+        delta = floats(t[table.DELTA])
+        delta[k] = max(delta[k], height[n] - T)
+    return needed
+
+
+@fast
+def evaluate_touching(t, count, vertices, normals):
+    """Evaluate every pair that may reach the skin; returns the number of rays, or one beyond their room."""
+    todo, height = ints(t[table.TODO]), floats(t[table.HEIGHT])
+    pairs = longs(t[table.PAIRS])
+    used = 0
+    for c in range(count):
+        for n in range(todo[3 * c + 1], todo[3 * c + 2]):
+            rule = pairs[n * table.PAIR + table.PAIR_RULE]
+            if rule in (table.COLLIDES, table.NEIGHBOUR) and height[n] > T:
+                used = evaluate_pair(t, n, vertices, normals, used)
+                if used > t[table.RAY_ROOM]:
+                    return used
+    return used
+
+
+@fast
+def reach_of(t, k):
+    """How far below T (in field units) the field of group k still moves a skin."""
+    return T if ints(t[table.EFFECT])[k] != COLLISION else floats(t[table.ZONE])[k]
