@@ -12,7 +12,7 @@ from PIL import Image
 import vistel.implicit as vi
 
 RED, BLUE, GREEN, GOLD = (0.80, 0.36, 0.30), (0.33, 0.50, 0.76), (0.42, 0.66, 0.42), (0.86, 0.68, 0.34)
-GREY, SKIN = (0.66, 0.66, 0.68), (0.87, 0.67, 0.55)
+GREY, SKIN = (0.66, 0.66, 0.68), (0.93, 0.74, 0.62)
 UPRIGHT = (0.7071067811865476, 0.0, 0.0, 0.7071067811865476)
 """Turns +Y up (the room's) into +Z up (the camera's)."""
 
@@ -25,11 +25,11 @@ def picture(shapes: Iterable[vi.Shape], size: tuple[int, int], *, up: str = "z",
 
 def section(
     shapes: Mapping[str, vi.Shape], half: float, size: tuple[int, int], *, centre: Sequence[float] = (0.0, 0.0),
-    levels: bool = False,
+    levels: Sequence[str] = (),
 ) -> Image.Image:  # fmt: skip
     """Bodies cut by z = 0, each filled with its colour, `half` metres from the middle to the sides of the picture.
 
-    levels: also where the realms end and the surfaces at T = 0.75, dashed.
+    levels: bodies of which to show also where the realm ends and the surface at T = 0.75, dashed.
     """
     smooth = 3
     columns, rows = size[0] * smooth, size[1] * smooth
@@ -37,7 +37,7 @@ def section(
     y = np.linspace(-half, half, rows) * size[1] / size[0] + centre[1]
     rgb = np.ones((rows, columns, 3))
     dash = (np.add.outer(np.arange(rows), np.arange(columns)) // (6 * smooth)) % 2 == 0
-    for shape in shapes.values():
+    for name, shape in shapes.items():
         found = vi.compile(shape).lattice(x, y, [0.0], attributes=True)
         field = found.field[:, :, 0].T[::-1].astype(float)
         ink = np.array((0.6, 0.6, 0.6))
@@ -47,7 +47,7 @@ def section(
             rgb[inside] = 0.35 * colour[inside] + 0.65
             ink = np.median(colour[inside], axis=0)
         rgb[outline(inside, smooth)] = 0.8 * ink
-        for level in (0.004, 0.75) if levels else ():
+        for level in (0.004, 0.75) if name in levels else ():
             rgb[dash & outline(field >= level, smooth - 1)] = 0.45
     image = Image.fromarray((rgb * 255).astype(np.uint8))
     return image.resize(size, Image.Resampling.LANCZOS)

@@ -24,7 +24,9 @@ F64 = NDArray[np.float64]
 EDGE = 0.5411961
 
 
-def ball(name: str, at: Sequence[float], radius: float = 1.0, colour: Sequence[float] = GOLD, compliance: float = 1.0) -> Deformable:
+def ball(
+    name: str, at: Sequence[float], radius: float = 1.0, colour: Sequence[float] = GOLD, compliance: float = 1.0
+) -> Deformable:
     """A ball of a surface radius; `radius` 1 is a surface radius of 0.54."""
     shape = vi.Sphere((0, 0, 0), radius).with_attributes(colour=colour)
     x, y, z = map(float, at)
@@ -84,7 +86,8 @@ def figure_9() -> None:
         ("areas (plateau 0.5)", 1.0, {"reach_a": 0.4, "reach_b": 0.4, "plateau": 0.5}),
         ("gold five times stiffer", 0.2, {"reach_a": 0.3, "reach_b": 0.3}),
     ):
-        cases.append((text, [ball("a", (-0.63, 0, 0), colour=GOLD, compliance=compliance), ball("b", (0.63, 0, 0), colour=BLUE)], options))
+        left = ball("a", (-0.63, 0, 0), colour=GOLD, compliance=compliance)
+        cases.append((text, [left, ball("b", (0.63, 0, 0), colour=BLUE)], options))
     upper: list[Image.Image] = []
     lower: list[Image.Image] = []
     for text, bodies, options in cases:
@@ -105,12 +108,12 @@ def figure_10() -> None:
         places = spread * start
         places[1] += (spread - 0.9) * np.array((0.6, 0, 0))
         bodies = [ball(f"b{i}", p, 0.95, ink[i]) for i, p in enumerate(places)]
-        ghosts = [joined(bodies[i], bodies[j], reach_a=0.26, reach_b=0.26) for i, j in pairs]
+        ghosts = [joined(bodies[i], bodies[j], reach_a=0.26, reach_b=0.26, hold=0.72) for i, j in pairs]
         shapes = deformed(bodies, [*collisions(bodies), *ghosts])
         held = sum(not g.held(bodies[int(g.a[1])], bodies[int(g.b[1])]).out_of_reach for g in ghosts)
         image = picture(shapes.values(), (330, 300), width=4.3, azimuth=-90, height=62)
         pictures.append(label(image, f"{held} of {len(ghosts)} hold"))
-    sheet(pictures, 5, "figure-10-constraints-moving")
+    sheet(pictures, 5, "figure-10-constraints-moving", colours=256)
 
 
 def figure_11() -> None:
@@ -124,17 +127,17 @@ def figure_11() -> None:
     many: list[Constraint] = []
     for t in np.pi / 2 * np.arange(4):
         lean = np.array((0.55 * np.cos(t), 0.55 * np.sin(t), 0.0))
-        up = np.sqrt(1 - 0.55**2)
-        many.append(Constraint("bottom", "top", tuple(r * (lean + (0, 0, up))), tuple(r * (lean - (0, 0, up))),
+        up = np.array((0.0, 0.0, np.sqrt(1 - 0.55**2)))
+        many.append(Constraint("bottom", "top", tuple(r * (lean + up)), tuple(r * (lean - up)),
                                reach_a=0.16, reach_b=0.16, hold=0.78))  # fmt: skip
     several = deformed([top, bottom], many)
     cage = [ball(f"c{i}", p, 0.9, c) for i, (p, c) in enumerate(zip(
-        0.95 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) * 0.62, (GOLD, BLUE, GREEN, RED), strict=True))]
+        0.45 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]), (GOLD, BLUE, GREEN, RED), strict=True))]
     edges = [joined(cage[i], cage[j], reach_a=0.25, reach_b=0.25) for i in range(4) for j in range(i)]
     every = deformed(cage, [*collisions(cage), *edges])
     sheet([
         label(picture(loop.values(), (420, 380), width=4.9, azimuth=-75, height=48), "a ring of eight"),
-        label(picture(several.values(), (420, 380), width=2.9, azimuth=-68, height=6), "one pair, four constraints"),
+        label(picture(several.values(), (420, 380), width=3.3, azimuth=-68, height=6), "one pair, four constraints"),
         label(picture(every.values(), (420, 380), width=2.9, azimuth=-20, height=24), "every ball with every other"),
     ], 3, "figure-11-constraint-graphs")  # fmt: skip
 
@@ -160,39 +163,42 @@ def figure_33() -> None:
     eyes = [eye("left", (-0.43, 0, 0), (0.45, -1, 0.15)), eye("right", (0.43, 0, 0), (-0.45, -1, 0.15))]
     pair = deformed(eyes, collisions(eyes))
     floor = Deformable("floor", vi.RoundedPolygon.of_surface(
-        [(-1.3, -1.1, 0), (1.3, -1.1, 0), (1.3, 1.1, 0), (-1.3, 1.1, 0)], 0.1).with_attributes(colour=GREY), 0.0)  # fmt: skip
-    turn = 2 * np.pi * np.arange(28) / 28
-    rim = np.column_stack([0.62 * np.cos(turn), 0.62 * np.sin(turn), np.zeros(28)])
+        [(-1.3, -1.1, 0), (1.3, -1.1, 0), (1.3, 1.1, 0), (-1.3, 1.1, 0)], 0.2).with_attributes(colour=GREEN), 1.0)  # fmt: skip
+    turn = 2 * np.pi * np.arange(72) / 72
+    rim = np.column_stack([0.62 * np.cos(turn), 0.62 * np.sin(turn), np.zeros(72)])
     corners = np.vstack([rim, (0, 0, 1.25), (0, 0, 0)])
-    cone = vi.Polyhedron(corners, tuple(f for i in range(28) for f in ((i, (i + 1) % 28, 28), ((i + 1) % 28, i, 29))))
-    soft = Deformable("cone", vi.Pointblob.of_surface(cone, (0, 0, 0.35)).with_attributes(colour=GOLD), 1.0, (0, 0, -0.06))
+    cone = vi.Polyhedron(corners, tuple(f for i in range(72) for f in ((i, (i + 1) % 72, 72), ((i + 1) % 72, i, 73))))
+    soft = Deformable("cone", vi.Pointblob.of_surface(cone, (0, 0, 0.35)).with_attributes(colour=GOLD), 0.5, (0, 0, 0.03))
     press = deformed([soft, floor], [*collisions([soft, floor])])
-    palm, fingers = vi.box((0.42, 0.13, 0.40)), [(-0.33, 0.62), (-0.11, 0.74), (0.11, 0.70), (0.33, 0.56)]
-    hand: vi.Shape = vi.PointSetblob(palm, [(0, 0, -0.2), (-0.2, 0, 0.18), (0.2, 0, 0.18)], smoothing=0.3)
-    for x, long in fingers:
-        hand = hand + vi.ConeSphere.of_surface((x, 0, 0.42), (x * 1.15, -0.10, 0.42 + 0.5 * long), 0.095, 0.085)
-        hand = hand + vi.ConeSphere.of_surface((x * 1.15, -0.10, 0.42 + 0.5 * long), (x * 1.2, -0.35, 0.42 + 0.8 * long), 0.085, 0.065)
-    hand = hand + vi.ConeSphere.of_surface((0.42, 0, -0.1), (0.72, -0.25, 0.22), 0.11, 0.085)
-    palmed = [Deformable("hand", hand.with_attributes(colour=SKIN), 1.0), ball("ball", (0.0, -0.50, 0.42), 0.95, BLUE)]
+    palm = vi.sphere_mesh(1.0, 12, 20).transformed(np.diag((0.42, 0.17, 0.44)) @ np.eye(3, 4))
+    hand: vi.Shape = vi.PointSetblob(palm, [(0, 0, -0.2), (-0.2, 0, 0.12), (0.2, 0, 0.12)], smoothing=0.25)
+    for x, long in ((-0.33, 0.50), (-0.11, 0.60), (0.11, 0.62), (0.33, 0.52)):
+        knuckle, middle = (x, -0.02, 0.34), (x * 1.1, -0.22, 0.34 + 0.9 * long)
+        tip = (x * 1.1, -0.22 - 0.8 * long, 0.34 + 1.05 * long)
+        hand = hand + vi.ConeSphere.of_surface(knuckle, middle, 0.10, 0.09) | vi.ConeSphere.of_surface(middle, tip, 0.09, 0.07)
+    thumb = vi.ConeSphere.of_surface((0.34, -0.05, -0.15), (0.50, -0.42, 0.0), 0.13, 0.10)
+    hand = (hand + thumb) | vi.ConeSphere.of_surface((0.50, -0.42, 0.0), (0.36, -0.78, 0.10), 0.10, 0.075)
+    palmed = [Deformable("hand", hand.with_attributes(colour=SKIN), 1.0), ball("ball", (0.02, -0.53, 0.42), 0.82, BLUE)]
     grip = deformed(palmed, collisions(palmed))
     sheet([
         label(picture(pair.values(), (420, 340), width=2.3, azimuth=-90, height=12), "eyeballs collide"),
-        label(picture(press.values(), (420, 340), width=2.9, azimuth=-70, height=16, centre=(0, 0, 0.4)), "a cone on a rigid floor"),
-        label(picture(grip.values(), (420, 340), width=2.9, azimuth=-35, height=18, centre=(0, 0, 0.25)), "a hand of blobs and a ball"),
+        label(picture(press.values(), (420, 340), width=2.9, azimuth=-70, height=16, centre=(0, 0, 0.4)), "a cone on a soft floor"),
+        label(picture(grip.values(), (420, 340), width=2.3, azimuth=-8, height=12, centre=(0, -0.3, 0.35)), "a hand and a ball"),
     ], 3, "figure-33-collisions")  # fmt: skip
 
 
 def figure_72() -> None:
     """Figure 72: wind and gravity on a ball in a corner: at rest, pushed, and stopped by wall and floor."""
     soft = ball("ball", (0, 0, 0), 1.0, GOLD)
-    wall = Deformable("wall", vi.Pointblob.of_surface(vi.box((0.2, 1.2, 0.9), (EDGE + 0.2, 0.2, 0)), (EDGE + 0.2, 0.2, 0)), 0.0)
-    floor = Deformable("floor", vi.Pointblob.of_surface(vi.box((1.2, 0.2, 0.9), (-0.26, -EDGE - 0.2, 0)), (-0.26, -EDGE - 0.2, 0)), 0.0)
-    room = [soft, *(Deformable(b.name, b.shape.with_attributes(colour=GREY), 0.0) for b in (wall, floor))]
+    places = {"wall": ((0.2, 1.2, 0.9), (EDGE + 0.2, 0.259, 0)), "floor": ((1.2, 0.2, 0.9), (EDGE - 1.2, -EDGE - 0.2, 0))}
+    wall, floor = (Deformable(n, vi.Pointblob.of_surface(vi.box(half, at), at), 0.0) for n, (half, at) in places.items())
+    room = [*(Deformable(b.name, b.shape.with_attributes(colour=GREY), 0.0) for b in (wall, floor)), soft]
     forces = [Force("weather", "ball", wind((1, 0, 0), 0.4)), Force("earth", "ball", gravity(0.4))]
     stages: dict[str, list[Ghost]] = {"at rest": [], "wind and gravity": forces, "and collision": [*forces, *collisions(room)]}
     pictures: list[Image.Image] = []
     for text, ghosts in stages.items():
-        pictures.append(label(section(deformed(room, ghosts), 1.15, (360, 360), levels=text == "at rest"), text))
+        dashed = ("ball",) if text == "at rest" else ()
+        pictures.append(label(section(deformed(room, ghosts), 1.15, (360, 360), levels=dashed), text))
     image = picture(deformed(room, stages["and collision"]).values(), (360, 360), width=2.6, azimuth=-118, height=24, up="y")
     pictures.append(label(image, "in space"))
     sheet(pictures, 4, "figure-72-force-fields")

@@ -217,7 +217,8 @@ class _Contacts:
             return
         shape = imprint.shape.moved(self.body.position, self.body.rotation)
         quotient = min(max(self.body.compliance / max(compliance, 1e-9), KAPPA[0]), KAPPA[1])
-        self._others.append((quotient, shape, None, BETA * imprint.depth, 0.0, imprint.share))
+        zone = BETA * imprint.depth / max(1.0, quotient) if compliance > 0 else 0.0  # rigid ones raise no rim
+        self._others.append((quotient, shape, None, zone, 0.0, imprint.share))
 
     def ghost(self) -> Shape | None:
         """min(sum of raised skins, every deficit), None where nothing acts."""

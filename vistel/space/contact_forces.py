@@ -36,12 +36,14 @@ STIFFEST = 0.02
 @dataclass(frozen=True)
 class Surface:
     """How bodies push and rub. pressure: of one unit of field [Pa]; friction: Coulomb's number; damping [s/m]: of
-    Hunt and Crossley; creep: speed under which friction fades [m/s]."""
+    Hunt and Crossley; creep: speed under which friction fades [m/s]; viscosity [s/m]: how much more constraints hold
+    for each metre per second they are drawn out."""
 
     pressure: float = 3e4
     friction: float = 0.5
     damping: float = 0.4
     creep: float = 1e-3
+    viscosity: float = 0.4
 
 
 @dataclass(frozen=True)

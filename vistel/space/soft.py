@@ -194,7 +194,7 @@ class _State:
                 torque[b] -= patch.torque_about(self.position[b])
         for c in self.room.constraints:
             a, b = self.index[c.a], self.index[c.b]
-            pull = self._tension(c, (a, b), turns, posed, velocity, spin, time)
+            pull = self._tension(c, (a, b), turns, posed, velocity, spin, time, h)
             if pull is None:
                 continue
             at_a, at_b, f = pull
@@ -226,7 +226,7 @@ class _State:
 
     def _tension(
         self, c: Constraint, pair: tuple[int, int], turns: Sequence[F64], posed: Sequence[PrimitiveSet],
-        velocity: F64, spin: F64, time: float,
+        velocity: F64, spin: F64, time: float, h: float,
     ) -> tuple[F64, F64, F64] | None:  # fmt: skip
         """Where a constraint holds both bodies (3,), (3,), and the force on a (3,) [N]; None where it is slack.
 
@@ -252,8 +252,11 @@ class _State:
         along = line / gap
         speeds = [velocity[n] + np.cross(spin[n], at - self.position[n]) for n, at in ((a, at_a), (b, at_b))]
         parting = float((speeds[1] - speeds[0]) @ along)
-        pull = self.room.surface.pressure * held * area * strength * max(0.0, 1.0 + self.room.surface.damping * parting)
-        return at_a, at_b, pull * along
+        pull = self.room.surface.pressure * held * area * strength
+        # Implicit in the speed: honey as thick as one likes slows bodies down and never throws them back.
+        drag = pull * self.room.surface.viscosity
+        drag /= 1.0 + h * drag * float(self.room.solids.inverse_mass[[a, b]].sum())
+        return at_a, at_b, max(0.0, pull + drag * parting) * along
 
     def _reach(self, n: int) -> float:
         return 0.4 * float(self.room.solids.radius[n])
