@@ -269,13 +269,13 @@ def flies(frames: int) -> Iterator[SoftRoom]:
 
 def fly_shot(now: SoftRoom, size: tuple[int, int]) -> Image.Image:
     """The camera of the fly-paper scene."""
-    return picture(now.shapes().values(), size, up="y", width=0.10, azimuth=-62, height=13, centre=(0, 0, 0.017), smooth=2)
+    return picture(now.shapes().values(), size, up="y", width=0.115, azimuth=-62, height=16, centre=(0, 0, 0.020), smooth=2)
 
 
 def fly() -> None:
     """A fly on fly-paper."""
-    wanted = (0, 15, 24, 32, 40)
-    pictures = [label(fly_shot(now, (360, 280)), f"{now.time:.2f} s") for k, now in enumerate(flies(41)) if k in wanted]
+    wanted = (0, 12, 18, 22, 27)
+    pictures = [label(fly_shot(now, (360, 280)), f"{now.time:.2f} s") for k, now in enumerate(flies(28)) if k in wanted]
     sheet(pictures, 5, "fly-paper")
 
 

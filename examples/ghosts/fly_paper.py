@@ -13,9 +13,9 @@ from vistel.space.contact_forces import Surface
 from vistel.space.soft import SoftRoom
 from vistel.space.things import Primitive, Thing
 
-PAPER, FLY = 0xE8CF7AFF, 0x3D4754FF
+PAPER, FLY = 0xF3DC86FF, 0x55677CFF
 FEET = tuple((x, z) for x in (-0.020, 0.0, 0.022) for z in (-0.016, 0.016))
-TOES = 0.0045
+TOES = 0.0055
 """Radius of a foot [m]."""
 LIFT = 0.60
 """How fast the fly rises where nothing holds it [m/s]."""
@@ -36,15 +36,16 @@ def room() -> SoftRoom:
                         np.array((0.70, 0.05 * np.sign(z), 0.06 * np.sign(z), 0.71)) / np.linalg.norm((0.70, 0.05, 0.06, 0.71)))
               for z in (-0.009, 0.009)]  # fmt: skip
     fly = Thing("fly", "fly", "fly", tuple(parts), 0.004, 0.5, FLY, np.array((0.0, 0.0072, 0.0)))
-    held = [Constraint("paper", "fly", (x, 0.007, z), (x, 0.0005, z), 0.009, 0.004, plateau=0.2, hold=0.9,
-                       tears=0.0034 + 0.0007 * n, fade=0.15) for n, (x, z) in enumerate(FEET)]  # fmt: skip
+    held = [Constraint("paper", "fly", (x, 0.007, z), (x, 0.0005, z), 0.008, 0.004, plateau=0.2, hold=0.85,
+                       tears=0.0036 + 0.0004 * n, fade=0.15) for n, (x, z) in enumerate(FEET)]  # fmt: skip
     return SoftRoom.of([paper, fly], constraints=held, gravity=(0.0, 0.0, 0.0), surface=Surface(800.0, 0.5, 0.4, viscosity=4.0))
 
 
 def struggle(now: SoftRoom, dt: float) -> SoftRoom:
     """One frame of the fly's effort: upwards, swaying from side to side."""
     v, w = now.velocity.copy(), now.spin.copy()
-    v[1] += min(1.0, 6.0 * dt) * (np.array((0.0, LIFT * min(1.0, now.time), 0.0)) - v[1])
+    effort = LIFT if any(c.torn_at is None for c in now.constraints) else 0.06  # once free it flies off at its ease
+    v[1] += min(1.0, 6.0 * dt) * (np.array((0.0, effort * min(1.0, now.time), 0.0)) - v[1])
     w[1] += min(1.0, 6.0 * dt) * (np.array((0.7 * np.cos(5.0 * now.time), 0.0, 0.5 * np.sin(3.7 * now.time))) - w[1])
     return replace(now, velocity=v, spin=w).step(dt)
 

@@ -181,8 +181,7 @@ class Constraint:
         kappa, hold = _kappa(a.compliance, b.compliance), hold_level(self.hold)
         where = np.linspace(0, 1, 4 * SAMPLES)
         y_a, y_b = (np.maximum(_deficit(body.placed, axis.start, axis.end, where), 0.0) for body in (a, b))
-        onto_a = np.minimum(kappa * constraint_field(y_b, hold), CAP * T)
-        onto_b = np.minimum(constraint_field(y_a, hold) / kappa, CAP * T)
+        onto_a, onto_b = kappa * constraint_field(y_b, hold), constraint_field(y_a, hold) / kappa
         return _largest_share(y_a, onto_a), _largest_share(y_b[::-1], onto_b[::-1])
 
     def axis(self, a: Deformable, b: Deformable) -> Axis:
@@ -249,7 +248,7 @@ def tear(constraints: Iterable[Constraint], bodies: Mapping[str, Deformable], ti
 def _largest_share(y: F64, ghost: F64) -> float:
     """The largest share of a ghost along an axis, in [0, 1], under which what it adds hangs together with the body."""
     needed = y / np.maximum(ghost, 1e-9)
-    torn = np.flatnonzero(needed > 1.0)
+    torn = np.flatnonzero(y > np.minimum(ghost, CAP * T))
     if not len(torn) or not (needed[torn[0] :] < 1.0).any():
         return 1.0
     peak = int(torn[0])

@@ -23,9 +23,15 @@ from vistel.implicit.kernels_field import LANES, ONE, ZERO, T
 COLLISION = 0
 FADING = 1
 """A collision whose ghost counts only in part: parameters [gain 0..1]; for bodies that have separated."""
+PULLED = 2
+"""A collision with a body that constraints hold to this one (Singh §2.2): parameters as `pulled` reads them."""
 OWN_EFFECT = 100
 DIRECTIONAL = 100
 """Wind, gravity: G = F c u, u = P.N - d (Singh C.3). Parameters [box 6, N 3 unit, d m, c 1/m]."""
+SHEAR = 101
+"""G = F c (P.U - d) (P.V - e). Parameters [box 6, U 3, d m, V 3, e m, c 1/m^2]."""
+RADIAL = 102
+"""Compression and expansion: G = F c f(|P - P'| / r). Parameters [box 6, P' 3 m, 1 / r^2, c]."""
 
 RAISED, LEAST, CUT, SOFT = 0, 2, 4, 6
 """Rows of `acc` (8 of them), each followed by its slope d/ds: the sum of propagations (>= 0); the least
@@ -45,6 +51,8 @@ def contact_effect(effect, p, block, s, field, contact, q, ye, acc):
     zone of propagation in field units."""
     if effect == FADING:
         fading(p[0], field, contact, acc)
+    elif effect == PULLED:
+        pulled(p, block, s, field, contact, q, ye, acc)
 
 
 @fast
@@ -52,6 +60,10 @@ def own_effect(effect, p, block, s, own):
     """Change own, rows F and dF/ds of the body itself (T on its skin at rest), in place."""
     if effect == DIRECTIONAL:
         directional(p, block, s, own)
+    elif effect == SHEAR:
+        sheared(p, block, s, own)
+    elif effect == RADIAL:
+        radial(p, block, s, own)
 
 
 @fast
@@ -77,6 +89,93 @@ def directional(p, block, s, own):
         u = block[i] * nx + block[LANES + i] * ny + block[2 * LANES + i] * nz - d + s[i] * along
         factor = min(max(c * u, -most), most)
         slope = c * along if factor == c * u else ZERO
+        f = own[i]
+        own[LANES + i] = own[LANES + i] * (ONE + factor) + f * slope
+        own[i] = f * (ONE + factor)
+
+
+@fast
+def pulled(p, block, s, field, contact, q, ye, acc):
+    """A body held by constraints: (1 - r) p(y) + r c(y) outside it, r the largest reach; inside it collides.
+
+    p: hold y', number of pulls, then for each origin (3), direction (3), 1 / radius^2, plateau, strength."""
+    hold, pulls = p[0], int(p[1])
+    h = T - hold
+    inverse = ONE / max(ye, np.float32(1e-6))
+    for i in range(LANES):
+        nx, ny, nz = block[3 * LANES + i], block[4 * LANES + i], block[5 * LANES + i]
+        x, y_, z = block[i] + s[i] * nx, block[LANES + i] + s[i] * ny, block[2 * LANES + i] + s[i] * nz
+        reach, dreach = ZERO, ZERO
+        for k in range(pulls):
+            b = 2 + 9 * k
+            dx, dy, dz = x - p[b], y_ - p[b + 1], z - p[b + 2]
+            along = dx * p[b + 3] + dy * p[b + 4] + dz * p[b + 5]
+            rate = nx * p[b + 3] + ny * p[b + 4] + nz * p[b + 5]
+            ahead = ONE if along > ZERO else ZERO
+            along, rate = ahead * along, ahead * rate
+            dx, dy, dz = dx - along * p[b + 3], dy - along * p[b + 4], dz - along * p[b + 5]
+            u = (dx * dx + dy * dy + dz * dz) * p[b + 6]
+            du = np.float32(2.0) * (dx * nx + dy * ny + dz * nz - (dx * p[b + 3] + dy * p[b + 4] + dz * p[b + 5]) * rate)
+            du *= p[b + 6]
+            flat = p[b + 7]
+            if flat > ZERO:  # the plateau: distances count from there on
+                d = np.float32(np.sqrt(u))
+                far = max(ZERO, (d - flat) / (ONE - flat))
+                du = du * far / (max(d, np.float32(1e-6)) * (ONE - flat))
+                u = far * far
+            w = max(ONE - u, ZERO)
+            value, slope = p[b + 8] * w * w, -np.float32(2.0) * p[b + 8] * w * du
+            dreach = slope if value > reach else dreach
+            reach = max(value, reach)
+        f, df = field[i], field[LANES + i]
+        y, dy_ = T - contact[i] * f, -contact[i] * df
+        out = max(y, ZERO)
+        bump = max(ONE - out * inverse, ZERO)
+        skin, dskin = out * bump * bump, bump * (ONE - np.float32(3.0) * out * inverse)
+        v = min(max((out - hold) / h, ZERO), ONE)
+        tail = (ONE - v) * (ONE - v) * (hold * (ONE + np.float32(2.0) * v) + h * v)
+        dtail = (ONE - v) / h * (h - np.float32(3.0) * v * (np.float32(2.0) * hold + h))
+        held, dheld = (out if out <= hold else tail), (ONE if out <= hold else dtail)
+        rise = q * (((ONE - reach) * dskin + reach * dheld) * dy_ + dreach * (held - skin))
+        acc[RAISED * LANES + i] += q * ((ONE - reach) * skin + reach * held)
+        acc[(RAISED + 1) * LANES + i] += rise if y > ZERO else ZERO
+        e, de = q * (T - f), -q * df
+        low, dlow = acc[SOFT * LANES + i], acc[(SOFT + 1) * LANES + i]
+        acc[SOFT * LANES + i] = min(e, low)
+        acc[(SOFT + 1) * LANES + i] = de if e < low else dlow
+
+
+@fast
+def sheared(p, block, s, own):
+    """own (1 + c a b), a and b linear in place, kept to |c a b| <= 0.9."""
+    most = np.float32(0.9)
+    for i in range(LANES):
+        a, da, b, db = -p[9], ZERO, -p[13], ZERO
+        for m in range(3):
+            at, n = block[m * LANES + i], block[(3 + m) * LANES + i]
+            a += (at + s[i] * n) * p[6 + m]
+            b += (at + s[i] * n) * p[10 + m]
+            da += n * p[6 + m]
+            db += n * p[10 + m]
+        factor = min(max(p[14] * a * b, -most), most)
+        slope = p[14] * (a * db + b * da) if factor == p[14] * a * b else ZERO
+        f = own[i]
+        own[LANES + i] = own[LANES + i] * (ONE + factor) + f * slope
+        own[i] = f * (ONE + factor)
+
+
+@fast
+def radial(p, block, s, own):
+    """own (1 + c f(|P - P'| / r)): drawn towards a point (c < 0) or blown up round it."""
+    for i in range(LANES):
+        u, du = ZERO, ZERO
+        for m in range(3):
+            n = block[(3 + m) * LANES + i]
+            d = block[m * LANES + i] + s[i] * n - p[6 + m]
+            u += d * d
+            du += np.float32(2.0) * d * n
+        w = max(ONE - u * p[9], ZERO)
+        factor, slope = p[10] * w * w, -np.float32(2.0) * p[10] * w * du * p[9]
         f = own[i]
         own[LANES + i] = own[LANES + i] * (ONE + factor) + f * slope
         own[i] = f * (ONE + factor)
