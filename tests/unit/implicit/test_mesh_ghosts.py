@@ -27,7 +27,8 @@ class Rod:
         along, around = np.linspace(-0.24, 0.24, 64), 2 * np.pi * np.arange(48) / 48
         axis = np.clip(along, -0.15, 0.15)
         out = np.sqrt(RADIUS**2 - (along - axis) ** 2)
-        rest = np.stack([np.broadcast_to(along[:, None], (64, 48)), out[:, None] * np.cos(around), out[:, None] * np.sin(around)], -1)
+        ring = out[:, None] * np.cos(around), out[:, None] * np.sin(around)
+        rest = np.stack([np.broadcast_to(along[:, None], (64, 48)), *ring], -1)
         away = (rest - np.stack([axis, 0 * axis, 0 * axis], -1)[:, None]).reshape(-1, 3) / RADIUS
         rest = rest.reshape(-1, 3)
         i, j = (k.ravel() for k in np.meshgrid(np.arange(63), np.arange(48), indexing="ij"))
