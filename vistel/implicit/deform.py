@@ -72,7 +72,7 @@ class Deformer:
         self._keep(table.REST_BEND, np.full(len(hinges), -1.0))
         self._keep(table.REST_SHAPE, np.zeros((limbs.groups, limbs.groups, 4)))
         for slot, shape in (
-            (table.WORK, (10, 2, LANES)), (table.ACC, (8, LANES)), (table.STATE, (9, LANES)), (table.LINE, (LANES,)),
+            (table.WORK, (10, 2, LANES)), (table.ACC, (8, LANES)), (table.STATE, (13, LANES)), (table.LINE, (LANES,)),
             (table.OWN_RAYS, (3 * len(limbs.group) + 8, 6, LANES)),
         ):  # fmt: skip
             self._keep(slot, np.zeros(shape, np.float32))
@@ -88,6 +88,7 @@ class Deformer:
             (table.OWN_GROUPS, limbs.groups), (table.OWN_PRIMITIVES, len(limbs.group)), (table.HINGE_COUNT, len(hinges)),
         ):  # fmt: skip
             self._table[slot] = size
+        self._own_primitives, self._own_groups = len(limbs.group), limbs.groups
         self._reserve(len(limbs.group), limbs.groups, 1, 1)
         self._reserve_pairs(256, 512)
         measure_rest(self._table, np.ascontiguousarray(limbs.a), np.ascontiguousarray(limbs.b))
@@ -155,7 +156,7 @@ class Deformer:
         for slot, array in (
             (table.INDEX, blocks.index), (table.CENTRE, blocks.centre), (table.SPREAD, blocks.spread),
             (table.COUNT, blocks.count), (table.GROUP, blocks.group), (table.HINGE, blocks.hinge),
-            (table.OTHER, blocks.other), (table.OWN_MASK, blocks.own_mask), (table.CALIBRATION, blocks.calibration),
+            (table.OTHER, blocks.other), (table.CALIBRATION, blocks.calibration),
             (table.MOST_CONTACT, blocks.calibration[:, table.CONTACT].max(axis=1)), (table.OVERLAP, blocks.overlap),
             (table.OVERLAP_ROW, blocks.overlap_row), (table.GROUP_BLOCKS, blocks.group_blocks),
             (table.SELF_RULE, blocks.self_rule), (table.TODO, np.zeros((count, 3), np.int32)),
@@ -196,17 +197,14 @@ class Deformer:
 
     def _load(self, ghosts: Sequence[GhostSource]) -> int:
         """Append the ghosts' rows to the body's own; returns how many groups there are now."""
-        limbs = self.embedding.limbs
-        row, group, corner, parameter = len(limbs.group), limbs.groups, 0, 0
-        if ghosts:
-            need = (
-                row + sum(len(g.rows) for g in ghosts), group + sum(len(g.compliance) for g in ghosts),
-                sum(len(g.corners) for g in ghosts),
-                sum(0 if g.parameters is None else len(g.parameters) for g in ghosts),
-            )  # fmt: skip
-            if any(n > room for n, room in zip(need, self._room, strict=True)):
-                self._reserve(*(max(1, 2 * n) for n in need))
-            self._effect[group:] = 0
+        row, group, corner, parameter = self._own_primitives, self._own_groups, 0, 0
+        rows, groups, corners, parameters = row, group, 0, 0
+        for source in ghosts:
+            rows, groups, corners = rows + len(source.rows), groups + len(source.compliance), corners + len(source.corners)
+            parameters += 0 if source.parameters is None else len(source.parameters)
+        have = self._room
+        if rows > have[0] or groups > have[1] or corners > have[2] or parameters > have[3]:
+            self._reserve(2 * rows, 2 * groups, max(1, 2 * corners), max(1, 2 * parameters))
         for source in ghosts:
             load_source(
                 self._table, row, group, corner, source.rows, source.kind, source.box, source.corners,
@@ -214,6 +212,7 @@ class Deformer:
             )  # fmt: skip
             end = group + len(source.compliance)
             if source.target is not None:
+                limbs = self.embedding.limbs
                 self._allowed[group:end] = np.bincount(limbs.group, source.target, limbs.groups) > 0
             if source.effect is not None and source.parameters is not None and source.parameter_start is not None:
                 self._set_effects(source.effect, source.parameters, source.parameter_start, group, parameter)

@@ -9,26 +9,24 @@ from numpy.typing import NDArray
 
 from vistel.implicit.deform_table import COLLIDES, NEIGHBOUR, NO_OVERLAP
 from vistel.implicit.embedding import Embedding
-from vistel.implicit.kernels_field import LANES
+from vistel.implicit.kernels_field import LANES, PATCH
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 U8 = NDArray[np.uint8]
 
-_MARGIN = 0.1
-"""How far beyond its realm, in influence radii, a primitive still counts for its own group's blocks."""
 _STRETCH = 1.25
 """How much a block may stretch between two of its vertices."""
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """NB blocks. index: (NB, 64) vertices, the last repeated; centre: (NB,) vertex in its middle; spread:
-    (NB,) how far the others may be from it in any posture [m]; count: (NB,) how many are real; group,
-    hinge, other: (NB,); calibration: (NB, 7, 64) rows as named in `deform_table`; self_rule: (G, G) 0
-    none, NEIGHBOUR, or COLLIDES like anyone else; overlap: (NO, 64) shares with which neighbours collide;
+    """NB blocks. index: (NB, LANES) vertices, the last repeated; centre: (NB, 1 + LANES / PATCH) vertices in
+    the middle of the block and of its patches; spread: how far the others may be from them in any posture
+    [m]; count: (NB,) how many are real; group,
+    hinge, other: (NB,); calibration: (NB, 7, LANES) rows as named in `deform_table`; self_rule: (G, G) 0
+    none, NEIGHBOUR, or COLLIDES like anyone else; overlap: (NO, LANES) shares with which neighbours collide;
     overlap_row: (NB, G), -1 none; group_blocks: (G + 1,) blocks of group g are group_blocks[g] :
     group_blocks[g + 1]."""
 
@@ -39,7 +37,6 @@ class Blocks:
     group: I32
     hinge: I32
     other: I32
-    own_mask: I64
     calibration: F32
     self_rule: I32
     overlap: F32
@@ -83,42 +80,37 @@ class Blocks:
             index, centre, spread, np.array([len(p) for p in pieces], np.int32),
             embedding.group[first].astype(np.int32),
             embedding.hinge[first].astype(np.int32), embedding.other[first].astype(np.int32),
-            _own_masks(embedding, index), np.ascontiguousarray(calibration, np.float32), self_rule,
+            np.ascontiguousarray(calibration, np.float32), self_rule,
             np.ascontiguousarray(np.array(overlap), np.float32), overlap_row,
             np.searchsorted(embedding.group[first], np.arange(limbs.groups + 1)).astype(np.int32),
         )  # fmt: skip
 
 
-def _patches(vertices: F64, rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    """`rows` halved across its longest extent until every piece fits a block; all but the last are full."""
-    if len(rows) <= LANES:
+def _patches(vertices: F64, rows: NDArray[np.intp], size: int = LANES) -> list[NDArray[np.intp]]:
+    """`rows` halved across its longest extent until every piece has at most `size`; all but the last are
+    full. Blocks are ordered in the same way down to `PATCH`."""
+    if len(rows) <= PATCH:
         return [rows] if len(rows) else []
+    if len(rows) <= size:
+        return [np.concatenate(_patches(vertices, rows, PATCH))] if size > PATCH else [rows]
     p = vertices[rows]
     p = p - p.mean(axis=0)
     rows = rows[np.argsort(p @ np.linalg.eigh(p.T @ p)[1][:, 2], kind="stable")]
-    half = LANES * (-(-len(rows) // LANES) // 2)
-    return _patches(vertices, rows[:half]) + _patches(vertices, rows[half:])
+    half = size * (-(-len(rows) // size) // 2)
+    return _patches(vertices, rows[:half], size) + _patches(vertices, rows[half:], size)
 
 
 def _middles(vertices: F64, index: I32) -> tuple[I32, F32]:
-    """The vertex nearest to the middle of each block, and the largest distance from it with room for
-    stretching."""
-    p = vertices[index]
-    middle = np.argmin(np.linalg.norm(p - p.mean(axis=1, keepdims=True), axis=2), axis=1)
-    rows = np.arange(len(index))
-    far = np.linalg.norm(p - p[rows, middle][:, None], axis=2).max(axis=1)
-    return index[rows, middle].astype(np.int32), (_STRETCH * far).astype(np.float32)
-
-
-def _own_masks(embedding: Embedding, index: I32) -> I64:
-    """Bits of the primitives, in the order of their group, whose realm comes near a block at rest."""
-    limbs = embedding.limbs
-    out = np.zeros(len(index), np.int64)
-    for b, rows in enumerate(index):
-        members = np.flatnonzero(limbs.group == embedding.group[rows[0]])
-        for bit, i in enumerate(members):
-            near = embedding.nearness[i][rows].min() < 1.0 + _MARGIN or len(members) == 1
-            out[b] |= int(near) << bit
-        if out[b] == 0:
-            out[b] = 1 << int(np.argmin([embedding.nearness[i][rows].min() for i in members]))
-    return out
+    """(NB, 1 + LANES / PATCH) the vertices nearest to the middle of each block and of each of its patches,
+    and the largest distance from them with room for stretching."""
+    centres: list[I32] = []
+    spreads: list[F32] = []
+    for first, last in [(0, LANES)] + [(i, i + PATCH) for i in range(0, LANES, PATCH)]:
+        lanes = index[:, first:last]
+        p = vertices[lanes]
+        middle = np.argmin(np.linalg.norm(p - p.mean(axis=1, keepdims=True), axis=2), axis=1)
+        rows = np.arange(len(index))
+        far = np.linalg.norm(p - p[rows, middle][:, None], axis=2).max(axis=1)
+        centres.append(lanes[rows, middle].astype(np.int32))
+        spreads.append((_STRETCH * far).astype(np.float32))
+    return np.stack(centres, axis=1), np.stack(spreads, axis=1)

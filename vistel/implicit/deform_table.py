@@ -9,13 +9,12 @@ from __future__ import annotations
 (
     # Blocks: what never changes.
     INDEX,  # (NB, LANES) int32 vertices, the last repeated
-    CENTRE,  # (NB,) int32 vertex in the middle
-    SPREAD,  # (NB,) float32 how far the others may be from it [m]
+    CENTRE,  # (NB, 1 + LANES / PATCH) int32 vertices in the middle of the block and of its patches
+    SPREAD,  # likewise, float32: how far the others may be from them [m]
     COUNT,  # (NB,) int32 how many are real
     GROUP,  # (NB,) int32
     HINGE,  # (NB,) int32, -1 none
     OTHER,  # (NB,) int32 group across the hinge, -1 none
-    OWN_MASK,  # (NB,) int64 primitives of the own group that reach the block
     CALIBRATION,  # (NB, CAL_ROWS, LANES) float32
     MOST_CONTACT,  # (NB,) float32 largest CONTACT of the block
     OVERLAP,  # (NO, LANES) float32 shares with which neighbours collide
@@ -57,7 +56,7 @@ from __future__ import annotations
     GATHERED,  # (NB,) uint8
     WORK,  # (10, 2, LANES) float32
     ACC,  # (8, LANES) float32
-    STATE,  # (9, LANES) float32
+    STATE,  # (13, LANES) float32
     LINE,  # (LANES,) float32 zeros
     MOVED,  # (V,) uint8
     LOST,  # (V,) uint8
@@ -74,7 +73,7 @@ from __future__ import annotations
     PAIR_ROOM,
     RAY_ROOM,
     TABLE_LENGTH,
-) = range(62)  # fmt: skip
+) = range(61)  # fmt: skip
 
 WEIGHT, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD, CAL_ROWS = range(8)
 """Rows of a block's calibration."""

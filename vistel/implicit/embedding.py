@@ -106,8 +106,6 @@ class Embedding:
     inward: F64
     outward: F64
     contact: F64
-    nearness: F32
-    """(P, V) distance ratio of every vertex to every primitive's realm at rest (1 = its edge)."""
     overlap: dict[tuple[int, int], F64]
     """For adjacent groups (g, k): per vertex of g, in the order of `np.flatnonzero(group == g)`, the share
     with which k collides with it: 0 where their skins are one at rest, 1 where k's field did not reach."""
@@ -154,7 +152,7 @@ def embed(vertices: F32, limb: I32, limbs: Limbs) -> Embedding:
     return Embedding(
         p, limbs, fit, group, hinge, other, weight, offset, mu, alpha,
         0.95 * distance, np.maximum(0.2 * influence, influence - distance),
-        _contact(group, limbs, fields, list(overlap)), _nearness(p, limbs, fit), overlap,
+        _contact(group, limbs, fields, list(overlap)), overlap,
     )  # fmt: skip
 
 
@@ -278,16 +276,6 @@ def _joints(p: F64, group: I32, limbs: Limbs, fit: Fit, fields: list[F64]) -> tu
         sphere = JOINT_WEIGHT * quartic(distance / (JOINT_REACH * radius))
         df[rows] = sphere + mu[rows] * diff(mine, theirs) + (1.0 - mu[rows]) * mine
     return hinge, other, group, mu, alpha, df
-
-
-def _nearness(p: F64, limbs: Limbs, fit: Fit) -> F32:
-    return np.array(
-        [
-            cone_sphere_ratio(p, limbs.a[i], limbs.b[i], fit.radius_a[i], fit.radius_b[i]) / fit.reach[i]
-            for i in range(len(limbs.group))
-        ],
-        np.float32,
-    )
 
 
 def _room(p: F64, group: I32, limbs: Limbs, fit: Fit) -> tuple[F64, F64]:

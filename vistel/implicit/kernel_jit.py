@@ -15,7 +15,7 @@ from typing import Any
 
 import numba as nb
 
-_PATTERNS = ("kernel*.py", "ghost_effects*.py", "deform_table.py", "addresses.py", "pointers.py", "contact_set.py")
+_PATTERNS = ("kernel*.py", "ghost_effects*.py", "deform_table.py", "addresses.py", "pointers.py", "contact_set.py", "wide.py")
 _FLAGS = {"nsz", "arcp", "contract", "afn", "reassoc"}
 
 
@@ -38,6 +38,12 @@ def _compile(function: Callable[..., Any], flags: Any) -> Any:
 def fast(function: Callable[..., Any]) -> Any:
     """A kernel or leaf: quick arithmetic, but NaN and infinities are what they are."""
     return _compile(function, _FLAGS)
+
+
+def leaf(function: Callable[..., Any]) -> Any:
+    """As `fast` for a leaf that calls `wide`: LLVM estimates reciprocals only where it need not think of
+    infinities."""
+    return _compile(function, _FLAGS | {"ninf"})
 
 
 def reduction(function: Callable[..., Any]) -> Any:

@@ -10,15 +10,18 @@ axis, weight W. Row of any other primitive: rotation (9, room to own frame), pos
 weight last.
 """
 
-# pyright: basic
+# pyright: basic, reportCallIssue=false
 
 from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast
+from vistel.implicit.kernel_jit import fast, leaf
+from vistel.implicit.wide import wide
 
 LANES = 64
+PATCH = 16
+"""Lanes of a patch: a block is four of them, for tighter bounds."""
 ROW = 24
 """Numbers per primitive row."""
 
@@ -29,9 +32,10 @@ T = np.float32(0.5)
 
 
 
-@fast
+@leaf
 def ray(block, p, out):
     """The four numbers of a cone-sphere for each lane. block: (6, 64) P0 and n; p: its row; out: (4, 64)."""
+    wide()
     ax, ay, az, ux, uy, uz = p[0], p[1], p[2], p[3], p[4], p[5]
     for i in range(LANES):
         wx, wy, wz = block[i] - ax, block[LANES + i] - ay, block[2 * LANES + i] - az
@@ -42,16 +46,21 @@ def ray(block, p, out):
         out[3 * LANES + i] = nx * ux + ny * uy + nz * uz
 
 
-@fast
+@leaf
 def cone(s, c, p, out):
-    """F and dF/ds of a cone-sphere (min-ratio form, quartic) at s. s: (64,); c: (4, 64) of `ray`; out: (2,
-    64)."""
+    """F and dF/ds of a cone-sphere (min-ratio form, quartic) at s. s: (LANES,); c: (4, LANES) of `ray`; out: (2,
+    LANES).
+
+    With x along the axis, rho the squared distance from it and D = ra + k x, the smallest squared ratio is
+    rho / (D^2 + k^2 rho), at x + k rho / D on the axis; beyond an end it is that of the end's ball.
+    """
+    wide()
     length, ra, k, w = p[6], p[7], p[8], p[9]
     for i in range(LANES):
-        t = s[i]
-        nu, c1 = c[3 * LANES + i], c[LANES + i]
+        t, nu = s[i], c[3 * LANES + i]
+        half = c[LANES + i] + t
         x = c[2 * LANES + i] + t * nu
-        m = c[i] + t * (TWO * c1 + t)
+        m = c[i] + t * (half + c[LANES + i])
         rho = max(m - x * x, ZERO)
         a = x + k * rho / max(ra + k * x, TINY)
         a = min(max(a, ZERO), length)
@@ -59,13 +68,15 @@ def cone(s, c, p, out):
         inverse = ONE / (ra + k * a)
         inverse = inverse * inverse
         q = max(ONE - (dx * dx + rho) * inverse, ZERO)
-        out[i] = w * q * q
-        out[LANES + i] = -FOUR * w * q * (c1 + t - a * nu) * inverse
+        wq = w * q
+        out[i] = wq * q
+        out[LANES + i] = -FOUR * wq * (half - a * nu) * inverse
 
 
-@fast
+@leaf
 def union_add(value, total):
     """Add a primitive to a Ricci union of power 4: total (2, 64) sums F^4 and F^3 dF."""
+    wide()
     for i in range(LANES):
         f = value[i]
         f3 = f * f * f
@@ -73,13 +84,17 @@ def union_add(value, total):
         total[LANES + i] += f3 * value[LANES + i]
 
 
-@fast
+@leaf
 def union_end(total, out):
     """F and dF/ds of the union from its sums."""
+    wide()
     for i in range(LANES):
-        f = np.sqrt(np.sqrt(total[i]))
-        out[i] = f
-        out[LANES + i] = total[LANES + i] / max(f * f * f, SMALL)
+        t = max(total[i], SMALL)
+        half = ONE / np.sqrt(t)
+        root = t * half
+        quarter = ONE / np.sqrt(root)
+        out[i] = root * quarter
+        out[LANES + i] = total[LANES + i] * half * quarter
 
 
 @fast

@@ -1,6 +1,6 @@
 """Leaves of the min rule: what every sort of body adds to a block's sums, and the field that comes out."""
 
-# pyright: basic
+# pyright: basic, reportCallIssue=false
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 
 from vistel.implicit.deform_table import ALPHA, CONTACT, MU, OFFSET, WEIGHT
 from vistel.implicit.ghost_effects import CUT, LEAST, RAISED, SOFT
-from vistel.implicit.kernel_jit import fast, reduction
+from vistel.implicit.kernel_jit import fast, leaf, reduction
 from vistel.implicit.kernels_field import HALF, HUGE, LANES, ONE, SMALL, TINY, TWO, ZERO, T
+from vistel.implicit.wide import wide
 
 CAP = np.float32(0.6 * 0.5)
 """Most that all propagations together may add: alpha T, so that no ghost raises a surface of its own
@@ -30,9 +31,10 @@ def clear(acc):
         acc[SOFT * LANES + i], acc[(SOFT + 1) * LANES + i] = HUGE, ZERO
 
 
-@fast
+@leaf
 def add_soft(field, contact, q, ye, acc):
     """One compliant body's share: its propagation, and the surface it shares with this one."""
+    wide()
     inverse = ONE / max(ye, TINY)
     for i in range(LANES):
         f, df = field[i], field[LANES + i]
@@ -48,9 +50,10 @@ def add_soft(field, contact, q, ye, acc):
         acc[(SOFT + 1) * LANES + i] = de if e < low else dlow
 
 
-@fast
+@leaf
 def add_neighbour(field, contact, overlap, acc):
     """A limb that shares skin: it only pushes, and the less the closer the skins are at rest."""
+    wide()
     for i in range(LANES):
         m = overlap[i]
         y = T - contact[i] * field[i]
@@ -61,9 +64,10 @@ def add_neighbour(field, contact, overlap, acc):
         acc[(LEAST + 1) * LANES + i] = de if e < low else dlow
 
 
-@fast
+@leaf
 def add_rigid(field, ye, acc):
     """A rigid body's share: propagation, and the cut at its own surface."""
+    wide()
     inverse = ONE / max(ye, TINY)
     for i in range(LANES):
         y, dy = T - field[i], -field[LANES + i]
@@ -77,24 +81,27 @@ def add_rigid(field, ye, acc):
         acc[(CUT + 1) * LANES + i] = dy if y < low else dlow
 
 
-@fast
+@leaf
 def joint_field(own, other, sphere, cal, out):
     """DF of joint vertices: F_joint + mu DIFF(F_own, F_other) + (1 - mu) F_own."""
+    wide()
     for i in range(LANES):
         a, b, m = own[i], other[i], cal[MU * LANES + i]
         x = a * a - b * b
         dx = TWO * (a * own[LANES + i] - b * other[LANES + i])
         r = x * x + SOFT2
-        root = ONE / np.sqrt(np.sqrt(r))
+        half = ONE / np.sqrt(r)
+        root = ONE / np.sqrt(r * half)
         out[i] = sphere[i] + m * x * root + (ONE - m) * a
         out[LANES + i] = (
-            sphere[LANES + i] + m * dx * root * (ONE - HALF * x * x / r) + (ONE - m) * own[LANES + i]
+            sphere[LANES + i] + m * dx * root * (ONE - HALF * x * x * half * half) + (ONE - m) * own[LANES + i]
         )  # fmt: skip
 
 
-@fast
+@leaf
 def join_shown(field, shown):
     """What others see of a skin that belongs to two limbs: the larger field."""
+    wide()
     for i in range(LANES):
         f, df = field[i], field[LANES + i]
         g, dg = shown[i], shown[LANES + i]
@@ -117,18 +124,20 @@ def rest_shift(df, cal, shift):
         shift[i] = cal[OFFSET * LANES + i] - (ONE - cal[ALPHA * LANES + i]) * raw
 
 
-@fast
+@leaf
 def calibrate(df, cal, shift, out):
     """The own field, T on the skin at rest."""
+    wide()
     for i in range(LANES):
         w = cal[WEIGHT * LANES + i]
         out[i] = w * df[i] + shift[i]
         out[LANES + i] = w * df[LANES + i]
 
 
-@fast
+@leaf
 def total_field(own, shown, cal, acc, out):
     """phi = F - T and its slope: own field, ghosts by the min rule, the surfaces shared with others."""
+    wide()
     for i in range(LANES):
         raised = min(acc[RAISED * LANES + i], CAP)
         least = acc[LEAST * LANES + i]
@@ -145,18 +154,26 @@ def total_field(own, shown, cal, acc, out):
 
 
 @reduction
-def largest(field, contact):
-    """Largest weighted field over the lanes (fields are never negative)."""
-    high = ZERO
-    for i in range(LANES):
-        high = max(high, contact[i] * field[i])
-    return high
+def _fold(room):
+    """The largest of LANES numbers."""
+    for i in range(16):
+        room[i] = max(room[i], room[16 + i], room[32 + i], room[48 + i])
+    for i in range(4):
+        room[i] = max(room[i], room[4 + i], room[8 + i], room[12 + i])
+    return max(room[0], room[1], room[2], room[3])
 
 
 @reduction
-def largest_share(field, contact, overlap):
-    """As `largest` for a neighbour: T + the most it pushes."""
-    high = ZERO
+def largest(field, contact, room):
+    """Largest weighted field over the lanes. room: for LANES numbers."""
     for i in range(LANES):
-        high = max(high, overlap[i] * (contact[i] * field[i] - T))
-    return T + high
+        room[i] = contact[i] * field[i]
+    return _fold(room)
+
+
+@reduction
+def largest_share(field, contact, overlap, room):
+    """As `largest` for a neighbour: T + the most it pushes."""
+    for i in range(LANES):
+        room[i] = overlap[i] * (contact[i] * field[i] - T)
+    return T + max(_fold(room), ZERO)

@@ -21,6 +21,7 @@ from vistel.implicit.kernels_field import (
     HUGE,
     LANES,
     ONE,
+    PATCH,
     ROW,
     ZERO,
     T,
@@ -39,9 +40,12 @@ from vistel.implicit.pointers import at
 
 FAINT = np.float32(0.1)
 """Fields of others below this everywhere in a block do not count there."""
-SPECK = np.float32(0.02)
-"""Primitives whose field stays below this in a block do not count in their group's union."""
+SPECK = np.float32(0.04)
+"""Primitives whose field stays below this in a block do not count in their group's union: 5e-6 of T."""
+FELT = np.float32(0.99)
+"""Share of the zone of propagation in which it is felt: in the rest of it it raises less than 5e-5."""
 RAY_SIZE = 6 * LANES
+MIDDLES = 1 + LANES // PATCH
 FIELD_SIZE = 2 * LANES
 
 
@@ -58,18 +62,22 @@ def gather(index, vertices, normals, block):
 
 @fast
 def bound(kind, row, box, x, y, z, spread):
-    """Most a primitive's field can be within `spread` of (x, y, z)."""
+    """Most a primitive's field can be within `spread` of (x, y, z), and most it can be there."""
     if kind != CONE_SPHERE:
         away = max(box[0] - x, x - box[3], box[1] - y, y - box[4], box[2] - z, z - box[5])  # fmt: skip
-        return ONE if away < spread else ZERO
+        return ONE if away < spread else ZERO, ZERO
     wx, wy, wz = x - row[0], y - row[1], z - row[2]
     along = wx * row[3] + wy * row[4] + wz * row[5]
     along = min(max(along, ZERO), row[6])
     dx, dy, dz = wx - along * row[3], wy - along * row[4], wz - along * row[5]
-    d = max(np.sqrt(dx * dx + dy * dy + dz * dz) - spread, ZERO)
+    d2 = dx * dx + dy * dy + dz * dz
     radius = max(row[7], row[7] + row[8] * row[6])
-    q = ONE - d * d / (radius * radius)
-    return row[9] * q * q if q > ZERO else ZERO
+    if not d2 < (radius + spread) * (radius + spread):
+        return ZERO, ZERO
+    d = max(np.sqrt(d2) - spread, ZERO)
+    inverse = ONE / (radius * radius)
+    q, middle = ONE - d * d * inverse, max(ONE - d2 * inverse, ZERO)
+    return row[9] * q * q, row[9] * middle * middle
 
 
 @fast
@@ -131,16 +139,38 @@ def _count(mask):
 
 @fast
 def field_bound(t, k, x, y, z, spread, most):
-    """Most `most` times the field of group k can be within `spread` of (x, y, z), and which primitives
-    count (a mask)."""
+    """Most `most` times the field of group k can be within `spread` of (x, y, z), which primitives count
+    (a mask), and most one of them can be at (x, y, z)."""
     start, kind, rows, box = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS]), floats(t[table.BOX])
-    mask, total = np.int64(0), ZERO
+    mask, total, middle = np.int64(0), ZERO, ZERO
     for j in range(start[k], start[k + 1]):
-        f = bound(kind[j], at(rows, j * ROW), at(box, 6 * j), x, y, z, spread)
+        f, here = bound(kind[j], at(rows, j * ROW), at(box, 6 * j), x, y, z, spread)
         if f > SPECK:
             mask |= np.int64(1) << np.int64(j - start[k])
             total += (f * f) * (f * f)
-    return most * np.sqrt(np.sqrt(total)), mask
+            middle = max(middle, here)
+    return most * np.sqrt(np.sqrt(total)), mask, most * middle
+
+
+@fast
+def patch_bound(t, b, k, vertices, mask, most):
+    """As `field_bound` for the primitives of `mask`, from the patches of block b."""
+    start, kind, rows, box = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS]), floats(t[table.BOX])
+    centre, spread = at(ints(t[table.CENTRE]), b * MIDDLES), at(floats(t[table.SPREAD]), b * MIDDLES)
+    kept, high = np.int64(0), ZERO
+    for c in range(1, MIDDLES):
+        v, total = centre[c], ZERO
+        for j in range(start[k], start[k + 1]):
+            bit = np.int64(1) << np.int64(j - start[k])
+            if mask & bit:
+                f, _ = bound(
+                    kind[j], at(rows, j * ROW), at(box, 6 * j), vertices[v, 0], vertices[v, 1], vertices[v, 2], spread[c]
+                )  # fmt: skip
+                if f > SPECK:
+                    kept |= bit
+                    total += (f * f) * (f * f)
+        high = max(high, total)
+    return most * np.sqrt(np.sqrt(high)), kept
 
 
 @fast
@@ -170,7 +200,7 @@ def list_pairs(t, a, b, vertices, now, shown):
         for at_block in range(blocks[g], blocks[g + 1]):
             folds = hinge[at_block] >= 0 and bent[hinge[at_block]] != 0
             begin, n_shown, meets = n, 0, False
-            v, reach = centre[at_block], spread[at_block]
+            v, reach = centre[at_block * MIDDLES], spread[at_block * MIDDLES]
             x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
             for c in range(n_candidates):
                 k, same = candidates[c] >> 1, candidates[c] & 1
@@ -192,12 +222,14 @@ def list_pairs(t, a, b, vertices, now, shown):
                 elif effect[k] >= OWN_EFFECT:
                     n = _add_pair(t, n, at_block, k, -1, table.FORCE, np.int64(0), HUGE)
                     continue
-                high, mask = field_bound(t, k, x, y, z, reach, most[at_block])
+                high, mask, middle = field_bound(t, k, x, y, z, reach, most[at_block])
+                if high > T > middle:
+                    high, mask = patch_bound(t, at_block, k, vertices, mask, most[at_block])
                 if high > FAINT:
                     n = _add_pair(t, n, at_block, k, overlap, kind, mask, high)
                     meets = meets or (kind == table.COLLIDES and high > T)
             for c in range(n_shown if meets else 0):
-                high, mask = field_bound(t, shown[c], x, y, z, reach, most[at_block])
+                high, mask, _ = field_bound(t, shown[c], x, y, z, reach, most[at_block])
                 if high > T:
                     n = _add_pair(t, n, at_block, shown[c], -1, table.SHOWN, mask, high)
             if n > begin or folds:
@@ -233,9 +265,9 @@ def evaluate_pair(t, n, vertices, normals, ray_count):
     height = floats(t[table.HEIGHT])
     if pair[table.PAIR_RULE] == table.NEIGHBOUR:
         shares = at(floats(t[table.OVERLAP]), pair[table.PAIR_OVERLAP] * LANES)
-        height[n] = largest_share(first, contact, shares)
+        height[n] = largest_share(first, contact, shares, work)
     else:
-        height[n] = largest(first, contact)
+        height[n] = largest(first, contact, work)
     if pair[table.PAIR_RULE] == table.COLLIDES:
         delta = floats(t[table.DELTA])
         delta[k] = max(delta[k], height[n] - T)
@@ -261,4 +293,19 @@ def evaluate_touching(t, count, vertices, normals):
 @fast
 def reach_of(t, k):
     """How far below T (in field units) the field of group k still moves a skin."""
-    return T if ints(t[table.EFFECT])[k] != COLLISION else floats(t[table.ZONE])[k]
+    return T if ints(t[table.EFFECT])[k] != COLLISION else FELT * floats(t[table.ZONE])[k]
+
+
+@fast
+def own_mask(t, b, g, vertices):
+    """Which primitives of its own group g count in block b (a mask)."""
+    start, centre = ints(t[table.GROUP_START]), at(ints(t[table.CENTRE]), b * MIDDLES)
+    spread = floats(t[table.SPREAD])[b * MIDDLES]
+    every = (np.int64(1) << np.int64(start[g + 1] - start[g])) - 1
+    if every == 1:
+        return every
+    v = centre[0]
+    _, mask, _ = field_bound(t, g, vertices[v, 0], vertices[v, 1], vertices[v, 2], spread, ONE)
+    if mask & (mask - 1):
+        _, mask = patch_bound(t, b, g, vertices, mask, ONE)
+    return mask if mask else every

@@ -164,7 +164,7 @@ def load_source(t, row, group, corner, rows, kind, box, corners, start, complian
     to_row, to_box, to_kind = floats(t[table.ROWS]), floats(t[table.BOX]), ints(t[table.KIND])
     to_corner, to_start = floats(t[table.CORNERS]), ints(t[table.GROUP_START])
     quotient, to_depth, allowed = floats(t[table.QUOTIENT]), floats(t[table.DEPTH]), octets(t[table.ALLOWED])
-    own = t[table.OWN_GROUPS]
+    own, effect = t[table.OWN_GROUPS], ints(t[table.EFFECT])
     for i in range(len(rows)):
         for c in range(ROW):
             to_row[(row + i) * ROW + c] = rows[i, c]
@@ -179,6 +179,7 @@ def load_source(t, row, group, corner, rows, kind, box, corners, start, complian
         to_start[group + g + 1] = start[g + 1] + row
         quotient[group + g] = 1.0 / compliance[g] if compliance[g] > 0.0 else -1.0
         to_depth[group + g] = depth[g]
-        for k in range(own):
-            allowed[(group + g) * own + k] = 1
+        effect[group + g] = 0
+    for k in range(group * own, (group + len(compliance)) * own):
+        allowed[k] = 1
     _group_boxes(at(to_start, group), to_box, at(floats(t[table.GROUP_BOX]), 6 * group), len(compliance))

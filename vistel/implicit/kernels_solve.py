@@ -9,7 +9,7 @@ import numpy as np
 from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
 from vistel.implicit.ghost_effects import COLLISION, contact_effect, own_effect
-from vistel.implicit.kernel_jit import fast
+from vistel.implicit.kernel_jit import fast, leaf
 from vistel.implicit.kernels_field import HALF, LANES, ONE, ROW, SMALL, TINY, ZERO, T, cone, ray, union_add, union_end
 from vistel.implicit.kernels_ghost import (
     add_neighbour,
@@ -23,21 +23,23 @@ from vistel.implicit.kernels_ghost import (
     rest_shift,
     total_field,
 )
-from vistel.implicit.kernels_meet import FIELD_SIZE, RAY_SIZE, group_field, reach_of
+from vistel.implicit.kernels_meet import FIELD_SIZE, RAY_SIZE, group_field, own_mask, reach_of
 from vistel.implicit.pointers import at
+from vistel.implicit.wide import wide
 
-TOLERANCE = np.float32(1e-5)
+TOLERANCE = np.float32(2e-5)
 """|F - T| a solved vertex may have."""
-LEFT_OVER = np.float32(2e-5)
-"""|F - T| beyond which a vertex has no root in its room."""
+NEAR = np.float32(1e-4)
+"""|F - T| from which one more step, some ten thousand times closer, need not be checked."""
 MAX_EVALUATIONS = 16
 NEARLY = np.float32(0.35)
 """Bodies this close to touching (in field units) are kept in a block's sums, since its skin may bulge into
 them."""
-QUARTER = np.float32(0.25)
-S, LOW, HIGH, LIMIT, SHIFT, APART, OPEN, KNOWN_LOW, KNOWN_HIGH, STATE_ROWS = range(10)
+QUARTER, THREE = np.float32(0.25), np.float32(3.0)
+S, LOW, HIGH, LIMIT, SHIFT, APART, OPEN, ENDED, KNOWN_LOW, KNOWN_HIGH, LAST_S, LAST_F, LAST_RISE = range(13)
 """Rows of the solver's state: position, bracket, longest step; shift of the own field and the share with which
-the limb across the hinge pushes; 1 while open; 1 when the field's sign at an end is known."""
+the limb across the hinge pushes; 1 while open; 1 where the room ended before the root; 1 when the field's sign
+at an end is known; position, field and ds/dF of the evaluation before, 0 where the field did not fall."""
 
 
 
@@ -71,24 +73,27 @@ def own_field(first, last, mask, rows, s, rays, value, total, out):
     return used
 
 
-@fast
+@leaf
 def start_bracket(cal, state):
+    wide()
     for i in range(LANES):
         inward, outward = cal[table.INWARD * LANES + i], cal[table.OUTWARD * LANES + i]
         state[S * LANES + i] = ZERO
         state[LOW * LANES + i], state[HIGH * LANES + i] = -inward, outward
         state[LIMIT * LANES + i] = max(QUARTER * (inward + outward), TINY)
         state[APART * LANES + i] = ONE - cal[table.MU * LANES + i]
-        state[OPEN * LANES + i] = ONE
+        state[OPEN * LANES + i], state[ENDED * LANES + i] = ONE, ZERO
         state[KNOWN_LOW * LANES + i], state[KNOWN_HIGH * LANES + i] = ZERO, ZERO
+        state[LAST_S * LANES + i], state[LAST_F * LANES + i], state[LAST_RISE * LANES + i] = ZERO, ZERO, ZERO
 
 
-@fast
+@leaf
 def advance(phi, state):
     """One safeguarded Newton step of every open lane; returns whether any is still open.
 
     A lane closes when it has converged or when it stands at the end of its room and the root lies beyond.
     """
+    wide()
     left = ZERO
     for i in range(LANES):
         f, g, s = phi[i], phi[LANES + i], state[S * LANES + i]
@@ -97,14 +102,26 @@ def advance(phi, state):
         at_high, at_low = ONE if s >= high else ZERO, ONE if s <= low else ZERO
         outside = up * at_high + (ONE - up) * at_low
         far = ONE if abs(f) > TOLERANCE else ZERO
-        open_ = state[OPEN * LANES + i] * far * (ONE - outside)
+        was_open = state[OPEN * LANES + i]
+        open_ = was_open * far * (ONE - outside)
+        state[ENDED * LANES + i] += was_open * far * outside
         low = s if up > ZERO else low
         high = high if up > ZERO else s
-        fall = min(g, -SMALL)
+        # Newton, or from the second evaluation on the cubic s(F) through both with both slopes (Hermite).
+        rise = ONE / min(g, -SMALL)
         flat = limit if up > ZERO else -limit
-        step = -f / fall if g < ZERO else flat
+        step = -f * rise if g < ZERO else flat
+        last_rise = state[LAST_RISE * LANES + i]
+        h = state[LAST_F * LANES + i] - f
+        u = -f / (h if abs(h) > SMALL else ONE)
+        chord = state[LAST_S * LANES + i] - s
+        cubic = u * u * (THREE - u - u) * chord + h * u * (ONE - u) * ((ONE - u) * rise - u * last_rise)
+        near = ONE if abs(cubic - step) <= HALF * abs(step) else ZERO
+        step = cubic if near * last_rise < ZERO else step
         step = max(min(step, limit), -limit)
         t = s + step
+        state[LAST_S * LANES + i], state[LAST_F * LANES + i] = s, f
+        state[LAST_RISE * LANES + i] = rise if g < ZERO else ZERO
         # An end of the room may be tried once, while its sign is not known; after that, halve.
         low_known = max(up, state[KNOWN_LOW * LANES + i])
         high_known = max(ONE - up, state[KNOWN_HIGH * LANES + i])
@@ -114,6 +131,7 @@ def advance(phi, state):
         t = HALF * (low + high) if halve > ZERO else inside
         state[S * LANES + i] = t if open_ > ZERO else s
         state[LOW * LANES + i], state[HIGH * LANES + i] = low, high
+        open_ = open_ if abs(f) > NEAR else ZERO
         state[OPEN * LANES + i], state[KNOWN_LOW * LANES + i], state[KNOWN_HIGH * LANES + i] = (
             open_, low_known, high_known,
         )  # fmt: skip
@@ -149,7 +167,7 @@ def scatter(index, count, block, phi, state, vertices, t):
     n, n_lost = stats[table.MOVED_COUNT], stats[table.LOST_COUNT]
     for i in range(count):
         v, s = index[i], state[S * LANES + i]
-        solved = abs(phi[i]) <= LEFT_OVER
+        solved = abs(phi[i]) <= ONE and state[ENDED * LANES + i] == ZERO and state[OPEN * LANES + i] == ZERO
         if not solved:
             lost[v] = 1
             lost_list[n_lost] = v
@@ -244,7 +262,7 @@ def solve(t, b, lo, hi, vertices):
     mine = at(work, 9 * FIELD_SIZE)
     s, shift, apart_ = state, at(state, SHIFT * LANES), at(state, APART * LANES)
     g, h = ints(t[table.GROUP])[b], ints(t[table.HINGE])[b]
-    first, last, mask = start[g], start[g + 1], longs(t[table.OWN_MASK])[b]
+    first, last, mask = start[g], start[g + 1], own_mask(t, b, g, vertices)
     count = set_up_own(first, last, mask, block, rows, own_rays)
     other_first, other_last, every = 0, 0, np.int64(0)
     sphere_row, at_other, at_sphere = rows, own_rays, own_rays

@@ -18,7 +18,7 @@ LEAVES = {
     "union_end": (kernels_field.union_end, (PAIR, PAIR)),
     "add_soft": (kernels_ghost.add_soft, (PAIR, LINE, F32(1), F32(0.1), ACC)),
     "add_rigid": (kernels_ghost.add_rigid, (PAIR, F32(0.1), ACC)),
-    "advance": (kernels_solve.advance, (PAIR, np.zeros(9 * LANES, F32))),
+    "advance": (kernels_solve.advance, (PAIR, np.zeros(13 * LANES, F32))),
 }
 
 
