@@ -46,6 +46,7 @@ class Avatar:
     mesh: skin, hair and clothes as one closed surface. eyeballs: left and right eye, separate closed meshes centred on
     the joints `left_eye` and `right_eye` and fixed to them, so that gaze turns them.
     albedo: (H, W, 3) sRGB texture of the mesh and the eyeballs, first row at the top (v = 1).
+    coarser: the same person with fewer and fewer vertices, for pictures in which they are small.
     """
 
     name: str
@@ -54,6 +55,7 @@ class Avatar:
     mesh: Mesh
     eyeballs: tuple[Mesh, ...]
     albedo: U8
+    coarser: tuple[Avatar, ...] = ()
 
 
 def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:

@@ -9,6 +9,7 @@ import os
 import tempfile
 import zipfile
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import Body
 from vistel.figure.skeleton import Skeleton
 
-FORMAT = 1
+FORMAT = 2
 _MESH_ARRAYS = ("vertices", "triangles", "corner_vertex", "uv", "corner_triangles", "limb")
 _BODY_ARRAYS = ("joint", "a", "b", "radius_a", "radius_b")
 
@@ -39,12 +40,14 @@ def save_avatar(avatar: Avatar, path: Path) -> None:
         "tip": avatar.skeleton.tip,
         "limbs": np.array(avatar.body.names),
         "eyeballs": np.array(len(avatar.eyeballs)),
+        "levels": np.array(1 + len(avatar.coarser)),
     }
     for array in _BODY_ARRAYS:
         arrays[f"body.{array}"] = getattr(avatar.body, array)
-    for i, mesh in enumerate((avatar.mesh, *avatar.eyeballs)):
-        for array in _MESH_ARRAYS:
-            arrays[f"mesh{i}.{array}"] = getattr(mesh, array)
+    for k, level in enumerate((avatar, *avatar.coarser)):
+        for i, mesh in enumerate((level.mesh, *level.eyeballs)):
+            for array in _MESH_ARRAYS:
+                arrays[f"level{k}.mesh{i}.{array}"] = getattr(mesh, array)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
     try:
         with os.fdopen(handle, "wb") as stream:
@@ -62,17 +65,15 @@ def load_avatar(path: Path) -> Avatar:
             if int(file["format"]) != FORMAT:
                 raise AvatarFileError(f"{path}: avatar format {int(file['format'])}, expected {FORMAT}")
             body = Body(tuple(str(n) for n in file["limbs"]), *(file[f"body.{array}"] for array in _BODY_ARRAYS))
-            meshes = [
-                Mesh(*(file[f"mesh{i}.{array}"] for array in _MESH_ARRAYS)) for i in range(1 + int(file["eyeballs"]))
-            ]
-            return Avatar(
-                str(file["name"]),
-                Skeleton(file["rest"], file["tip"]),
-                body,
-                meshes[0],
-                tuple(meshes[1:]),
-                file["albedo"],
-            )
+            name, skeleton, albedo = str(file["name"]), Skeleton(file["rest"], file["tip"]), file["albedo"]
+            levels: list[Avatar] = []
+            for k in range(int(file["levels"])):
+                mesh, *eyeballs = (
+                    Mesh(*(file[f"level{k}.mesh{i}.{array}"] for array in _MESH_ARRAYS))
+                    for i in range(1 + int(file["eyeballs"]))
+                )
+                levels.append(Avatar(name, skeleton, body, mesh, tuple(eyeballs), albedo))
+            return replace(levels[0], coarser=tuple(levels[1:]))
     except (
         KeyError,
         ValueError,

@@ -40,15 +40,19 @@ class FigureState:
 
 
 class Figure:
-    """Poses and deforms one avatar. Not for two threads at once; different figures are independent."""
+    """Poses and deforms one avatar. Not for two threads at once; different figures are independent.
 
-    def __init__(self, avatar: Avatar) -> None:
+    same_body: a figure of another level of detail of the same avatar, so that both have the same primitives.
+    """
+
+    def __init__(self, avatar: Avatar, *, same_body: Figure | None = None) -> None:
         self.avatar = avatar
         mesh = avatar.mesh
         normals = vertex_normals(mesh)
         self.skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, avatar.body.joint[mesh.limb])
         limbs = limbs_of(avatar.skeleton, avatar.body)
-        self.embedding = embed(mesh.vertices, mesh.limb, limbs)
+        fit = same_body.embedding.fit if same_body is not None else None
+        self.embedding = embed(mesh.vertices, mesh.limb, limbs, fit)
         self.deformer = Deformer(mesh.triangles, self.embedding)
         self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)
         self._eyes = [

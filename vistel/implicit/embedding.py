@@ -123,8 +123,10 @@ def shape_weight(r_in: float, r_influence: float) -> float:
     return T / float(quartic(np.array(r_in / r_influence)))
 
 
-def embed(vertices: F32, limb: I32, limbs: Limbs) -> Embedding:
+def embed(vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None) -> Embedding:
     """Embed a mesh at rest: vertices (V, 3) [m], limb (V,) the primitive each belongs to.
+
+    fit: of another mesh of the same body, such as a finer one; its own by default.
 
     Works for open, closed and degenerate meshes; a vertex no field reaches keeps w_v = W_CAP and the rest
     as offset. Raises ValueError for vertices that are not finite or limbs that do not exist.
@@ -135,7 +137,7 @@ def embed(vertices: F32, limb: I32, limbs: Limbs) -> Embedding:
         raise ValueError(f"vertices: vertex {bad} is not finite; remove or repair it")
     if len(limb) and (limb.min() < 0 or limb.max() >= len(limbs.group)):
         raise ValueError(f"limb: expected indices 0 to {len(limbs.group) - 1}, got {limb.min()} to {limb.max()}")
-    fit = _fit(p, limb, limbs)
+    fit = fit or _fit(p, limb, limbs)
     group = limbs.group[limb].astype(np.int32)
     fields = _group_fields(p, limbs, fit)
     hinge, other, group, mu, alpha, df = _joints(p, group, limbs, fit, fields)

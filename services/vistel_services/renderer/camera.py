@@ -46,6 +46,10 @@ class Camera:
         out[3, 2] = -1.0
         return out
 
+    def pixels_per_m(self, distance: float, height: int) -> float:
+        """Size of a metre at `distance` [m] in a picture `height` pixels high."""
+        return 0.5 * height / (math.tan(0.5 * self.field_of_view) * max(NEAR, distance))
+
     def project(self, points: F64, width: int, height: int) -> F64:
         """(n, 3) pixel x (right), y (down) and distance in front of the camera [m] of (n, 3) room points."""
         p = (np.asarray(points) - self.position) @ self.rotation

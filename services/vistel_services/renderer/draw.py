@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from vistel_services.renderer.camera import Camera
 from vistel_services.renderer.gl_context import Surface
@@ -78,15 +79,28 @@ class Frame:
 
 @dataclass
 class _FigureBuffers:
-    model: FigureModel
+    """One level of detail of a figure."""
+
     dynamic: moderngl.Buffer
     whole: moderngl.VertexArray
     headless: moderngl.VertexArray
-    texture: moderngl.Texture
-    parts: list[moderngl.Buffer] = field(default_factory=list)
+    parts: list[moderngl.Buffer]
 
     def release(self) -> None:
-        for part in (self.whole, self.headless, self.texture, self.dynamic, *self.parts):
+        for part in (self.whole, self.headless, self.dynamic, *self.parts):
+            part.release()
+
+
+@dataclass
+class _Figure:
+    """A figure on the graphics side: one texture, buffers for each level of detail seen so far."""
+
+    painted: U8
+    texture: moderngl.Texture
+    levels: dict[FigureModel, _FigureBuffers] = field(default_factory=dict)
+
+    def release(self) -> None:
+        for part in (self.texture, *self.levels.values()):
             part.release()
 
 
@@ -121,12 +135,14 @@ class Painter:
                 [ctx.renderbuffer((width, height), 4, samples=samples)],
                 ctx.depth_renderbuffer((width, height), samples=samples),
             )
-        self._figure_program = program(ctx, "figure")
+        self._figure_texels = 1024 if self.software else 8192
+        cheap = ("LIGHT_PER_VERTEX", "ONE_TAP") if self.software else ()
+        self._figure_program = program(ctx, "figure", defines=cheap)
         self._solid_program = program(ctx, "solid")
         self._room_programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._label_program = program(ctx, "label")
         self.shadow = ShadowMap(ctx, 1024)
-        self._figures: dict[str, _FigureBuffers] = {}
+        self._figures: dict[str, _Figure] = {}
         self._things: dict[str, Solid] = {}
         self._panels: list[tuple[moderngl.VertexArray, moderngl.Texture]] = []
         self._casters: list[moderngl.VertexArray] = []
@@ -194,8 +210,9 @@ class Painter:
         self.shadow.texture.use(1)
         put(self._figure_program, albedo=0, **shared)
         for view in sorted(seen, key=lambda v: not v.own):
-            buffers = self._figures[view.name]
-            buffers.texture.use(0)
+            figure = self._figures[view.name]
+            figure.texture.use(0)
+            buffers = figure.levels[view.model]
             (buffers.headless if view.own else buffers.whole).render()
         put(self._solid_program, gloss=0.35, **shared)
         for thing, solid in things:
@@ -296,22 +313,22 @@ class Painter:
         return self._room_programs[defines]
 
     def _figure(self, view: FigureView) -> _FigureBuffers:
-        found = self._figures.get(view.name)
-        if found is not None and found.model is view.model:
-            return found
-        self.drop_figure(view.name)
         ctx, model = self.ctx, view.model
+        figure = self._figures.get(view.name)
+        if figure is None or figure.painted is not model.texture:
+            self.drop_figure(view.name)
+            figure = self._figures[view.name] = _Figure(model.texture, self._texture(model.texture, at_most=self._figure_texels))
+        if model in figure.levels:
+            return figure.levels[model]
         dynamic = ctx.buffer(reserve=len(model.uv) * 24, dynamic=True)
         fixed = ctx.buffer(np.column_stack((model.uv, model.material)).astype(np.float32).tobytes())
         layout = [(dynamic, "3f 3f", "position", "normal"), (fixed, "2f 1f", "uv", "material")]
         whole, headless = (ctx.buffer(t.astype(np.int32).tobytes()) for t in (model.triangles, model.headless))
-        buffers = _FigureBuffers(
-            model, dynamic, ctx.vertex_array(self._figure_program, layout, whole),
-            ctx.vertex_array(self._figure_program, layout, headless), self._texture(model.texture),
-            [fixed, whole, headless],
+        figure.levels[model] = _FigureBuffers(
+            dynamic, ctx.vertex_array(self._figure_program, layout, whole),
+            ctx.vertex_array(self._figure_program, layout, headless), [fixed, whole, headless],
         )  # fmt: skip
-        self._figures[view.name] = buffers
-        return buffers
+        return figure.levels[model]
 
     def _solid(self, surface: Surface3, tint: F32) -> Solid:
         data = np.hstack((surface.vertices, surface.normals, tint)).astype(np.float32)
@@ -319,10 +336,11 @@ class Painter:
         vao = self.ctx.vertex_array(self._solid_program, [(vbo, "3f 3f 4f", "position", "normal", "tint")], ibo)
         return Solid(vao, self.shadow.solid(vbo, "3f 28x", ibo), [vbo, ibo])
 
-    def _texture(self, image: U8, mipmaps: bool = True) -> moderngl.Texture:
-        limit = 4096 if self.software else 8192
-        step = -(-max(image.shape[:2]) // limit)
-        flipped = np.ascontiguousarray(image[:: -step if step > 1 else -1, :: max(1, step)])
+    def _texture(self, image: U8, mipmaps: bool = True, at_most: int = 8192) -> moderngl.Texture:
+        step = -(-max(image.shape[:2]) // at_most)
+        if step > 1:
+            image = np.asarray(Image.fromarray(image).reduce(step))
+        flipped = np.ascontiguousarray(image[::-1])
         h, w, components = flipped.shape
         texture = self.ctx.texture((w, h), components, flipped.tobytes(), alignment=1)
         if mipmaps:

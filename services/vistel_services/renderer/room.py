@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vistel.space.room import TABLE_HEIGHT, Room
 from vistel.space.things import Thing
 from vistel_services.renderer import bake, paint
+from vistel_services.renderer.shadow import KEY_DIRECTION
 from vistel_services.renderer.tessellate import Surface3, join, tessellate
 
 F32 = NDArray[np.float32]
@@ -19,7 +20,7 @@ I32 = NDArray[np.int32]
 
 FURNITURE = ("table", "chair")
 """Shapes of fixed things that are drawn with the room, from its plan; all others come from the world."""
-KEY_SHADOWED, KEY_OPEN = "KEY_SHADOWED", "KEY_OPEN"
+KEY_SHADOWED, FINISHED = "KEY_SHADOWED", "FINISHED"
 SHADOWED = 2.1
 """Half the side of the floor's middle, in which shadows fall [m]."""
 X, Z, H = bake.HALF_X, bake.HALF_Z, bake.HEIGHT
@@ -29,9 +30,9 @@ X, Z, H = bake.HALF_X, bake.HALF_Z, bake.HEIGHT
 class Panel:
     """A piece of the shell: positions and normals (n, 3), uv (n, 2) origin bottom left, triangles (m, 3).
 
-    texture: (h, w, 4) first row at the top; square roots of linear colour and of baked light / 1.6.
-    key: "KEY_SHADOWED" or "KEY_OPEN" where the roof's key light falls on it, with or without shadows, else "".
-    gloss: of its varnish. casts: it throws a shadow itself.
+    key: "KEY_SHADOWED" where the roof's key light falls and shadows with it, or "FINISHED" where nothing changes.
+    texture: (h, w, 4) first row at the top; of a finished panel what is seen, else the square roots of linear colour
+    and of baked light / 1.6. gloss: of its varnish. casts: it throws a shadow itself.
     """
 
     positions: F32
@@ -104,6 +105,20 @@ def _texture(colour: F32, light: F64 | F32) -> U8:
     return (np.sqrt(np.clip(rgba, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
 
 
+def _finished(texture: U8, facing: float) -> U8:
+    """A panel's texture as it is seen: lit, with the display's curve. facing: cosine of its normal to the key light.
+
+    The same numbers as in shaders/room.frag.glsl and common.glsl.
+    """
+    linear_light = np.square(texture.astype(np.float32) / 255.0)
+    light = linear_light[..., 3:] * (1.63, 1.60, 1.54) + max(0.0, facing) * np.array((1.86, 1.74, 1.55))
+    c = 0.62 * linear_light[..., :3] * light
+    seen = np.sqrt(np.clip(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0))
+    out = np.full_like(texture, 255)
+    out[..., :3] = seen * 255.0 + 0.5
+    return out
+
+
 def _plane(h: int, w: int, origin: F64, right: F64, up: F64) -> F64:
     """(h, w, 3) room points of a texture's texels, first row at the top."""
     u = (np.arange(w) + 0.5) / w
@@ -111,13 +126,13 @@ def _plane(h: int, w: int, origin: F64, right: F64, up: F64) -> F64:
     return origin + u[None, :, None] * right + v[:, None, None] * up
 
 
-def _quad(origin: F64, right: F64, up: F64, texture: U8, key: str, gloss: float) -> Panel:
+def _quad(origin: F64, right: F64, up: F64, finished: U8) -> Panel:
     normal = np.cross(right, up)
     normal /= np.linalg.norm(normal)
     positions = np.array((origin, origin + right, origin + right + up, origin + up), np.float32)
     uv = np.array(((0, 0), (1, 0), (1, 1), (0, 1)), np.float32)
     triangles = np.array(((0, 1, 2), (0, 2, 3)), np.int32)
-    return Panel(positions, np.tile(normal.astype(np.float32), (4, 1)), uv, triangles, texture, key, gloss)
+    return Panel(positions, np.tile(normal.astype(np.float32), (4, 1)), uv, triangles, finished, FINISHED, 0.0)
 
 
 def _baked(size: tuple[int, int], origin: F64, right: F64, up: F64, discs: F64) -> F32:
@@ -150,9 +165,10 @@ def _floor(discs: F64) -> list[Panel]:
              for i in range(3) for j in range(3)}  # fmt: skip
     middle = np.array(cells.pop((1, 1)), np.int32)
     rest = np.array([t for pair in cells.values() for t in pair], np.int32)
+    finished = _finished(texture, float(KEY_DIRECTION[1]))
     return [
-        Panel(positions, normals, uv.astype(np.float32), triangles, texture, key, 0.16)
-        for triangles, key in ((middle, KEY_SHADOWED), (rest, KEY_OPEN))
+        Panel(positions, normals, uv.astype(np.float32), triangles, image, key, 0.0)
+        for triangles, image, key in ((middle, texture, KEY_SHADOWED), (rest, finished, FINISHED))
     ]
 
 
@@ -166,7 +182,7 @@ def _ceiling() -> Panel:
     colour[inside < bake.ROOF_LIGHT + 0.06] = 0.35
     lamp = inside < bake.ROOF_LIGHT
     colour[lamp], light[lamp] = (0.94, 0.97, 1.0), 1.6
-    return _quad(origin, right, up, _texture(colour, light), "", 0.0)
+    return _quad(origin, right, up, _finished(_texture(colour, light), 0.0))
 
 
 def _walls() -> list[Panel]:
@@ -197,7 +213,7 @@ def _walls() -> list[Panel]:
         up = _v(0, H, 0)
         light = _baked((h, w), origin, right, up, np.zeros((0, 4)))
         light = np.where(wall.glow > 0, wall.glow, light)
-        out.append(_quad(origin, right, up, _texture(wall.colour, light), "", 0.0))
+        out.append(_quad(origin, right, up, _finished(_texture(wall.colour, light), 0.0)))
     return out
 
 

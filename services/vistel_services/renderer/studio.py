@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -32,8 +33,11 @@ from vistel_services.renderer.tessellate import join, tessellate
 log = logging.getLogger("vistel.renderer")
 
 F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
 
+ARM, NEAREST = 0.25, 0.45
+"""How much nearer than the hips a person is taken to be for the level of detail, and the nearest it can be [m]."""
 NO_SIGNAL_NS = 1_500_000_000
 
 
@@ -54,6 +58,7 @@ class _Cast:
     about: About
     shape: Shape
     coming: Future[Shape] | None
+    at: F64 | None = None
     remark: str = ""
 
 
@@ -69,6 +74,7 @@ class Studio:
         self._fixed = {t.id for t in self._room.things if t.fixed and t.shape in FURNITURE}
         self.painter.set_room(*take_room(seats))
         self._camera = SeatCamera()
+        self._from: Camera | None = None
         self._cast: dict[str, _Cast] = {}
         self._things: dict[str, object] = {}
         self._ghosts = Ghosts()
@@ -108,14 +114,15 @@ class Studio:
 
     def _frame(self, instant: Instant) -> Frame:
         posed = self._pose(instant)
-        camera = self._aim(instant, posed)
+        camera = self._from = self._aim(instant, posed)
         figures: list[FigureView] = []
         labels: list[LabelView] = []
         for person in instant.people:
             name = person.about.name
             cast, now = self._cast[name], posed[name]
             own = self.view.kind == "seat" and name == self.view.eyes
-            figures.append(FigureView(name, cast.shape.model, now.positions, now.normals, limb_rows(now.posed), own))
+            limbs = limb_rows(now.posed, cast.shape.casters)
+            figures.append(FigureView(name, now.model, now.positions, now.normals, limbs, own))
             if not own:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
@@ -144,11 +151,20 @@ class Studio:
     def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
         cast = self._cast[name]
         try:
-            return cast.shape.pose(posture, ghosts)
+            now = cast.shape.pose(posture, ghosts, self._pixels_per_m(cast.at))
+            cast.at = now.joints.position[JOINT_INDEX["hips"]]
+            return now
         except Exception:  # one figure that cannot be computed must not take the picture away from everybody
             log.exception("event=figure_failed participant=%s shown=stand-in", name)
             cast.shape, cast.remark = StandIn(cast.about.height), "figure failed"
             return cast.shape.pose(posture)
+
+    def _pixels_per_m(self, hips: F64 | None) -> float:
+        """How large a person whose hips were there in the last picture is in it."""
+        if self._from is None or hips is None:
+            return math.inf
+        away = float(np.linalg.norm(self._from.position - hips))
+        return self._from.pixels_per_m(max(NEAREST, away - ARM), self.view.height)
 
     def _aim(self, instant: Instant, posed: dict[str, Posed]) -> Camera:
         if self.view.kind == "seat" and self.view.eyes in posed:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import Body, standard_body
+from vistel.figure.detail import with_levels
 from vistel.figure.people import trunk
 from vistel.figure.people.field import Sculpture, Solid
 from vistel.figure.people.hand import add_hand
@@ -26,9 +27,11 @@ from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-VERSION = 7
+VERSION = 8
 """Of what this package makes; a change of it makes cached people void."""
 VERTICES = 10_000
+LEVELS = (6_000, 2_600)
+"""Triangles of the coarser levels of detail."""
 TEXTURE_SIZE = 1536
 
 _log = logging.getLogger("vistel.figure.people")
@@ -94,7 +97,9 @@ def make_person(recipe: Recipe, *, name: str, height: float, texture_size: int =
             )
         )
         first_vertex, first_triangle = first_vertex + len(v), first_triangle + len(t)
-    return Avatar(name, skeleton, body, meshes[0], tuple(meshes[1:]), albedo)
+    avatar = Avatar(name, skeleton, body, meshes[0], tuple(meshes[1:]), albedo)
+    _log.info("step=levels triangles=%s", LEVELS)
+    return with_levels(avatar, LEVELS)
 
 
 def _eyeball(sign: float) -> tuple[F64, I64]:

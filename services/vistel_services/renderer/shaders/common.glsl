@@ -15,11 +15,19 @@ vec3 ambient(vec3 n) {
     return mix(GROUND, SKY, 0.5 + 0.5 * n.y);
 }
 
-// Share of the key light that arrives at p; two taps, each bilinear. The map's border is lit.
-float key_visible(vec3 p, vec3 n, float lift) {
-    vec3 s = (shadow_from_room * vec4(p + n * lift, 1.0)).xyz;
+// Where to look in the shadow map for the surface at p with normal n, lifted off itself by `lift` metres.
+vec3 shadow_place(vec3 p, vec3 n, float lift) {
+    return (shadow_from_room * vec4(p + n * lift, 1.0)).xyz;
+}
+
+// Share of the key light that arrives there; bilinear taps. The map's border is lit.
+float lit_at(vec3 s) {
+#ifdef ONE_TAP
+    return texture(shadow_map, s);
+#else
     float o = shadow_texel * 0.6;
     return 0.5 * (texture(shadow_map, s + vec3(-o, -o, 0.0)) + texture(shadow_map, s + vec3(o, o, 0.0)));
+#endif
 }
 
 // Filmic curve (Narkowicz 2015) and the display's gamma, as a square root.

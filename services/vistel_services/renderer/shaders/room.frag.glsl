@@ -1,21 +1,23 @@
 #version 330
-// KEY_SHADOWED, KEY_OPEN: the key light falls here, with or without shadows. GLOSS: how much the varnish mirrors.
+// FINISHED: the texture is what is seen. KEY_SHADOWED: the key light falls here. GLOSS: how much the varnish mirrors.
 #include "common.glsl"
-uniform sampler2D baked;  // square root of colour (rgb) and of baked light (a)
+uniform sampler2D baked;  // what is seen, or square root of colour (rgb) and of baked light (a)
 in vec3 p_room;
 in vec3 n_room;
 in vec2 at;
 out vec4 colour;
 
+#ifdef FINISHED
+void main() {
+    colour = texture(baked, at);
+}
+#else
 void main() {
     vec4 t = texture(baked, at);
     t *= t;
     vec3 light = vec3(1.63, 1.60, 1.54) * t.a;
 #ifdef KEY_SHADOWED
-    light += KEY * (max(dot(n_room, KEY_DIRECTION), 0.0) * key_visible(p_room, n_room, 0.008));
-#endif
-#ifdef KEY_OPEN
-    light += KEY * max(dot(n_room, KEY_DIRECTION), 0.0);
+    light += KEY * (max(dot(n_room, KEY_DIRECTION), 0.0) * lit_at(shadow_place(p_room, n_room, 0.008)));
 #endif
     vec3 c = t.rgb * light;
 #ifdef GLOSS
@@ -28,3 +30,4 @@ void main() {
 #endif
     colour = vec4(display(c), 1.0);
 }
+#endif

@@ -10,7 +10,7 @@ void main() {
     vec3 n = normalize(n_room);
     vec3 v = normalize(eye - p_room);
     float c = max(dot(n, KEY_DIRECTION), 0.0);
-    float visible = c > 0.0 ? key_visible(p_room, n, 0.008) : 0.0;
+    float visible = c > 0.0 ? lit_at(shadow_place(p_room, n, 0.008)) : 0.0;
     float f = max(0.0, (dot(n, FILL_DIRECTION) + 0.25) / 1.56);
     vec3 light = KEY * c * visible + (FILL * f + ambient(n)) * base_colour.a;
     vec3 h = normalize(KEY_DIRECTION + v);

@@ -1,0 +1,221 @@
+"""Kernels of the levels of detail: the cheapest collapse of each vertex, and making independent ones."""
+
+# pyright: basic
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+_RING = 32
+"""Most triangles round a vertex that is considered."""
+_VALENCE = 14
+_NEVER = np.inf
+
+
+@nb.njit(cache=True)
+def add_quadric(q, normal, offset, weight) -> None:
+    """Add weight * (normal . x + offset)^2 to the ten coefficients q of a quadric."""
+    x, y, z = normal
+    q[0] += weight * x * x
+    q[1] += weight * x * y
+    q[2] += weight * x * z
+    q[3] += weight * x * offset
+    q[4] += weight * y * y
+    q[5] += weight * y * z
+    q[6] += weight * y * offset
+    q[7] += weight * z * z
+    q[8] += weight * z * offset
+    q[9] += weight * offset * offset
+
+
+@nb.njit(cache=True)
+def quadric_at(q, p) -> float:
+    """Value of a quadric at p, in m^2 times its weight."""
+    x, y, z = p
+    value = q[0] * x * x + q[4] * y * y + q[7] * z * z + q[9]
+    value += 2.0 * (q[1] * x * y + q[2] * x * z + q[5] * y * z + q[3] * x + q[6] * y + q[8] * z)
+    return max(0.0, value)
+
+
+@nb.njit(cache=True)
+def face_quadrics(p, tri, quadric, weight) -> None:
+    """Planes of the triangles, weighted by area, summed at the vertices."""
+    for f in range(len(tri)):
+        a, b, c = p[tri[f, 0]], p[tri[f, 1]], p[tri[f, 2]]
+        normal = np.cross(b - a, c - a)
+        size = np.sqrt((normal * normal).sum())
+        if size < 1e-16:
+            continue
+        normal = normal / size
+        for k in range(3):
+            add_quadric(quadric[tri[f, k]], normal, -(normal * a).sum(), 0.5 * size)
+            weight[tri[f, k]] += 0.5 * size
+
+
+@nb.njit(cache=True)
+def seam_quadrics(p, tri, seam, quadric) -> None:
+    """Walls along texture seams (seam: (F, 3), 1 where the edge k, k + 1 is one), so that charts keep their outline."""
+    for f in range(len(tri)):
+        a, b, c = p[tri[f, 0]], p[tri[f, 1]], p[tri[f, 2]]
+        normal = np.cross(b - a, c - a)
+        for k in range(3):
+            if not seam[f, k]:
+                continue
+            u, v = tri[f, k], tri[f, (k + 1) % 3]
+            along = p[v] - p[u]
+            wall = np.cross(along, normal)
+            size = np.sqrt((wall * wall).sum())
+            if size < 1e-16:
+                continue
+            wall = wall / size
+            square = (along * along).sum()
+            add_quadric(quadric[u], wall, -(wall * p[u]).sum(), square)
+            add_quadric(quadric[v], wall, -(wall * p[u]).sum(), square)
+
+
+@nb.njit(cache=True)
+def _edge_corners(u, v, tri, corner, fan, first, last, out) -> int:
+    """Corners of u and v in the triangles they share: out (2, 2), a row per triangle; how many there are."""
+    count = 0
+    for i in range(first, last):
+        f = fan[i]
+        ku = kv = -1
+        for k in range(3):
+            if tri[f, k] == u:
+                ku = k
+            elif tri[f, k] == v:
+                kv = k
+        if kv >= 0:
+            if count < 2:
+                out[count, 0], out[count, 1] = corner[f, ku], corner[f, kv]
+            count += 1
+    return count
+
+
+@nb.njit(cache=True)
+def _corner_count(u, tri, corner, fan, first, last) -> int:
+    """Drawn vertices of u: 1 inside a chart, 2 on a seam, more (given as 3) where seams meet."""
+    one = two = -1
+    for i in range(first, last):
+        for k in range(3):
+            if tri[fan[i], k] == u:
+                c = corner[fan[i], k]
+                if one < 0 or c == one:
+                    one = c
+                elif two < 0 or c == two:
+                    two = c
+                else:
+                    return 3
+    return 1 if two < 0 else 2
+
+
+@nb.njit(cache=True)
+def _spoils(p, u, v, tri, fan, first, last, limit) -> bool:
+    """Whether a triangle of u turns over, becomes a sliver or gets an edge of limit [m^2] when u goes to v."""
+    for i in range(first, last):
+        f = tri[fan[i]]
+        if f[0] == v or f[1] == v or f[2] == v:
+            continue
+        k = 0 if f[0] == u else (1 if f[1] == u else 2)
+        b, c = p[f[(k + 1) % 3]], p[f[(k + 2) % 3]]
+        before, after = np.cross(b - p[u], c - p[u]), np.cross(b - p[v], c - p[v])
+        size = np.sqrt((before * before).sum() * (after * after).sum())
+        if (before * after).sum() <= 0.4 * size:
+            return True
+        longest = max(((b - c) ** 2).sum(), ((b - p[v]) ** 2).sum(), ((c - p[v]) ** 2).sum())
+        if longest > limit or np.sqrt((after * after).sum()) < 0.08 * longest:
+            return True
+    return False
+
+
+@nb.njit(cache=True)
+def cheapest(p, tri, corner, start, fan, quadric, weight, limit, to, cost) -> None:
+    """For each vertex the neighbour to collapse to and its cost: mean square distance to the planes left [m^2].
+
+    limit: no edge longer than its root is made.
+    """
+    shared = np.empty((2, 2), np.int64)
+    for u in range(len(p)):
+        to[u], cost[u] = -1, _NEVER
+        first, last = start[u], start[u + 1]
+        if last - first < 3 or last - first > _RING:
+            continue
+        corners = _corner_count(u, tri, corner, fan, first, last)
+        if corners > 2:
+            continue
+        for i in range(first, last):
+            for k in range(3):
+                v = tri[fan[i], k]
+                if v == u:
+                    continue
+                price = quadric_at(quadric[u], p[v]) / max(1e-12, weight[u])
+                if price >= cost[u]:
+                    continue
+                if last - first + start[v + 1] - start[v] - 4 > _VALENCE:
+                    continue
+                if _edge_corners(u, v, tri, corner, fan, first, last, shared) != 2:
+                    continue
+                along_seam = shared[0, 0] != shared[1, 0] and shared[0, 1] != shared[1, 1]
+                if corners == 2 and not along_seam:
+                    continue
+                if corners == 1 and shared[0, 1] != shared[1, 1]:
+                    continue
+                if _spoils(p, u, v, tri, fan, first, last, limit):
+                    continue
+                to[u], cost[u] = v, price
+
+
+@nb.njit(cache=True)
+def collapse(order, to, cost, tri, corner, start, fan, quadric, weight, left) -> int:
+    """Make the collapses in `order` that do not touch one another, until `left` triangles are left; gives how many are.
+
+    Collapsed triangles get -1.
+    """
+    living = 0
+    for f in range(len(tri)):
+        living += tri[f, 0] >= 0
+    touched = np.zeros(len(to), np.bool_)
+    mark = np.full(len(to), -1, np.int64)
+    shared = np.empty((2, 2), np.int64)
+    for u in order:
+        v = to[u]
+        if living <= left or v < 0:
+            break
+        first, last = start[u], start[u + 1]
+        free = not touched[v]
+        for i in range(first, last):
+            for k in range(3):
+                free = free and not touched[tri[fan[i], k]]
+        if not free:
+            continue
+        # Link condition of a closed surface: u and v have exactly two neighbours in common.
+        common = 0
+        for i in range(first, last):
+            for k in range(3):
+                mark[tri[fan[i], k]] = u
+        for i in range(start[v], start[v + 1]):
+            for k in range(3):
+                w = tri[fan[i], k]
+                if w not in (u, v) and mark[w] == u:
+                    mark[w] = -1
+                    common += 1
+        if common != 2:
+            continue
+        _edge_corners(u, v, tri, corner, fan, first, last, shared)
+        for i in range(first, last):
+            for k in range(3):
+                touched[tri[fan[i], k]] = True
+        for i in range(first, last):
+            f = fan[i]
+            if tri[f, 0] == v or tri[f, 1] == v or tri[f, 2] == v:
+                tri[f, 0] = tri[f, 1] = tri[f, 2] = -1
+                living -= 1
+                continue
+            for k in range(3):
+                if tri[f, k] == u:
+                    tri[f, k] = v
+                    corner[f, k] = shared[0, 1] if corner[f, k] == shared[0, 0] else shared[1, 1]
+        quadric[v] += quadric[u]
+        weight[v] += weight[u]
+    return living
