@@ -24,6 +24,7 @@ from vistel.figure.skeleton import standard_skeleton
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.motion import MotionDecoder
+from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh_bus import Router, ZenohBus
 
@@ -95,7 +96,7 @@ async def _listen(bus: ZenohBus, clock: SystemClock) -> tuple[list[float], int, 
 
     async def note_reads() -> None:
         async for sample in raw:
-            read_ns.append(sample.message.header.t_ns)
+            read_ns.extend(t_ns for t_ns, _ in reads_of(sample.message))
 
     tasks = [asyncio.create_task(pose()), asyncio.create_task(note_reads())]
     async with asyncio.timeout(60):

@@ -13,6 +13,7 @@ from prometheus_client import Counter, Histogram
 from vistel.v1.device_pb2 import DeviceStatus, RawBytes
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
+from vistel.wire.raw_bytes import RawGatherer
 from vistel.wire.topics import BY_NAME, Topic
 from vistel_services.transport import OpenTransport, Transport, TransportError
 
@@ -164,7 +165,7 @@ class _Reporter:
         self._state, self._detail = state, detail
         self._publish()
 
-    async def run(self) -> None:
+    async def run(self, each_second: Callable[[], None]) -> None:
         before, before_ns = self._link.frames, self._clock.now_ns()
         while True:
             await self._clock.sleep_until_ns(before_ns + 1_000_000_000)
@@ -172,6 +173,7 @@ class _Reporter:
             self._rate = (now - before) / ((now_ns - before_ns) * 1e-9)
             before, before_ns = now, now_ns
             self._publish()
+            each_second()
 
     def _publish(self) -> None:
         skipped = self._driver.decoder.bytes_skipped
@@ -193,13 +195,11 @@ async def keep_running(
     reporter = _Reporter(driver, link, bus, clock, log)
     frames = bus.publish(driver.topic, device=driver.name)
     count, latency = _FRAMES.labels(driver.name), _LATENCY.labels(driver.name)
-    bytes_out = bus.publish(BY_NAME["device_raw"], device=driver.name) if raw else None
+    gathered = RawGatherer(driver.name, bus.publish(BY_NAME["device_raw"], device=driver.name).put) if raw else None
 
     def record(data: bytes, t_ns: int, direction: RawBytes.Direction) -> None:
-        if bytes_out is not None:
-            message = RawBytes(device=driver.name, direction=direction, data=data)
-            message.header.t_ns = t_ns
-            bytes_out.put(message)
+        if gathered is not None:
+            gathered.add(data, t_ns, direction)
 
     def received(data: bytes, t_ns: int) -> None:
         messages = driver.decoder.feed(data, t_ns)
@@ -212,7 +212,7 @@ async def keep_running(
         record(data, t_ns, RawBytes.DIRECTION_FROM_DEVICE)
 
     link.sent = lambda data: record(data, clock.now_ns(), RawBytes.DIRECTION_TO_DEVICE)
-    report = asyncio.create_task(reporter.run())
+    report = asyncio.create_task(reporter.run(gathered.flush if gathered is not None else lambda: None))
     reporter.set(DeviceStatus.STATE_SEARCHING, "looking for its port")
     lost = False
     try:
@@ -241,6 +241,8 @@ async def keep_running(
                 transport.close()
     finally:
         report.cancel()
+        if gathered is not None:
+            gathered.flush()
 
 
 async def _run_open(driver: Driver, link: Link, reporter: _Reporter) -> None:

@@ -11,6 +11,7 @@ from device_site import HAND, STATE, DeviceSite, quiet_fastrak, quiet_glove, run
 
 from vistel.protocol.glove_calibration import default_calibration
 from vistel.v1.device_pb2 import GloveFrame, RawBytes
+from vistel.wire.raw_bytes import reads_of
 from vistel_services.glove import CyberGloveDecoder
 from vistel_sim.faults import Fault
 
@@ -153,7 +154,7 @@ def test_recorded_bytes_decode_to_the_same_frames(tmp_path: Path) -> None:
         decoder = CyberGloveDecoder(L, right=False, sensors=18, calibration=default_calibration())
         again = [
             frame for m in site.bus.on("device_raw", L) if m.direction == RawBytes.DIRECTION_FROM_DEVICE
-            for frame in decoder.feed(m.data, m.header.t_ns)
+            for t_ns, data in reads_of(m) for frame in decoder.feed(data, t_ns)
         ]  # fmt: skip
         assert [f.SerializeToString() for f in again] == [f.SerializeToString() for f in frames(site)]
 

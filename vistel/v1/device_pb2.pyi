@@ -62,7 +62,7 @@ class GloveFrame(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., right: _Optional[bool] = ..., raw: _Optional[bytes] = ..., angles: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class RawBytes(_message.Message):
-    __slots__ = ("header", "device", "direction", "data")
+    __slots__ = ("header", "device", "direction", "data", "read_size", "read_after_ns")
     class Direction(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         DIRECTION_UNSPECIFIED: _ClassVar[RawBytes.Direction]
@@ -75,11 +75,15 @@ class RawBytes(_message.Message):
     DEVICE_FIELD_NUMBER: _ClassVar[int]
     DIRECTION_FIELD_NUMBER: _ClassVar[int]
     DATA_FIELD_NUMBER: _ClassVar[int]
+    READ_SIZE_FIELD_NUMBER: _ClassVar[int]
+    READ_AFTER_NS_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     device: str
     direction: RawBytes.Direction
     data: bytes
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., direction: _Optional[_Union[RawBytes.Direction, str]] = ..., data: _Optional[bytes] = ...) -> None: ...
+    read_size: _containers.RepeatedScalarFieldContainer[int]
+    read_after_ns: _containers.RepeatedScalarFieldContainer[int]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., direction: _Optional[_Union[RawBytes.Direction, str]] = ..., data: _Optional[bytes] = ..., read_size: _Optional[_Iterable[int]] = ..., read_after_ns: _Optional[_Iterable[int]] = ...) -> None: ...
 
 class DeviceStatus(_message.Message):
     __slots__ = ("header", "device", "state", "detail", "rate_hz", "frames", "bytes_skipped", "reconnects")

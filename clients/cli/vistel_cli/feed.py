@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import heapq
 from collections.abc import Iterator
 
 from vistel.conference.model import Conference
@@ -11,6 +12,7 @@ from vistel.v1.device_pb2 import RawBytes
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.log import LogReader, LogRecord
+from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME, Topic
 from vistel_services.glove import CyberGloveDecoder
 from vistel_services.tracker import FastrakDecoder
@@ -29,6 +31,9 @@ LIVE_SERVICES: dict[str, tuple[str, ...]] = {
 
 VERBATIM = ("motion", "world_state")
 """Numbered by their sender; others refer to the numbers."""
+GATHERED_NS = 1_300_000_000
+"""Raw bytes are logged at most so long after they were read (`vistel.wire.raw_bytes`; a second when a device falls
+silent)."""
 EARLY_NS = 500_000_000
 """Before the asked time, at which what lies before it is fed."""
 
@@ -54,25 +59,42 @@ class Feeder:
             if record.topic.name in self._topics:
                 self._put(record.topic, record.names, record.message)
         await self._clock.sleep_until_ns(begin_ns - EARLY_NS)
-        for n, record in enumerate(self._reader.records(topics=self._topics, begin_ns=preroll_ns, end_ns=end_ns)):
-            if record.log_ns > begin_ns and record.log_ns > self._clock.now_ns():
-                await self._clock.sleep_until_ns(record.log_ns)
+        for n, (when_ns, topic, names, message) in enumerate(self._in_time(preroll_ns, end_ns)):
+            if when_ns > begin_ns and when_ns > self._clock.now_ns():
+                await self._clock.sleep_until_ns(when_ns)
             elif n % 64 == 0:
                 await asyncio.sleep(0)
-            for topic, message in self._messages(record):
-                self._put(topic, record.names, message)
+            self._put(topic, names, message)
 
-    def _messages(self, record: LogRecord) -> Iterator[tuple[Topic, object]]:
+    def _in_time(self, begin_ns: int, end_ns: int) -> Iterator[tuple[int, Topic, dict[str, str], object]]:
+        """What to feed and when, in order: a message of raw bytes is logged some time after its first bytes came."""
+        waiting: list[tuple[int, int, Topic, dict[str, str], object]] = []
+        number = 0
+        for record in self._reader.records(topics=self._topics, begin_ns=begin_ns, end_ns=end_ns + GATHERED_NS):
+            for when_ns, topic, message in self._messages(record):
+                if when_ns < end_ns:
+                    heapq.heappush(waiting, (when_ns, number, topic, record.names, message))
+                    number += 1
+            while waiting and waiting[0][0] <= record.log_ns - GATHERED_NS:
+                when_ns, _, topic, names, message = heapq.heappop(waiting)
+                yield when_ns, topic, names, message
+        while waiting:
+            when_ns, _, topic, names, message = heapq.heappop(waiting)
+            yield when_ns, topic, names, message
+
+    def _messages(self, record: LogRecord) -> Iterator[tuple[int, Topic, object]]:
         if record.topic.name != "device_raw":
-            yield record.topic, record.message
+            yield record.log_ns, record.topic, record.message
             return
         raw: RawBytes = record.message
         if raw.direction != RawBytes.DIRECTION_FROM_DEVICE:
             return
         decoder = self._decoder(raw.device)
         topic = BY_NAME["tracker" if isinstance(decoder, FastrakDecoder) else "glove"]
-        for message in decoder.feed(raw.data, raw.header.t_ns):
-            yield topic, message
+        for t_ns, data in reads_of(raw):
+            when_ns = min(record.log_ns, max(record.log_ns - GATHERED_NS, t_ns))
+            for message in decoder.feed(data, t_ns):
+                yield when_ns, topic, message
 
     def _decoder(self, device: str) -> FastrakDecoder | CyberGloveDecoder:
         if device not in self._decoders:
