@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import Any, NamedTuple
+from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,6 +108,9 @@ def _scale(part: str) -> _Scale:
 
 _SCALES = {part: _scale(part) for part in PARTS}
 COUNTS = {part: len(scale.step) for part, scale in _SCALES.items()}
+_ALL = _Scale(*(np.concatenate(columns) for columns in zip(*_SCALES.values(), strict=True)))
+_ENDS = dict(zip(PARTS, accumulate(COUNTS.values()), strict=True))
+_PLACES = {part: (end - COUNTS[part], end) for part, end in _ENDS.items()}
 
 
 @dataclass(frozen=True)
@@ -177,33 +181,62 @@ class MotionEncoder:
         return key if fits else last
 
 
+class MotionFrame:
+    """A message with the key frame it refers to, not yet worked out: who draws ten pictures a second needs few."""
+
+    __slots__ = ("_base", "_has", "_message", "seq", "t_ns")
+
+    def __init__(self, message: Motion, base: I64 | None, has: frozenset[str]) -> None:
+        self.seq: int = message.header.seq
+        self.t_ns: int = message.header.t_ns
+        self._message, self._base, self._has = message, base, has
+
+    def sample(self) -> MotionSample:
+        """What the participant does."""
+        numbers = _numbers(self._message)
+        if self._base is not None:
+            numbers += self._base
+        values = np.minimum(np.maximum(numbers, _ALL.low), _ALL.high) * _ALL.step
+        parts = {part: values[begin:end] for part, (begin, end) in _PLACES.items()}
+        return MotionSample(
+            self.seq, self.t_ns, parts["body"], parts["hands"].reshape(2, 20), parts["stance"],
+            parts["gaze"] if "gaze" in self._has else None, parts["face"] if "face" in self._has else None,
+            StalePart(self._message.stale & 0xFF),
+        )  # fmt: skip
+
+
+class _KeyFrame(NamedTuple):
+    t_ns: int
+    numbers: I64
+    has: frozenset[str]
+
+
 class MotionDecoder:
     """Messages of one participant to samples. A late joiner waits for the first key frame, 0.25 s at most."""
 
     def __init__(self) -> None:
-        self._keys: dict[int, _Key] = {}
+        self._keys: dict[int, _KeyFrame] = {}
 
     def decode(self, message: Motion) -> MotionSample | None:
         """The sample, or None: its key frame has not arrived, or the message is broken."""
-        lists: dict[str, Any] = {part: getattr(message, part) for part in PARTS}
-        if any(len(numbers) > COUNTS[part] for part, numbers in lists.items()):
+        frame = self.open(message)
+        return None if frame is None else frame.sample()
+
+    def open(self, message: Motion) -> MotionFrame | None:
+        """As `decode`, without the work; every message has to be opened, in the order they arrive."""
+        if any(len(getattr(message, part)) > COUNTS[part] for part in PARTS):
             return None
         seq, t_ns = message.header.seq, message.header.t_ns
         if message.key_seq == seq:
-            values = {part: _padded(part, n) for part, n in lists.items() if len(n) or part not in ("gaze", "face")}
-            self._keys[seq] = _Key(seq, t_ns, values)
+            has = frozenset(part for part in ("gaze", "face") if len(getattr(message, part)))
+            self._keys[seq] = _KeyFrame(t_ns, _numbers(message), has)
             while len(self._keys) > KEYS_KEPT:
                 del self._keys[next(iter(self._keys))]
-        else:
-            key = self._keys.get(message.key_seq)
-            if key is None or not 0 <= t_ns - key.t_ns <= OLDEST_KEY_NS:
-                return None
-            values = {part: before + _padded(part, lists[part]) for part, before in key.values.items()}
-        arrays = {part: _restore(part, numbers) for part, numbers in values.items()}
-        return MotionSample(
-            seq, t_ns, arrays["body"], arrays["hands"].reshape(2, 20), arrays["stance"], arrays.get("gaze"),
-            arrays.get("face"), StalePart(message.stale & 0xFF),
-        )  # fmt: skip
+            return MotionFrame(message, None, has)
+        key = self._keys.get(message.key_seq)
+        if key is None or not 0 <= t_ns - key.t_ns <= OLDEST_KEY_NS:
+            return None
+        return MotionFrame(message, key.numbers, key.has)
 
 
 def _arrays(sample: MotionSample) -> dict[str, F64]:
@@ -224,18 +257,17 @@ def _quantise(part: str, values: F64) -> I64:
     return np.clip(steps, scale.low, scale.high).astype(np.int64)
 
 
-def _restore(part: str, numbers: I64) -> F64:
-    scale = _SCALES[part]
-    return np.clip(numbers, scale.low, scale.high) * scale.step
-
-
 def _without_zeros(numbers: I64, *, keep_one: bool) -> list[int]:
     """Zeros at the end left out; `keep_one`: not all, because an empty list in a key frame means "has none"."""
     last = int(np.flatnonzero(numbers)[-1]) + 1 if numbers.any() else int(keep_one)
     return numbers[:last].tolist()
 
 
-def _padded(part: str, numbers: Any) -> I64:
-    out = np.zeros(COUNTS[part], dtype=np.int64)
-    out[: len(numbers)] = numbers
+def _numbers(message: Motion) -> I64:
+    """All numbers of a message in the order of PARTS, with the zeros that were left out."""
+    out = np.zeros(len(_ALL.step), dtype=np.int64)
+    for part, (begin, _) in _PLACES.items():
+        numbers = getattr(message, part)
+        if numbers:
+            out[begin : begin + len(numbers)] = numbers
     return out

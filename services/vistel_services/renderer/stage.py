@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from vistel.figure.posture import Posture, interpolate
+from vistel.figure.posture import Posture
 from vistel.space.things import Thing
 from vistel.v1 import motion_pb2, world_pb2
-from vistel_services.renderer.motion_in import MotionReader
+from vistel_services.renderer.motion_in import Between, Heard, MotionReader
 from vistel_services.renderer.playout import Playout, Timing
 from vistel_services.renderer.world_view import WorldView, between, follow, thing_of
 
@@ -57,7 +57,7 @@ class _Person:
     def __init__(self, about: About, delay_ns: int) -> None:
         self.about = about
         self.reader = MotionReader()
-        self.playout: Playout[Posture] = Playout(interpolate, delay_ns)
+        self.playout: Playout[Heard | Between] = Playout(Between, delay_ns)
 
 
 class Stage:
@@ -89,9 +89,9 @@ class Stage:
         person = self._people.get(name)
         if person is None:
             person = self._people[name] = _Person(About(name, name), self._delay_ns)
-        posture = person.reader.read(message)
-        if posture is not None:
-            person.playout.push(message.header.t_ns, posture, received_ns)
+        heard = person.reader.read(message)
+        if heard is not None:
+            person.playout.push(message.header.t_ns, heard, received_ns)
 
     def hear_world(self, message: world_pb2.WorldState, received_ns: int) -> None:
         """The room. Until the first key frame nothing is known of what only moves."""
@@ -110,16 +110,16 @@ class Stage:
         people: list[PersonNow] = []
         coming: list[About] = []
         for name, person in list(self._people.items()):
-            posture = person.playout.sample(now_ns)
+            shown = person.playout.sample(now_ns)
             timing = person.playout.timing
-            if posture is None or timing is None:
+            if shown is None or timing is None:
                 coming.append(person.about)
                 continue
             if timing.age_ns > GONE_NS:
                 log.info("event=participant_gone participant=%s silent_s=%.0f", name, timing.age_ns * 1e-9)
                 del self._people[name]
                 continue
-            people.append(PersonNow(person.about, posture, timing))
+            people.append(PersonNow(person.about, shown.posture, timing))
         world = self._world.sample(now_ns) or WorldView()
         return Instant(now_ns, tuple(people), world, self._things, tuple(coming))
 
