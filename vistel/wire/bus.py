@@ -78,11 +78,14 @@ class Bus(Protocol):
         """
         ...
 
-    def subscribe(self, topic: Topic, *, queue_all: bool = False, **names: str) -> Subscription:
+    def subscribe(
+        self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str
+    ) -> Subscription:
         """Everything on `topic` in this conference; `names` narrow it. RELIABLE topics first deliver the last values.
 
         `queue_all` makes a NEWEST subscription keep every message in order (recorder, posture); up to 4096,
-        then the oldest go and are counted.
+        then the oldest go and are counted. `polled`: only `take` will be used, so the event loop is not woken for
+        every message.
         """
         ...
 

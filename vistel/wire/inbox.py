@@ -59,12 +59,12 @@ class Inbox:
 
     NEWEST topics keep the newest payload per key and decode only that; with `queue_all`, and for RELIABLE
     topics, everything is kept in order. However many messages arrive, the loop is woken once until it has
-    drained.
+    drained; with `polled` it is not woken at all, and only `take` gives what has arrived.
     """
 
     def __init__(
         self, topic: Topic, counters: BusCounters, loop: asyncio.AbstractEventLoop, *, queue_all: bool = False,
-        stale_after_ns: int | None = STALE_AFTER_NS, on_close: Callable[[], None] = lambda: None,
+        polled: bool = False, stale_after_ns: int | None = STALE_AFTER_NS, on_close: Callable[[], None] = lambda: None,
     ) -> None:  # fmt: skip
         self.topic = topic
         self._decoder = Decoder(topic, counters)
@@ -73,6 +73,7 @@ class Inbox:
         self._newest_only = topic.delivery is Delivery.NEWEST and not queue_all
         self._stale_after_ns = stale_after_ns if self._newest_only else None
         self._limit = RELIABLE_LIMIT if topic.delivery is Delivery.RELIABLE else QUEUE_LIMIT
+        self._polled = polled
         self._on_close = on_close
         self._lock = threading.Lock()
         self._raw_newest: dict[str, tuple[bytes, int]] = {}
@@ -103,7 +104,7 @@ class Inbox:
                 while len(self._raw) > self._limit:
                     self._raw.popleft()
                     self._overflow()
-            if self._woken:
+            if self._woken or self._polled:
                 return
             self._woken = True
         wake(self._loop, self._drain)

@@ -115,13 +115,13 @@ class MemoryBus:
             self._publications[key] = _MemoryPublication(self._network, topic, key, verbatim)
         return self._publications[key]
 
-    def subscribe(self, topic: Topic, *, queue_all: bool = False, **names: str) -> Inbox:
+    def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Inbox:
         if topic.delivery is Delivery.QUERY:
             raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
         wanted = {"conference": self.conference} | names
         entry: list[tuple[dict[str, str], Inbox]] = []
         inbox = Inbox(
-            topic, self.counters, self._loop, queue_all=queue_all, stale_after_ns=self._stale_after_ns,
+            topic, self.counters, self._loop, queue_all=queue_all, polled=polled, stale_after_ns=self._stale_after_ns,
             on_close=lambda: self._inboxes.remove(entry[0]),
         )  # fmt: skip
         entry.append((wanted, inbox))

@@ -151,13 +151,13 @@ class ZenohBus:
                 self._beating = self._loop.create_task(self._beat())
         return found
 
-    def subscribe(self, topic: Topic, *, queue_all: bool = False, **names: str) -> Inbox:
+    def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Inbox:
         if topic.delivery is Delivery.QUERY:
             raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
         held: list[Any] = []
         inbox = Inbox(
-            topic, self.counters, self._loop, queue_all=queue_all, stale_after_ns=self._stale_after_ns,
-            on_close=lambda: _undeclare(held),
+            topic, self.counters, self._loop, queue_all=queue_all, polled=polled,
+            stale_after_ns=self._stale_after_ns, on_close=lambda: _undeclare(held),
         )  # fmt: skip
         pattern = topic.pattern(self.conference, **names)
         if topic.delivery is Delivery.RELIABLE:

@@ -44,7 +44,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Record until cancelled; then the log gets its index."""
     subscriptions = [
-        bus.subscribe(topic, queue_all=True)
+        bus.subscribe(topic, queue_all=True, polled=True)
         for topic in TOPICS
         if topic.recorded and topic.delivery is not Delivery.QUERY
     ]

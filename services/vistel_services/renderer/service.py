@@ -168,9 +168,9 @@ class _Inputs:
 
     def __init__(self, bus: Bus, stage: Stage) -> None:
         self._bus, self._stage = bus, stage
-        self._about = bus.subscribe(BY_NAME["participant"])
-        self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True)
-        self._world = bus.subscribe(BY_NAME["world_state"], queue_all=True)
+        self._about = bus.subscribe(BY_NAME["participant"], polled=True)
+        self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
+        self._world = bus.subscribe(BY_NAME["world_state"], queue_all=True, polled=True)
 
     def take(self) -> None:
         """Hand everything that has arrived to the stage."""

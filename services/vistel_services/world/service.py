@@ -71,7 +71,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)
     room = _Room(world or World(meeting_room(config.seats)), bus, now_ns)
     topics = ("participant", "motion", "command")
-    about, motion, command = (bus.subscribe(BY_NAME[name], queue_all=True) for name in topics)
+    about, motion, command = (bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in topics)
     bus.watch_presence(lambda site, token, alive: room.intake.presence(site, token, alive, clock.now_ns()))
     bus.serve(BY_NAME["world_snapshot"], room.answer)
     bus.announce("world")
