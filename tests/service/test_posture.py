@@ -72,7 +72,7 @@ class _Bus:
     def publish(self, topic: Topic, **_names: str) -> _Publication:
         return _Publication(self.sent.setdefault(topic.name, []))
 
-    def subscribe(self, topic: Topic, *, queue_all: bool = False, **_names: str) -> _Queue:
+    def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **_names: str) -> _Queue:
         return self.inputs.setdefault(topic.name, _Queue())
 
     def announce(self, token: str) -> None:

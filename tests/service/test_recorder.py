@@ -94,7 +94,7 @@ def test_every_recorded_topic_is_subscribed() -> None:
     subscribed: list[str] = []
 
     class Quiet:
-        def subscribe(self, topic, *, queue_all=False, **names):
+        def subscribe(self, topic, *, queue_all=False, polled=False, **names):
             assert queue_all
             subscribed.append(topic.name)
             return self

@@ -68,7 +68,7 @@ def build_room(room: Room) -> tuple[list[Panel], Furniture]:
     tints: list[F32] = []
     for thing in fixed:
         for k, primitive in enumerate(thing.primitives):
-            placed = tessellate(primitive, 2.0 if thing.shape == "table" and k == 0 else 0.5)
+            placed = tessellate(primitive, 1.0 if thing.shape == "table" and k == 0 else 0.4)
             placed = placed.moved(thing.position, thing.rotation)
             if thing.shape == "table" and k == 0:
                 panels.append(_table_top(placed, primitive.params[0]))

@@ -73,6 +73,7 @@ class Studio:
         self._room: Room = meeting_room(seats)
         self._fixed = {t.id for t in self._room.things if t.fixed and t.shape in FURNITURE}
         self.painter.set_room(*take_room(seats))
+        self._detail = 0.6 if self.capability.software else 0.9
         self._camera = SeatCamera()
         self._from: Camera | None = None
         self._cast: dict[str, _Cast] = {}
@@ -216,7 +217,7 @@ class Studio:
         for thing_id, thing in instant.things.items():
             if thing_id in self._fixed or self._things.get(thing_id) is thing or not thing.primitives:
                 continue
-            surface = join([tessellate(p, 0.9) for p in thing.primitives])
+            surface = join([tessellate(p, self._detail) for p in thing.primitives])
             colours = np.tile(np.array(linear(thing.colour), np.float32), (len(surface.vertices), 1))
             self.painter.set_thing(thing_id, surface, colours)
             self._things[thing_id] = thing

@@ -153,6 +153,10 @@ def _supertoroid(a: Sequence[float], alpha: float, e1: float, e2: float, segment
     return _grid(np.stack((x, y, z), -1), np.stack((nx, ny, nz), -1), wrap_rows=True)
 
 
+_CORNER_STEP = math.radians(23.0)
+"""About how much a rounded corner turns from one column of vertices to the next."""
+
+
 def _rounded_polygon(r: float, corners: F64, rings: int) -> Surface3:
     """All points within `r` of a planar convex polygon: every outward normal belongs to one of its corners."""
     normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
@@ -163,7 +167,8 @@ def _rounded_polygon(r: float, corners: F64, rings: int) -> Surface3:
     before = np.roll(out, 1, axis=0)
     owners, directions = [], []
     for corner, n0, n1 in zip(corners, before, out, strict=True):
-        for s in np.linspace(0.0, 1.0, 5):
+        turn = math.acos(float(np.clip(n0 @ n1, -1.0, 1.0)))
+        for s in np.linspace(0.0, 1.0, 2 + int(turn / _CORNER_STEP)):
             d = n0 * (1.0 - s) + n1 * s
             owners.append(corner)
             directions.append(d / np.linalg.norm(d))
