@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 U8 = NDArray[np.uint8]
 
-THRESHOLD = 22
+THRESHOLD = 32
 """Least difference of brightness among neighbours that counts as an edge, of 255."""
 NOISE = 4.0
 """Slopes of brightness below this say nothing about where an edge runs [of 255]."""
@@ -29,10 +29,10 @@ def antialias(picture: U8) -> U8:
     return out
 
 
-@nb.njit(cache=True, nogil=True)
+@nb.njit(cache=True, nogil=True, fastmath=True)
 def _tap(p: U8, fx: float, fy: float) -> tuple[float, float, float]:
     """Bilinear colour at a place."""
-    x, y = int(fx), int(fy)
+    x, y = np.uint32(fx), np.uint32(fy)  # unsigned: no test for indices that count from the end
     ax, ay = fx - x, fy - y
     w00, w01, w10, w11 = (1.0 - ax) * (1.0 - ay), ax * (1.0 - ay), (1.0 - ax) * ay, ax * ay
     return (
@@ -42,7 +42,7 @@ def _tap(p: U8, fx: float, fy: float) -> tuple[float, float, float]:
     )
 
 
-@nb.njit(cache=True, nogil=True)
+@nb.njit(cache=True, nogil=True, fastmath=True)
 def _smooth(picture: U8, luma: U8, out: U8) -> None:
     h, w = luma.shape
     edge = np.empty(w, np.uint8)
