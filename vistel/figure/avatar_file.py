@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+import tokenize
 import zipfile
 import zlib
 from dataclasses import replace
@@ -82,6 +83,7 @@ def load_avatar(path: Path) -> Avatar:
         NotImplementedError,
         RuntimeError,
         SyntaxError,
+        tokenize.TokenError,
         UnicodeError,
         zlib.error,
         zipfile.BadZipFile,
