@@ -236,7 +236,7 @@ def figure_15() -> None:
         for w in wanted:
             if abs(time - w) < 0.5 / 15:
                 shots[w] = label(head_shot(parts, (330, 360)), f"{time:.2f} s")
-    sheet(list(shots.values()), 5, "figure-15-ball-off-head", colours=192)
+    sheet(list(shots.values()), 5, "figure-15-ball-off-head")
 
 
 def drops(frames: int) -> Iterator[SoftRoom]:
@@ -269,13 +269,13 @@ def flies(frames: int) -> Iterator[SoftRoom]:
 
 def fly_shot(now: SoftRoom, size: tuple[int, int]) -> Image.Image:
     """The camera of the fly-paper scene."""
-    return picture(now.shapes().values(), size, up="y", width=0.115, azimuth=-62, height=16, centre=(0, 0, 0.020), smooth=2)
+    return picture(now.shapes().values(), size, up="y", width=0.100, azimuth=-66, height=14, centre=(0, 0, 0.018), smooth=2)
 
 
 def fly() -> None:
     """A fly on fly-paper."""
-    wanted = (0, 12, 18, 22, 27)
-    pictures = [label(fly_shot(now, (360, 280)), f"{now.time:.2f} s") for k, now in enumerate(flies(28)) if k in wanted]
+    wanted = (0, 7, 11, 16, 23)
+    pictures = [label(fly_shot(now, (360, 280)), f"{now.time:.2f} s") for k, now in enumerate(flies(24)) if k in wanted]
     sheet(pictures, 5, "fly-paper")
 
 

@@ -7,6 +7,7 @@ depends on the order of a set or a dictionary, and no thread is started: equal i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,8 +84,23 @@ class Touches:
     force: F64
 
 
+LONGEST = 1.0 / 60.0
+"""Contacts are found anew at least this often [s]; a longer step is cut into pieces."""
+
+
 def advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions, Touches]:
-    """The things `dt` seconds later, and their contacts. Held things move with their velocity and spin."""
+    """The things `dt` seconds later, and their contacts. Held things move with their velocity and spin.
+
+    Any dt will do: a long one is cut, and the pushes are those of its first piece.
+    """
+    pieces = max(1, math.ceil(dt / LONGEST - 1e-6))
+    for _ in range(pieces - 1):
+        m, _ = _advance(s, m, pushes, dt / pieces)
+        pushes = Pushes.none()
+    return _advance(s, m, pushes, dt / pieces)
+
+
+def _advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions, Touches]:
     out = m.copy()
     contacts = np.empty((MOST_CONTACTS, WIDTH))
     pairs = np.empty((MOST_CONTACTS, 3), np.int64)

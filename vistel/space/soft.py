@@ -28,14 +28,15 @@ from vistel.implicit.ghost_terms import constraint_field, hold_level
 from vistel.implicit.kinds import primitive_of
 from vistel.implicit.shape import Shape
 from vistel.implicit.temporal import Material, Memory
-from vistel.space.contact_forces import Motion, Patch, Surface, contact_patches
+from vistel.space.bristles import Bristle, Key, grip
+from vistel.space.contact_forces import STIFFEST, Motion, Patch, Surface, contact_patches
 from vistel.space.patch_kernels import value  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.solids import Solids, solids
 from vistel.space.things import Thing
 
 F64 = NDArray[np.float64]
-SUBSTEP = 1.0 / 240.0
-"""Longest substep [s]."""
+SUBSTEP, SHORTEST = 1.0 / 240.0, 1.0 / 4000.0
+"""Longest substep [s]; the shortest, however stiff a body is."""
 ANGLES = 12
 """Rays of a contact patch while bodies move."""
 GRIP = 0.3
@@ -48,7 +49,8 @@ class SoftRoom:
 
     solids: their primitives, mass, inertia; position (N, 3) [m], rotation (N, 4) (x, y, z, w), velocity (N, 3) [m/s],
     spin (N, 3) [rad/s]; gravity (3,) [m/s^2]; surface: how they push and rub; memory: their dents; patches: the contacts
-    of the last substep, by the bodies' numbers; strayed: names of bodies whose numbers went astray and were stopped.
+    of the last substep, by the bodies' numbers, without friction; strayed: names of bodies whose numbers went astray and
+    were stopped; bristles: what sticks where.
     """
 
     solids: Solids
@@ -63,6 +65,7 @@ class SoftRoom:
     memory: Memory = field(default_factory=lambda: Memory({}))
     patches: tuple[tuple[int, int, Patch], ...] = ()
     strayed: tuple[str, ...] = ()
+    bristles: Mapping[Key, Bristle] = field(default_factory=dict[Key, Bristle])
 
     @staticmethod
     def of(
@@ -87,7 +90,7 @@ class SoftRoom:
 
     def step(self, dt: float) -> SoftRoom:
         """The room `dt` seconds later: any dt, cut into substeps; then dents are pressed and constraints torn."""
-        count = max(1, math.ceil(dt / SUBSTEP - 1e-9))
+        count = max(1, math.ceil(dt / self._substep() - 1e-9))
         state = _State(self)
         strayed: set[str] = set()
         for k in range(count):
@@ -95,6 +98,7 @@ class SoftRoom:
         moved = replace(
             self, position=state.position, rotation=state.rotation, velocity=state.velocity(), spin=state.spin(),
             time=self.time + dt, patches=tuple(state.patches), strayed=tuple(sorted(strayed)),
+            bristles=state.bristles,
         )  # fmt: skip
         bodies = moved.bodies()
         if self.constraints:
@@ -103,6 +107,13 @@ class SoftRoom:
         if self.memory.materials:
             moved = replace(moved, memory=self.memory.step(bodies, moved.time, dt))
         return moved
+
+    def _substep(self) -> float:
+        """Seconds: short beside the swing of the stiffest and lightest body on its own pressure."""
+        s = self.solids
+        soft = np.array([max(t.compliance, STIFFEST) for t in s.things])
+        rate = np.sqrt(1.3 * self.surface.pressure * s.radius * s.inverse_mass / soft)
+        return min(SUBSTEP, max(SHORTEST, 0.6 / max(float(rate.max(initial=0.0)), 1e-9)))
 
     def bodies(self) -> list[Deformable]:
         """The bodies as they take and give ghosts, where they are."""
@@ -159,6 +170,7 @@ class _State:
         self.rest = [s.part(n) for n in range(len(s.things))]
         self.index = {t.id: n for n, t in enumerate(s.things)}
         self.patches: list[tuple[int, int, Patch]] = []
+        self.bristles: dict[Key, Bristle] = dict(room.bristles)
 
     def velocity(self) -> F64:
         """(N, 3) [m/s]."""
@@ -180,18 +192,26 @@ class _State:
         force: F64 = self.mass[:, None] * np.array(self.room.gravity)
         torque = np.zeros_like(force)
         self.patches = []
+        stuck, self.bristles = self.bristles, {}
+        smooth = replace(self.room.surface, friction=0.0)
         things, s = self.room.solids.things, self.room.solids
         for a, b in self._near():
             motions = [Motion(velocity[n], spin[n], self.position[n]) for n in (a, b)]
             for patch in contact_patches(
                 posed[a], posed[b], things[a].compliance, things[b].compliance, motion_a=motions[0],
-                motion_b=motions[1], surface=self.room.surface, angles=ANGLES,
+                motion_b=motions[1], surface=smooth, angles=ANGLES,
             ):  # fmt: skip
                 self.patches.append((a, b, patch))
-                force[a] += patch.force
-                force[b] -= patch.force
-                torque[a] += patch.torque_about(self.position[a])
-                torque[b] -= patch.torque_about(self.position[b])
+                speeds = [velocity[n] + np.cross(spin[n], patch.point - self.position[n]) for n in (a, b)]
+                key = (a, b, patch.a, patch.b)
+                mass = 1.0 / float(s.inverse_mass[[a, b]].sum())
+                held = grip(patch, stuck.get(key), speeds[1] - speeds[0], spin[b] - spin[a], mass, h, self.room.surface)
+                self.bristles[key] = held.bristle
+                force[a] += patch.force + held.force
+                force[b] -= patch.force + held.force
+                for n, sign in ((a, 1.0), (b, -1.0)):
+                    arm = patch.point - self.position[n]
+                    torque[n] += sign * (patch.torque_about(self.position[n]) + np.cross(arm, held.force) + held.torque)
         for c in self.room.constraints:
             a, b = self.index[c.a], self.index[c.b]
             pull = self._tension(c, (a, b), turns, posed, velocity, spin, time, h)
@@ -243,7 +263,7 @@ class _State:
         if gap < 1e-9 or float(line @ (self.position[b] - self.position[a])) <= 0:
             return None
         things = self.room.solids.things
-        soft_a, soft_b = (max(things[n].compliance, 0.02) for n in pair)
+        soft_a, soft_b = (max(things[n].compliance, STIFFEST) for n in pair)
         q = at_a + soft_a / (soft_a + soft_b) * line
         y = [max(0.0, T - _field(posed[n], q)) for n in pair]
         reach = min(c.reach_a or self._reach(a), c.reach_b or self._reach(b))

@@ -68,6 +68,40 @@ def test_a_can_on_a_can_stands() -> None:
     assert np.abs(after.position - m.position).max() < 0.002
 
 
+def test_a_stack_of_five_boxes_stands_for_a_minute() -> None:
+    box = ROOM.thing("box")
+    places = [np.array((0.0, TABLE_HEIGHT + 0.030 * (2 * k + 1), 0.0)) for k in range(5)]
+    stack = tuple(
+        Thing(f"b{k}", f"b{k}", "box", box.primitives, box.mass, box.compliance, 0, at) for k, at in enumerate(places)
+    )
+    s, m = start((TABLE, *stack))
+    standing = run(s, m, 2.0)
+    after = run(s, standing, 58.0)
+    assert np.abs(after.position - m.position).max() < 0.008  # boxes settle on their rounded edges first
+    np.testing.assert_array_equal(after.position, standing.position)
+
+
+@pytest.mark.parametrize("dt", [1.0, 0.2])
+def test_a_long_step_does_not_throw_things_about(dt: float) -> None:
+    s, m = start(ROOM.things)
+    m.position[[n for n, t in enumerate(ROOM.things) if not t.fixed], 1] += 0.1
+    for _ in range(round(2.0 / dt)):
+        m, _ = advance(s, m, Pushes.none(), dt)
+    assert np.isfinite(m.position).all()
+    assert np.linalg.norm(m.velocity, axis=1).max() <= 8.0
+    assert m.position[:, 1].min() > -0.2
+
+
+def test_fifty_things_in_one_spot_part() -> None:
+    ball = ROOM.thing("ball")
+    places = [np.array((0.0, 1.0, 1e-5 * k)) for k in range(50)]
+    crowd = tuple(Thing(f"b{k}", f"b{k}", "ball", ball.primitives, 0.1, 0.0, 0, at) for k, at in enumerate(places))
+    s, m = start(crowd)
+    m = run(s, m, 1.0)
+    assert np.isfinite(m.position).all()
+    assert np.abs(m.position).max() < 10.0
+
+
 def test_a_thing_beside_the_table_falls_to_the_floor() -> None:
     ball = ROOM.thing("ball")
     s, m = start((TABLE, ball), ball=(0.9, 1.2, 0.0))
