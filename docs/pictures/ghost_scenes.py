@@ -274,7 +274,7 @@ def fly_shot(now: SoftRoom, size: tuple[int, int]) -> Image.Image:
 
 def fly() -> None:
     """A fly on fly-paper."""
-    wanted = (0, 7, 11, 16, 23)
+    wanted = (0, 9, 13, 16, 23)
     pictures = [label(fly_shot(now, (360, 280)), f"{now.time:.2f} s") for k, now in enumerate(flies(24)) if k in wanted]
     sheet(pictures, 5, "fly-paper")
 

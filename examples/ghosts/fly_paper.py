@@ -36,7 +36,7 @@ def room() -> SoftRoom:
                         np.array((0.70, 0.05 * np.sign(z), 0.06 * np.sign(z), 0.71)) / np.linalg.norm((0.70, 0.05, 0.06, 0.71)))
               for z in (-0.009, 0.009)]  # fmt: skip
     fly = Thing("fly", "fly", "fly", tuple(parts), 0.004, 0.5, FLY, np.array((0.0, 0.0072, 0.0)))
-    held = [Constraint("paper", "fly", (x, 0.007, z), (x, 0.0005, z), 0.008, 0.004, plateau=0.2, hold=0.85,
+    held = [Constraint("paper", "fly", (x, 0.007, z), (x, 0.0005, z), 0.0085, 0.0045, plateau=0.0, hold=0.72,
                        tears=0.0036 + 0.0004 * n, fade=0.15) for n, (x, z) in enumerate(FEET)]  # fmt: skip
     return SoftRoom.of([paper, fly], constraints=held, gravity=(0.0, 0.0, 0.0), surface=Surface(800.0, 0.5, 0.4, viscosity=4.0))
 
