@@ -25,6 +25,7 @@ import zenoh
 from benchmarks.device_pipeline import rows as device_rows
 from benchmarks.row import Row, machine
 from vistel.v1.motion_pb2 import Motion
+from vistel.wire import event_loop
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh_bus import Router, ZenohBus
@@ -224,4 +225,4 @@ if __name__ == "__main__":
     parser.add_argument("role", choices=["read", "write"])
     parser.add_argument("endpoint")
     args = parser.parse_args()
-    asyncio.run((_read if args.role == "read" else _write)(args.endpoint))
+    event_loop.run((_read if args.role == "read" else _write)(args.endpoint))

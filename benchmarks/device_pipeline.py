@@ -21,6 +21,7 @@ from benchmarks.row import Row, machine
 from vistel.conference.model import Conference
 from vistel.figure.posture import Posture, Stance, pose_joints
 from vistel.figure.skeleton import standard_skeleton
+from vistel.wire import event_loop
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.motion import MotionDecoder
@@ -38,7 +39,7 @@ NEAR_NS = 4_000_000
 
 def rows() -> Iterator[Row]:
     """Latency of the whole path, and what was lost on it."""
-    latencies_ms, lost, reordered = asyncio.run(_measure())
+    latencies_ms, lost, reordered = event_loop.run(_measure())
     where = machine()
     case = "last device byte to pose at another site"
     for q, limit in ((50, 5.0), (99, 25.0)):

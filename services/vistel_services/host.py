@@ -20,6 +20,7 @@ from typing import NoReturn
 from vistel.conference.model import Conference, ConferenceError, load
 from vistel.conference.paths import RunPaths
 from vistel.v1.service_pb2 import Heartbeat
+from vistel.wire import event_loop
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub
@@ -140,7 +141,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = parser.parse_args(arguments)
     logs.configure(args.node, args.log_level)
     try:
-        return asyncio.run(_main(args))
+        return event_loop.run(_main(args))
     except (ConferenceError, ValueError) as e:
         print(e, file=sys.stderr)
         return 2

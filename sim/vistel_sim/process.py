@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from vistel.conference.model import Conference, ConferenceError, Participant, load
 from vistel.conference.paths import RunPaths
+from vistel.wire import event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import SimulatedDevice, run_devices
@@ -123,7 +124,7 @@ def main() -> int:
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s")
     try:
         faults = [fault_from_text(text) for text in args.fault]
-        asyncio.run(_main(load(args.conference), RunPaths(args.run, args.run), args.site, faults))
+        event_loop.run(_main(load(args.conference), RunPaths(args.run, args.run), args.site, faults))
     except (ConferenceError, MotionError, ValueError) as e:
         print(e, file=sys.stderr)
         return 2
