@@ -34,13 +34,15 @@ _NO_CORNERS = np.zeros((0, 2), np.float32)
 @dataclass(frozen=True)
 class DeformReport:
     """What one frame did: vertices moved, vertices without a root (penetrated past the skeleton, or not
-    finite; left at the limit of their room), blocks solved, evaluations of the whole field per solved block,
-    and the penetration delta of every ghost group in field units (own groups first; 0 = no contact)."""
+    finite; left at the limit of their room), blocks solved, evaluations of the whole field per solved block
+    and per moved vertex, and the penetration delta of every ghost group in field units (own groups first;
+    0 = no contact)."""
 
     moved: int
     lost: int
     blocks: int
     evaluations: float
+    vertex_evaluations: float
     delta: F32
 
 
@@ -90,7 +92,7 @@ class Deformer:
             self._table[slot] = size
         self._own_primitives, self._own_groups = len(limbs.group), limbs.groups
         self._reserve(len(limbs.group), limbs.groups, 1, 1)
-        self._reserve_pairs(256, 512)
+        self._reserve_pairs(256)
         measure_rest(self._table, np.ascontiguousarray(limbs.a), np.ascontiguousarray(limbs.b))
 
     def deform(self, vertices: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = ()) -> DeformReport:
@@ -103,19 +105,17 @@ class Deformer:
         groups = self.solve(vertices, normals, a, b, ghosts)
         self.update_normals(vertices, normals)
         stats = self._stats
-        solved = int(stats[table.SOLVED])
+        moved, solved = int(stats[table.MOVED_COUNT]), int(stats[table.SOLVED])
         return DeformReport(
-            int(stats[table.MOVED_COUNT]), int(stats[table.LOST_COUNT]), solved,
-            float(stats[table.EVALUATIONS]) / max(1, solved), self._delta[:groups].copy(),
+            moved, int(stats[table.LOST_COUNT]), solved, float(stats[table.EVALUATIONS]) / max(1, solved),
+            1.0 + float(stats[table.REPEATS]) / moved if moved else 0.0, self._delta[:groups].copy(),
         )  # fmt: skip
 
     def solve(self, vertices: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = ()) -> int:
         """The vertices' part of `deform`; returns the number of ghost groups, own ones included."""
         groups = self._load(ghosts)
         while not deform_frame(self._table, a, b, vertices, normals):
-            pairs, rays = int(self._stats[table.PAIR_NEED]), int(self._stats[table.RAY_NEED])
-            have = int(self._table[table.PAIR_ROOM]), int(self._table[table.RAY_ROOM])
-            self._reserve_pairs(max(have[0], 2 * pairs), max(have[1], 2 * rays))
+            self._reserve_pairs(2 * int(self._stats[table.PAIR_NEED]))
         return groups
 
     def update_normals(self, vertices: F32, normals: F32) -> None:
@@ -184,16 +184,16 @@ class Deformer:
             (table.EFFECT, self._effect), (table.PARAMETER_START, self._parameter_start),
             (table.PARAMETERS, self._parameters), (table.DELTA, self._delta), (table.ZONE, np.zeros(groups, np.float32)),
             (table.CANDIDATES, np.zeros((own, groups), np.int32)),
+            (table.RAYS, np.zeros((primitives, 6, LANES), np.float32)),
         ):  # fmt: skip
             self._keep(slot, array)
         self._table[table.ALL_GROUPS] = groups
 
-    def _reserve_pairs(self, pairs: int, rays: int) -> None:
+    def _reserve_pairs(self, pairs: int) -> None:
         self._keep(table.PAIRS, np.zeros((pairs, table.PAIR), np.int64))
         self._keep(table.HEIGHT, np.zeros(pairs, np.float32))
         self._keep(table.FIRST, np.zeros((pairs, 2, LANES), np.float32))
-        self._keep(table.RAYS, np.zeros((rays, 6, LANES), np.float32))
-        self._table[table.PAIR_ROOM], self._table[table.RAY_ROOM] = pairs, rays
+        self._table[table.PAIR_ROOM] = pairs
 
     def _load(self, ghosts: Sequence[GhostSource]) -> int:
         """Append the ghosts' rows to the body's own; returns how many groups there are now."""

@@ -1,7 +1,7 @@
 """What a frame of the deformation works on, as one table of addresses (see `addresses`) and sizes.
 
 Shapes: NB blocks, G own groups, P own primitives, H hinges; N ghost primitives and NG groups, own ones first;
-NP pairs of a block and a group, NR rays.
+NP pairs of a block and a group.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from __future__ import annotations
     PAIRS,  # (NP, PAIR) int64
     HEIGHT,  # (NP,) float32 the field's height in the block: exact once evaluated, before that a bound
     FIRST,  # (NP, 2, LANES) float32 field and slope at s = 0
-    RAYS,  # (NR, 6, LANES) float32
+    RAYS,  # (N, 6, LANES) float32 of one block's ghosts
     OWN_RAYS,  # (3 P + 8, 6, LANES) float32
     BLOCK,  # (NB, 6, LANES) float32 rigid positions and normals
     GATHERED,  # (NB,) uint8
@@ -71,21 +71,19 @@ from __future__ import annotations
     GROUPS,
     ALL_GROUPS,  # room for groups: the stride of CANDIDATES
     PAIR_ROOM,
-    RAY_ROOM,
     TABLE_LENGTH,
-) = range(61)  # fmt: skip
+) = range(60)  # fmt: skip
 
 WEIGHT, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD, CAL_ROWS = range(8)
 """Rows of a block's calibration."""
 
-PAIR_BLOCK, PAIR_GROUP, PAIR_OVERLAP, PAIR_RULE, PAIR_MASK, PAIR_RAY, PAIR = range(7)
-"""Columns of a pair; PAIR_RAY: its first ray, NOT_YET before its field is known."""
-NOT_YET = -1
+PAIR_BLOCK, PAIR_GROUP, PAIR_OVERLAP, PAIR_RULE, PAIR_MASK, PAIR_KNOWN, PAIR = range(7)
+"""Columns of a pair; PAIR_KNOWN: 1 once its field is evaluated and counts."""
 SHOWN, NEIGHBOUR, COLLIDES, FORCE = range(4)
 """Rules of a pair: the group belongs to the same skin and only counts in what others see; it is a neighbour
 that pushes by its share; it collides like anyone; it is a force field."""
 NO_OVERLAP = -2
 """Overlap row of a neighbour that shares all of a block's skin: it does not collide."""
 
-EVALUATIONS, MOVED_COUNT, LOST_COUNT, SOLVED, PAIR_NEED, RAY_NEED, STAT_COUNT = range(7)
-"""Columns of STATS."""
+EVALUATIONS, MOVED_COUNT, LOST_COUNT, SOLVED, PAIR_NEED, REPEATS, STAT_COUNT = range(7)
+"""Columns of STATS; REPEATS: evaluations after a block's first, by lanes that were still open."""

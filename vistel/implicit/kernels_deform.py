@@ -52,9 +52,8 @@ def _set_zones(t):
 
 
 @fast
-def _evaluate_near(t, count, vertices, normals, used):
-    """Evaluate the pairs of blocks that act; TODO's block becomes -1 where nothing does. Returns as
-    `evaluate_touching`."""
+def _evaluate_near(t, count, vertices, normals):
+    """Evaluate the pairs of blocks that act; TODO's block becomes -1 where nothing does."""
     todo, pairs, height = ints(t[table.TODO]), longs(t[table.PAIRS]), floats(t[table.HEIGHT])
     hinge, bent, gathered = ints(t[table.HINGE]), octets(t[table.BENT]), octets(t[table.GATHERED])
     for c in range(count):
@@ -64,16 +63,14 @@ def _evaluate_near(t, count, vertices, normals, used):
             pair = at(pairs, n * table.PAIR)
             rule = pair[table.PAIR_RULE]
             if rule == table.FORCE:
-                pair[table.PAIR_RAY] = 0
+                pair[table.PAIR_KNOWN] = 1
                 acts = True
                 continue
             if rule == table.SHOWN:
                 continue
             reach = reach_of(t, pair[table.PAIR_GROUP]) if rule == table.COLLIDES else ZERO
-            if height[n] > T - reach and pair[table.PAIR_RAY] == table.NOT_YET:
-                used = evaluate_pair(t, n, vertices, normals, used)
-                if used > t[table.RAY_ROOM]:
-                    return used
+            if height[n] > T - reach and not pair[table.PAIR_KNOWN]:
+                evaluate_pair(t, n, vertices, normals)
             acts = acts or height[n] > T - reach
         if not acts:
             todo[3 * c] = -1
@@ -83,19 +80,16 @@ def _evaluate_near(t, count, vertices, normals, used):
             gathered[b] = 1
         for n in range(lo, hi):
             pair = at(pairs, n * table.PAIR)
-            if pair[table.PAIR_RAY] == table.NOT_YET and counts(t, n):
-                used = evaluate_pair(t, n, vertices, normals, used)
-                if used > t[table.RAY_ROOM]:
-                    return used
+            if not pair[table.PAIR_KNOWN] and counts(t, n):
+                evaluate_pair(t, n, vertices, normals)
             if not counts(t, n):
-                pair[table.PAIR_RAY] = table.NOT_YET
-    return used
+                pair[table.PAIR_KNOWN] = 0
 
 
 @fast
 def deform_frame(t, a, b, vertices, normals):
     """Deform vertices (V, 3) in place with the body posed at a, b (P, 3). Returns False, with nothing
-    changed, where pairs or rays need more room than there is (STATS says how much)."""
+    changed, where pairs need more room than there is (STATS says how much)."""
     stats = longs(t[table.STATS])
     _forget(t)
     pose_body(t, a, b)
@@ -105,13 +99,9 @@ def deform_frame(t, a, b, vertices, normals):
         return False
     if count == 0:
         return True
-    used = evaluate_touching(t, count, vertices, normals)
-    if used <= t[table.RAY_ROOM]:
-        _set_zones(t)
-        used = _evaluate_near(t, count, vertices, normals, used)
-    if used > t[table.RAY_ROOM]:
-        stats[table.RAY_NEED] = used
-        return False
+    evaluate_touching(t, count, vertices, normals)
+    _set_zones(t)
+    _evaluate_near(t, count, vertices, normals)
     todo = ints(t[table.TODO])
     for c in range(count):
         if todo[3 * c] >= 0:

@@ -129,15 +129,6 @@ def group_field(first, last, mask, kind, rows, corners, s, rays, value, total, o
 
 
 @fast
-def _count(mask):
-    n = 0
-    while mask:
-        mask &= mask - 1
-        n += 1
-    return n
-
-
-@fast
 def field_bound(t, k, x, y, z, spread, most):
     """Most `most` times the field of group k can be within `spread` of (x, y, z), which primitives count
     (a mask), and most one of them can be at (x, y, z)."""
@@ -178,7 +169,7 @@ def _add_pair(t, n, b, k, overlap, rule, mask, height):
     if n < t[table.PAIR_ROOM]:
         pair = at(longs(t[table.PAIRS]), n * table.PAIR)
         pair[table.PAIR_BLOCK], pair[table.PAIR_GROUP], pair[table.PAIR_OVERLAP] = b, k, overlap
-        pair[table.PAIR_RULE], pair[table.PAIR_MASK], pair[table.PAIR_RAY] = rule, mask, table.NOT_YET
+        pair[table.PAIR_RULE], pair[table.PAIR_MASK], pair[table.PAIR_KNOWN] = rule, mask, 0
         floats(t[table.HEIGHT])[n] = height
     return n + 1
 
@@ -240,27 +231,23 @@ def list_pairs(t, a, b, vertices, now, shown):
 
 
 @fast
-def evaluate_pair(t, n, vertices, normals, ray_count):
-    """The field of pair n at the rigid positions: FIRST, HEIGHT, its rays from `ray_count` on, DELTA of its
-    group. Returns the new number of rays, which may exceed their room: then nothing was done."""
+def evaluate_pair(t, n, vertices, normals):
+    """The field of pair n at the rigid positions: FIRST, HEIGHT, DELTA of its group."""
     pair = at(longs(t[table.PAIRS]), n * table.PAIR)
     b, k, mask = pair[table.PAIR_BLOCK], pair[table.PAIR_GROUP], pair[table.PAIR_MASK]
-    needed = ray_count + _count(mask)
-    if needed > t[table.RAY_ROOM]:
-        return needed
     gathered, block = octets(t[table.GATHERED]), at(floats(t[table.BLOCK]), b * RAY_SIZE)
     if gathered[b] == 0:
         gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, block)
         gathered[b] = 1
     start, kind, rows = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS])
-    rays, work = at(floats(t[table.RAYS]), ray_count * RAY_SIZE), floats(t[table.WORK])
+    rays, work = floats(t[table.RAYS]), floats(t[table.WORK])
     first = at(floats(t[table.FIRST]), n * FIELD_SIZE)
     set_up(start[k], start[k + 1], mask, kind, block, rows, rays)
     group_field(
         start[k], start[k + 1], mask, kind, rows, floats(t[table.CORNERS]), floats(t[table.LINE]), rays,
         work, at(work, FIELD_SIZE), first,
     )  # fmt: skip
-    pair[table.PAIR_RAY] = ray_count
+    pair[table.PAIR_KNOWN] = 1
     contact = at(floats(t[table.CALIBRATION]), (b * table.CAL_ROWS + table.CONTACT) * LANES)
     height = floats(t[table.HEIGHT])
     if pair[table.PAIR_RULE] == table.NEIGHBOUR:
@@ -271,23 +258,18 @@ def evaluate_pair(t, n, vertices, normals, ray_count):
     if pair[table.PAIR_RULE] == table.COLLIDES:
         delta = floats(t[table.DELTA])
         delta[k] = max(delta[k], height[n] - T)
-    return needed
 
 
 @fast
 def evaluate_touching(t, count, vertices, normals):
-    """Evaluate every pair that may reach the skin; returns the number of rays, or one beyond their room."""
+    """Evaluate every pair that may reach the skin."""
     todo, height = ints(t[table.TODO]), floats(t[table.HEIGHT])
     pairs = longs(t[table.PAIRS])
-    used = 0
     for c in range(count):
         for n in range(todo[3 * c + 1], todo[3 * c + 2]):
             rule = pairs[n * table.PAIR + table.PAIR_RULE]
             if rule in (table.COLLIDES, table.NEIGHBOUR) and height[n] > T:
-                used = evaluate_pair(t, n, vertices, normals, used)
-                if used > t[table.RAY_ROOM]:
-                    return used
-    return used
+                evaluate_pair(t, n, vertices, normals)
 
 
 @fast

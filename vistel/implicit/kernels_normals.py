@@ -1,4 +1,4 @@
-"""Numba kernel of the normals round moved vertices."""
+"""Numba kernels of the normals round moved vertices."""
 
 # pyright: basic
 
@@ -7,51 +7,122 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-
-@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def face_cross(triangles, f, vertices, out):
-    """Normal of a triangle, as long as twice its area."""
-    i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
-    x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-    ax, ay, az = vertices[j, 0] - x, vertices[j, 1] - y, vertices[j, 2] - z
-    bx, by, bz = vertices[k, 0] - x, vertices[k, 1] - y, vertices[k, 2] - z
-    out[f, 0], out[f, 1], out[f, 2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+GAP = -1
+"""In a fan: the next neighbour begins a new chain."""
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy")
-def update_normals(
-    triangles, faces, start, vertices, moved, face_normal, face_mark, vertex_mark, face_list, vertex_list, stamp,
-    normals,
-):  # fmt: skip
-    """Normals of the vertices round the moved ones; marks equal to `stamp` are of this call."""
-    n_faces = 0
-    for m in range(len(moved)):
-        for c in range(start[moved[m]], start[moved[m] + 1]):
-            f = faces[c]
-            if face_mark[f] != stamp:
-                face_mark[f] = stamp
-                face_list[n_faces] = f
-                n_faces += 1
-    n_vertices = 0
-    for m in range(n_faces):
-        f = face_list[m]
-        face_cross(triangles, f, vertices, face_normal)
+@nb.njit(cache=True)
+def build_fans(triangles, vertices):
+    """The neighbours of every vertex in the order of its triangles, so that a triangle lies between each two
+    of them: (start (V + 1,), fan), fan[start[v] : start[v + 1]] with GAP between chains. A closed chain ends
+    with its first."""
+    begin = np.zeros(vertices + 1, np.int64)
+    for f in range(len(triangles)):
+        for c in range(3):
+            begin[triangles[f, c] + 1] += 1
+    for v in range(vertices):
+        begin[v + 1] += begin[v]
+    one, two = np.empty(3 * len(triangles), np.int32), np.empty(3 * len(triangles), np.int32)
+    used = begin[:-1].copy()
+    for f in range(len(triangles)):
         for c in range(3):
             v = triangles[f, c]
-            if vertex_mark[v] != stamp:
-                vertex_mark[v] = stamp
-                vertex_list[n_vertices] = v
-                n_vertices += 1
-    for m in range(n_vertices):
-        v = vertex_list[m]
-        nx = ny = nz = np.float32(0.0)
+            one[used[v]], two[used[v]] = triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
+            used[v] += 1
+    start, fan, n = np.zeros(vertices + 1, np.int32), np.empty(9 * len(triangles), np.int32), 0
+    for v in range(vertices):
+        lo, hi = begin[v], begin[v + 1]
+        first = True
+        while lo < hi:
+            at = lo  # a chain begins at a triangle nobody comes before, if there is one
+            for i in range(lo, hi):
+                headed = True
+                for j in range(lo, hi):
+                    if two[j] == one[i]:
+                        headed = False
+                        break
+                if headed:
+                    at = i
+                    break
+            if not first:
+                fan[n] = GAP
+                n += 1
+            first = False
+            fan[n], fan[n + 1] = one[at], two[at]
+            n += 2
+            one[at], two[at] = one[lo], two[lo]
+            lo += 1
+            going = True
+            while going:
+                going = False
+                for i in range(lo, hi):
+                    if one[i] == fan[n - 1]:
+                        fan[n] = two[i]
+                        n += 1
+                        one[i], two[i] = one[lo], two[lo]
+                        lo += 1
+                        going = True
+                        break
+        start[v + 1] = n
+    return start, fan[:n].copy()
+
+
+_FAST = {"contract", "nsz", "arcp", "afn"}
+_FEW = 16
+"""Below one vertex in so many, the touched ones are listed; otherwise all are looked through, in the order
+of memory."""
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
+def _normal(v, start, fan, vertices, normals):
+    zero = np.float32(0.0)
+    x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+    nx = ny = nz = ax = ay = az = zero  # after a gap the edge before is none: its product is 0
+    for c in range(start[v], start[v + 1]):
+        w = fan[c]
+        if w < 0:
+            ax = ay = az = zero
+            continue
+        bx, by, bz = vertices[w, 0] - x, vertices[w, 1] - y, vertices[w, 2] - z
+        nx += ay * bz - az * by
+        ny += az * bx - ax * bz
+        nz += ax * by - ay * bx
+        ax, ay, az = bx, by, bz
+    square = nx * nx + ny * ny + nz * nz
+    if square > np.float32(1e-38):
+        inverse = np.float32(1.0) / np.sqrt(square)
+        normals[v, 0], normals[v, 1], normals[v, 2] = nx * inverse, ny * inverse, nz * inverse
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
+def update_normals(start, fan, vertices, moved, mark, touched, normals):
+    """Area-weighted unit normals of the moved vertices and their neighbours. mark: (V,) zeros, and zeros
+    again afterwards; touched: room for every vertex."""
+    if len(moved) * _FEW > len(vertices):
+        for m in range(len(moved)):
+            v = moved[m]
+            mark[v] = 1
+            for c in range(start[v], start[v + 1]):
+                if fan[c] >= 0:
+                    mark[fan[c]] = 1
+        for v in range(len(vertices)):
+            if mark[v]:
+                mark[v] = 0
+                _normal(v, start, fan, vertices, normals)
+        return
+    n = 0
+    for m in range(len(moved)):
+        v = moved[m]
+        if not mark[v]:
+            mark[v] = 1
+            touched[n] = v
+            n += 1
         for c in range(start[v], start[v + 1]):
-            f = faces[c]
-            if face_mark[f] != stamp:
-                face_cross(triangles, f, vertices, face_normal)
-            nx += face_normal[f, 0]
-            ny += face_normal[f, 1]
-            nz += face_normal[f, 2]
-        length = np.sqrt(nx * nx + ny * ny + nz * nz)
-        if length > np.float32(1e-20):
-            normals[v, 0], normals[v, 1], normals[v, 2] = nx / length, ny / length, nz / length
+            w = fan[c]
+            if w >= 0 and not mark[w]:
+                mark[w] = 1
+                touched[n] = w
+                n += 1
+    for m in range(n):
+        mark[touched[m]] = 0
+        _normal(touched[m], start, fan, vertices, normals)

@@ -23,7 +23,7 @@ from vistel.implicit.kernels_ghost import (
     rest_shift,
     total_field,
 )
-from vistel.implicit.kernels_meet import FIELD_SIZE, RAY_SIZE, group_field, own_mask, reach_of
+from vistel.implicit.kernels_meet import FIELD_SIZE, RAY_SIZE, group_field, own_mask, reach_of, set_up
 from vistel.implicit.pointers import at
 from vistel.implicit.wide import wide
 
@@ -89,7 +89,7 @@ def start_bracket(cal, state):
 
 @leaf
 def advance(phi, state):
-    """One safeguarded Newton step of every open lane; returns whether any is still open.
+    """One safeguarded Newton step of every open lane; returns how many are still open.
 
     A lane closes when it has converged or when it stands at the end of its room and the root lies beyond.
     """
@@ -136,7 +136,7 @@ def advance(phi, state):
             open_, low_known, high_known,
         )  # fmt: skip
         left += open_
-    return left > ZERO
+    return left
 
 
 @fast
@@ -229,22 +229,10 @@ def orient(t, b, lo, hi, sign, own_rays, own_count):
         c = at(own_rays, r * RAY_SIZE)
         turn_rows(c, 1, 1, sign)
         turn_rows(c, 3, 1, sign)
-    start, kind, pairs = ints(t[table.GROUP_START]), ints(t[table.KIND]), longs(t[table.PAIRS])
+    pairs, first = longs(t[table.PAIRS]), floats(t[table.FIRST])
     for n in range(lo, hi):
-        pair = at(pairs, n * table.PAIR)
-        if pair[table.PAIR_RAY] == table.NOT_YET or pair[table.PAIR_RULE] == table.FORCE:
-            continue
-        turn_rows(at(floats(t[table.FIRST]), n * FIELD_SIZE), 1, 1, sign)
-        k, used = pair[table.PAIR_GROUP], pair[table.PAIR_RAY]
-        for j in range(start[k], start[k + 1]):
-            if (pair[table.PAIR_MASK] >> np.int64(j - start[k])) & 1:
-                c = at(floats(t[table.RAYS]), used * RAY_SIZE)
-                if kind[j] == 1:
-                    turn_rows(c, 1, 1, sign)
-                    turn_rows(c, 3, 1, sign)
-                else:
-                    turn_rows(c, 3, 3, sign)
-                used += 1
+        if pairs[n * table.PAIR + table.PAIR_KNOWN] and pairs[n * table.PAIR + table.PAIR_RULE] != table.FORCE:
+            turn_rows(at(first, n * FIELD_SIZE), 1, 1, sign)
 
 
 @fast
@@ -278,7 +266,7 @@ def solve(t, b, lo, hi, vertices):
         count += 1
     joined, forces = h >= 0, False
     for n in range(lo, hi):
-        if pairs[n * table.PAIR + table.PAIR_RAY] != table.NOT_YET:
+        if pairs[n * table.PAIR + table.PAIR_KNOWN]:
             joined = joined or pairs[n * table.PAIR + table.PAIR_RULE] != table.COLLIDES
             forces = forces or pairs[n * table.PAIR + table.PAIR_RULE] == table.FORCE
     start_bracket(cal, state)
@@ -306,20 +294,22 @@ def solve(t, b, lo, hi, vertices):
         if evaluation == 0:
             rest_shift(df, cal, shift)
         calibrate(df, cal, shift, mine)
+        used = 0
         for n in range(lo, hi):
             pair = at(pairs, n * table.PAIR)
-            if pair[table.PAIR_RAY] == table.NOT_YET:
+            if not pair[table.PAIR_KNOWN]:
                 continue
             rule, k = pair[table.PAIR_RULE], pair[table.PAIR_GROUP]
             if rule == table.FORCE:
                 force(t, n, block, s, mine)
                 continue
-            seen_field = at(first_field, n * FIELD_SIZE)
-            if evaluation > 0:
+            seen_field, here = at(first_field, n * FIELD_SIZE), at(rays, used * RAY_SIZE)
+            if evaluation == 0:
+                used += set_up(start[k], start[k + 1], pair[table.PAIR_MASK], kind, block, rows, here)
+            else:
                 seen_field = field
-                group_field(
-                    start[k], start[k + 1], pair[table.PAIR_MASK], kind, rows, corners, s,
-                    at(rays, pair[table.PAIR_RAY] * RAY_SIZE), value, total, field,
+                used += group_field(
+                    start[k], start[k + 1], pair[table.PAIR_MASK], kind, rows, corners, s, here, value, total, field,
                 )  # fmt: skip
             if rule != table.COLLIDES:  # the same skin
                 join_shown(seen_field, shown)
@@ -330,7 +320,11 @@ def solve(t, b, lo, hi, vertices):
                 if pairs[n * table.PAIR + table.PAIR_RULE] == table.FORCE:
                     force(t, n, block, s, shown)
         total_field(mine, seen, cal, acc, phi)
-        if evaluation == MAX_EVALUATIONS - 1 or not advance(phi, state):
+        if evaluation == MAX_EVALUATIONS - 1:
             break
+        left = np.int64(advance(phi, state))
+        if left == 0:
+            break
+        stats[table.REPEATS] += left
     scatter(at(ints(t[table.INDEX]), b * LANES), ints(t[table.COUNT])[b], block, phi, state, vertices, t)
     stats[table.SOLVED] += 1
