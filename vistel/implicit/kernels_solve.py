@@ -74,7 +74,7 @@ def own_field(first, last, mask, rows, s, rays, value, total, out):
 
 
 @leaf
-def start_bracket(cal, state):
+def start_bracket(cal, count, state):
     wide()
     for i in range(LANES):
         inward, outward = cal[table.INWARD * LANES + i], cal[table.OUTWARD * LANES + i]
@@ -82,7 +82,7 @@ def start_bracket(cal, state):
         state[LOW * LANES + i], state[HIGH * LANES + i] = -inward, outward
         state[LIMIT * LANES + i] = max(QUARTER * (inward + outward), TINY)
         state[APART * LANES + i] = ONE - cal[table.MU * LANES + i]
-        state[OPEN * LANES + i], state[ENDED * LANES + i] = ONE, ZERO
+        state[OPEN * LANES + i], state[ENDED * LANES + i] = ONE if i < count else ZERO, ZERO
         state[KNOWN_LOW * LANES + i], state[KNOWN_HIGH * LANES + i] = ZERO, ZERO
         state[LAST_S * LANES + i], state[LAST_F * LANES + i], state[LAST_RISE * LANES + i] = ZERO, ZERO, ZERO
 
@@ -269,7 +269,7 @@ def solve(t, b, lo, hi, vertices):
         if pairs[n * table.PAIR + table.PAIR_KNOWN]:
             joined = joined or pairs[n * table.PAIR + table.PAIR_RULE] != table.COLLIDES
             forces = forces or pairs[n * table.PAIR + table.PAIR_RULE] == table.FORCE
-    start_bracket(cal, state)
+    start_bracket(cal, ints(t[table.COUNT])[b], state)
     own_field(first, last, mask, rows, s, own_rays, value, total, own)
     if inward_lanes(own, phi):
         orient(t, b, lo, hi, phi, own_rays, count)
