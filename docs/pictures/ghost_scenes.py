@@ -254,8 +254,8 @@ def honey_shot(now: SoftRoom, size: tuple[int, int]) -> Image.Image:
 
 def honey() -> None:
     """A drop of honey lets go of a lid."""
-    wanted = (0, 4, 7, 9, 12, 17)
-    pictures = [label(honey_shot(now, (250, 330)), f"{now.time:.2f} s") for k, now in enumerate(drops(18)) if k in wanted]
+    wanted = (0, 5, 9, 12, 15, 19)
+    pictures = [label(honey_shot(now, (250, 330)), f"{now.time:.2f} s") for k, now in enumerate(drops(20)) if k in wanted]
     sheet(pictures, 6, "honey-drop")
 
 

@@ -10,9 +10,7 @@ from vistel.implicit.ghost_kernels import plateau, raised
 from vistel.implicit.layout import (
     COMPLEMENT,
     DEFICIT,
-    DIFF,
     FAR,
-    GHOSTED,
     INTERSECTION,
     LANES,
     MAX,
@@ -167,21 +165,11 @@ def _ghosted(cap, twice, node_table, number, child, m, live, regs, acc, channels
 
 
 @row
-def combine(op, numbers, node_table, number, child, m, live, regs, acc, channels, n, slope):
-    """Rows of one node from those of its m children; `numbers` are its own; acc holds zeros."""
+def _ghost(op, numbers, node_table, number, child, m, live, regs, acc, channels, n, slope):
+    """Rows of a node that ghosts are made of."""
     a, b = numbers[0], numbers[1]
     for i in range(n):
-        if op in (MAX, MIN):
-            _extremum(op == MAX, node_table, number, child, m, live, regs, acc, channels, i, slope)
-        elif op in (UNION, INTERSECTION):
-            _ricci(op == UNION, a, node_table, number, child, m, live, regs, acc, channels, i, slope)
-        elif op == COMPLEMENT:
-            acc[i] = a - _operand(node_table, number, child, 0, live, regs, channels, i)
-            if channels > 1:
-                _mix(node_table, child, 0, live, regs, acc, channels, i, -ONE, ONE, slope)
-        elif op == DIFF:
-            _diff(a, b, node_table, number, child, live, regs, acc, channels, i, slope)
-        elif op == RAISED:
+        if op == RAISED:
             _raised(numbers, node_table, number, child, m, live, regs, acc, channels, i, slope)
         elif op == DEFICIT:
             y = a - _operand(node_table, number, child, 0, live, regs, channels, i)
@@ -196,5 +184,25 @@ def combine(op, numbers, node_table, number, child, m, live, regs, acc, channels
                 _mix(node_table, child, 0, live, regs, acc, channels, i, rate, ZERO, slope)
         elif op == PRODUCT:
             _product(node_table, number, child, m, live, regs, acc, channels, i, slope)
-        elif op == GHOSTED:
+        else:
             _ghosted(a, b, node_table, number, child, m, live, regs, acc, channels, i, slope)
+
+
+@row
+def combine(op, numbers, node_table, number, child, m, live, regs, acc, channels, n, slope):
+    """Rows of one node from those of its m children; `numbers` are its own; acc holds zeros."""
+    if op >= RAISED:
+        _ghost(op, numbers, node_table, number, child, m, live, regs, acc, channels, n, slope)
+        return
+    a, b = numbers[0], numbers[1]
+    for i in range(n):
+        if op in (MAX, MIN):
+            _extremum(op == MAX, node_table, number, child, m, live, regs, acc, channels, i, slope)
+        elif op in (UNION, INTERSECTION):
+            _ricci(op == UNION, a, node_table, number, child, m, live, regs, acc, channels, i, slope)
+        elif op == COMPLEMENT:
+            acc[i] = a - _operand(node_table, number, child, 0, live, regs, channels, i)
+            if channels > 1:
+                _mix(node_table, child, 0, live, regs, acc, channels, i, -ONE, ONE, slope)
+        else:
+            _diff(a, b, node_table, number, child, live, regs, acc, channels, i, slope)

@@ -273,9 +273,12 @@ class _State:
         speeds = [velocity[n] + np.cross(spin[n], at - self.position[n]) for n, at in ((a, at_a), (b, at_b))]
         parting = float((speeds[1] - speeds[0]) @ along)
         pull = self.room.surface.pressure * held * area * strength
-        # Implicit in the speed: honey as thick as one likes slows bodies down and never throws them back.
+        # Implicit in the speed, with gravity and the pull itself: however thick, honey slows bodies down and no more.
+        light = float(self.room.solids.inverse_mass[[a, b]].sum())
+        weight = float(np.array(self.room.gravity) @ along) * (int(self.free[b]) - int(self.free[a]))
+        parting += h * (weight - pull * light)
         drag = pull * self.room.surface.viscosity
-        drag /= 1.0 + h * drag * float(self.room.solids.inverse_mass[[a, b]].sum())
+        drag /= 1.0 + h * drag * light
         return at_a, at_b, max(0.0, pull + drag * parting) * along
 
     def _reach(self, n: int) -> float:
