@@ -18,8 +18,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.conference.model import Conference, ConferenceError, Participant, load
+from vistel.conference.model import Conference, ConferenceError, Participant, Prop, Site, load
 from vistel.conference.paths import RunPaths
+from vistel.figure.sensors import Placement
+from vistel.space.room import meeting_room
 from vistel.wire import event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim.cyberglove import CyberGlove
@@ -27,6 +29,7 @@ from vistel_sim.device import SimulatedDevice, run_devices
 from vistel_sim.fastrak import Fastrak
 from vistel_sim.faults import Fault, fault_from_text
 from vistel_sim.motion import MotionError, open_motion
+from vistel_sim.motion.source import prop_transmitter, receiver_on_prop
 
 F64 = NDArray[np.float64]
 log = logging.getLogger("vistel.sim")
@@ -46,6 +49,10 @@ class BodyMotion(Protocol):
         """(2, 20) radians, left hand first."""
         ...
 
+    def things(self, t_s: float) -> dict[str, tuple[F64, F64]]:
+        """Where the motion has things of the room, by id: position [m], quaternion (x, y, z, w), room frame."""
+        ...
+
 
 def simulated_devices(
     conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int,
@@ -56,14 +63,31 @@ def simulated_devices(
     devices = [
         SimulatedDevice(name, instrument, paths.device(name), clock, start_ns, faults, baud=baud, seed=seed)
         for s in conference.sites if site in (None, s.name)
-        for p in s.participants
-        for name, instrument, baud, seed in _instruments(p, conference.seed, motion)
+        for name, instrument, baud, seed in _site_instruments(conference, s, motion)
     ]  # fmt: skip
     names = {d.name for d in devices}
     for fault in faults:
         if fault.device not in names:
             raise ValueError(f"fault: no simulated device {fault.device!r}; there are {', '.join(sorted(names))}")
     return devices
+
+
+def _site_instruments(conference: Conference, site: Site, motion: BodyMotion):
+    for person in site.participants:
+        yield from _instruments(person, conference.seed, motion)
+    still = {t.id: (t.position, t.rotation) for t in meeting_room(conference.room.seats).things}
+    for prop in site.props:
+        if prop.tracker.port != "sim":
+            continue
+        transmitter = prop_transmitter(conference, site, prop.tracker)
+
+        def pose(station: int, t_s: float, prop: Prop = prop, transmitter: Placement = transmitter) -> Placement:
+            at = motion.things(t_s).get(prop.thing, still[prop.thing])
+            return receiver_on_prop(transmitter, prop.tracker, at)
+
+        own = _seed(conference.seed, prop.device)
+        unit = Fastrak(pose, receivers=[prop.tracker.station], seed=own, restart_s=_RESTART_S)
+        yield prop.device, unit, prop.tracker.baud, own
 
 
 def _instruments(person: Participant, seed: int, motion: BodyMotion):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, field_validator, model_validator
 
 Name = Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9_\-]{0,31}$")]
 
@@ -37,8 +38,8 @@ class BusConfig(_Model):
     tls: Tls | None = None
 
 
-class TrackerConfig(_Model):
-    """A Polhemus FASTRAK."""
+class _Fastrak(_Model):
+    """What is told of any Polhemus FASTRAK."""
 
     kind: Literal["fastrak"] = "fastrak"
     port: str = "sim"
@@ -50,6 +51,11 @@ class TrackerConfig(_Model):
     """Where the transmitter's +X points, about the seat's +Y from its +Z [rad]; 0: where the person faces."""
     hemisphere: tuple[float, float, float] = (0.0, 0.0, -1.0)
     """The side of the transmitter on which the receivers stay, in its frame (+X forward, +Z down): above it."""
+
+
+class TrackerConfig(_Fastrak):
+    """A Polhemus FASTRAK on a person."""
+
     stations: dict[Literal["chest", "head", "left_hand", "right_hand"], int] = {
         "chest": 1, "head": 2, "left_hand": 3, "right_hand": 4,
     }  # fmt: skip
@@ -82,6 +88,50 @@ class Participant(_Model):
     """What the simulated devices feel: a file (.bvh, a folder of 6-DOF recordings) or a built-in choreography."""
 
 
+class PropTracker(_Fastrak):
+    """A Polhemus FASTRAK with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
+    site's first participant."""
+
+    station: int = Field(default=1, ge=1, le=4)
+    """Which of the unit's receivers is on the prop."""
+    receiver_position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of the receiver in the thing's frame [m]."""
+    receiver_rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    """Quaternion (x, y, z, w) from the receiver's axes to the thing's."""
+
+    @field_validator("receiver_rotation")
+    @classmethod
+    def _unit(cls, q: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+        length = math.sqrt(sum(c * c for c in q))
+        if not 0.9 < length < 1.1:
+            raise ValueError(f"expected a unit quaternion x, y, z, w, got one of length {length:.3g}")
+        return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
+
+
+class Prop(_Model):
+    """A thing of the room that is real at this site: it carries a receiver, and the room's thing follows it."""
+
+    thing: Name
+    """Id of the thing in the room: "baton", "ball", ..."""
+    tracker: PropTracker = PropTracker()
+
+    @field_validator("thing")
+    @classmethod
+    def _loose(cls, thing: str) -> str:
+        # Loads the room only for who has props.
+        from vistel.space.room import meeting_room  # noqa: PLC0415
+
+        loose = [t.id for t in meeting_room().things if not t.fixed]
+        if thing not in loose:
+            raise ValueError(f"no such loose thing in the room; expected one of {', '.join(loose)}, got {thing!r}")
+        return thing
+
+    @property
+    def device(self) -> str:
+        """The name of its tracker."""
+        return f"prop-{self.thing}-tracker"
+
+
 class Display(_Model):
     """What a site sees."""
 
@@ -99,6 +149,7 @@ class Site(_Model):
 
     name: Name
     participants: list[Participant] = Field(min_length=1)
+    props: list[Prop] = []
     display: Display = Display()
     processes: list[list[Literal["tracker", "glove", "posture", "renderer"]]] = [
         ["tracker", "glove", "posture"],
@@ -140,6 +191,14 @@ class Conference(_Model):
     def _unique(self) -> Conference:
         _no_twice("sites", [s.name for s in self.sites])
         _no_twice("participants", [p.name for s in self.sites for p in s.participants])
+        _no_twice("props", [p.thing for s in self.sites for p in s.props])
+        trackers = {f"{p.name}-tracker": p.name for s in self.sites for p in s.participants}
+        for prop in (p for s in self.sites for p in s.props):
+            if prop.device in trackers:
+                raise ValueError(
+                    f"participants: {trackers[prop.device]}'s tracker would have the name of the tracker of the prop "
+                    f"{prop.thing}; name the participant otherwise"
+                )
         taken = [p.seat for s in self.sites for p in s.participants if p.seat >= 0]
         _no_twice("seats", [str(t) for t in taken])
         people = sum(len(s.participants) for s in self.sites)

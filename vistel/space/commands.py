@@ -53,11 +53,12 @@ class Ledger:
 
 
 def objection(
-    command: CommandInput, things: Mapping[str, Thing], present: frozenset[str], holders: Mapping[str, tuple[str, ...]]
-) -> str:
+    command: CommandInput, things: Mapping[str, Thing], present: frozenset[str],
+    holders: Mapping[str, tuple[str, ...]], tracked: frozenset[str] = frozenset(),
+) -> str:  # fmt: skip
     """Why the command cannot be done, in one line; empty when it can.
 
-    holders: participants who hold a thing, by its id.
+    holders: participants who hold a thing, by its id; tracked: things that follow a tracker.
     """
     action = command.action
     if not command.id:
@@ -79,6 +80,8 @@ def objection(
     others = [h for h in held_by if h != command.participant]
     if others:
         return f"the {thing.name} is held by {others[0]}"
+    if isinstance(action, Move) and thing.id in tracked:
+        return f"the {thing.name} follows its own tracker; move the real one"
     if isinstance(action, Move):
         return _objection_to_place(action, held_by, thing)
     return ""

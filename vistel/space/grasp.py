@@ -34,6 +34,8 @@ OPENING = 0.35
 """Fingers open by so much from their tightest let go [rad]."""
 SLIP_STEPS = 6
 """A further holder whose hand is off the thing for so many steps has lost it."""
+CLOSED = 1.5
+"""Fingers flexed by so much, each on average, are closed round what they touch [rad]."""
 SETTLE_NS = 150_000_000
 """Time in which the thing is brought into line with the hand."""
 MOST_TURN, MOST_SHIFT = math.radians(35.0), 0.012
@@ -116,6 +118,14 @@ def closes(posed: Posed, right: bool, reach: Reach) -> bool:
     return float(closed[np.array(reach.engaged)].mean()) > CLOSING
 
 
+def encloses(posed: Posed, right: bool, reach: Reach) -> bool:
+    """The hand is closed round what it reaches, however it came to be: that is how a prop is held, which is in the
+    real hand before the world knows of it."""
+    if not reach.opposed or posed.figure.posture is None:
+        return False
+    return float(flexion(posed.figure.posture)[int(right)][np.array(reach.engaged)].mean()) > CLOSED
+
+
 def take(posed: Posed, right: bool, thing: Thing, pose: Pose, reach: Reach, t_ns: int) -> Grasp:
     """The grasp by which the hand holds `thing`, now at `pose` (room)."""
     assert posed.figure.posture is not None
@@ -137,6 +147,12 @@ def opens(grasp: Grasp, posed: Posed) -> bool:
     assert posed.figure.posture is not None
     now = flexion(posed.figure.posture)[int(grasp.right)]
     return float((grasp.tightest - now)[np.array(grasp.engaged)].mean()) > OPENING
+
+
+def lies(grasp: Grasp, posed: Posed, pose: Pose) -> Grasp:
+    """The grasp of a thing that moves by itself: it lies in the hand as it does."""
+    lie = into_hand(posed, grasp.right, pose)
+    return replace(grasp, start=lie, aim=lie)
 
 
 def restart(grasp: Grasp, posed: Posed, thing: Thing, pose: Pose, t_ns: int) -> Grasp:

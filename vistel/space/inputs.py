@@ -36,6 +36,19 @@ class MotionInput:
 
 
 @dataclass(frozen=True)
+class PropInput:
+    """Where a tracked thing is: position (3,) [m], rotation (4,) quaternion (x, y, z, w), room frame.
+
+    t_ns: when it was measured, conference time.
+    """
+
+    thing: str
+    position: F64
+    rotation: F64
+    t_ns: int
+
+
+@dataclass(frozen=True)
 class Move:
     """Put a free thing somewhere: position (3,) [m], rotation (4,) quaternion (x, y, z, w), room frame."""
 
@@ -82,6 +95,7 @@ class StepInputs:
     motions: tuple[MotionInput, ...] = ()
     left: tuple[str, ...] = ()
     commands: tuple[CommandInput, ...] = ()
+    props: tuple[PropInput, ...] = ()
 
 
 def usable(posture: Posture) -> bool:

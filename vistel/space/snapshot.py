@@ -14,10 +14,11 @@ from vistel.space.dynamics import Motions
 from vistel.space.grasp import Grasp
 from vistel.space.inputs import Person
 from vistel.space.people import Figure
+from vistel.space.props import Tracked
 from vistel.space.state import LetGo, State
 from vistel.space.view import Outcome
 
-VERSION = 1
+VERSION = 2
 """Of this format; a world refuses any other."""
 
 F64 = NDArray[np.float64]
@@ -43,6 +44,7 @@ def encode(seats: int, s: State) -> bytes:
         "let_go": [[e.participant, e.right, e.thing, e.step] for e in s.let_go],
         "answers": [[a.id, a.participant, a.done, a.reason, a.step] for a in s.ledger.answers],
         "allowance": [[who, left] for who, left in s.ledger.allowance],
+        "tracked": [[t.thing, t.position.tolist(), t.rotation.tolist(), t.heard_ns] for t in s.tracked],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
 
@@ -88,6 +90,9 @@ def _state(d: dict[str, Any]) -> State:
         ledger=Ledger(
             tuple(Outcome(str(a), str(b), bool(c), str(e), int(f)) for a, b, c, e, f in d["answers"]),
             tuple((str(who), float(left)) for who, left in d["allowance"]),
+        ),
+        tracked=tuple(
+            Tracked(str(name), _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], int(t_ns)) for name, p, q, t_ns in d["tracked"]
         ),
     )
 

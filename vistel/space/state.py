@@ -8,6 +8,7 @@ from vistel.space.commands import Ledger
 from vistel.space.dynamics import Motions
 from vistel.space.grasp import Grasp
 from vistel.space.people import Figure
+from vistel.space.props import Tracked
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,8 @@ class LetGo:
 
 @dataclass(frozen=True)
 class State:
-    """things: ids, in the order of `motions`; figures: sorted by name; grasps: oldest first."""
+    """things: ids, in the order of `motions`; figures: sorted by name; grasps: oldest first;
+    tracked: sorted by thing."""
 
     things: tuple[str, ...]
     motions: Motions
@@ -32,3 +34,4 @@ class State:
     grasps: tuple[Grasp, ...] = ()
     let_go: tuple[LetGo, ...] = ()
     ledger: Ledger = field(default_factory=Ledger)
+    tracked: tuple[Tracked, ...] = ()

@@ -24,6 +24,7 @@ from vistel.space.grasp import Grasp
 from vistel.space.inputs import CommandInput, Delete, Move, Release, StepInputs, usable
 from vistel.space.kernels import MAX_SPEED, MAX_SPIN
 from vistel.space.people import Figure, Posed, pose_figure
+from vistel.space.props import heard
 from vistel.space.room import ROOM_RADIUS, Room, meeting_room
 from vistel.space.solids import Solids, solids
 from vistel.space.state import LetGo, State
@@ -97,6 +98,7 @@ class World:
         self._state = replace(before, step=inputs.step, t_ns=inputs.t_ns, ledger=before.ledger.next_step())
         self._take_people(inputs)
         outcomes = tuple(self._obey(c) for c in inputs.commands)
+        self._follow_props(inputs)
         figures = tuple(f.with_opening(DT) for f in self._state.figures)
         self._state = replace(self._state, figures=figures)
         posed = {f.name: p for f in figures if (p := pose_figure(f, inputs.t_ns, self._last.get(f.name))) is not None}
@@ -145,7 +147,8 @@ class World:
             return Outcome(command.id, command.participant, False, "too many commands; wait a second", step)
         things = {t.id: t for t in self._solids.things}
         present = frozenset(f.name for f in self._state.figures)
-        reason = objection(command, things, present, {name: self._holders(name) for name in things})
+        holders = {name: self._holders(name) for name in things}
+        reason = objection(command, things, present, holders, self._tracked)
         if not reason:
             self._do(command)
         outcome = Outcome(command.id, command.participant, not reason, reason, step)
@@ -180,6 +183,36 @@ class World:
         self._solids = solids(things)
         self._state = replace(self._state, things=tuple(t.id for t in things), motions=motions)
 
+    # -- tracked things ----------------------------------------------------------------------------------------
+
+    @property
+    def _tracked(self) -> frozenset[str]:
+        return frozenset(t.thing for t in self._state.tracked)
+
+    def _follow_props(self, inputs: StepInputs) -> None:
+        """Tracked things go where their receivers are; what has fallen silent is left where it is."""
+        if not (inputs.props or self._state.tracked):
+            return
+        loose = [t.id for t in self._solids.things if not t.fixed]
+        was = self._tracked
+        tracked, silent = heard(self._state.tracked, inputs.props, loose, inputs.t_ns)
+        for t in tracked:
+            if t.thing not in was:
+                self._wake(self._index(t.thing))  # what lay on it
+        m = self._state.motions.copy()
+        for t in tracked:
+            n = self._index(t.thing)
+            _guide(m, n, t.position, t.rotation)
+            if t.thing not in was:
+                m.velocity[n], m.spin[n] = 0.0, 0.0  # where it lay before, it never was
+            m.mode[n], m.still[n] = HELD, 0
+        for name in silent:
+            n = self._index(name)
+            m.velocity[n], m.spin[n] = 0.0, 0.0
+            if not self._holders(name):
+                m.mode[n], m.still[n] = FREE, 0
+        self._state = replace(self._state, motions=m, tracked=tracked)
+
     # -- grasps ------------------------------------------------------------------------------------------------
 
     def _holders(self, thing: str) -> tuple[str, ...]:
@@ -192,8 +225,9 @@ class World:
             return
         kept = tuple(g for g in self._state.grasps if not gone(g))
         m = self._state.motions.copy()
+        tracked = self._tracked
         for g in dropped:
-            if not any(k.thing == g.thing for k in kept):
+            if g.thing not in tracked and not any(k.thing == g.thing for k in kept):
                 n = self._index(g.thing)
                 m.mode[n], m.still[n] = FREE, 0
         let_go = tuple(LetGo(g.participant, g.right, g.thing, self._state.step) for g in dropped)
@@ -208,7 +242,8 @@ class World:
 
     def _let_go(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
         """Hands that open, or have slipped off, let go; a further holder then carries."""
-        carried_by = {g.thing: g.key for g in reversed(self._state.grasps)}
+        tracked = self._tracked
+        carried_by = {g.thing: g.key for g in reversed(self._state.grasps) if g.thing not in tracked}
         followed: list[Grasp] = []
         for g in self._state.grasps:
             p = posed.get(g.participant)
@@ -217,16 +252,18 @@ class World:
 
         def over(g: Grasp) -> bool:
             p = posed.get(g.participant)
-            slipped = g.key != carried_by[g.thing] and g.off > hands.SLIP_STEPS
+            slipped = g.key != carried_by.get(g.thing) and g.off > hands.SLIP_STEPS
             return p is None or slipped or hands.opens(g, p)
 
         self._drop(over)
         grasps = list(self._state.grasps)
         seen: set[str] = set()
         for i, g in enumerate(grasps):
-            if g.thing not in seen and carried_by[g.thing] != g.key:
-                n = self._index(g.thing)
-                pose = self._state.motions.position[n], self._state.motions.rotation[n]
+            n = self._index(g.thing)
+            pose = self._state.motions.position[n], self._state.motions.rotation[n]
+            if g.thing in tracked:
+                grasps[i] = hands.lies(g, posed[g.participant], pose)
+            elif g.thing not in seen and carried_by[g.thing] != g.key:
                 grasps[i] = hands.restart(g, posed[g.participant], self._solids.things[n], pose, self._state.t_ns)
             seen.add(g.thing)
         self._state = replace(self._state, grasps=tuple(grasps))
@@ -238,9 +275,9 @@ class World:
         return bool(((digit == int(g.right)) & (owner == self._index(g.thing)) & (p.build.digit[near.a] >= 0)).any())
 
     def _carry(self, posed: dict[str, Posed]) -> None:
-        """Held things go where their first holder's hand is."""
+        """Held things go where their first holder's hand is, unless they have a tracker of their own."""
         m = self._state.motions.copy()
-        carried: set[str] = set()
+        carried = set(self._tracked)
         for g in self._state.grasps:
             if g.thing in carried or g.participant not in posed:
                 continue
@@ -248,13 +285,7 @@ class World:
             n = self._index(g.thing)
             position, rotation = hands.out_of_hand(posed[g.participant], g.right, g.lie(self._state.t_ns))
             position = position + self._out_of_furniture(n, position, rotation)
-            turn = matrix_from_quaternion(rotation) @ matrix_from_quaternion(m.rotation[n]).T
-            velocity = (position - m.position[n]) / DT
-            spin = rotvec_from_matrix(np.ascontiguousarray(turn)) / DT
-            # Half of the last value: trackers tremble, and a throw should not.
-            m.velocity[n] = 0.5 * m.velocity[n] + 0.5 * _limited(velocity, MAX_SPEED)
-            m.spin[n] = 0.5 * m.spin[n] + 0.5 * _limited(spin, MAX_SPIN)
-            m.position[n], m.rotation[n] = position, rotation
+            _guide(m, n, position, rotation)
         self._state = replace(self._state, motions=m)
 
     def _out_of_furniture(self, n: int, position: F64, rotation: F64) -> F64:
@@ -270,6 +301,15 @@ class World:
     def _take_hold(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
         held = {g.key for g in self._state.grasps}
         held |= {(e.participant, e.right) for e in self._state.let_go if e.step == self._state.step}
+        tracked = self._tracked
+        just_let_go = {(e.participant, e.right, e.thing) for e in self._state.let_go}
+
+        def holds(p: Posed, right: bool, r: hands.Reach) -> bool:
+            name = self._solids.things[r.thing].id
+            if name in tracked and (p.name, right, name) not in just_let_go and hands.encloses(p, right, r):
+                return True
+            return hands.closes(p, right, r)
+
         for name in sorted(posed):
             p = posed[name]
             for right in (False, True):
@@ -278,7 +318,7 @@ class World:
                 reach = [
                     r
                     for r in hands.reaches(p, near[name], self._solids.owner, right)
-                    if not self._solids.things[r.thing].fixed and hands.closes(p, right, r)
+                    if not self._solids.things[r.thing].fixed and holds(p, right, r)
                 ]
                 if not reach:
                     continue
@@ -415,6 +455,17 @@ def _begin(things: tuple[Thing, ...]) -> Motions:
         np.array([t.position for t in things]), np.array([t.rotation for t in things]), np.zeros((n, 3)),
         np.zeros((n, 3)), np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64), np.zeros(n, np.int64),
     )  # fmt: skip
+
+
+def _guide(m: Motions, n: int, position: F64, rotation: F64) -> None:
+    """Thing n is led to a pose within this step: `m` is changed."""
+    turn = matrix_from_quaternion(rotation) @ matrix_from_quaternion(m.rotation[n]).T
+    velocity = (position - m.position[n]) / DT
+    spin = rotvec_from_matrix(np.ascontiguousarray(turn)) / DT
+    # Half of the last value: trackers tremble, and a throw should not.
+    m.velocity[n] = 0.5 * m.velocity[n] + 0.5 * _limited(velocity, MAX_SPEED)
+    m.spin[n] = 0.5 * m.spin[n] + 0.5 * _limited(spin, MAX_SPIN)
+    m.position[n], m.rotation[n] = position, rotation
 
 
 def _limited(v: F64, most: float) -> F64:

@@ -1,4 +1,6 @@
+from vistel.v1 import device_pb2 as _device_pb2
 from vistel.v1 import envelope_pb2 as _envelope_pb2
+from vistel.v1 import geometry_pb2 as _geometry_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
@@ -44,3 +46,15 @@ class Participant(_message.Message):
     height_m: float
     local_only: bool
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., participant: _Optional[str] = ..., site: _Optional[str] = ..., display_name: _Optional[str] = ..., avatar: _Optional[str] = ..., height_m: _Optional[float] = ..., local_only: _Optional[bool] = ...) -> None: ...
+
+class Prop(_message.Message):
+    __slots__ = ("header", "thing", "pose", "health")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    THING_FIELD_NUMBER: _ClassVar[int]
+    POSE_FIELD_NUMBER: _ClassVar[int]
+    HEALTH_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    thing: str
+    pose: _geometry_pb2.Pose
+    health: _device_pb2.TrackerReceiver.Health
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., thing: _Optional[str] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., health: _Optional[_Union[_device_pb2.TrackerReceiver.Health, str]] = ...) -> None: ...

@@ -1,6 +1,7 @@
 from vistel.v1 import command_pb2 as _command_pb2
 from vistel.v1 import envelope_pb2 as _envelope_pb2
 from vistel.v1 import geometry_pb2 as _geometry_pb2
+from vistel.v1 import motion_pb2 as _motion_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
@@ -145,7 +146,7 @@ class WorldState(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ...) -> None: ...
 
 class WorldInputs(_message.Message):
-    __slots__ = ("header", "step", "motions", "command_ids", "people", "commands", "private_state")
+    __slots__ = ("header", "step", "motions", "command_ids", "people", "commands", "private_state", "props")
     class Used(_message.Message):
         __slots__ = ("participant", "motion_seq", "left", "epoch")
         PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
@@ -173,6 +174,7 @@ class WorldInputs(_message.Message):
     PEOPLE_FIELD_NUMBER: _ClassVar[int]
     COMMANDS_FIELD_NUMBER: _ClassVar[int]
     PRIVATE_STATE_FIELD_NUMBER: _ClassVar[int]
+    PROPS_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     step: int
     motions: _containers.RepeatedCompositeFieldContainer[WorldInputs.Used]
@@ -180,7 +182,8 @@ class WorldInputs(_message.Message):
     people: _containers.RepeatedCompositeFieldContainer[WorldInputs.Person]
     commands: _containers.RepeatedCompositeFieldContainer[_command_pb2.Command]
     private_state: bytes
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., motions: _Optional[_Iterable[_Union[WorldInputs.Used, _Mapping]]] = ..., command_ids: _Optional[_Iterable[str]] = ..., people: _Optional[_Iterable[_Union[WorldInputs.Person, _Mapping]]] = ..., commands: _Optional[_Iterable[_Union[_command_pb2.Command, _Mapping]]] = ..., private_state: _Optional[bytes] = ...) -> None: ...
+    props: _containers.RepeatedCompositeFieldContainer[_motion_pb2.Prop]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., motions: _Optional[_Iterable[_Union[WorldInputs.Used, _Mapping]]] = ..., command_ids: _Optional[_Iterable[str]] = ..., people: _Optional[_Iterable[_Union[WorldInputs.Person, _Mapping]]] = ..., commands: _Optional[_Iterable[_Union[_command_pb2.Command, _Mapping]]] = ..., private_state: _Optional[bytes] = ..., props: _Optional[_Iterable[_Union[_motion_pb2.Prop, _Mapping]]] = ...) -> None: ...
 
 class WorldSnapshot(_message.Message):
     __slots__ = ("header", "state", "private_state")

@@ -94,6 +94,8 @@ TOPICS: tuple[Topic, ...] = (
           "what a participant does"),
     Topic("participant", f"{_SITE}/participant/{{participant}}/about", motion_pb2.Participant, 0, _R, _S, True,
           "who a participant is"),
+    Topic("prop", f"{_SITE}/prop/{{thing}}/pose", motion_pb2.Prop, 60, _N, _S, True,
+          "where a tracked thing is"),
     Topic("image_delay", f"{_SITE}/renderer/delay", service_pb2.ImageDelay, 2, _N, _S, True,
           "how late the site's pictures are"),
     Topic("command", f"{_SITE}/participant/{{participant}}/command", command_pb2.Command, 0, _R, _S, True,

@@ -19,7 +19,7 @@ from vistel_services.tracker import FastrakDecoder
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "command"),
-    "motion": ("participant", "motion", "command"),
+    "motion": ("participant", "motion", "prop", "command"),
     "recorded": ("participant", "motion", "world_state", "command_result"),
 }
 LIVE_SERVICES: dict[str, tuple[str, ...]] = {

@@ -65,7 +65,10 @@ def up(
 
 
 def with_motion(conference: Conference, motion: str) -> Conference:
-    """The conference with `motion` fed to the simulated devices: a folder's people take the first seats, a BVH one."""
+    """The conference with `motion` fed to the simulated devices: a folder's people take the first seats, a BVH one.
+
+    A thing that the motion moves becomes a prop of the first site, with a tracker of its own.
+    """
     path = Path(motion)
     if not path.exists():
         fail(f"--motion {motion}: no such file or folder", USAGE)
@@ -77,6 +80,10 @@ def with_motion(conference: Conference, motion: str) -> Conference:
             if left > 0:
                 participant["motion"] = str(path.resolve())
                 left -= 1
+    from vistel_sim.motion.open import things_of  # noqa: PLC0415  loads the mathematics, which `vistel --help` need not
+
+    tracked = {prop["thing"] for site in data["sites"] for prop in site["props"]}
+    data["sites"][0]["props"] += [{"thing": thing} for thing in things_of(path) if thing not in tracked]
     return Conference.model_validate(data)
 
 

@@ -26,7 +26,7 @@ FAR_M = 5.0
 START_S = 1.0
 """How long the first posture waits for every receiver to be heard once."""
 
-_USABLE = (
+USABLE = (
     TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED,
 )  # fmt: skip
 
@@ -65,8 +65,8 @@ class Capture:
             receiver = self.person.stations.get(r.station)
             if receiver is None or self._seconds(r.t_ns) <= self._filters[receiver].t:
                 continue
-            pose = _pose(r)
-            if pose is None or r.health not in _USABLE:
+            pose = receiver_pose(r)
+            if pose is None or r.health not in USABLE:
                 self.rejected += 1
                 continue
             self._filters[receiver].update(self._seconds(r.t_ns), *out_of_frame(self.person.transmitter, *pose))
@@ -111,7 +111,8 @@ class Capture:
         return None if heard is None or t - heard[0] > SILENT_S else heard[1]
 
 
-def _pose(r: TrackerReceiver) -> Placement | None:
+def receiver_pose(r: TrackerReceiver) -> Placement | None:
+    """What a receiver says of itself, in its transmitter's frame; None for what cannot be."""
     p = np.array((r.position.x, r.position.y, r.position.z))
     q = np.array((r.rotation.x, r.rotation.y, r.rotation.z, r.rotation.w))
     if not (np.isfinite(p).all() and np.isfinite(q).all()) or np.linalg.norm(p) > FAR_M:

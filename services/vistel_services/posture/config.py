@@ -33,15 +33,30 @@ class Person:
 
 
 @dataclass(frozen=True)
+class TrackedProp:
+    """A thing of the room that carries a receiver."""
+
+    thing: str
+    tracker: str
+    """Name of its tracker's device."""
+    station: int
+    transmitter: Placement
+    """In the room."""
+    receiver: Placement
+    """On the thing, in its frame."""
+
+
+@dataclass(frozen=True)
 class Config:
     """The posture service of one site."""
 
     site: str
     people: tuple[Person, ...]
+    props: tuple[TrackedProp, ...] = ()
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
-    """The people of `site` and the devices they wear."""
+    """The people of `site`, the devices they wear, and the props they hold."""
     if site is None:
         raise ValueError("posture: this service belongs to a site; name one")
     people: list[Person] = []
@@ -57,4 +72,15 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
             stations={station: receiver for receiver, station in t.stations.items()} if t else {},
             transmitter=transmitter, gloves={f"{p.name}-glove-{side}": side for side in p.gloves},
         ))  # fmt: skip
-    return Config(site.name, tuple(people))
+    first = people[0].seat
+    props = tuple(
+        TrackedProp(
+            p.thing, p.device, p.tracker.station,
+            transmitter_in_room(
+                first.position, first.heading, p.tracker.transmitter_position, p.tracker.transmitter_heading
+            ),
+            (np.array(p.tracker.receiver_position), np.array(p.tracker.receiver_rotation)),
+        )
+        for p in site.props
+    )  # fmt: skip
+    return Config(site.name, tuple(people), props)

@@ -14,19 +14,22 @@ from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.conference.model import Conference
 from vistel.figure.solve import Solved
+from vistel.v1.device_pb2 import TrackerFrame
 from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.wire.bus import Bus, Publication, Subscription
 from vistel.wire.clock import Clock
 from vistel.wire.motion import MotionEncoder, MotionSample, StalePart
 from vistel.wire.topics import BY_NAME
 from vistel_services.posture.capture import RATE_HZ, Capture, warm_up
-from vistel_services.posture.config import Config, Person
+from vistel_services.posture.config import Config, Person, TrackedProp
+from vistel_services.posture.props import PropCapture
 
 log = logging.getLogger("vistel.posture")
 
 _SOLVE = Histogram("vistel_posture_solve_seconds", "Time to solve one posture", ["participant"],
                    buckets=(0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.05))  # fmt: skip
 _MOTIONS = Counter("vistel_posture_motions_total", "Motion messages published", ["participant"])
+_PROPS = Counter("vistel_posture_props_total", "Poses of props published", ["thing"])
 _REJECTED = Gauge("vistel_posture_rejected_samples", "Sensor samples not believed", ["participant"])
 _STALE = Gauge("vistel_posture_stale_sensors", "Sensors that are silent", ["participant"])
 
@@ -45,17 +48,18 @@ def preload(conference: Conference) -> None:
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
-    """Publish Participant and Motion of every person of the site until cancelled."""
+    """Publish Participant and Motion of every person of the site, and its props, until cancelled."""
     await asyncio.to_thread(warm_up)
     makers = [_Maker(person, config.site, bus) for person in config.people]
-    by_device = {device: m for m in makers for device in (m.person.tracker, *m.person.gloves) if device}
+    by_device: dict[str, _Maker] = {d: m for m in makers for d in (m.person.tracker, *m.person.gloves) if d}
+    props = {prop.tracker: _PropMaker(prop, config.site, bus) for prop in config.props}
     tracker = bus.subscribe(BY_NAME["tracker"], queue_all=True, site=config.site)
     glove = bus.subscribe(BY_NAME["glove"], queue_all=True, site=config.site)
     for maker in makers:
         maker.announce(clock)
     try:
         async with asyncio.TaskGroup() as group:
-            group.create_task(_follow_trackers(tracker, by_device))
+            group.create_task(_follow_trackers(tracker, by_device, props))
             group.create_task(_follow_gloves(glove, by_device))
             for maker in makers:
                 group.create_task(maker.keep_going(clock))
@@ -64,9 +68,14 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         glove.close()
 
 
-async def _follow_trackers(subscription: Subscription, by_device: dict[str, _Maker]) -> None:
+async def _follow_trackers(
+    subscription: Subscription, by_device: dict[str, _Maker], props: dict[str, _PropMaker]
+) -> None:
     async for sample in subscription:
-        maker = by_device.get(sample.names["device"])
+        device = sample.names["device"]
+        if device in props:
+            props[device].follow(sample.message)
+        maker = by_device.get(device)
         if maker is not None and maker.capture.tracker(sample.message):
             maker.publish(maker.capture.newest_ns)
 
@@ -76,6 +85,22 @@ async def _follow_gloves(subscription: Subscription, by_device: dict[str, _Maker
         maker = by_device.get(sample.names["device"])
         if maker is not None:
             maker.capture.glove(sample.message)
+
+
+class _PropMaker:
+    """Says where one prop is."""
+
+    def __init__(self, prop: TrackedProp, site: str, bus: Bus) -> None:
+        self._capture = PropCapture(prop)
+        self._source = f"{site}/posture"
+        self._publication: Publication = bus.publish(BY_NAME["prop"], thing=prop.thing)
+
+    def follow(self, frame: TrackerFrame) -> None:
+        message = self._capture.tracker(frame)
+        if message is not None:
+            message.header.source = self._source
+            self._publication.put(message)
+            _PROPS.labels(message.thing).inc()
 
 
 class _Maker:

@@ -49,6 +49,13 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
         )
         for p in site.participants if p.tracker is not None
     ]  # fmt: skip
+    devices += [
+        TrackerDevice(
+            p.device, str(paths.device(p.device)) if p.tracker.port == "sim" else p.tracker.port,
+            p.tracker.baud, {p.thing: p.tracker.station}, p.tracker.hemisphere,
+        )
+        for p in site.props
+    ]  # fmt: skip
     return Config(tuple(devices), conference.record_raw)
 
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from vistel.figure.people.recipe import parse_spec
 from vistel.figure.posture import Posture, Stance
-from vistel.space.inputs import CommandInput, Delete, MotionInput, Move, Person, Release, Reset
+from vistel.space.inputs import CommandInput, Delete, MotionInput, Move, Person, PropInput, Release, Reset
 from vistel.v1.command_pb2 import Command
 from vistel.v1.geometry_pb2 import Pose
-from vistel.v1.motion_pb2 import Participant
+from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.v1.world_pb2 import WorldInputs
 from vistel.wire.motion import MotionSample
 
@@ -58,6 +58,11 @@ def pose(message: Pose) -> tuple[F64, F64]:
     p, q = message.position, message.rotation
     rotation = np.array([q.x, q.y, q.z, q.w], np.float64)
     return np.array([p.x, p.y, p.z], np.float64), rotation if rotation.any() else np.array([0.0, 0.0, 0.0, 1.0])
+
+
+def prop_input(message: Prop) -> PropInput:
+    """Where a tracked thing is, as the world takes it."""
+    return PropInput(message.thing, *pose(message.pose), message.header.t_ns)
 
 
 def people_of(inputs: WorldInputs) -> tuple[Person, ...]:

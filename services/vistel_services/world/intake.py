@@ -1,4 +1,5 @@
-"""Collects what arrives between two steps: who is there, their newest motion, their commands, who has gone."""
+"""Collects what arrives between two steps: who is there, their newest motion, where tracked things are, commands,
+who has gone."""
 
 from __future__ import annotations
 
@@ -8,7 +9,10 @@ from dataclasses import dataclass, field
 from prometheus_client import Counter
 
 from vistel.space.inputs import MotionInput, Person
+from vistel.space.props import SILENT_NS as PROP_SILENT_NS
 from vistel.v1.command_pb2 import Command
+from vistel.v1.device_pb2 import TrackerReceiver
+from vistel.v1.motion_pb2 import Prop
 from vistel.wire.bus import Sample
 from vistel.wire.motion import MotionDecoder
 from vistel_services.world.decode import motion_input, person
@@ -25,6 +29,18 @@ OLDEST_COMMAND_NS = 5_000_000_000
 """Commands older than this on arrival were meant for a world of the past."""
 CLOCK_RESTART_NS = 1_000_000_000
 """A motion this much older than the last begins a new life of its sender."""
+
+
+_USABLE = (
+    TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED,
+)  # fmt: skip
+
+
+@dataclass
+class _PropSource:
+    site: str
+    heard_ns: int
+    t_ns: int
 
 
 @dataclass
@@ -44,6 +60,7 @@ class Arrived:
     motions: list[MotionInput] = field(default_factory=list)
     left: list[str] = field(default_factory=list)
     commands: list[tuple[str, Command]] = field(default_factory=list)
+    props: list[Prop] = field(default_factory=list)
 
 
 class Intake:
@@ -57,6 +74,8 @@ class Intake:
         self._tokens: dict[str, set[str]] = {}
         self._gone_ns: dict[str, int] = {}
         self._newest: dict[str, MotionInput] = {}
+        self._props: dict[str, _PropSource] = {}
+        self._newest_props: dict[str, Prop] = {}
         self._arrived = Arrived()
         self._told: set[tuple[str, str]] = set()
 
@@ -101,6 +120,26 @@ class Intake:
         somebody.last_motion_ns = decoded.t_ns
         self._newest[name] = motion_input(name, decoded)
 
+    def prop(self, sample: Sample) -> None:
+        """A tracked thing is somewhere. The newest is kept; whose site was heard first may speak for a thing."""
+        thing, site, message = sample.names["thing"], sample.names["site"], sample.message
+        if message.thing != thing or message.health not in _USABLE:
+            return
+        source = self._props.get(thing)
+        if source is None or sample.received_ns - source.heard_ns > PROP_SILENT_NS:
+            self._props[thing] = source = _PropSource(site, sample.received_ns, 0)
+            log.info("prop followed thing=%s site=%s", thing, site)
+        if source.site != site:
+            if (thing, site) not in self._told:
+                self._told.add((thing, site))
+                log.warning("two sites send one prop=%s heard=%s ignored=%s", thing, source.site, site)
+            return
+        source.heard_ns, t_ns = sample.received_ns, message.header.t_ns
+        if source.t_ns - CLOCK_RESTART_NS < t_ns <= source.t_ns:
+            return
+        source.t_ns = t_ns
+        self._newest_props[thing] = message
+
     def command(self, sample: Sample) -> None:
         """Somebody asks for something."""
         t_ns = sample.message.header.t_ns
@@ -122,7 +161,8 @@ class Intake:
                 self._arrived.left.append(name)
         out = self._arrived
         out.motions = [self._newest[name] for name in sorted(self._newest)]
-        self._arrived, self._newest = Arrived(), {}
+        out.props = [self._newest_props[thing] for thing in sorted(self._newest_props)]
+        self._arrived, self._newest, self._newest_props = Arrived(), {}, {}
         return out
 
     def _join(self, name: str, site: str, now_ns: int) -> None:

@@ -22,7 +22,7 @@ from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel_services.world import store
-from vistel_services.world.decode import command_input
+from vistel_services.world.decode import command_input, prop_input
 from vistel_services.world.encode import carries_state, command_result, input_person, is_key, world_state
 from vistel_services.world.intake import Arrived, Intake
 
@@ -70,8 +70,8 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     world = store.load(config.snapshot, config.seats, now_ns) if config.snapshot else None
     log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)
     room = _Room(world or World(meeting_room(config.seats)), bus, now_ns)
-    topics = ("participant", "motion", "command")
-    about, motion, command = (bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in topics)
+    topics = ("participant", "motion", "prop", "command")
+    about, motion, prop, command = (bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in topics)
     bus.watch_presence(lambda site, token, alive: room.intake.presence(site, token, alive, clock.now_ns()))
     bus.serve(BY_NAME["world_snapshot"], room.answer)
     bus.announce("world")
@@ -85,13 +85,15 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
                 room.intake.participant(sample)
             for sample in motion.take():
                 room.intake.motion(sample)
+            for sample in prop.take():
+                room.intake.prop(sample)
             for sample in command.take():
                 room.intake.command(sample)
             room.step(due_ns)
             if config.snapshot and room.world.step_number % SAVE_STEPS == 0 and (saving is None or saving.done()):
                 saving = asyncio.create_task(asyncio.to_thread(store.save, config.snapshot, room.world.snapshot()))
     finally:
-        for subscription in (about, motion, command):
+        for subscription in (about, motion, prop, command):
             subscription.close()
         if config.snapshot:
             store.save(config.snapshot, room.world.snapshot())
@@ -134,6 +136,7 @@ class _Room:
         inputs = StepInputs(
             number, t_ns, tuple(arrived.people), tuple(arrived.motions), tuple(arrived.left),
             tuple(command_input(who, message) for who, message in arrived.commands),
+            tuple(prop_input(message) for message in arrived.props),
         )  # fmt: skip
         view = self.world.step(inputs)
         self._inputs.put(_inputs_message(inputs, arrived, before))
@@ -181,6 +184,7 @@ def _inputs_message(inputs: StepInputs, arrived: Arrived, before: bytes) -> Worl
     for name in inputs.left:
         out.motions.add(participant=name, left=True)
     out.people.extend(input_person(p) for p in inputs.people)
+    out.props.extend(arrived.props)
     for who, message in arrived.commands:
         kept = out.commands.add()
         kept.CopyFrom(message)

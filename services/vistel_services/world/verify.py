@@ -16,7 +16,7 @@ from vistel.space.inputs import MotionInput, StepInputs
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldInputs, WorldState
 from vistel.wire.motion import MotionDecoder
-from vistel_services.world.decode import command_input, motion_input, people_of
+from vistel_services.world.decode import command_input, motion_input, people_of, prop_input
 from vistel_services.world.encode import is_key, world_state
 
 Record = tuple[str, dict[str, str], Any, int]
@@ -145,6 +145,7 @@ class _Rerun:
             message.step, message.header.t_ns, people_of(message), tuple(motions),
             tuple(used.participant for used in message.motions if used.left),
             tuple(command_input(c.participant, c) for c in message.commands),
+            tuple(prop_input(p) for p in message.props),
         )  # fmt: skip
 
     def _skip(self, why: str) -> None:

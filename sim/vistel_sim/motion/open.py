@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vistel.conference.model import Conference
 from vistel.figure.posture import Posture
 from vistel.figure.sensors import Placement
+from vistel.space.room import BATON
 from vistel_sim.motion.bvh import load_bvh
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.played import PlayedFile, play_alone, play_hand_over
@@ -55,6 +56,11 @@ def open_motion(conference: Conference) -> MotionSource:
     if meeting:
         sources.append(Meeting(meeting, conference.room.seats, conference.seed))
     return sources[0] if len(sources) == 1 else _Company(sources)
+
+
+def things_of(path: Path) -> tuple[str, ...]:
+    """Ids of the things of the room that a recording moves beside its people."""
+    return (BATON,) if path.is_dir() and is_hand_over(path) else ()
 
 
 class _Company:

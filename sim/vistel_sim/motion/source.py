@@ -8,8 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.conference.model import Conference, TrackerConfig
+from vistel.conference.model import Conference, PropTracker, Site, TrackerConfig
 from vistel.figure.posture import Posture, pose_joints
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.sensors import Mount, Placement, into_frame, receiver_mounts, receiver_poses, transmitter_in_room
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.space.room import seat_pose
@@ -81,6 +82,20 @@ def places(conference: Conference) -> dict[str, Place]:
             mounts = receiver_mounts(skeleton)
             out[person.name] = Place(person.name, seat, skeleton, position, heading, transmitter, mounts)
     return out
+
+
+def prop_transmitter(conference: Conference, site: Site, tracker: PropTracker) -> Placement:
+    """Where the transmitter of a prop's tracker stands, in the room."""
+    position, heading = seat_pose(conference.room.seats, conference.seat_of(site.participants[0].name))
+    return transmitter_in_room(position, heading, tracker.transmitter_position, tracker.transmitter_heading)
+
+
+def receiver_on_prop(transmitter: Placement, tracker: PropTracker, pose: Placement) -> Placement:
+    """What the receiver on a thing at `pose` (room) reads, in its transmitter's frame."""
+    rotation = matrix_from_quaternion(pose[1])
+    turn = rotation @ matrix_from_quaternion(np.array(tracker.receiver_rotation))
+    at = pose[0] + rotation @ np.array(tracker.receiver_position)
+    return into_frame(transmitter, at, quaternion_from_matrix(np.ascontiguousarray(turn)))
 
 
 def receivers_of(place: Place, posture: Posture) -> dict[str, Placement]:

@@ -1,0 +1,66 @@
+"""A tracked prop: its receiver's frames in, where the thing is out. No bus, no clock: times come with the messages."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.figure.sensors import out_of_frame
+from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
+from vistel.v1.motion_pb2 import Prop
+from vistel_services.posture.capture import RATE_HZ, USABLE, receiver_pose
+from vistel_services.posture.config import TrackedProp
+from vistel_services.posture.one_euro import PoseFilter
+
+F64 = NDArray[np.float64]
+
+
+class PropCapture:
+    """Follows one prop."""
+
+    def __init__(self, prop: TrackedProp) -> None:
+        self.prop = prop
+        self._filter = PoseFilter()
+        self._epoch_ns: int | None = None
+        self._heard_ns = 0
+        self._told_ns = 0
+
+    def tracker(self, frame: TrackerFrame) -> Prop | None:
+        """Take a tracker's frame. Gives a message when one is due: a sixtieth of a second of news has come in."""
+        health = TrackerReceiver.HEALTH_UNSPECIFIED
+        for r in frame.receivers:
+            if r.station != self.prop.station or r.t_ns <= self._heard_ns:
+                continue
+            self._heard_ns, health = r.t_ns, r.health
+            pose = receiver_pose(r)
+            if pose is not None and r.health in USABLE:
+                self._filter.update(self._seconds(r.t_ns), *self._thing(*out_of_frame(self.prop.transmitter, *pose)))
+            elif health in USABLE:
+                health = TrackerReceiver.HEALTH_UNTRUSTED
+        believed = self._filter.t >= 0.0
+        if not believed or self._heard_ns - self._told_ns < 0.75e9 / RATE_HZ:
+            return None
+        self._told_ns = self._heard_ns
+        return self._message(health)
+
+    def _thing(self, position: F64, quaternion: F64) -> tuple[F64, F64]:
+        """The thing's pose from its receiver's; room frame."""
+        p, q = self.prop.receiver
+        rotation = matrix_from_quaternion(quaternion) @ matrix_from_quaternion(q).T
+        return position - rotation @ p, quaternion_from_matrix(np.ascontiguousarray(rotation))
+
+    def _message(self, health: TrackerReceiver.Health) -> Prop:
+        position, quaternion = self._filter.at(self._seconds(self._heard_ns))
+        out = Prop(thing=self.prop.thing, health=health)
+        out.header.t_ns = self._heard_ns
+        at, turn = out.pose.position, out.pose.rotation
+        at.x, at.y, at.z = position.tolist()
+        turn.x, turn.y, turn.z, turn.w = quaternion.tolist()
+        return out
+
+    def _seconds(self, t_ns: int) -> float:
+        """Seconds since the first measurement: small numbers keep their nanoseconds."""
+        if self._epoch_ns is None:
+            self._epoch_ns = t_ns
+        return (t_ns - self._epoch_ns) * 1e-9
