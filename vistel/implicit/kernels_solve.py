@@ -30,7 +30,8 @@ from vistel.implicit.wide import wide
 TOLERANCE = np.float32(2e-5)
 """|F - T| a solved vertex may have."""
 NEAR = np.float32(1e-4)
-"""|F - T| from which one more step, some ten thousand times closer, need not be checked."""
+"""|F - T| from which one more step, some ten thousand times closer, need not be checked if it is short."""
+SHORT = np.float32(0.01)
 MAX_EVALUATIONS = 16
 NEARLY = np.float32(0.35)
 """Bodies this close to touching (in field units) are kept in a block's sums, since its skin may bulge into
@@ -131,7 +132,8 @@ def advance(phi, state):
         t = HALF * (low + high) if halve > ZERO else inside
         state[S * LANES + i] = t if open_ > ZERO else s
         state[LOW * LANES + i], state[HIGH * LANES + i] = low, high
-        open_ = open_ if abs(f) > NEAR else ZERO
+        sure = abs(f) <= NEAR and abs(step) <= SHORT * limit
+        open_ = ZERO if sure else open_
         state[OPEN * LANES + i], state[KNOWN_LOW * LANES + i], state[KNOWN_HIGH * LANES + i] = (
             open_, low_known, high_known,
         )  # fmt: skip
