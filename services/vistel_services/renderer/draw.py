@@ -293,7 +293,10 @@ class Painter:
             w, h = texture.size
             x = round((0.5 + 0.5 * at[0] / at[3]) * self.width - 0.5 * w)
             y = round((0.5 + 0.5 * at[1] / at[3]) * self.height)
-            x, y = max(2, min(self.width - w - 2, x)), max(2, min(self.height - h - 2, y))
+            fits = max(2, min(self.width - w - 2, x)), max(2, min(self.height - h - 2, y))
+            # A name that had to move into the picture may lie over its own head: there it is drawn on top.
+            depth = float(at[2] / at[3]) if fits == (x, y) else -1.0
+            x, y = fits
             box = (
                 2 * x / self.width - 1,
                 2 * y / self.height - 1,
@@ -301,7 +304,7 @@ class Painter:
                 2 * (y + h) / self.height - 1,
             )
             texture.use(0)
-            put(self._label_program, text=0, opacity=1.0, box=box, depth=float(at[2] / at[3]))
+            put(self._label_program, text=0, opacity=1.0, box=box, depth=depth)
             self._label_vao.render(moderngl.TRIANGLE_STRIP)
         for label in set(self._label_textures) - wanted:
             self._label_textures.pop(label).release()
