@@ -14,9 +14,15 @@ def verify_log(reader: LogReader, as_json: bool) -> int:
 
     report = verify((r.topic.name, r.names, r.message, r.log_ns) for r in reader.records(topics=VERIFIED_TOPICS))
     if as_json:
-        out.print_json(data={"steps": report.steps, "equal": report.equal, "difference": report.difference})
+        out.print_json(data={
+            "steps": report.steps, "equal": report.equal, "difference": report.difference,
+            "skipped": report.skipped, "skipped_because": report.skipped_because,
+        })  # fmt: skip
     elif report.equal:
         out.print(f"{report.steps} world states re-run and compared: every one is equal, bit for bit")
     else:
         err.print(f"[red]error:[/red] {report.difference}")
+    if not as_json:
+        for why, count in report.skipped_because.items():
+            out.print(f"{count} states not compared: {why}")
     return 0 if report.equal else FAILED
