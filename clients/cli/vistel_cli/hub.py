@@ -62,6 +62,9 @@ async def _run(
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(Path(run), output.resolve())
         file = write_conference(conference, paths.run)
+        from vistel_cli.prepare import prepare  # noqa: PLC0415  loads the compiler, which `vistel --help` need not
+
+        await asyncio.to_thread(prepare, conference, file)
         specs = [host_spec(p, file, hub, paths) for p in plans]
         if simulate:
             specs.append(sim_spec(file, paths, simulate))

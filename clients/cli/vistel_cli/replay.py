@@ -92,6 +92,8 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
     if unknown:
         fail(f"--site {unknown[0]}: not in this log; there are {', '.join(known)}", USAGE)
     for s in data["sites"]:
+        for p in s["participants"]:
+            p.pop("motion", None)  # the log is the motion; the file it once came from need not be here
         s["processes"] = [["posture"], ["renderer"]] if not sites or s["name"] in sites else [["posture"]]
     data["bus"] = {"mode": "embedded"}
     data["record"] = False
@@ -110,14 +112,17 @@ async def _play(
     logs.configure_file("hub/replay", folder / "replay.log")
     begin_ns = reader.begin_ns + int(begin * 1e9)
     end_ns = reader.begin_ns + int(end * 1e9)
-    router = Router.open()
-    clock = ReplayClock(begin_ns, time.monotonic_ns() + int(LEAD_S * 1e9), speed)
-    bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(Path(run), output.resolve())
         for old in (v for s in conference.sites for v in paths.videos(s.name)):
             old.unlink()
         file = write_conference(conference, paths.run)
+        from vistel_cli.prepare import prepare  # noqa: PLC0415  loads the compiler, which `vistel --help` need not
+
+        await asyncio.to_thread(prepare, conference, file)
+        router = Router.open()
+        clock = ReplayClock(begin_ns, time.monotonic_ns() + int(LEAD_S * 1e9), speed)
+        bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])
         services = LIVE_SERVICES[source.value]
         plans = hub_processes(conference)
         for s in conference.sites:
