@@ -26,6 +26,7 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.deformable import Deformable, collisions, deformed
 from vistel.implicit.ghost import ghosts_of
+from vistel.implicit.mesh_ghosts import dents
 from vistel.implicit.temporal import Memory, Plastic, Viscoelastic
 from vistel.space.soft import SoftRoom
 
@@ -217,7 +218,7 @@ def head_and_ball(seconds: float, rate: int) -> Iterator[tuple[float, list[Part]
         if k % substeps:
             continue
         sources = [ghosts_of(ball_ghost(centre, BALL_RADIUS))]
-        sources += [ghosts_of(ball_ghost(d.position, BALL_RADIUS)) for d in memory.dents.get(("ball", "head"), ())]
+        sources += dents(memory, "ball", head, ball_ghost((0.0, 0.0, 0.0), BALL_RADIUS), time)
         state = figure.pose(standing(), sources)
         ball = deformed(bodies, [*collisions(bodies), *memory.ghosts(time)])["ball"]
         yield time, [*dressed(figure, state), Part.plain(skinned(ball, centre, BALL_RADIUS), TRIANGLES, BALL)]

@@ -3,7 +3,8 @@
     held = pulled(ghosts_of(ball), constraint.pulls(ball_body, arm_body))
     figure.pose(posture, [held, blown(Directional((1, 0, 0), 0.8), box)])
 
-They say the same as the nodes of `vistel.implicit.ghost_nodes`, which fields of shapes are made of.
+They say the same as the nodes of `vistel.implicit.ghost_nodes`, which fields of shapes are made of, but for one bound:
+all that raises a mesh's skin together adds at most 0.3 of field, so a constraint reaches as far as y = 0.3 at Q.
 """
 
 from __future__ import annotations
@@ -16,10 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from vistel.implicit import ghost_effects as effects
 from vistel.implicit.checks import ShapeError, within
+from vistel.implicit.combine import rotation_matrix
 from vistel.implicit.constraint import Pull
+from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.deformable import Deformable
 from vistel.implicit.force_field import Directional, Radial, Shear
-from vistel.implicit.ghost import GhostSource
+from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.implicit.kernels_field import ROW
+from vistel.implicit.temporal import Memory
 
 F64 = NDArray[np.float64]
 
@@ -39,6 +44,25 @@ def pulled(source: GhostSource, pulls: Sequence[Pull]) -> GhostSource:
 def faded(source: GhostSource, share: float) -> GhostSource:
     """A dent's ghosts, where its maker once was, of which `share` is left (0 to 1)."""
     return _with(source, effects.FADING, [within("faded", "share", share, 0.0, 1.0)])
+
+
+def dents(
+    memory: Memory, maker: str, body: Deformable, primitives: PrimitiveSet, time: float
+) -> list[GhostSource]:
+    """What a mesh remembers of a maker (`Memory`), as ghosts; primitives: the maker's, in its own frame.
+
+    body: the mesh's body, for the frame the dents are kept in; its position and rotation are where it is now.
+    """
+    decay = getattr(memory.materials.get(body.name), "decay", None)
+    out: list[GhostSource] = []
+    for dent in memory.dents.get((maker, body.name), ()):
+        share = 1.0 if decay is None or dent.left is None else decay.share(time - dent.left)
+        if share <= 0.0:
+            continue
+        there = primitives.moved(rotation_matrix(dent.rotation), np.array(dent.position))
+        source = ghosts_of(there.moved(rotation_matrix(body.rotation), np.array(body.position)))
+        out.append(source if share == 1.0 else faded(source, share))
+    return out
 
 
 def blown(field: Directional | Shear | Radial, box: ArrayLike) -> GhostSource:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,8 @@ from vistel.implicit.deformable import Deformable, collisions, deformed
 from vistel.implicit.embedding import Limbs, embed
 from vistel.implicit.force_field import Directional, Force, Shear, compression, expansion
 from vistel.implicit.ghost import GhostSource, ghosts_of
-from vistel.implicit.mesh_ghosts import blown, faded, pulled
+from vistel.implicit.mesh_ghosts import blown, dents, faded, pulled
+from vistel.implicit.temporal import Decay, Memory, Plastic
 
 RADIUS = 0.1
 BOX = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
@@ -111,3 +114,19 @@ def test_a_dent_fades_with_its_share() -> None:
     live = deformed([body, ROD.body], [c for c in collisions([body, ROD.body]) if c.target == "rod"])["rod"]
     inside = body.placed.field(ROD.rest.astype(float)) > vi.THRESHOLD
     assert residual(live, ROD.under(faded(source, 1.0)))[inside].max() < 5e-3
+
+
+def test_a_plastic_mesh_keeps_the_dent_of_a_ball_that_left_until_it_has_faded() -> None:
+    primitives = PrimitiveSet.of_kinds(["sphere"], [[0.08]], np.eye(3)[None], np.zeros((1, 3)))
+    _, near = ball((0.0, 0.165, 0.0))
+    memory = Memory({"rod": Plastic(decay=Decay(2.0))}).step([near, ROD.body], 0.0, 1.0)
+    memory = memory.step([near.at((0.0, 1.0, 0.0)), ROD.body], 1.0, 1.0)
+    deep = [
+        float(np.linalg.norm(ROD.under(*dents(memory, "ball", ROD.body, primitives, t)) - ROD.rest, axis=1).max())
+        for t in (1.0, 2.0, 2.9, 3.0)
+    ]
+    assert deep[0] > 0.005
+    assert all(a > b for a, b in pairwise(deep))
+    assert deep[-1] == 0.0
+    live = ROD.under(ghosts_of(primitives.moved(np.eye(3), np.array((0.0, 0.165, 0.0)))))
+    np.testing.assert_allclose(ROD.under(*dents(memory, "ball", ROD.body, primitives, 1.0)), live, atol=1e-6)
