@@ -26,7 +26,7 @@ from benchmarks.row import Row, machine
 from vistel.figure.avatar_builtin import builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.posture import Posture, Stance, standing
-from vistel.implicit.contact import cone_sphere_contacts, find_contacts
+from vistel.implicit.contact import ContactScene
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.embedding import INVERSE_T, primitive_field
 from vistel.implicit.ghost import GhostSource, ghosts_of
@@ -134,7 +134,7 @@ def _seeing_all() -> Iterator[Row]:
     rng = np.random.default_rng(0)
     directions = rng.normal(size=(23, 3)) * (1.0, 0.2, 1.0)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    centres = np.array([0.0, 0.9, 0.0]) + directions * 3.12
+    centres = np.array([0.0, 0.9, 0.0]) + directions * rng.uniform(3.25, 4.0, (23, 1))
     balls = PrimitiveSet.of_kinds(["sphere"] * 23, [[3.0]] * 23, np.tile(np.eye(3), (23, 1, 1)), centres)
     ghosts = (ghosts_of(balls, groups=range(23)),)
     vertices, normals, out = figure.vertices.copy(), figure.normals.copy(), figure.vertices.copy()
@@ -163,14 +163,19 @@ def _three(people: list[Figure]) -> Iterator[Row]:
         place = np.array([0.24 * math.sin(turn), 0.0, 0.24 * math.cos(turn)])
         postures.append(Posture(hugging()[0].dofs, stance=Stance(place, turn + math.pi)))
     posed = [f.pose(p).posed for f, p in zip(people, postures, strict=True)]
+    scene = ContactScene([PrimitiveSet.of_cone_spheres(p.a, p.b, p.radius_a, p.radius_b) for p in posed])
+    body_of = np.repeat(np.arange(3), np.diff(scene.first))
 
     def frame() -> None:
+        for k in range(3):
+            scene.place_cone_spheres(k, posed[k])
+        found = scene.find()
+        pairs = set(zip(body_of[found.a].tolist(), body_of[found.b].tolist(), strict=True))
         ghosts = [f.ghosts(p) for f, p in zip(people, posed, strict=True)]
         touching: list[list[GhostSource]] = [[], [], []]
-        for i, j in ((0, 1), (0, 2), (1, 2)):
-            if len(cone_sphere_contacts(posed[i], posed[j])):
-                touching[i].append(ghosts[j])
-                touching[j].append(ghosts[i])
+        for i, j in pairs:
+            touching[i].append(ghosts[j])
+            touching[j].append(ghosts[i])
         for k in range(3):
             posed[k] = people[k].pose(postures[k], touching[k]).posed
 
@@ -181,12 +186,8 @@ def _three(people: list[Figure]) -> Iterator[Row]:
 
 def _contact_lists() -> Iterator[Row]:
     for gap in (0.8, 0.4):
-        sets = [capsules((gap * k, 0.0, 0.05 * k)) for k in range(3)]
-
-        def contacts(sets: list[PrimitiveSet] = sets) -> int:
-            return sum(len(find_contacts(sets[i], sets[j])) for i, j in ((0, 1), (0, 2), (1, 2)))
-
-        took, found = _microseconds({"contacts": contacts}, 400)["contacts"], contacts()
+        scene = ContactScene([capsules((gap * k, 0.0, 0.05 * k)) for k in range(3)])
+        took, found = _microseconds({"contacts": scene.find}, 400)["contacts"], len(scene.find())
         case = f"contact lists, 3 x 23 primitives {gap} m apart, {found} contacts"
         yield _row(case, "time", "us", took)
         for engine, call, most in (("mujoco", "MuJoCo mj_collision", 1.5), ("fcl", "FCL managers", 1.0 / 6.0)):

@@ -8,13 +8,14 @@ input gives the same list, ordered by the first primitive, then by the second.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact_kernels import find_pairs  # pyright: ignore[reportUnknownVariableType]
+from vistel.implicit.contact_search import find_among, find_pairs  # pyright: ignore[reportUnknownVariableType]
 from vistel.implicit.contact_set import PrimitiveSet
 
 F64 = NDArray[np.float64]
@@ -96,3 +97,41 @@ def as_set(body: ConeSpheres | PrimitiveSet) -> PrimitiveSet:
     if isinstance(body, PrimitiveSet):
         return body
     return PrimitiveSet.of_cone_spheres(body.a, body.b, body.radius_a, body.radius_b)
+
+
+class ContactScene:
+    """Several bodies and all contacts between them, found in one call without allocating.
+
+    bodies: the primitives of each; `primitives` holds them joined, body b's being first[b] : first[b + 1].
+    Place a body by writing to the arrays of `primitives` (position, rotation, params) in place.
+    """
+
+    def __init__(self, bodies: Sequence[PrimitiveSet]) -> None:
+        self.primitives = PrimitiveSet.join(bodies)
+        self.first: I32 = np.cumsum([0] + [len(b) for b in bodies]).astype(np.int32)
+        count = len(self.primitives)
+        self._cones, self._boxes, self._hull = np.empty((count, 8)), np.empty((count, 6)), np.empty((len(bodies), 6))
+        self._near, self._row = np.empty(count, np.int32), np.empty(8)
+        self._pairs, self._rows = np.empty((64, 2), np.int32), np.empty((64, 8))
+
+    def place_cone_spheres(self, body: int, posed: ConeSpheres) -> None:
+        """Set a body made of cone-spheres by `PrimitiveSet.of_cone_spheres` to where `posed` is."""
+        rows = self.primitives.params[self.primitives.start[self.first[body]] : self.primitives.start[self.first[body + 1]]]
+        table = rows.reshape(-1, 8)
+        table[:, 0:3], table[:, 3:6] = posed.a, posed.b
+        table[:, 6], table[:, 7] = posed.radius_a, posed.radius_b
+
+    def find(self, *, margin: float = 0.0) -> ContactArray:
+        """Every pair of primitives of different bodies closer than `margin` metres, a and b being indices
+        into `primitives`, ordered by body, then by primitive. The arrays are valid until the next call."""
+        p = self.primitives
+        while True:
+            count = find_among(
+                self.first, p.kind, p.start, p.params, p.rotation, p.position, float(margin), self._cones, self._boxes,
+                self._hull, self._near, self._row, self._pairs, self._rows,
+            )  # fmt: skip
+            if count <= len(self._pairs):
+                break
+            self._pairs, self._rows = np.empty((2 * count, 2), np.int32), np.empty((2 * count, 8))
+        pairs, rows = self._pairs[:count], self._rows[:count]
+        return ContactArray(pairs[:, 0], pairs[:, 1], rows[:, 0:3], rows[:, 3:6], rows[:, 6], rows[:, 7])

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.implicit.contact import cone_sphere_contacts, find_contacts
-from vistel.implicit.contact_kernels import INVERSE_T, field_of_ratio, surface
+from vistel.implicit.contact import ContactScene, cone_sphere_contacts, find_contacts
 from vistel.implicit.contact_set import KIND_CODES, PrimitiveSet
+from vistel.implicit.contact_surface import INVERSE_T, field_of_ratio, surface
 
 
 def cones(rng: np.random.Generator, n: int, spread: float = 0.12) -> PrimitiveSet:
@@ -159,3 +159,27 @@ def test_joined_and_moved_sets_keep_every_primitive():
     np.testing.assert_allclose(joined.params[joined.start[3] : joined.start[4]], THINGS["superellipsoid"])
     turn = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
     np.testing.assert_allclose(joined.moved(turn, np.array([1.0, 2, 3])).position[0], (1, 2, 3))
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10**6))
+def test_a_scene_finds_what_every_two_bodies_find(seed):
+    rng = np.random.default_rng(seed)
+    bodies = [cones(rng, int(rng.integers(1, 8))) for _ in range(4)]
+    scene = ContactScene(bodies)
+    margin = float(rng.uniform(0.0, 0.05))
+    found = scene.find(margin=margin)
+    expected = []
+    for i in range(4):
+        for j in range(i + 1, 4):
+            two = find_contacts(bodies[i], bodies[j], margin=margin)
+            expected += [(scene.first[i] + a, scene.first[j] + b, d) for a, b, d in zip(two.a, two.b, two.depth, strict=True)]
+    assert list(zip(found.a, found.b, found.depth, strict=True)) == expected
+
+
+def test_bodies_of_a_scene_can_be_moved():
+    a, b = stick((0, 0, 0), (1, 0, 0), 0.1), stick((0, 1, 0), (1, 1, 0), 0.1)
+    scene = ContactScene([a, b])
+    assert len(scene.find()) == 0
+    scene.primitives.position[1] = (0, -0.85, 0)
+    assert scene.find().depth[0] == pytest.approx(0.05)

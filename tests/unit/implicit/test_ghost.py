@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vistel.implicit.contact_kernels import INVERSE_T, field_of_ratio, surface
 from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, PrimitiveSet
+from vistel.implicit.contact_surface import INVERSE_T, field_of_ratio, surface
 from vistel.implicit.embedding_fields import cone_sphere_ratio, quartic
 from vistel.implicit.ghost import T, collision, ghosts_of, propagation, zone
 from vistel.implicit.kernels_field import LANES, local_ray, ray
