@@ -21,6 +21,10 @@ STANDBY_AFTER_S = 20.0
 """After the start of the others, which have the machine to themselves until then."""
 
 
+COMPUTING = ("posture", "world", "renderer")
+"""Services with kernels to compile; a recorder begins at once."""
+
+
 def endpoint_of(conference: Conference, given: str | None) -> str:
     """The router to connect to: `given`, else the conference file's first endpoint."""
     if given:
@@ -64,7 +68,9 @@ async def _run(
         file = write_conference(conference, paths.run)
         from vistel_cli.prepare import prepare  # noqa: PLC0415  loads the compiler, which `vistel --help` need not
 
-        await asyncio.to_thread(prepare, conference, file)
+        computing = any(service in COMPUTING for plan in plans for service in plan.services)
+        if computing and not await prepare(conference, file, stop):
+            return 0
         specs = [host_spec(p, file, hub, paths) for p in plans]
         if simulate:
             specs.append(sim_spec(file, paths, simulate))

@@ -9,17 +9,18 @@ in a process of its own (its memory goes back), which prints a line per step for
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import hashlib
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numba
 import numpy as np
-import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import vistel
@@ -38,35 +39,68 @@ from vistel_cli.terminal import err, fail
 from vistel_services.renderer.antialias import antialias
 from vistel_sim.motion import open_motion
 
+if sys.platform != "win32":
+    import fcntl
+
 INTERRUPTED = 130
 Step = tuple[str, Callable[[], object]]
 
 
-def prepare(conference: Conference, file: Path, silent: bool = False) -> None:
-    """Make what is missing, with progress; at once when all is there."""
-    stamp = default_cache().parent / f"prepared-{_fingerprint(conference)}"
+async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, silent: bool = False) -> bool:
+    """Make what is missing, with progress; at once when all is there. False when `stop` was set meanwhile.
+
+    Exits with one line when it fails.
+    """
+    stamp = _stamp(conference)
     if stamp.exists():
-        return
+        return True
     columns = (TextColumn("preparing, once: {task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
-    command = [sys.executable, "-m", "vistel_cli.prepare", str(file)]
-    with (
-        Progress(*columns, console=err, transient=True, disable=silent) as bar,
-        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process,
-    ):
-        assert process.stdout is not None
+    command = (sys.executable, "-m", "vistel_cli.prepare", str(file))
+    with Progress(*columns, console=err, transient=True, disable=silent) as bar:
         task = bar.add_task("starting", total=len(_steps(conference)))
-        for n, line in enumerate(process.stdout):
-            bar.update(task, completed=n, description=line.strip())
-        code = process.wait()
-    if code in (INTERRUPTED, -signal.SIGINT, -signal.SIGTERM):
-        raise typer.Exit(0)
+        child = await asyncio.create_subprocess_exec(*command, stdout=subprocess.PIPE)
+
+        async def follow() -> None:
+            assert child.stdout is not None
+            done = 0
+            async for line in child.stdout:
+                bar.update(task, completed=done, description=line.decode().strip())
+                done += 1
+
+        following, stopping = asyncio.create_task(follow()), asyncio.create_task(stop.wait())
+        await asyncio.wait({following, stopping}, return_when=asyncio.FIRST_COMPLETED)
+        stopping.cancel()
+        if not following.done():
+            with contextlib.suppress(ProcessLookupError):
+                child.terminate()
+        await following
+        code = await child.wait()
+    if stop.is_set() or code in (INTERRUPTED, -signal.SIGINT, -signal.SIGTERM):
+        return False
     if code != 0:
         fail(f"preparing the conference failed with {code}; `python -m vistel_cli.prepare {file}` shows why")
+    return True
+
+
+def _stamp(conference: Conference) -> Path:
+    """A file that is there when all has been made."""
+    return default_cache().parent / f"prepared-{_fingerprint(conference)}"
+
+
+@contextmanager
+def _by_turns() -> Generator[None, None, None]:
+    """Sites that start together on one machine prepare one after the other: the second finds all done."""
+    lock = default_cache().parent / "prepare.lock"
     try:
-        stamp.parent.mkdir(parents=True, exist_ok=True)
-        stamp.touch()
-    except OSError:
-        return  # an unwritable cache only means preparing again
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        stream = lock.open("ab")
+    except OSError:  # an unwritable cache only means preparing at once
+        yield
+        return
+    with stream:
+        if sys.platform != "win32":
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        yield
 
 
 def _fingerprint(conference: Conference) -> str:
@@ -74,6 +108,15 @@ def _fingerprint(conference: Conference) -> str:
     for source in sorted(Path(vistel.__file__).parent.rglob("*.py")):
         text += f" {source.name} {source.stat().st_mtime_ns}"
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _by_the_meeting(conference: Conference) -> Conference:
+    """Everybody moved by the built-in choreography: a recording may lie on another site's machine."""
+    data = conference.model_dump(mode="json", exclude_none=True)
+    for site in data["sites"]:
+        for p in site["participants"]:
+            p.pop("motion", None)
+    return Conference.model_validate(data)
 
 
 def _people(conference: Conference) -> list[tuple[str, str, float]]:
@@ -135,11 +178,18 @@ def _run(conference: Conference) -> Iterator[str]:
 
 def main() -> None:
     """Entry point of the child."""
-    with contextlib.suppress(KeyboardInterrupt):
-        for label in _run(load(Path(sys.argv[1]))):
-            print(label, flush=True)
-        return
-    sys.exit(INTERRUPTED)
+    conference = _by_the_meeting(load(Path(sys.argv[1])))
+    try:
+        print("waiting for another site", flush=True)
+        with _by_turns():
+            if _stamp(conference).exists():
+                return
+            for label in _run(conference):
+                print(label, flush=True)
+            with contextlib.suppress(OSError):  # an unwritable cache only means preparing again
+                _stamp(conference).touch()
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
 
 
 if __name__ == "__main__":

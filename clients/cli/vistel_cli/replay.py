@@ -92,8 +92,6 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
     if unknown:
         fail(f"--site {unknown[0]}: not in this log; there are {', '.join(known)}", USAGE)
     for s in data["sites"]:
-        for p in s["participants"]:
-            p.pop("motion", None)  # the log is the motion; the file it once came from need not be here
         s["processes"] = [["posture"], ["renderer"]] if not sites or s["name"] in sites else [["posture"]]
     data["bus"] = {"mode": "embedded"}
     data["record"] = False
@@ -119,7 +117,8 @@ async def _play(
         file = write_conference(conference, paths.run)
         from vistel_cli.prepare import prepare  # noqa: PLC0415  loads the compiler, which `vistel --help` need not
 
-        await asyncio.to_thread(prepare, conference, file)
+        if not await prepare(conference, file, stop):
+            return 0
         router = Router.open()
         clock = ReplayClock(begin_ns, time.monotonic_ns() + int(LEAD_S * 1e9), speed)
         bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])

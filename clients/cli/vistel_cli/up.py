@@ -135,7 +135,8 @@ class _Run:
         conference = self.conference
         from vistel_cli.prepare import prepare  # noqa: PLC0415  loads the compiler, which `vistel --help` need not
 
-        await asyncio.to_thread(prepare, conference, file, self.as_json)
+        if not await prepare(conference, file, self.stop, silent=self.as_json):
+            return 0
         router = None
         if conference.bus.mode == "embedded":
             router = Router.open(conference.bus.endpoints[0] if conference.bus.endpoints else None)
