@@ -14,7 +14,7 @@ from vistel.implicit.contact_set import CONE_SPHERE
 from vistel.implicit.deform_blocks import Blocks
 from vistel.implicit.deform_normals import NormalUpdate
 from vistel.implicit.embedding import JOINT_REACH, JOINT_WEIGHT, Embedding
-from vistel.implicit.ghost import GhostSource
+from vistel.implicit.ghost import MOST_PRIMITIVES, GhostSource
 from vistel.implicit.ghost_effects import OWN_EFFECT
 from vistel.implicit.kernels_deform import deform_frame  # pyright: ignore[reportUnknownVariableType]
 from vistel.implicit.kernels_field import LANES, ROW
@@ -55,6 +55,8 @@ class Deformer:
     def __init__(self, triangles: I32, embedding: Embedding) -> None:
         self.embedding = embedding
         limbs, fit, vertices = embedding.limbs, embedding.fit, len(embedding.group)
+        if np.bincount(limbs.group).max() > MOST_PRIMITIVES:
+            raise ValueError(f"limbs: expected at most {MOST_PRIMITIVES} primitives in a group; split the group")
         self._normals = NormalUpdate(triangles, vertices)
         self._table = np.zeros(table.TABLE_LENGTH, np.int64)
         self._arrays: dict[int, NDArray[np.generic]] = {}

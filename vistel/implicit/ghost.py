@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,8 @@ I32 = NDArray[np.int32]
 
 T = 0.5
 INVERSE_T = float(np.sqrt(1.0 - np.sqrt(T)))
+MOST_PRIMITIVES = 62
+"""Primitives one group may have: larger ones are several bodies to the deformation (it keeps a bit for each)."""
 ALPHA, BETA = 0.6, 3.0
 """Share of T that all propagations together may reach; zone of propagation / penetration."""
 
@@ -118,6 +121,11 @@ def ghosts_of(
         else:
             _superquadric_row(int(kind[i]), params, primitives.rotation[i], primitives.position[i], rows[i], box[i])
     starts = np.concatenate([[0], np.flatnonzero(np.diff(group)) + 1, [len(group)]]).astype(np.int32)
+    if len(group) and np.diff(starts).max() > MOST_PRIMITIVES:
+        starts = np.array(
+            [n for a, b in pairwise(starts) for n in range(a, b, MOST_PRIMITIVES)] + [len(group)],
+            np.int32,
+        )
     if len(group) == 0:
         starts = np.zeros(1, np.int32)
     return GhostSource(
