@@ -83,6 +83,54 @@ def closed_round(
     return out
 
 
+def closed_on(
+    skeleton: Skeleton, body: Body, side: str, point: F64, direction: F64, radius: float, press: float = 0.001
+) -> F64:
+    """(20,) finger angles that close a hand on a bar that lies in it at any slant, bone by bone until each touches.
+
+    point, direction: (3,) of the bar's axis in the hand's frame, the direction a unit vector; radius [m]; press: how
+    far the surfaces sink into the bar [m].
+    """
+    row = 0 if side == "left" else 1
+    angles = np.zeros((2, HAND_DOF_COUNT))
+
+    def gap(bone: str) -> float:
+        return _gap(skeleton, body, side, bone, angles, point, direction) - radius + press
+
+    for f, finger in enumerate(FINGERS[1:], start=1):
+        bones = [f"{side}_{finger}_{digit}" for digit in ("proximal", "intermediate", "distal")]
+        for k, bone in enumerate(bones):
+            at = 4 * f + (0 if k == 0 else k + 1)
+            while angles[row, at] < math.radians((80.0, 100.0, 70.0)[k]) and gap(bone) > 0.0:
+                angles[row, at] += math.radians(2.0)
+    best, best_cost = angles[row, :4].copy(), math.inf
+    for roll in np.radians((20, 45, 70, 95)):
+        for abduction in np.radians((-10, 10, 30)):
+            for bend in np.radians((0, 25, 50)):
+                for end in np.radians((5, 35, 65)):
+                    angles[row, :4] = (roll, abduction, bend, end)
+                    cost = abs(gap(f"{side}_thumb_distal")) + 3.0 * max(0.0, -gap(f"{side}_thumb_proximal"))
+                    cost += 0.002 * (bend + end)
+                    if cost < best_cost:
+                        best, best_cost = angles[row, :4].copy(), cost
+    angles[row, :4] = best
+    return angles[row]
+
+
+def _gap(
+    skeleton: Skeleton, body: Body, side: str, bone: str, angles: F64, point: F64, direction: F64
+) -> float:
+    """From a bone's surface to a line in the hand's frame [m]."""
+    pose = pose_joints(skeleton, Posture(hands=angles))
+    joint, hand, i = JOINT_INDEX[bone], JOINT_INDEX[f"{side}_hand"], body.names.index(bone)
+    share = np.linspace(0.0, 1.0, 7)[:, None]
+    along = pose.position[joint] + (body.a[i] + share * (body.b[i] - body.a[i])) @ pose.rotation[joint].T
+    off = (along - pose.position[hand]) @ pose.rotation[hand] - point
+    away = np.linalg.norm(off - (off @ direction)[:, None] * direction, axis=1)
+    thick = body.radius_a[i] + share[:, 0] * (body.radius_b[i] - body.radius_a[i])
+    return float((away - thick).min())
+
+
 def _bend_until_touch(p: F64, heading: float, length: float, centre: F64, reach: float, most: float) -> float:
     bend = 0.0
     while bend < most:

@@ -34,6 +34,8 @@ OPENING = 0.35
 """Fingers open by so much from their tightest let go [rad]."""
 SLIP_STEPS = 6
 """A further holder whose hand is off the thing for so many steps has lost it."""
+PROP_SLIP_STEPS = 30
+"""The same for whoever holds a tracked thing: its tracker may be ahead of theirs."""
 CLOSED = 1.5
 """Fingers flexed by so much, each on average, are closed round what they touch [rad]."""
 SETTLE_NS = 150_000_000

@@ -252,7 +252,8 @@ class World:
 
         def over(g: Grasp) -> bool:
             p = posed.get(g.participant)
-            slipped = g.key != carried_by.get(g.thing) and g.off > hands.SLIP_STEPS
+            patience = hands.PROP_SLIP_STEPS if g.thing in tracked else hands.SLIP_STEPS
+            slipped = g.key != carried_by.get(g.thing) and g.off > patience
             return p is None or slipped or hands.opens(g, p)
 
         self._drop(over)

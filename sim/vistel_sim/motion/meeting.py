@@ -7,7 +7,7 @@ file adds what people do without thinking: breathing, swaying, gesturing while t
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +38,11 @@ class _Tick:
 class Meeting:
     """The built-in motion source (see the module)."""
 
-    def __init__(self, people: Sequence[Place], seats: int, seed: int) -> None:
+    def __init__(
+        self, people: Sequence[Place], seats: int, seed: int, watch: Callable[[float], F64] | None = None
+    ) -> None:
+        """watch: what everybody looks at instead of each other, as a point (3,) of the room at a time [s]."""
+        self._watch = watch
         self._people = {p.name: p for p in people}
         self._sitters = {p.name: Sitter(p) for p in people}
         self._talk = Conversation(tuple(self._people), seed)
@@ -95,6 +99,8 @@ class Meeting:
         return found
 
     def _look(self, participant: str, t_s: float) -> F64:
+        if self._watch is not None:
+            return self._watch(t_s)
         cycle = int(t_s // CYCLE_S)
         key = (participant, cycle)
         if key not in self._attention:

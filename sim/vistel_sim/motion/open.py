@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +14,16 @@ from vistel.figure.posture import Posture
 from vistel.figure.sensors import Placement
 from vistel.space.room import BATON
 from vistel_sim.motion.bvh import load_bvh
+from vistel_sim.motion.hand_over import play_hand_over
 from vistel_sim.motion.meeting import Meeting
-from vistel_sim.motion.played import PlayedFile, play_alone, play_hand_over
+from vistel_sim.motion.played import PlayedFile, play_alone
 from vistel_sim.motion.six_dof import ROLES, is_hand_over, load_hand_over
 from vistel_sim.motion.source import MotionError, MotionSource, Place, places
 
 log = logging.getLogger("vistel.motion")
 
+FACE_HEIGHT = 1.6
+"""Of people who stand [m]."""
 MEETING = "meeting"
 """The name of the built-in choreography; also what a participant without `motion` does."""
 
@@ -29,7 +32,7 @@ def open_motion(conference: Conference) -> MotionSource:
     """The motion of every participant. Raises MotionError (one line) for a file that cannot be played.
 
     `motion` of a participant: "meeting" (or nothing), a .bvh file, or the folder of a two-person hand-over, whose
-    giver and taker are its first two participants; further ones take part in the meeting.
+    giver and taker are its first two participants; further ones watch them from their seats.
     """
     everyone = places(conference)
     wanted: dict[str, list[Place]] = {}
@@ -43,7 +46,8 @@ def open_motion(conference: Conference) -> MotionSource:
         if path.is_dir() and is_hand_over(path):
             if len(people) < len(ROLES):
                 raise MotionError(f"{path}: a hand-over needs two participants with this motion, got {len(people)}")
-            sources.append(play_hand_over({p.name: p for p in people[: len(ROLES)]}, load_hand_over(path)))
+            first = {p.name: p for p in people[: len(ROLES)]}
+            sources.append(play_hand_over(first, load_hand_over(path), conference.room.seats))
             meeting += people[len(ROLES) :]
         elif path.suffix.lower() == ".bvh":
             take = load_bvh(path)
@@ -54,13 +58,24 @@ def open_motion(conference: Conference) -> MotionSource:
             )
         log.info("motion from file path=%s participants=%s", path, ",".join(p.name for p in people))
     if meeting:
-        sources.append(Meeting(meeting, conference.room.seats, conference.seed))
+        acts = next((s for s in sources if s.things(0.0)), None)
+        sources.append(Meeting(meeting, conference.room.seats, conference.seed, _eyes_on(acts) if acts else None))
     return sources[0] if len(sources) == 1 else _Company(sources)
 
 
 def things_of(path: Path) -> tuple[str, ...]:
     """Ids of the things of the room that a recording moves beside its people."""
     return (BATON,) if path.is_dir() and is_hand_over(path) else ()
+
+
+def _eyes_on(acts: MotionSource) -> Callable[[float], NDArray[np.float64]]:
+    """Where onlookers look: between the hands that hold the thing and the faces above it."""
+
+    def point(t_s: float) -> NDArray[np.float64]:
+        at = next(iter(acts.things(t_s).values()))[0]
+        return np.array([at[0], 0.5 * (at[1] + FACE_HEIGHT), at[2]])
+
+    return point
 
 
 class _Company:

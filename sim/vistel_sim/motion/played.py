@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.body import standard_body
-from vistel.figure.hands import OPEN, RELAXED, closed_round
+from vistel.figure.hands import RELAXED
 from vistel.figure.posture import (
     ELBOW,
     SHOULDER,
@@ -34,7 +33,6 @@ from vistel.figure.solve import PostureSolver
 from vistel.figure.solve_arm import arm_dofs
 from vistel.space.room import BATON
 from vistel_sim.motion.recording import SIDES, Recording, resampled
-from vistel_sim.motion.six_dof import ROLES, HandOver
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.tracks import minimum_jerk
 
@@ -43,8 +41,6 @@ F64 = NDArray[np.float64]
 RATE_HZ = 60.0
 FADE_S = 0.8
 """A take that is played in a loop fades into its own beginning over this long."""
-FARTHEST_GRIP = 0.30
-"""A hand that never comes nearer to the middle of a thing than this does not take it [m]."""
 STAND_BACK = 0.45
 """How far behind the middle of their seat somebody from a recording stands [m]."""
 
@@ -154,42 +150,14 @@ def play_alone(place: Place, recording: Recording) -> Played:
     return Played(place, frames, np.tile(RELAXED, (len(frames), 2, 1)), back_and_forth=False)
 
 
-def play_hand_over(people: dict[str, Place], take: HandOver) -> PlayedFile:
-    """Two people of a recorded hand-over across the table's middle; played back and forth, so the baton goes back."""
-    first = next(iter(people.values()))
-    start = {role: take.people[role].joint("hips")[0][0] for role in ROLES}
-    middle = 0.5 * (start["giver"] + start["taker"]) * (1.0, 0.0, 1.0)
-    away = start["giver"] - middle
-    yaw = math.atan2(first.seat_position[0], first.seat_position[2]) - math.atan2(away[0], away[2])
-    turn = rotation_y(yaw)
-    # One scale for both keeps their hands together.
-    scale = float(np.mean([
-        place.skeleton.height / take.people[role].measured().height
-        for role, place in zip(ROLES, people.values(), strict=False)
-    ]))  # fmt: skip
-
-    def moved(p: F64) -> F64:
-        return scale * ((p - middle) @ turn.T)
-
-    step = max(1, round(take.people["giver"].rate_hz / RATE_HZ))
-    baton = moved(take.baton_position[::step]), turn @ take.baton_rotation[::step]
-    played: dict[str, Played] = {}
-    for role, place in zip(ROLES, people.values(), strict=False):
-        recording = resampled(take.people[role], RATE_HZ)
-        position, rotation = moved(recording.position), turn @ recording.rotation
-        at = Recording(recording.name, RATE_HZ, position, rotation)
-        frames = [_as_recorded(at, k) for k in range(len(position))]
-        n = min(len(frames), len(baton[0]))
-        played[place.name] = Played(place, frames[:n], _grasping(place, at, baton[0][:n]), back_and_forth=True)
-    return PlayedFile(played, baton)
-
-
 def _mean_yaw(rotation: F64) -> float:
     forward = rotation[:, :, 2].mean(axis=0)
     return math.atan2(forward[0], forward[2])
 
 
-def _as_recorded(take: Recording, k: int) -> Joints:
+def joints_at(take: Recording, k: int) -> Joints:
+    """Frame `k` as it was recorded."""
+
     def joint(name: str) -> tuple[F64, F64]:
         p, r = take.joint(name)
         return p[k], np.ascontiguousarray(r[k])
@@ -270,25 +238,3 @@ def _solve(place: Place, frames: Sequence[Joints], fingers: F64) -> list[Posture
             dofs[SHOULDER[s]], dofs[ELBOW[s]], dofs[WRIST[s]] = arm[:3], arm[3], arm[4:]
         out.append(Posture(dofs, solved.hands, solved.stance, np.zeros(2)))
     return out
-
-
-def _grasping(place: Place, take: Recording, baton: F64) -> F64:
-    """(n, 2, 20) finger angles: closed while the palm is at the baton, open on the way there, relaxed elsewhere."""
-    skeleton = place.skeleton
-    body = standard_body(skeleton)
-    out = np.empty((len(baton), 2, len(RELAXED)))
-    for row, (s, side) in enumerate((("left", 1.0), ("right", -1.0))):
-        closed = closed_round(skeleton, body, s, np.array([side * 0.088, -0.030, 0.0]), 0.016)
-        p, r = take.joint(f"{s}_hand")
-        palm = p + r @ np.array([side * 0.07, -0.03, 0.0])
-        away = np.linalg.norm(palm[: len(baton)] - baton, axis=1)
-        # A hand holds the thing by its end: what counts is being as near as it ever comes.
-        held = float(away.min())
-        if held > FARTHEST_GRIP:
-            out[:, row] = RELAXED
-            continue
-        for k, d in enumerate(away):
-            near, at = 1.0 - minimum_jerk((d - held - 0.12) / 0.15), 1.0 - minimum_jerk((d - held - 0.03) / 0.06)
-            out[k, row] = RELAXED + near * (OPEN - RELAXED) + at * (closed - (RELAXED + near * (OPEN - RELAXED)))
-    return out
-
