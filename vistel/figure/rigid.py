@@ -18,7 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import JointPose
-from vistel.figure.rigid_kernels import bone_transforms, skin_dual_quaternion  # pyright: ignore[reportUnknownVariableType]
+from vistel.figure.rigid_kernels import (
+    bone_transforms,  # pyright: ignore[reportUnknownVariableType]
+    skin_dual_quaternion,  # pyright: ignore[reportUnknownVariableType]
+    skin_rows,  # pyright: ignore[reportUnknownVariableType]
+)
 from vistel.figure.rigid_weights import TWIST_BONES, influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
 
@@ -60,6 +64,23 @@ class RigidSkin:
             self._centres, self._twist, self._dual, self._matrix,
         )  # fmt: skip
         return self._matrix
+
+    def bones(self, joints: JointPose) -> F32:
+        """(B, 20) of all bones, rest to room: the matrix as of `matrices`, the dual quaternion (x, y, z, w, then the
+        dual part)."""
+        return np.concatenate([self.matrices(joints), self._dual], axis=1)
+
+    @property
+    def rest(self) -> tuple[F32, F32]:
+        """Vertices and normals (V, 3) of the rest pose."""
+        return self._vertices, self._normals
+
+    def pose_some(self, rows: I32, vertices: F32, normals: F32) -> None:
+        """As `pose` for the vertices `rows` (N,) only, with the bones as last posed."""
+        skin_rows(
+            rows, self._vertices, self._normals, self.influences.bone, self.influences.weight, self._single,
+            self._dual, self._matrix, vertices, normals,
+        )  # fmt: skip
 
     def pose(self, joints: JointPose, vertices: F32, normals: F32) -> None:
         """Write the posed vertices and unit normals, both (V, 3), in the room frame [m]."""

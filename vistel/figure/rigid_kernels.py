@@ -111,3 +111,13 @@ def skin_dual_quaternion(rest, rest_normal, bone, weight, single, dual, matrix, 
         normals[v, 0] = ux + two * (y * hz - z * hy)
         normals[v, 1] = uy + two * (z * hx - x * hz)
         normals[v, 2] = uz + two * (x * hy - y * hx)
+
+
+@nb.njit(cache=True, fastmath=True, nogil=True)
+def skin_rows(rows, rest, rest_normal, bone, weight, single, dual, matrix, vertices, normals):
+    """As `skin_dual_quaternion` for the vertices `rows` only."""
+    for v in rows:
+        skin_dual_quaternion(
+            rest[v : v + 1], rest_normal[v : v + 1], bone[v : v + 1], weight[v : v + 1], single[v : v + 1],
+            dual, matrix, vertices[v : v + 1], normals[v : v + 1],
+        )  # fmt: skip

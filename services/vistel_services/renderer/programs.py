@@ -29,6 +29,18 @@ def program(
     return ctx.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
 
 
+def feedback(
+    ctx: moderngl.Context, vertex: str, varyings: tuple[str, ...], constants: str = "", interleaved: bool = False
+) -> moderngl.Program:
+    """`vertex`.vert.glsl alone, whose `varyings` transform feedback writes: to a buffer each, or `interleaved` to one.
+
+    constants: GLSL put first.
+    """
+    text = source(f"{vertex}.vert.glsl").replace("#version 330\n", f"#version 330\n{constants}", 1)
+    mode = "interleaved" if interleaved else "separate"
+    return ctx.program(vertex_shader=text, varyings=varyings, varyings_capture_mode=mode)
+
+
 def put(prog: moderngl.Program, **uniforms: object) -> None:
     """Set uniforms; those the compiler found unused are skipped."""
     for name, value in uniforms.items():

@@ -1,0 +1,41 @@
+#version 330
+// The rigid component: vistel.figure.rigid_kernels.skin_dual_quaternion for one vertex (Kavan 2008, shortest arcs).
+#include "deform_plan.glsl"
+in vec3 rest;
+in vec3 rest_normal;
+in ivec4 bone;
+in vec4 weight;              // largest first
+out vec4 position;
+out vec4 normal;
+
+vec3 turned(vec3 v, vec3 r, float s) {
+    return v + 2.0 * cross(r, cross(r, v) + s * v);
+}
+
+void main() {
+    int bones = words(0).x;
+    int first = bones + BONE_TEXELS * bone.x;
+    if (weight.x >= 1.0) {
+        vec4 x = numbers(first), y = numbers(first + 1), z = numbers(first + 2);
+        vec4 p = vec4(rest, 1.0);
+        position = vec4(dot(x, p), dot(y, p), dot(z, p), 0.0);
+        normal = vec4(dot(x.xyz, rest_normal), dot(y.xyz, rest_normal), dot(z.xyz, rest_normal), 0.0);
+        return;
+    }
+    vec4 q = numbers(first + 3);
+    vec4 real = weight.x * q, dual = weight.x * numbers(first + 4);
+    for (int k = 1; k < 4; k++) {
+        int at = bones + BONE_TEXELS * bone[k];
+        vec4 o = numbers(at + 3);
+        float w = dot(q, o) < 0.0 ? -weight[k] : weight[k];
+        real += w * o;
+        dual += w * numbers(at + 4);
+    }
+    float scale = 1.0 / sqrt(dot(real, real));
+    real *= scale;
+    dual *= scale;
+    vec3 r = real.xyz, t = dual.xyz;
+    // The imaginary parts r and t: p' = turned p + 2 (s t - e r + r x t).
+    position = vec4(turned(rest, r, real.w) + 2.0 * (real.w * t - dual.w * r + cross(r, t)), 0.0);
+    normal = vec4(turned(rest_normal, r, real.w), 0.0);
+}

@@ -1,0 +1,50 @@
+"""A figure in a posture, planned for an engine that skins and deforms elsewhere (see `vistel.implicit.deform_plan`).
+
+Only the vertices that tell who touches whom are posed here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.body import PosedBody, pose_body
+from vistel.figure.figure import Figure
+from vistel.figure.posture import JointPose, Posture, pose_joints
+from vistel.implicit.deform_plan import FramePlan, Planner
+from vistel.implicit.ghost import GhostSource
+
+F32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class PlannedPose:
+    """A figure at one instant, room frame; plan: valid until the next of the same figure."""
+
+    joints: JointPose
+    posed: PosedBody
+    plan: FramePlan
+
+
+class FigurePlanner:
+    """Plans the frames of one figure. Not for two threads at once."""
+
+    def __init__(self, figure: Figure) -> None:
+        self.figure = figure
+        mesh = figure.avatar.mesh
+        self.planner = Planner(mesh.triangles, figure.embedding)
+        self._vertices, self._normals = np.zeros_like(mesh.vertices), np.zeros_like(mesh.vertices)
+
+    def plan(self, posture: Posture, ghosts: Sequence[GhostSource] = ()) -> PlannedPose:
+        """What `Figure.pose` would do, as a plan."""
+        figure, planner = self.figure, self.planner
+        joints = pose_joints(figure.avatar.skeleton, posture)
+        posed = pose_body(figure.avatar.body, joints)
+        bones = figure.skin.bones(joints)
+        figure.skin.pose_some(planner.middles, self._vertices, self._normals)
+        near = planner.begin(self._vertices, posed.a, posed.b, ghosts)
+        figure.skin.pose_some(near, self._vertices, self._normals)
+        return PlannedPose(joints, posed, planner.end(self._vertices, self._normals, bones))
