@@ -36,7 +36,7 @@ from vistel.implicit.kernels_field import (
 )
 from vistel.implicit.kernels_ghost import largest, largest_share
 from vistel.implicit.kernels_pose import find_candidates
-from vistel.implicit.pointers import at
+from vistel.implicit.pointers import at, pointer
 
 FAINT = np.float32(0.1)
 """Fields of others below this everywhere in a block do not count there."""
@@ -53,11 +53,11 @@ FIELD_SIZE = 2 * LANES
 @fast
 def gather(index, vertices, normals, block):
     """Rigid positions and normals of a block's lanes."""
+    p, n = pointer(vertices), pointer(normals)
     for i in range(LANES):
-        v = index[i]
-        for axis in range(3):
-            block[axis * LANES + i] = vertices[v, axis]
-            block[(3 + axis) * LANES + i] = normals[v, axis]
+        v = 3 * np.int64(index[i])
+        block[i], block[LANES + i], block[2 * LANES + i] = p[v], p[v + 1], p[v + 2]
+        block[3 * LANES + i], block[4 * LANES + i], block[5 * LANES + i] = n[v], n[v + 1], n[v + 2]
 
 
 @fast
@@ -148,14 +148,14 @@ def patch_bound(t, b, k, vertices, mask, most):
     """As `field_bound` for the primitives of `mask`, from the patches of block b."""
     start, kind, rows, box = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS]), floats(t[table.BOX])
     centre, spread = at(ints(t[table.CENTRE]), b * MIDDLES), at(floats(t[table.SPREAD]), b * MIDDLES)
-    kept, high = np.int64(0), ZERO
+    kept, high, p = np.int64(0), ZERO, pointer(vertices)
     for c in range(1, MIDDLES):
-        v, total = centre[c], ZERO
+        v, total = 3 * np.int64(centre[c]), ZERO
         for j in range(start[k], start[k + 1]):
             bit = np.int64(1) << np.int64(j - start[k])
             if mask & bit:
                 f, _ = bound(
-                    kind[j], at(rows, j * ROW), at(box, 6 * j), vertices[v, 0], vertices[v, 1], vertices[v, 2], spread[c]
+                    kind[j], at(rows, j * ROW), at(box, 6 * j), p[v], p[v + 1], p[v + 2], spread[c]
                 )  # fmt: skip
                 if f > SPECK:
                     kept |= bit
@@ -184,15 +184,15 @@ def list_pairs(t, a, b, vertices, now, shown):
     most, group_box = floats(t[table.MOST_CONTACT]), floats(t[table.GROUP_BOX])
     rule, overlap_row, effect = ints(t[table.SELF_RULE]), ints(t[table.OVERLAP_ROW]), ints(t[table.EFFECT])
     todo, gathered = ints(t[table.TODO]), octets(t[table.GATHERED])
-    n = 0
+    n, p = 0, pointer(vertices)
     for g in range(own):
         candidates = at(ints(t[table.CANDIDATES]), g * t[table.ALL_GROUPS])
         n_candidates = find_candidates(t, a, b, g, now, candidates)
         for at_block in range(blocks[g], blocks[g + 1]):
             folds = hinge[at_block] >= 0 and bent[hinge[at_block]] != 0
             begin, n_shown, meets = n, 0, False
-            v, reach = centre[at_block * MIDDLES], spread[at_block * MIDDLES]
-            x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+            v, reach = np.int64(centre[at_block * MIDDLES]), spread[at_block * MIDDLES]
+            x, y, z = p[3 * v], p[3 * v + 1], p[3 * v + 2]
             for c in range(n_candidates):
                 k, same = candidates[c] >> 1, candidates[c] & 1
                 if k == other[at_block]:

@@ -24,7 +24,7 @@ from vistel.implicit.kernels_ghost import (
     total_field,
 )
 from vistel.implicit.kernels_meet import FIELD_SIZE, RAY_SIZE, group_field, own_mask, reach_of, set_up
-from vistel.implicit.pointers import at
+from vistel.implicit.pointers import at, pointer
 from vistel.implicit.wide import wide
 
 TOLERANCE = np.float32(2e-5)
@@ -166,9 +166,9 @@ def scatter(index, count, block, phi, state, vertices, t):
     """Write the moved lanes back; mark them, and those left without a root (or not finite, which stay)."""
     moved, lost, stats = octets(t[table.MOVED]), octets(t[table.LOST]), longs(t[table.STATS])
     moved_list, lost_list = ints(t[table.MOVED_LIST]), ints(t[table.LOST_LIST])
-    n, n_lost = stats[table.MOVED_COUNT], stats[table.LOST_COUNT]
+    n, n_lost, to = stats[table.MOVED_COUNT], stats[table.LOST_COUNT], pointer(vertices)
     for i in range(count):
-        v, s = index[i], state[S * LANES + i]
+        v, s = np.int64(index[i]), state[S * LANES + i]
         solved = abs(phi[i]) <= ONE and state[ENDED * LANES + i] == ZERO and state[OPEN * LANES + i] == ZERO
         if not solved:
             lost[v] = 1
@@ -178,7 +178,7 @@ def scatter(index, count, block, phi, state, vertices, t):
         y = block[LANES + i] + s * block[4 * LANES + i]
         z = block[2 * LANES + i] + s * block[5 * LANES + i]
         if s != ZERO and np.isfinite(x + y + z):
-            vertices[v, 0], vertices[v, 1], vertices[v, 2] = x, y, z
+            to[3 * v], to[3 * v + 1], to[3 * v + 2] = x, y, z
             moved[v] = 1
             moved_list[n] = v
             n += 1
