@@ -142,6 +142,8 @@ class Display(_Model):
     video: bool = True
     """Write an MP4 of what is shown into the output folder."""
     frames_per_s: float = Field(default=30.0, gt=0, le=240)
+    engine: Literal["auto", "cpu", "gpu"] = "auto"
+    """What deforms figures; auto: the GPU where one draws, else the CPU."""
 
 
 class Site(_Model):

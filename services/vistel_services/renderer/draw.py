@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.implicit.deform_plan import FramePlan
 from vistel_services.renderer.camera import Camera
 from vistel_services.renderer.gl_context import Surface
+from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
 from vistel_services.renderer.labels import Label, paint_label
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.room import Furniture, Panel
@@ -39,14 +41,29 @@ class FigureModel:
     texture: U8
 
 
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Drawn vertices of a figure, room frame: positions and normals (n, 3)."""
+
+    positions: F32
+    normals: F32
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A figure that the GPU poses and deforms: what of it never changes, and the frame."""
+
+    shape: SkinShape
+    plan: FramePlan
+
+
 @dataclass(frozen=True)
 class FigureView:
-    """A figure in a frame: positions and normals (n, 3), room frame; limbs (P, 8): ends a, radius, b, radius [m]."""
+    """A figure in a frame; limbs (P, 8): ends a, radius, b, radius [m]."""
 
     name: str
     model: FigureModel
-    positions: F32
-    normals: F32
+    skin: Corners | Planned
     limbs: F32
     own: bool = False
 
@@ -85,10 +102,13 @@ class _FigureBuffers:
     whole: moderngl.VertexArray
     headless: moderngl.VertexArray
     parts: list[moderngl.Buffer]
+    gpu: GpuSkin | None = None
 
     def release(self) -> None:
         for part in (self.whole, self.headless, self.dynamic, *self.parts):
             part.release()
+        if self.gpu is not None:
+            self.gpu.release()
 
 
 @dataclass
@@ -118,10 +138,10 @@ class Solid:
 
 
 class Painter:
-    """Draws frames of `width` x `height` into its own picture."""
+    """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`."""
 
-    def __init__(self, surface: Surface, width: int, height: int) -> None:
-        self.surface, self.width, self.height = surface, width, height
+    def __init__(self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None) -> None:
+        self.surface, self.width, self.height, self._deformer = surface, width, height, deformer
         ctx = self.ctx = surface.ctx
         self.software = surface.capability.software
         self._colour = ctx.texture((width, height), 4)
@@ -196,7 +216,7 @@ class Painter:
         clip = camera.projection(self.width / self.height) @ camera.view()
         seen = [view for view in frame.figures if in_sight(clip, view.limbs)]
         for view in seen:
-            self._figure(view).dynamic.write(np.hstack((view.positions, view.normals)))
+            self._put(view)
         things = [(t, self._things[t.id]) for t in frame.things if t.id in self._things]
         self._shadows(frame, things)
         target = self._multisampled or self._target
@@ -264,6 +284,18 @@ class Painter:
         return self.ctx.error
 
     # -- parts ---------------------------------------------------------------------------------------------------
+
+    def _put(self, view: FigureView) -> None:
+        """The figure's vertices into the buffer that is drawn."""
+        buffers, skin = self._figure(view), view.skin
+        if isinstance(skin, Corners):
+            buffers.dynamic.write(np.hstack((skin.positions, skin.normals)))
+            return
+        if buffers.gpu is None:
+            if self._deformer is None:
+                raise ValueError(f"figure {view.name}: planned for the GPU, and this painter has no deformer")
+            buffers.gpu = GpuSkin(self._deformer, skin.shape)
+        buffers.gpu.run(skin.plan, buffers.dynamic)
 
     def _shadows(self, frame: Frame, things: Sequence[tuple[ThingView, Solid]]) -> None:
         # Shadows move slowly: every other frame is enough where the CPU draws.

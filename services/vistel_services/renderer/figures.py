@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from vistel.figure.avatar import Avatar
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.figure import Figure
+from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.space.things import Primitive
-from vistel_services.renderer.draw import FigureModel
+from vistel_services.renderer.draw import Corners, FigureModel, Planned
+from vistel_services.renderer.gpu_deform import SkinShape
 from vistel_services.renderer.tessellate import join, tessellate
 
 F32 = NDArray[np.float32]
@@ -36,11 +38,10 @@ _HEAD = ("neck", "skull", "face")
 
 @dataclass(frozen=True)
 class Posed:
-    """A figure at one instant, room frame: positions and normals (n, 3) float32 of the drawn vertices of `model`."""
+    """A figure at one instant, room frame: the drawn vertices of `model`, or how the GPU gets them."""
 
     model: FigureModel
-    positions: F32
-    normals: F32
+    skin: Corners | Planned
     joints: JointPose
     posed: PosedBody
 
@@ -53,11 +54,12 @@ class Shape(Protocol):
     casters: tuple[I32, I32]
 
     def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf
+        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False
     ) -> Posed:
         """The figure in `posture`, deformed by `ghosts`; what it returns is valid until its next `pose`.
 
-        pixels_per_m: size in the picture, which decides how much detail is worth its time.
+        pixels_per_m: size in the picture, which decides how much detail is worth its time. planned: for the GPU to
+        pose and deform, if it is of that sort.
         """
         ...
 
@@ -119,14 +121,15 @@ class StandIn:
         )
 
     def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf
+        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False
     ) -> Posed:
         """The limbs in `posture`, each stiff, whatever touches them."""
         joints = pose_joints(self.skeleton, posture)
         r = joints.rotation[self._joint].astype(np.float32)
         positions = np.einsum("nij,nj->ni", r, self._vertices) + joints.position[self._joint]
         normals = np.einsum("nij,nj->ni", r, self._normals)
-        return Posed(self._model, positions.astype(np.float32), normals, joints, pose_body(self.body, joints))
+        skin = Corners(positions.astype(np.float32), normals)
+        return Posed(self._model, skin, joints, pose_body(self.body, joints))
 
     def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
         """The bare limbs as ghosts, as soft as flesh."""
@@ -143,11 +146,12 @@ class Person:
         self._levels = [self._finest, *(_Level(a, self._finest.figure) for a in avatar.coarser)]
 
     def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf
+        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False
     ) -> Posed:
         """The figure in `posture`, deformed by its own limbs and by `ghosts`."""
         enough = sum(pixels_per_m <= limit for limit in COARSER_BELOW[: len(self._levels) - 1])
-        return self._levels[enough].pose(posture, ghosts)
+        level = self._levels[enough]
+        return level.plan(posture, ghosts) if planned else level.pose(posture, ghosts)
 
     def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
         """This figure, posed, as ghosts for another."""
@@ -160,6 +164,7 @@ class _Level:
     def __init__(self, avatar: Avatar, finest: Figure | None) -> None:
         self.model = avatar_model(avatar)
         self.figure = Figure(avatar, same_body=finest)
+        self._planner: tuple[FigurePlanner, SkinShape] | None = None
         self._corners = [mesh.corner_vertex for mesh in (avatar.mesh, *avatar.eyeballs)]
         count = len(self.model.uv)
         self._positions, self._normals = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
@@ -175,7 +180,16 @@ class _Level:
             np.take(vertices, corner, axis=0, out=self._positions[start:end])
             np.take(normals, corner, axis=0, out=self._normals[start:end])
             start = end
-        return Posed(self.model, self._positions, self._normals, state.joints, state.posed)
+        return Posed(self.model, Corners(self._positions, self._normals), state.joints, state.posed)
+
+    def plan(self, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
+        """As `pose`, for the GPU to do."""
+        if self._planner is None:
+            planner = FigurePlanner(self.figure)
+            self._planner = planner, SkinShape.of(planner)
+        planner, shape = self._planner
+        now = planner.plan(posture, ghosts)
+        return Posed(self.model, Planned(shape, now.plan), now.joints, now.posed)
 
 
 def casters(body: Body) -> tuple[I32, I32]:

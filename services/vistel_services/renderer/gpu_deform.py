@@ -20,7 +20,7 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit import contact_set, deform_table, ghost_effects, kernels_field, kernels_ghost, kernels_solve
 from vistel.implicit.deform_plan import BONE, FramePlan, Places
 from vistel.implicit.kernels_normals import GAP
-from vistel_services.renderer.gl_context import Capability
+from vistel_services.renderer.gl_context import Capability, Surface
 from vistel_services.renderer.programs import feedback
 
 log = logging.getLogger("vistel.renderer")
@@ -68,6 +68,20 @@ def choose_engine(asked: str, capability: Capability) -> str:
     if asked != "auto":
         return asked
     return "cpu" if capability.software else "gpu"
+
+
+def open_deformer(surface: Surface, asked: str) -> GpuDeformer | None:
+    """The GPU's deformation where it is chosen and the driver takes it, None for the CPU's; says which."""
+    engine, renderer = choose_engine(asked, surface.capability), surface.capability.renderer
+    made: GpuDeformer | None = None
+    if engine == "gpu":
+        try:
+            made = GpuDeformer(surface.ctx)
+        except moderngl.Error as e:
+            log.warning("event=deforming_with engine=cpu renderer=%r reason=%r", renderer, str(e))
+            return None
+    log.info("event=deforming_with engine=%s asked=%s renderer=%r", engine, asked, renderer)
+    return made
 
 
 @dataclass(frozen=True, eq=False)

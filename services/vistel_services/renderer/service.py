@@ -59,7 +59,9 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     if site is None:
         raise ValueError("renderer: runs at a site, and none was named")
     shown = site.display
-    view = View(shown.width, shown.height, shown.view, site.participants[0].name, shown.window, f"VISTEL {site.name}")
+    view = View(
+        shown.width, shown.height, shown.view, site.participants[0].name, shown.window, f"VISTEL {site.name}", shown.engine
+    )
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
         paths.video(site.name) if shown.video else None,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import PosedBody, pose_body
-from vistel.figure.posture import Posture, pose_joints
+from vistel.figure.posture import Posture, pose_joints, standing
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.ghost import GhostSource
@@ -20,9 +20,10 @@ from vistel.space.room import Room, meeting_room
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
 from vistel_services.renderer.draw import FigureView, Frame, LabelView, Painter, ThingView
-from vistel_services.renderer.figures import Posed, Shape, StandIn, limb_rows
+from vistel_services.renderer.figures import COARSER_BELOW, Posed, Shape, StandIn, limb_rows
 from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
+from vistel_services.renderer.gpu_deform import open_deformer
 from vistel_services.renderer.labels import Label
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
@@ -43,7 +44,8 @@ NO_SIGNAL_NS = 1_500_000_000
 
 @dataclass(frozen=True)
 class View:
-    """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room"."""
+    """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". engine: what deforms
+    figures, one of `gpu_deform.ENGINES`."""
 
     width: int
     height: int
@@ -51,6 +53,7 @@ class View:
     eyes: str
     window: bool
     title: str = "VISTEL"
+    engine: str = "auto"
 
 
 @dataclass
@@ -69,7 +72,8 @@ class Studio:
         self.view = view
         self._surface = open_surface(view.width, view.height, view.window, view.title)
         self.capability = self._surface.capability
-        self.painter = Painter(self._surface, view.width, view.height)
+        self._deformer = open_deformer(self._surface, view.engine)
+        self.painter = Painter(self._surface, view.width, view.height, self._deformer)
         self._room: Room = meeting_room(seats)
         self._fixed = {t.id for t in self._room.things if t.fixed and t.shape in FURNITURE}
         self.painter.set_room(*take_room(seats))
@@ -123,7 +127,7 @@ class Studio:
             cast, now = self._cast[name], posed[name]
             own = self.view.kind == "seat" and name == self.view.eyes
             limbs = limb_rows(now.posed, cast.shape.casters)
-            figures.append(FigureView(name, now.model, now.positions, now.normals, limbs, own))
+            figures.append(FigureView(name, now.model, now.skin, limbs, own))
             if not own:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
@@ -152,7 +156,9 @@ class Studio:
     def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
         cast = self._cast[name]
         try:
-            now = cast.shape.pose(posture, ghosts, self._pixels_per_m(cast.at))
+            now = cast.shape.pose(
+                posture, ghosts, self._pixels_per_m(cast.at), planned=self._deformer is not None
+            )
             cast.at = now.joints.position[JOINT_INDEX["hips"]]
             return now
         except Exception:  # one figure that cannot be computed must not take the picture away from everybody
@@ -210,7 +216,15 @@ class Studio:
         if figure is not None:
             return _Cast(about, figure, None)
         stand_in = before.shape if before and before.about.height == about.height else StandIn(about.height)
-        return _Cast(about, stand_in, self._loader.submit(self._load, about))
+        return _Cast(about, stand_in, self._loader.submit(self._load_ready, about))
+
+    def _load_ready(self, about: About) -> Shape:
+        """Their figure, with all it takes to plan its frames."""
+        shape = self._load(about)
+        if self._deformer is not None:
+            for size in (math.inf, *COARSER_BELOW):
+                shape.pose(standing(), (), size, planned=True)
+        return shape
 
     def _furnish(self, instant: Instant) -> None:
         """Make the pictures of things that are new or changed."""
