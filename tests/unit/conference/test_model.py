@@ -67,6 +67,37 @@ def test_a_faulty_file_names_file_key_and_expectation(
         assert part in text
 
 
+WITH_PROP = GOOD.replace('name = "ben"', 'name = "ben"\n[[sites.props]]\nthing = "baton"\ntracker = { station = 2 }')
+
+
+def test_a_site_may_have_a_prop_whose_tracker_has_a_name_of_its_own(tmp_path: Path) -> None:
+    (prop,) = _load(tmp_path, WITH_PROP.replace("seat = 0", "")).sites[1].props
+    assert (prop.thing, prop.device, prop.tracker.station) == ("baton", "prop-baton-tracker", 2)
+    assert prop.tracker.port == "sim"
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (('thing = "baton"', 'thing = "unicorn"'), ["sites[1].props[0].thing", "expected one of baton, ball", "unicorn"]),
+        (('thing = "baton"', 'thing = "table"'), ["sites[1].props[0].thing", "no such loose thing"]),
+        (('thing = "baton"', ""), ["sites[1].props[0].thing", "required"]),
+        (("station = 2", "station = 5"), ["sites[1].props[0].tracker.station"]),
+        (("station = 2", "stations = { chest = 1 }"), ["sites[1].props[0].tracker.stations", "Extra inputs"]),
+        (("station = 2", "receiver_rotation = [0, 0, 0, 0]"), ["tracker.receiver_rotation", "unit quaternion"]),
+        (('name = "aiko"', 'name = "prop-baton"'), ["participants", "prop-baton's tracker", "name the participant"]),
+        (("[[sites]]\n", '[[sites]]\nprops = [{ thing = "baton" }]\n'), ["props", "baton stands more than once"]),
+    ],
+)
+def test_a_faulty_prop_is_named_with_its_key(tmp_path: Path, change: tuple[str, str], expected: list[str]) -> None:
+    text = WITH_PROP.replace("seat = 0", "")
+    assert change[0] in text
+    with pytest.raises(ConferenceError) as error:
+        _load(tmp_path, text.replace(*change, 1))
+    for part in ("c.toml", *expected):
+        assert part in str(error.value)
+
+
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConferenceError, match=r"none\.toml: cannot be read"):
         load(tmp_path / "none.toml")
