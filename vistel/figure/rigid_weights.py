@@ -201,14 +201,19 @@ def _knuckles(skeleton: Skeleton, weight: F64, p: F64, side: str) -> F64:
 
 def _smooth(weight: F64, triangles: I32) -> F64:
     """A few rounds of averaging over neighbours, which closes seams between limbs. Rows keep their sum."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    edges = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)
-    counts = np.maximum(np.bincount(edges[:, 0], minlength=len(weight)), 1)
-    starts = np.concatenate([[0], np.cumsum(np.bincount(edges[:, 0], minlength=len(weight)))[:-1]])
-    lonely = np.bincount(edges[:, 0], minlength=len(weight)) == 0
+    count = len(weight)
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2).astype(np.int64)
+    pairs = np.unique(np.concatenate([ends @ (count, 1), ends @ (1, count)]))  # one number sorts faster than two
+    at, neighbour = pairs // count, pairs % count
+    counts = np.bincount(at, minlength=count)
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    lonely = counts == 0
     for _ in range(_SMOOTHING_ROUNDS):
-        gathered = weight[edges[:, 1]]
-        mean = np.add.reduceat(gathered, np.minimum(starts, len(edges) - 1), axis=0) / counts[:, None]
-        mean[lonely] = weight[lonely]
-        weight = 0.5 * weight + 0.5 * mean
+        # Most bones are far from most vertices: only columns in use are averaged.
+        used = np.flatnonzero(weight.any(axis=0))
+        part = weight[:, used]
+        mean = np.add.reduceat(part[neighbour], np.minimum(starts, len(pairs) - 1), axis=0)
+        mean /= np.maximum(counts, 1)[:, None]
+        mean[lonely] = part[lonely]
+        weight[:, used] = 0.5 * part + 0.5 * mean
     return weight
