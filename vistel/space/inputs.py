@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,13 +39,15 @@ class MotionInput:
 class PropInput:
     """Where a tracked thing is: position (3,) [m], rotation (4,) quaternion (x, y, z, w), room frame.
 
-    t_ns: when it was measured, conference time.
+    t_ns: when it was measured, conference time; velocity (3,) [m/s], spin (3,) [rad/s] then.
     """
 
     thing: str
     position: F64
     rotation: F64
     t_ns: int
+    velocity: F64 = field(default_factory=lambda: np.zeros(3))
+    spin: F64 = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True)

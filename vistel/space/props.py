@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.inputs import FURTHEST, PropInput
 
 F64 = NDArray[np.float64]
@@ -16,25 +17,40 @@ SILENT_NS = 500_000_000
 """A thing whose tracker has said nothing for so long is an ordinary thing again."""
 
 
+MOST_AHEAD_NS = 60_000_000
+"""A pose is carried on by its speed for no longer than this."""
+FASTEST, MOST_SPIN = 10.0, 50.0
+"""Speeds beyond these are a tracker's jump [m/s, rad/s]."""
+
+
 @dataclass(frozen=True)
 class Tracked:
-    """A thing that follows its tracker: position (3,) [m], rotation (4,) quaternion (x, y, z, w), room frame.
+    """A thing that follows its tracker. heard_ns: time of the step that heard `news` of it."""
 
-    heard_ns: time of the step that heard of it last.
-    """
-
-    thing: str
-    position: F64
-    rotation: F64
+    news: PropInput
     heard_ns: int
+
+    @property
+    def thing(self) -> str:
+        return self.news.thing
+
+    def at(self, t_ns: int) -> tuple[F64, F64]:
+        """Position (3,) [m] and rotation (4,) at the step about `t_ns`: carried on from the measurement, so that a
+        picture of that instant has it in the hand."""
+        ahead = 1e-9 * min(MOST_AHEAD_NS, max(0, t_ns - self.news.t_ns))
+        turn = matrix_from_rotvec(self.news.spin * ahead) @ matrix_from_quaternion(self.news.rotation)
+        return self.news.position + self.news.velocity * ahead, quaternion_from_matrix(turn)
 
 
 def usable(prop: PropInput) -> bool:
-    """Its numbers are finite, its place within the world, its rotation one."""
-    p, q = prop.position, prop.rotation
-    if p.shape != (3,) or q.shape != (4,) or not (np.isfinite(p).all() and np.isfinite(q).all()):
+    """Its numbers are finite, its place within the world, its rotation one, its speeds a thing's."""
+    p, q, v, w = prop.position, prop.rotation, prop.velocity, prop.spin
+    if (p.shape, q.shape, v.shape, w.shape) != ((3,), (4,), (3,), (3,)):
         return False
-    return float(np.abs(p).max()) < FURTHEST and 0.9 < float(np.sqrt(q @ q)) < 1.1
+    if not all(bool(np.isfinite(n).all()) for n in (p, q, v, w)):
+        return False
+    slow = float(np.sqrt(v @ v)) < FASTEST and float(np.sqrt(w @ w)) < MOST_SPIN
+    return slow and float(np.abs(p).max()) < FURTHEST and 0.9 < float(np.sqrt(q @ q)) < 1.1
 
 
 def heard(
@@ -46,6 +62,6 @@ def heard(
     for prop in news:
         if prop.thing in known and usable(prop):
             rotation = prop.rotation / float(np.sqrt(prop.rotation @ prop.rotation))
-            now[prop.thing] = Tracked(prop.thing, prop.position, rotation, t_ns)
+            now[prop.thing] = Tracked(replace(prop, rotation=rotation), t_ns)
     silent = tuple(name for name in sorted(now) if t_ns - now[name].heard_ns > SILENT_NS)
     return tuple(now[name] for name in sorted(now) if name not in silent), silent

@@ -12,7 +12,7 @@ from vistel.figure.posture import Posture, Stance
 from vistel.space.commands import Ledger
 from vistel.space.dynamics import Motions
 from vistel.space.grasp import Grasp
-from vistel.space.inputs import Person
+from vistel.space.inputs import Person, PropInput
 from vistel.space.people import Figure
 from vistel.space.props import Tracked
 from vistel.space.state import LetGo, State
@@ -44,7 +44,7 @@ def encode(seats: int, s: State) -> bytes:
         "let_go": [[e.participant, e.right, e.thing, e.step] for e in s.let_go],
         "answers": [[a.id, a.participant, a.done, a.reason, a.step] for a in s.ledger.answers],
         "allowance": [[who, left] for who, left in s.ledger.allowance],
-        "tracked": [[t.thing, t.position.tolist(), t.rotation.tolist(), t.heard_ns] for t in s.tracked],
+        "tracked": [_from_tracked(t) for t in s.tracked],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
 
@@ -91,10 +91,20 @@ def _state(d: dict[str, Any]) -> State:
             tuple(Outcome(str(a), str(b), bool(c), str(e), int(f)) for a, b, c, e, f in d["answers"]),
             tuple((str(who), float(left)) for who, left in d["allowance"]),
         ),
-        tracked=tuple(
-            Tracked(str(name), _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], int(t_ns)) for name, p, q, t_ns in d["tracked"]
-        ),
+        tracked=tuple(_to_tracked(t) for t in d["tracked"]),
     )
+
+
+def _from_tracked(t: Tracked) -> list[Any]:
+    n = t.news
+    pose = n.position.tolist(), n.rotation.tolist()
+    return [n.thing, *pose, n.t_ns, n.velocity.tolist(), n.spin.tolist(), t.heard_ns]
+
+
+def _to_tracked(d: Any) -> Tracked:
+    thing, p, q, t_ns, v, w, heard_ns = d
+    pose = _rows(p, 1, 3)[0], _rows(q, 1, 4)[0]
+    return Tracked(PropInput(str(thing), *pose, int(t_ns), _rows(v, 1, 3)[0], _rows(w, 1, 3)[0]), int(heard_ns))
 
 
 def _rows(values: Any, n: int, width: int) -> F64:

@@ -202,7 +202,7 @@ class World:
         m = self._state.motions.copy()
         for t in tracked:
             n = self._index(t.thing)
-            _guide(m, n, t.position, t.rotation)
+            _guide(m, n, *t.at(inputs.t_ns))
             if t.thing not in was:
                 m.velocity[n], m.spin[n] = 0.0, 0.0  # where it lay before, it never was
             m.mode[n], m.still[n] = HELD, 0

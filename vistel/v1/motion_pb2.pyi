@@ -48,13 +48,17 @@ class Participant(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., participant: _Optional[str] = ..., site: _Optional[str] = ..., display_name: _Optional[str] = ..., avatar: _Optional[str] = ..., height_m: _Optional[float] = ..., local_only: _Optional[bool] = ...) -> None: ...
 
 class Prop(_message.Message):
-    __slots__ = ("header", "thing", "pose", "health")
+    __slots__ = ("header", "thing", "pose", "health", "velocity", "spin")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     THING_FIELD_NUMBER: _ClassVar[int]
     POSE_FIELD_NUMBER: _ClassVar[int]
     HEALTH_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    SPIN_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     thing: str
     pose: _geometry_pb2.Pose
     health: _device_pb2.TrackerReceiver.Health
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., thing: _Optional[str] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., health: _Optional[_Union[_device_pb2.TrackerReceiver.Health, str]] = ...) -> None: ...
+    velocity: _geometry_pb2.Vec3
+    spin: _geometry_pb2.Vec3
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., thing: _Optional[str] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., health: _Optional[_Union[_device_pb2.TrackerReceiver.Health, str]] = ..., velocity: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., spin: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ...) -> None: ...

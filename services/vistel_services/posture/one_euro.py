@@ -51,6 +51,11 @@ class PoseFilter:
         """Time of the last sample; -inf before the first."""
         return self._t
 
+    @property
+    def speeds(self) -> tuple[F64, F64]:
+        """Velocity (3,) [m/s] and spin (3,) [rad/s] at the last sample, in the frame of the samples."""
+        return self._v, self._w
+
     def update(self, t: float, p: F64, q: F64) -> None:
         """Take a sample. One that is not newer than the last is left out."""
         dt = t - self._t

@@ -57,6 +57,9 @@ class PropCapture:
         at, turn = out.pose.position, out.pose.rotation
         at.x, at.y, at.z = position.tolist()
         turn.x, turn.y, turn.z, turn.w = quaternion.tolist()
+        velocity, spin = self._filter.speeds
+        out.velocity.x, out.velocity.y, out.velocity.z = velocity.tolist()
+        out.spin.x, out.spin.y, out.spin.z = spin.tolist()
         return out
 
     def _seconds(self, t_ns: int) -> float:

@@ -62,7 +62,9 @@ def pose(message: Pose) -> tuple[F64, F64]:
 
 def prop_input(message: Prop) -> PropInput:
     """Where a tracked thing is, as the world takes it."""
-    return PropInput(message.thing, *pose(message.pose), message.header.t_ns)
+    v, w = message.velocity, message.spin
+    speeds = np.array([v.x, v.y, v.z], np.float64), np.array([w.x, w.y, w.z], np.float64)
+    return PropInput(message.thing, *pose(message.pose), message.header.t_ns, *speeds)
 
 
 def people_of(inputs: WorldInputs) -> tuple[Person, ...]:

@@ -49,6 +49,20 @@ def test_a_tracked_thing_goes_where_its_receiver_is_and_does_not_fall() -> None:
     assert not play.thing(BATON).resting
 
 
+def test_a_moving_thing_is_carried_on_from_its_measurement_to_the_step() -> None:
+    world = World(meeting_room(3))
+    half_a_radian = np.array([0.0, 0.5 / 0.02, 0.0])
+    news = PropInput(BATON, START, UPRIGHT, STEP_NS, np.array([1.0, 0.0, 0.0]), half_a_radian)
+    view = world.step(StepInputs(1, STEP_NS + 20_000_000, props=(news,)))
+    baton = next(s for s in view.states if s.id == BATON)
+    assert baton.position == pytest.approx(START + np.array([0.02, 0.0, 0.0]))
+    assert baton.rotation == pytest.approx([0.0, np.sin(0.25), 0.0, np.cos(0.25)])
+    # Not for long: a tracker that pauses does not send it out of the room.
+    view = world.step(StepInputs(2, STEP_NS + 400_000_000))
+    baton = next(s for s in view.states if s.id == BATON)
+    assert baton.position == pytest.approx(START + np.array([0.06, 0.0, 0.0]))
+
+
 def test_a_thing_that_begins_to_be_tracked_jumps_there_without_speed() -> None:
     play = PropPlay()
     play.tracked(at(0.0, 0.5, 0.0))
