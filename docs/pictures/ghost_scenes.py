@@ -248,9 +248,9 @@ def drops(frames: int) -> Iterator[SoftRoom]:
         now = now.step(1 / 30)
 
 
-def honey_shot(now: SoftRoom, size: tuple[int, int]) -> Image.Image:
+def honey_shot(now: SoftRoom, size: tuple[int, int], smooth: int = 2) -> Image.Image:
     """The camera of the honey scene."""
-    return picture(now.shapes().values(), size, up="y", width=0.115, azimuth=-90, height=9, centre=(0, 0, 0.037), smooth=2)
+    return picture(now.shapes().values(), size, up="y", width=0.115, azimuth=-90, height=9, centre=(0, 0, 0.037), smooth=smooth)
 
 
 def honey() -> None:
@@ -268,9 +268,9 @@ def flies(frames: int) -> Iterator[SoftRoom]:
         now = fly_paper.struggle(now, 1 / 30)
 
 
-def fly_shot(now: SoftRoom, size: tuple[int, int]) -> Image.Image:
+def fly_shot(now: SoftRoom, size: tuple[int, int], smooth: int = 2) -> Image.Image:
     """The camera of the fly-paper scene."""
-    return picture(now.shapes().values(), size, up="y", width=0.100, azimuth=-66, height=14, centre=(0, 0, 0.018), smooth=2)
+    return picture(now.shapes().values(), size, up="y", width=0.100, azimuth=-66, height=14, centre=(0, 0, 0.018), smooth=smooth)
 
 
 def fly() -> None:
@@ -286,8 +286,8 @@ def films() -> None:
     film((studio().photograph(arm_and_ball(float(d)), (0.62, 1.62, 0.80), (0.53, 1.41, 0.02), (640, 480), 0.40) for d in rising),
          "figure-14-arm-and-ball")
     film((head_shot(parts, (640, 480)) for _, parts in head_and_ball(1.4, 60)), "figure-15-ball-off-head")
-    film((honey_shot(now, (360, 420)) for now in drops(45)), "honey-drop")
-    film((fly_shot(now, (480, 360)) for now in flies(60)), "fly-paper")
+    film((honey_shot(now, (360, 420), 1) for now in drops(36)), "honey-drop")
+    film((fly_shot(now, (480, 360), 1) for now in flies(36)), "fly-paper")
 
 
 PICTURES: dict[str, Callable[[], None]] = {"14": figure_14, "15": figure_15, "honey": honey, "fly-paper": fly}
