@@ -19,6 +19,8 @@ from vistel.implicit.ghost import GhostSource
 
 F32 = NDArray[np.float32]
 
+_ONLY = np.zeros(1, np.int32)
+
 
 @dataclass(frozen=True)
 class PlannedPose:
@@ -36,6 +38,8 @@ class FigurePlanner:
         self.figure = figure
         mesh = figure.avatar.mesh
         self.planner = Planner(mesh.triangles, figure.embedding)
+        skin = figure.skin
+        self._middles, self._blocks = skin.parts(self.planner.middles[None]), skin.parts(self.planner.index)
         self._vertices, self._normals = np.zeros_like(mesh.vertices), np.zeros_like(mesh.vertices)
 
     def plan(self, posture: Posture, ghosts: Sequence[GhostSource] = ()) -> PlannedPose:
@@ -44,7 +48,8 @@ class FigurePlanner:
         joints = pose_joints(figure.avatar.skeleton, posture)
         posed = pose_body(figure.avatar.body, joints)
         bones = figure.skin.bones(joints)
-        figure.skin.pose_some(planner.middles, self._vertices, self._normals)
-        near = planner.begin(self._vertices, posed.a, posed.b, ghosts)
-        figure.skin.pose_some(near, self._vertices, self._normals)
-        return PlannedPose(joints, posed, planner.end(self._vertices, self._normals, bones))
+        vertices, normals = self._vertices, self._normals
+        self._middles.pose(_ONLY, vertices, normals)
+        self._blocks.pose(planner.begin(vertices, posed.a, posed.b, ghosts), vertices, normals)
+        self._blocks.pose(planner.touch(vertices, normals), vertices, normals)
+        return PlannedPose(joints, posed, planner.end(vertices, normals, bones))

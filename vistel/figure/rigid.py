@@ -21,7 +21,7 @@ from vistel.figure.posture import JointPose
 from vistel.figure.rigid_kernels import (
     bone_transforms,  # pyright: ignore[reportUnknownVariableType]
     skin_dual_quaternion,  # pyright: ignore[reportUnknownVariableType]
-    skin_rows,  # pyright: ignore[reportUnknownVariableType]
+    skin_parts,  # pyright: ignore[reportUnknownVariableType]
 )
 from vistel.figure.rigid_weights import TWIST_BONES, influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
@@ -75,11 +75,12 @@ class RigidSkin:
         """Vertices and normals (V, 3) of the rest pose."""
         return self._vertices, self._normals
 
-    def pose_some(self, rows: I32, vertices: F32, normals: F32) -> None:
-        """As `pose` for the vertices `rows` (N,) only, with the bones as last posed."""
-        skin_rows(
-            rows, self._vertices, self._normals, self.influences.bone, self.influences.weight, self._single,
-            self._dual, self._matrix, vertices, normals,
+    def parts(self, index: I32) -> SkinParts:
+        """Parts of the skin, of vertices index (P, n), to be posed one by one with the bones as last posed."""
+        return SkinParts(
+            index, self._vertices[index], self._normals[index], self.influences.bone[index],
+            self.influences.weight[index], self._single[index], self._dual, self._matrix,
+            (np.empty((index.shape[1], 3), np.float32), np.empty((index.shape[1], 3), np.float32)),
         )  # fmt: skip
 
     def pose(self, joints: JointPose, vertices: F32, normals: F32) -> None:
@@ -88,4 +89,26 @@ class RigidSkin:
         skin_dual_quaternion(
             self._vertices, self._normals, self.influences.bone, self.influences.weight, self._single,
             self._dual, self._matrix, vertices, normals,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SkinParts:
+    """Parts of a `RigidSkin`, the arrays by part; not for two threads at once."""
+
+    index: I32
+    rest: F32
+    rest_normal: F32
+    bone: I32
+    weight: F32
+    single: NDArray[np.uint8]
+    dual: F32
+    matrix: F32
+    room: tuple[F32, F32]
+
+    def pose(self, parts: I32, vertices: F32, normals: F32) -> None:
+        """Write the vertices and normals, both (V, 3) of the whole skin, of some parts."""
+        skin_parts(
+            parts, self.index, self.rest, self.rest_normal, self.bone, self.weight, self.single, self.dual,
+            self.matrix, self.room[0], self.room[1], vertices, normals,
         )  # fmt: skip

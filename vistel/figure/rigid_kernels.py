@@ -114,10 +114,14 @@ def skin_dual_quaternion(rest, rest_normal, bone, weight, single, dual, matrix, 
 
 
 @nb.njit(cache=True, fastmath=True, nogil=True)
-def skin_rows(rows, rest, rest_normal, bone, weight, single, dual, matrix, vertices, normals):
-    """As `skin_dual_quaternion` for the vertices `rows` only."""
-    for v in rows:
+def skin_parts(parts, index, rest, rest_normal, bone, weight, single, dual, matrix, room, room_normal, vertices, normals):
+    """As `skin_dual_quaternion` for the vertices index[p] (n,) of some `parts` p; rest .. single by part. room,
+    room_normal: (n, 3) to work in."""
+    for p in parts:
         skin_dual_quaternion(
-            rest[v : v + 1], rest_normal[v : v + 1], bone[v : v + 1], weight[v : v + 1], single[v : v + 1],
-            dual, matrix, vertices[v : v + 1], normals[v : v + 1],
+            rest[p], rest_normal[p], bone[p], weight[p], single[p], dual, matrix, room, room_normal
         )  # fmt: skip
+        for i in range(index.shape[1]):
+            v = index[p, i]
+            for axis in range(3):
+                vertices[v, axis], normals[v, axis] = room[i, axis], room_normal[i, axis]

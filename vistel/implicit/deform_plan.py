@@ -35,7 +35,8 @@ from vistel.implicit.kernels_plan import (
     PAIR_WORDS,
     begin_frame,  # pyright: ignore[reportUnknownVariableType]
     judge_frame,  # pyright: ignore[reportUnknownVariableType]
-    seen_blocks,  # pyright: ignore[reportUnknownVariableType]
+    measure_touch,  # pyright: ignore[reportUnknownVariableType]
+    near_blocks,  # pyright: ignore[reportUnknownVariableType]
     write_frame,  # pyright: ignore[reportUnknownVariableType]
 )
 
@@ -75,7 +76,8 @@ class Places:
 class Planner(Deformer):
     """Plans the frames of one embedded mesh. Not for two threads at once.
 
-    Of each frame first `begin`, which tells the vertices whose rigid positions it takes, then `end`.
+    Of each frame first `begin`, then `touch`, then `end`; the first two tell blocks whose rigid vertices are read
+    from then on.
     """
 
     def __init__(self, triangles: I32, embedding: Embedding) -> None:
@@ -96,6 +98,11 @@ class Planner(Deformer):
         """(M,) vertices that `begin` reads."""
         return self._middles
 
+    @property
+    def index(self) -> I32:
+        """(NB, LANES) vertices of each block, the last repeated."""
+        return self._index
+
     def places(self) -> Places:
         """Made anew on each call."""
         real = np.arange(LANES)[None] < self._count[:, None]
@@ -115,7 +122,7 @@ class Planner(Deformer):
 
     def begin(self, vertices: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = ()) -> I32:
         """List what may meet; a, b, ghosts as for `deform`. vertices: (V, 3) rigid, of which only `middles` need be
-        right. Returns the blocks' vertices (N,), some twice, whose rigid positions and normals `end` reads."""
+        right. Returns the blocks (N,) that may be touched, whose vertices and normals `touch` reads."""
         self._load(ghosts)
         self._corner_count = sum(len(g.corners) for g in ghosts)
         self._parameter_count = sum(0 if g.parameters is None else len(g.parameters) for g in ghosts)
@@ -126,10 +133,14 @@ class Planner(Deformer):
             self._reserve_pairs(2 * pairs)
         if pairs > len(self._pair_words):
             self._pair_words = np.zeros((2 * pairs, PAIR_WORDS), np.int32)
-        return self._index[self._seen[: seen_blocks(self._table, self._looked, self._seen)]].reshape(-1)
+        return self._seen[: near_blocks(self._table, self._looked, self._seen)]
+
+    def touch(self, vertices: F32, normals: F32) -> I32:
+        """Measure how deep bodies touch. Returns more blocks (N,), whose vertices and normals `end` reads as well."""
+        return self._seen[: measure_touch(self._table, self._looked, vertices, normals, self._seen)]
 
     def end(self, vertices: F32, normals: F32, bones: F32) -> FramePlan:
-        """The frame as a table. vertices, normals: (V, 3) rigid, right where `begin` said; bones: (B, BONE)."""
+        """The frame as a table. vertices, normals: (V, 3) rigid, right where `begin` and `touch` said; bones: (B, BONE)."""
         judge_frame(self._table, self._looked, vertices, normals)
         acting, pairs, members = self._write(vertices)
         if members > len(self._members):

@@ -8,11 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.implicit import deform_table as table
-from vistel.implicit.addresses import floats, ints, longs
+from vistel.implicit.addresses import floats, ints, longs, octets
 from vistel.implicit.kernel_jit import fast
 from vistel.implicit.kernels_deform import _evaluate_near, _forget, _set_zones
-from vistel.implicit.kernels_meet import evaluate_touching, list_pairs, own_mask
+from vistel.implicit.kernels_field import ZERO, T
+from vistel.implicit.kernels_meet import evaluate_touching, list_pairs, own_mask, reach_of
 from vistel.implicit.kernels_pose import pose_body
+from vistel.implicit.kernels_solve import counts
 from vistel.implicit.pointers import at
 
 BLOCK_WORDS, PAIR_WORDS = 8, 8
@@ -29,16 +31,51 @@ def begin_frame(t, a, b, vertices):
 
 
 @fast
-def seen_blocks(t, count, out):
-    """Blocks of the first `count` to look at whose pairs have to be evaluated, into `out`; how many."""
-    todo, pairs, n = ints(t[table.TODO]), longs(t[table.PAIRS]), 0
+def near_blocks(t, count, out):
+    """Blocks of the first `count` whose skin somebody may reach, into `out`; how many."""
+    todo, pairs, height, n = ints(t[table.TODO]), longs(t[table.PAIRS]), floats(t[table.HEIGHT]), 0
     for c in range(count):
         for k in range(todo[3 * c + 1], todo[3 * c + 2]):
-            if pairs[k * table.PAIR + table.PAIR_RULE] != table.FORCE:
+            rule = pairs[k * table.PAIR + table.PAIR_RULE]
+            if rule in (table.COLLIDES, table.NEIGHBOUR) and height[k] > T:
                 out[n] = todo[3 * c]
                 n += 1
                 break
     return n
+
+
+@fast
+def measure_touch(t, count, vertices, normals, out):
+    """Measure penetrations on the blocks `near_blocks` told, whose vertices and normals (V, 3) have to be there. The
+    further blocks whose fields it takes to tell what acts, into `out`; how many."""
+    evaluate_touching(t, count, vertices, normals)
+    _set_zones(t)
+    todo, pairs, height = ints(t[table.TODO]), longs(t[table.PAIRS]), floats(t[table.HEIGHT])
+    hinge, bent, gathered, n = ints(t[table.HINGE]), octets(t[table.BENT]), octets(t[table.GATHERED]), 0
+    for c in range(count):
+        b = todo[3 * c]
+        if gathered[b] != 0:
+            continue
+        acts, wanted = hinge[b] >= 0 and bent[hinge[b]] != 0, False
+        for k in range(todo[3 * c + 1], todo[3 * c + 2]):
+            rule = pairs[k * table.PAIR + table.PAIR_RULE]
+            if rule == table.FORCE:
+                acts = True
+                continue
+            wanted = wanted or counts(t, k)
+            if rule != table.SHOWN:
+                reach = reach_of(t, pairs[k * table.PAIR + table.PAIR_GROUP]) if rule == table.COLLIDES else ZERO
+                acts = acts or height[k] > T - reach
+        if acts and wanted:
+            out[n] = b
+            n += 1
+    return n
+
+
+@fast
+def judge_frame(t, count, vertices, normals):
+    """Find what acts, with the vertices and normals (V, 3) of the blocks told so far."""
+    _evaluate_near(t, count, vertices, normals)
 
 
 @fast
@@ -50,15 +87,6 @@ def _members(first, last, mask, kind, out, n):
                 out[n, 0], out[n, 1] = k, kind[k]
             n += 1
     return n
-
-
-@fast
-def judge_frame(t, count, vertices, normals):
-    """Measure penetrations on the blocks `seen_blocks` told, whose vertices and normals (V, 3) have to be there, and
-    find what acts."""
-    evaluate_touching(t, count, vertices, normals)
-    _set_zones(t)
-    _evaluate_near(t, count, vertices, normals)
 
 
 @fast
