@@ -43,6 +43,8 @@ LET_GO_GAP = 0.015
 """A hand that let go pushes the thing again once it was this far off it [m]..."""
 LET_GO_STEPS = 45
 """... or after so many steps."""
+LATELY_NS = 100_000_000
+"""A hand and a tracked thing are compared when both were measured within this long."""
 PUSH_OUT = 0.05
 """Held things are kept out of the furniture by moving them this far at most [m]."""
 
@@ -247,7 +249,7 @@ class World:
         followed: list[Grasp] = []
         for g in self._state.grasps:
             p = posed.get(g.participant)
-            followed.append(g if p is None else hands.follow(g, p, self._at(p, near[p.name], g)))
+            followed.append(g if p is None else hands.follow(g, p, self._at(p, near[p.name], g) or self._unsure(p, g)))
         self._state = replace(self._state, grasps=tuple(followed))
 
         def over(g: Grasp) -> bool:
@@ -274,6 +276,11 @@ class World:
         digit = p.build.digit[near.a] // 6
         owner = self._solids.owner[near.b]
         return bool(((digit == int(g.right)) & (owner == self._index(g.thing)) & (p.build.digit[near.a] >= 0)).any())
+
+    def _unsure(self, p: Posed, g: Grasp) -> bool:
+        """Nobody knows whether the hand still is at a tracked thing: one of them has not been heard of lately."""
+        news = [t.news.t_ns for t in self._state.tracked if t.thing == g.thing]
+        return bool(news) and self._state.t_ns - min(news[0], p.figure.t_ns) > LATELY_NS
 
     def _carry(self, posed: dict[str, Posed]) -> None:
         """Held things go where their first holder's hand is, unless they have a tracker of their own."""

@@ -123,6 +123,17 @@ def test_a_fist_beside_the_prop_holds_nothing_and_one_that_leaves_it_loses_it() 
     assert play.grasps() == []
 
 
+def test_a_hand_that_is_not_heard_of_for_a_while_does_not_lose_the_prop_that_goes_on() -> None:
+    play = PropPlay("ann")
+    for _ in range(5):
+        play.tracked(at(0.0, 0.3, 0.0), {"ann": reaching(at(0.0, 0.3, 0.0), 1.0)})
+    for k in range(60):
+        play.tracked(at(0.0, 0.3 + 0.005 * k, 0.0))
+    assert play.grasps() == ["ann"]
+    play.tracked(at(0.0, 0.6, 0.0), {"ann": reaching(at(0.0, 0.6, 0.0), 1.0)})
+    assert play.grasps() == ["ann"]
+
+
 def hand_over(play: PropPlay) -> list[tuple[str, ...]]:
     """Ann has the prop in her fist, Ben takes the other end, Ann opens. Who held it, at each step."""
     place = at(0.0, 0.3, 0.0)
