@@ -73,7 +73,7 @@ def _eyes_on(acts: MotionSource) -> Callable[[float], NDArray[np.float64]]:
 
     def point(t_s: float) -> NDArray[np.float64]:
         at = next(iter(acts.things(t_s).values()))[0]
-        return np.array([at[0], 0.5 * (at[1] + FACE_HEIGHT), at[2]])
+        return np.array([at[0], 0.3 * at[1] + 0.7 * FACE_HEIGHT, at[2]])
 
     return point
 

@@ -10,11 +10,14 @@ import pytest
 
 from vistel.conference.model import Conference, Participant, Site
 from vistel.figure.posture import pose_joints
+from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.sensors import RECEIVERS, out_of_frame, receiver_poses
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.space.room import BATON
+from vistel.space.room import BATON, table_radius
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.bvh import load_bvh, parse_bvh
+from vistel_sim.motion.hand_over import GRIP, PALM, SLANT
+from vistel_sim.motion.open import things_of
 from vistel_sim.motion.recording import INDEX, resampled
 from vistel_sim.motion.six_dof import ROLES, load_hand_over
 from vistel_sim.motion.source import places
@@ -206,6 +209,41 @@ def test_a_real_hand_over_keeps_both_hands_at_the_baton(shared_data: Path) -> No
     length = 2.0 * (len(resampled(load_hand_over(Path(folder)).people["giver"], 60).position) - 1) / 60
     a, b = source.posture("p0", 1.0), source.posture("p0", length - 1.0)
     assert a.dofs == pytest.approx(b.dofs, abs=1e-6)
+
+
+def test_a_hand_that_holds_the_recorded_baton_has_it_across_its_palm(shared_data: Path) -> None:
+    folder = str(shared_data / "body" / "kth_handover" / "take_new")
+    source, people = open_motion(conference(folder, folder, None)), places(conference(folder, folder, None))
+    for name, times, along in (("p0", (0.3, 2.4, 3.3), -GRIP), ("p1", (3.3, 4.0, 5.5), GRIP)):
+        place = people[name]
+        for t in times:
+            position, rotation = source.things(t)[BATON]
+            axis = matrix_from_quaternion(rotation)[:, 0]
+            posture = source.posture(name, t)
+            pose = pose_joints(place.skeleton, posture)
+            j = JOINT_INDEX["right_hand"]
+            held = pose.rotation[j].T @ (position + along * axis - pose.position[j])
+            palm = np.array([-PALM[0], PALM[1], PALM[2]]) * place.skeleton.height / 1.75
+            assert np.linalg.norm(held - palm) < 0.02
+            assert abs(pose.rotation[j][:, 2] @ axis) == pytest.approx(math.cos(SLANT), abs=0.05)
+            # The fingers are closed on it.
+            assert posture.hands[1, 6::4].min() > math.radians(40)
+
+
+def test_the_two_of_a_hand_over_stand_clear_of_the_table_and_are_watched(shared_data: Path) -> None:
+    folder = str(shared_data / "body" / "kth_handover" / "take_new")
+    source, people = open_motion(conference(folder, folder, None)), places(conference(folder, folder, None))
+    head = JOINT_INDEX["head"]
+    for t in (0.0, 3.3, 6.0):
+        third = pose_joints(people["p2"].skeleton, source.posture("p2", t))
+        to_baton = source.things(t)[BATON][0] - third.position[head]
+        assert third.rotation[head][:, 2] @ to_baton > 0.9 * np.linalg.norm(to_baton)
+        for name in ("p0", "p1"):
+            pose = pose_joints(people[name].skeleton, source.posture(name, t))
+            assert np.hypot(*pose.position[0, [0, 2]]) > table_radius(3) + 0.15
+            assert np.linalg.norm(pose.position[head] - third.position[head]) > 1.4
+    assert things_of(Path(folder)) == (BATON,)
+    assert things_of(shared_data / "body" / "cmu") == ()
 
 
 @pytest.mark.parametrize(
