@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from vistel.figure.posture import JointPose
 from vistel.figure.rigid_kernels import (
     bone_transforms,  # pyright: ignore[reportUnknownVariableType]
-    skin_dual_quaternion,  # pyright: ignore[reportUnknownVariableType]
     skin_parts,  # pyright: ignore[reportUnknownVariableType]
 )
+from vistel.figure.rigid_lanes import LANES, skin  # pyright: ignore[reportUnknownVariableType]
 from vistel.figure.rigid_weights import TWIST_BONES, influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
 
@@ -38,6 +38,42 @@ class Influences:
     weight: F32
 
 
+@dataclass(frozen=True)
+class _Lanes:
+    """Vertices sorted into rows that follow the same bones; the last vertex fills up a row. See `rigid_lanes.skin`."""
+
+    index: I32
+    bone: I32
+    single: NDArray[np.uint8]
+    weight: F32
+    rest: F32
+
+    @staticmethod
+    def of(influences: Influences, vertices: F32, normals: F32) -> _Lanes:
+        groups: dict[tuple[int, ...], list[int]] = {}
+        for v, (bones, weights) in enumerate(zip(influences.bone.tolist(), influences.weight.tolist(), strict=True)):
+            used = tuple(sorted(b for b, w in zip(bones, weights, strict=True) if w > 0.0))
+            groups.setdefault(used, []).append(v)
+        chunks = [
+            (bones, members[start : start + LANES])
+            for bones, members in groups.items()
+            for start in range(0, len(members), LANES)
+        ]
+        index = np.array([m + [m[-1]] * (LANES - len(m)) for _, m in chunks], np.int32).reshape(-1, LANES)
+        bone = np.array([b + (b[0],) * (4 - len(b)) for b, _ in chunks], np.int32).reshape(-1, 4)
+        used = np.array([len(b) for b, _ in chunks], np.int32)
+        weight = np.zeros((len(chunks), 4, LANES), np.float32)
+        for k in range(4):
+            # The weight of the row's k-th bone for each of its vertices.
+            of_bone = influences.bone[index] == bone[:, k, None, None]
+            weight[:, k] = np.where(of_bone, influences.weight[index], 0.0).sum(axis=2) * (k < used)[:, None]
+        rest = np.concatenate([vertices[index], normals[index]], axis=2).transpose(0, 2, 1)
+        return _Lanes(
+            index, bone, (used == 1).astype(np.uint8), np.ascontiguousarray(weight.reshape(len(chunks), -1)),
+            np.ascontiguousarray(rest.reshape(len(chunks), -1)),
+        )  # fmt: skip
+
+
 class RigidSkin:
     """Poses the vertices of one mesh; everything that does not depend on the posture is done once.
 
@@ -50,6 +86,8 @@ class RigidSkin:
         self.influences = Influences(bone, weight)
         self._vertices = np.ascontiguousarray(vertices, np.float32)
         self._normals = np.ascontiguousarray(normals, np.float32)
+        self._lanes = _Lanes.of(self.influences, self._vertices, self._normals)
+        self._work = np.zeros(6 * LANES + 32, np.float32)
         self._single = (weight[:, 0] >= 1.0).astype(np.uint8)
         self._centres = np.concatenate([skeleton.rest, skeleton.rest[[JOINT_INDEX[b.joint] for b in TWIST_BONES]]])
         self._twist = np.array([(JOINT_INDEX[b.joint], JOINT_INDEX[b.other], b.kind) for b in TWIST_BONES], np.int32)
@@ -86,9 +124,10 @@ class RigidSkin:
     def pose(self, joints: JointPose, vertices: F32, normals: F32) -> None:
         """Write the posed vertices and unit normals, both (V, 3), in the room frame [m]."""
         self.matrices(joints)
-        skin_dual_quaternion(
-            self._vertices, self._normals, self.influences.bone, self.influences.weight, self._single,
-            self._dual, self._matrix, vertices, normals,
+        lanes = self._lanes
+        skin(
+            lanes.index, lanes.bone, lanes.single, lanes.weight, lanes.rest, self._dual, self._matrix, self._work,
+            vertices, normals,
         )  # fmt: skip
 
 
