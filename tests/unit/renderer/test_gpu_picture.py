@@ -1,0 +1,57 @@
+"""Pictures whose figures the GPU deformed, beside those the CPU deformed."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
+from vistel.v1 import world_pb2
+from vistel_services.renderer.figures import Person
+from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
+from vistel_services.renderer.playout import Timing
+from vistel_services.renderer.stage import About, Instant, PersonNow
+from vistel_services.renderer.studio import Studio, View
+from vistel_services.renderer.world_view import WorldView
+
+sys.path.append(str(Path(__file__).parents[1] / "figure"))
+from figure_fixture import tube_person
+
+pytestmark = pytest.mark.gl
+
+
+def embracing(forward: float = 0.0, turned: float = 0.0) -> Posture:
+    dofs = standing().dofs.copy()
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        dofs[SHOULDER[side]] = (0.1, -sign * 1.25, -sign * 0.25)
+        dofs[ELBOW[side]] = 0.9
+    return Posture(dofs, stance=Stance(np.array([0.05 if forward else 0.0, 0.0, forward]), turned))
+
+
+def test_people_look_the_same_whoever_deforms_them() -> None:
+    try:
+        open_surface(16, 16).close()
+    except NoOpenGlError as e:
+        pytest.skip(str(e))
+    people = tuple(
+        PersonNow(About(name, name), embracing(away, turned), Timing(0, 0, 0, False))
+        for name, away, turned in (("ada", 0.0, 0.0), ("grace", 0.36, np.pi))
+    )
+    ghosts = tuple(world_pb2.Ghost(source=a, target=b) for a, b in (("ada", "grace"), ("grace", "ada")))
+    now = Instant(0, people, WorldView(ghosts=ghosts))
+    pictures: list[np.ndarray] = []
+    for drawn_by in ("cpu", "gpu"):
+        studio = Studio(View(320, 180, "room", "", False, engine=drawn_by), 3, load=lambda _: Person(tube_person()))
+        try:
+            studio.render(now)  # everybody enters
+            while not studio.complete:
+                studio.render(now)
+            pictures.append(studio.render(now).astype(int))
+            assert studio.painter.error() == "GL_NO_ERROR"
+        finally:
+            studio.close()
+    without = np.abs(np.diff(pictures, axis=0)).max(axis=-1)
+    assert (without > 8).mean() < 1e-3
