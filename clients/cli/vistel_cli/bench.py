@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
+from rich.markup import escape
 
 from vistel_cli.terminal import USAGE, fail, out
 
@@ -69,11 +69,26 @@ def _load(name: str) -> Any:
 
 
 def _show(rows: list[dict[str, Any]]) -> None:
-    table = Table("bench", "case", "metric", "value", "peer", "peer value", "ratio", "target", "met")
-    met = {True: "[green]yes[/]", False: "[red]no[/]", None: "-"}
+    """A case is a line of its own; its figures follow, so that eighty columns are enough."""
+    met = {True: "yes", False: "no", None: ""}
+    peers: dict[str, str] = {}
+    case = ""
+    out.print(f"[bold]{'':32}{'value':>17}{'peer':>12}{'ratio':>7}{'target':>8}[/] met", highlight=False)
     for r in rows:
-        peer = "" if r["peer_value"] is None else f"{r['peer_value']:.4g}"
+        if r["case"] != case:
+            case = r["case"]
+            out.print(f"[bold]{escape(case)}[/]", highlight=False, soft_wrap=True)
+        peer = ""
+        if r["peer"] is not None:
+            sign = peers.setdefault(r["peer"], f"[{len(peers) + 1}]")
+            peer = sign if r["peer_value"] is None else f"{r['peer_value']:.4g} {sign}"
         ratio = "" if r["ratio"] is None else f"{r['ratio']:.3g}"
-        table.add_row(r["bench"], r["case"], r["metric"], f"{r['value']:.4g} {r['unit']}", r["peer"] or "", peer,
-                      ratio, r["target"] or "", met[r["met"]])  # fmt: skip
-    out.print(table)
+        target = (r["target"] or "").removeprefix("ratio ")
+        figures = f"{r['value']:.4g} {r['unit']:8}".rjust(17) + f"{peer:>12}{ratio:>7}{target:>8}"
+        colour = {True: "green", False: "red", None: "default"}[r["met"]]
+        line = f"  {escape(r['metric']):30}{escape(figures)} [{colour}]{met[r['met']]}[/]"
+        out.print(line.rstrip(), highlight=False, soft_wrap=True)
+    for name, sign in peers.items():
+        out.print(escape(f"{sign} {name}"), highlight=False, soft_wrap=True)
+    if rows:
+        out.print(f"on {rows[0]['machine']}", highlight=False, soft_wrap=True)
