@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -23,7 +25,8 @@ from vistel.implicit.force_field import Directional, Radial, Shear
 from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.implicit.mesh_ghosts import blown, faded, pulled
 from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
-from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape, choose_engine
+from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape, choose_engine, constants
+from vistel_services.renderer.programs import source
 
 sys.path.append(str(Path(__file__).parents[1] / "figure"))
 from figure_fixture import capsule, tube_person
@@ -375,6 +378,17 @@ def test_the_engine_is_the_cpu_where_the_cpu_draws(surface: Surface) -> None:
     assert choose_engine("gpu", capability) == "gpu"
     with pytest.raises(ValueError, match="engine: expected"):
         choose_engine("abacus", capability)
+
+
+@pytest.mark.parametrize("name", ["deform_skin", "deform_solve", "deform_corner"])
+def test_shaders_are_glsl_330_though_drivers_take_more(name: str, tmp_path: Path) -> None:
+    validator = shutil.which("glslangValidator")
+    if validator is None:
+        pytest.skip("glslangValidator (Debian: glslang-tools) is not on this machine")
+    file = tmp_path / f"{name}.vert"
+    file.write_text(source(f"{name}.vert.glsl").replace("#version 330\n", f"#version 330\n{constants()}", 1))
+    done = subprocess.run([validator, str(file)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
 
 
 def test_a_skin_given_back_leaves_no_error(engine: GpuDeformer, arm: Arm) -> None:
