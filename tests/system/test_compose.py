@@ -80,7 +80,11 @@ def test_router_world_sites_and_recorder_meet_as_separate_commands(tmp_path: Pat
         for name in ("tokyo", "columbus", "world", "recorder", "router"):
             if name in processes:
                 processes[name].send_signal(signal.SIGTERM)
-                codes[name] = processes[name].wait(30)
+                try:
+                    codes[name] = processes[name].wait(30)
+                except subprocess.TimeoutExpired:
+                    processes[name].kill()  # none may go on after a test, whatever went wrong
+                    codes[name] = processes[name].wait()
     assert codes == dict.fromkeys(codes, 0)
     assert all(v.stat().st_size > 30_000 for v in videos)
     topics = {r.topic.name for r in LogReader(tmp_path / "out/recorder/conference.mcap").records()}
