@@ -85,8 +85,9 @@ class SeatCamera:
         eyes = joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]].mean(axis=0)
         head = joints.rotation[JOINT_INDEX["head"]]
         ahead = joints.rotation[JOINT_INDEX["hips"]][:, 2]
-        looking = FOLLOW * (head @ np.array((0.0, math.sin(SEAT_TILT), math.cos(SEAT_TILT))))
-        looking = looking + (1.0 - FOLLOW) * (ahead + np.array((0.0, math.tan(SEAT_TILT), 0.0)))
+        tilt = _tilt(float(joints.position[JOINT_INDEX["hips"]][1]))
+        looking = FOLLOW * (head @ np.array((0.0, math.sin(tilt), math.cos(tilt))))
+        looking = looking + (1.0 - FOLLOW) * (ahead + np.array((0.0, math.tan(tilt), 0.0)))
         aim = quaternion_from_matrix(np.ascontiguousarray(look_at(eyes, eyes + looking, SEAT_FIELD_OF_VIEW).rotation))
         if self._position is None or self._quaternion is None:
             position, quaternion = eyes, aim
@@ -100,8 +101,17 @@ class SeatCamera:
 
 FOLLOW = 0.55
 """How much of the head's turn the picture makes: a display stands still while one looks about in it."""
-SEAT_TILT = math.radians(-6.0)
-"""The picture's middle lies a little below where the head points, so that table and hands are in it [rad]."""
+SEAT_TILT, STAND_TILT = math.radians(-6.0), math.radians(-17.0)
+"""The picture's middle lies below where the head points, so that table and hands are in it; further below for who
+stands [rad]."""
+SITTING, STANDING = 0.60, 0.85
+"""Height of the hips of somebody who surely sits, and surely stands [m]."""
+
+
+def _tilt(hips: float) -> float:
+    """How far below the head's direction to look with hips at that height [rad]."""
+    share = min(1.0, max(0.0, (hips - SITTING) / (STANDING - SITTING)))
+    return SEAT_TILT + share * (STAND_TILT - SEAT_TILT)
 
 
 def overview() -> Camera:
