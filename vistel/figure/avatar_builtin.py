@@ -45,7 +45,7 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
 
 
 def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
-    with _alone(path.with_suffix(".lock")):
+    with by_turns(path.with_suffix(".lock")):
         # Another process may have made the same person while this one waited.
         try:
             return replace(load_avatar(path), name=name)
@@ -60,7 +60,7 @@ def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
 
 
 @contextmanager
-def _alone(lock: Path) -> Generator[None, None, None]:
+def by_turns(lock: Path) -> Generator[None, None, None]:
     """Holds the file lock where the platform and the folder allow it; the processes of a machine then take turns."""
     try:
         lock.parent.mkdir(parents=True, exist_ok=True)

@@ -15,8 +15,7 @@ import hashlib
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numba
@@ -26,7 +25,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 import vistel
 from vistel.conference.model import Conference, load
 from vistel.figure.avatar import builtin_avatar
-from vistel.figure.avatar_builtin import default_cache
+from vistel.figure.avatar_builtin import by_turns, default_cache
 from vistel.figure.figure import Figure
 from vistel.figure.posture import Posture, standing
 from vistel.figure.solve import PostureSolver
@@ -38,9 +37,6 @@ from vistel.space.world import World
 from vistel_cli.terminal import err, fail
 from vistel_services.renderer.antialias import antialias
 from vistel_sim.motion import open_motion
-
-if sys.platform != "win32":
-    import fcntl
 
 INTERRUPTED = 130
 Step = tuple[str, Callable[[], object]]
@@ -85,22 +81,6 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, si
 def _stamp(conference: Conference) -> Path:
     """A file that is there when all has been made."""
     return default_cache().parent / f"prepared-{_fingerprint(conference)}"
-
-
-@contextmanager
-def _by_turns() -> Generator[None, None, None]:
-    """Sites that start together on one machine prepare one after the other: the second finds all done."""
-    lock = default_cache().parent / "prepare.lock"
-    try:
-        lock.parent.mkdir(parents=True, exist_ok=True)
-        stream = lock.open("ab")
-    except OSError:  # an unwritable cache only means preparing at once
-        yield
-        return
-    with stream:
-        if sys.platform != "win32":
-            fcntl.flock(stream, fcntl.LOCK_EX)
-        yield
 
 
 def _fingerprint(conference: Conference) -> str:
@@ -180,8 +160,8 @@ def main() -> None:
     """Entry point of the child."""
     conference = _by_the_meeting(load(Path(sys.argv[1])))
     try:
-        print("waiting for another site", flush=True)
-        with _by_turns():
+        # Sites that start together on one machine prepare one after the other: the second finds all done.
+        with by_turns(default_cache().parent / "prepare.lock"):
             if _stamp(conference).exists():
                 return
             for label in _run(conference):
