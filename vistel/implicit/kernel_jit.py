@@ -10,6 +10,7 @@ with the state of all of them.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -19,19 +20,27 @@ _PATTERNS = ("kernel*.py", "ghost_effects*.py", "deform_table.py", "addresses.py
 _FLAGS = {"nsz", "arcp", "contract", "afn", "reassoc"}
 
 
-def _stamp() -> tuple[tuple[str, int, int], ...]:
-    files = sorted({f for pattern in _PATTERNS for f in Path(__file__).parent.glob(pattern)})
+def _stamp(folder: Path, *patterns: str) -> tuple[tuple[str, int, int], ...]:
+    files = sorted({f for pattern in patterns for f in folder.glob(pattern)})
     return tuple((f.name, f.stat().st_mtime_ns, f.stat().st_size) for f in files)
 
 
-_STAMP = _stamp()
+_HERE = Path(__file__).parent
+_STAMP = _stamp(_HERE, *_PATTERNS)
+
+
+@cache
+def _stamp_of(folder: Path) -> tuple[tuple[str, int, int], ...]:
+    """The state of what kernels of a folder are compiled from: in rooms inside this one, theirs and all of ours."""
+    return _STAMP if folder == _HERE else _stamp(_HERE, "*.py") + _stamp(folder, "kernel*.py")
 
 
 def _compile(function: Callable[..., Any], flags: Any) -> Any:
     kernel: Any = nb.njit(cache=True, fastmath=flags, error_model="numpy", nogil=True)(function)
     file = getattr(kernel._cache, "_cache_file", None)
     if file is not None:
-        file._source_stamp = (file._source_stamp, _STAMP)
+        folder = Path(function.__code__.co_filename).parent
+        file._source_stamp = (file._source_stamp, _stamp_of(folder))
     return kernel
 
 

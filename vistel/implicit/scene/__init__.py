@@ -13,13 +13,16 @@
     scene.camera           camera.rays(size, pixels) -> origins, directions; camera.project(points, size) -> pixels, depths
     scene.lights, scene.background, scene.size (width, height)
 
-Every dataclass is frozen; `load` raises SceneError, one line per fault: file: key: what was expected.
+    write_png(path, light)  writes linear light (h, w, 3); check_writable(path) beforehand
+
+Colours are linear light. Every dataclass is frozen; `load` raises SceneError, one line per fault: file: key: what was expected.
 See docs/reference/scene-file.md.
 """
 
 from vistel.implicit.scene.file import load, parse
 from vistel.implicit.scene.mesh_file import read_polygons
 from vistel.implicit.scene.model import Camera, Light, Mesh, Scene, SceneError, ground, mesh_of
+from vistel.implicit.scene.picture import check_writable, encoded, write_png
 from vistel.implicit.scene.surface import Checker, Image, ImageHeight, Material, Ripples, Waves
 
 __all__ = [
@@ -34,9 +37,12 @@ __all__ = [
     "Scene",
     "SceneError",
     "Waves",
+    "check_writable",
+    "encoded",
     "ground",
     "load",
     "mesh_of",
     "parse",
     "read_polygons",
+    "write_png",
 ]
