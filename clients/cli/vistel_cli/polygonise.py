@@ -1,0 +1,116 @@
+"""`vistel polygonise`: the surface of a scene's shapes as a mesh on file."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+
+PATIENCE_S = 2.0
+
+
+def polygonise(
+    scene: Annotated[Path, typer.Argument(help="Scene file (TOML), see docs/reference/scene-file.md.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Mesh to write: .obj, .ply, .glb or .usda.")],
+    resolution: Annotated[
+        int | None, typer.Option("--resolution", min=2, help="Cells along the longest side of the shape; 128.")
+    ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option("--tolerance", min=0.0, help="Distance from mesh to surface [m]: cells as large as it allows.")
+    ] = None,
+    residual: Annotated[float, typer.Option("--residual", min=1e-6, help="Largest |F - T| at a vertex.")] = 1e-4,
+    as_json: Annotated[bool, typer.Option("--json", help="What was made, as one JSON object.")] = False,
+    stats: Annotated[bool, typer.Option("--stats", help="Also area, volume, whether it is closed, and times.")] = False,
+) -> None:
+    """Turn the shapes of a scene into one closed mesh with normals, colours and texture coordinates.
+
+    [bold]Examples[/bold]
+
+      vistel polygonise examples/scenes/blobs.toml -o blobs.obj
+
+      vistel polygonise examples/scenes/blobs.toml -o blobs.glb --tolerance 0.001 --stats
+    """
+    # Loaded here, so that other commands need not wait for it.
+    from vistel.implicit.checks import ShapeError  # noqa: PLC0415
+    from vistel.implicit.polygonise import save  # noqa: PLC0415
+    from vistel.implicit.polygonise.formats import writable  # noqa: PLC0415
+    from vistel.implicit.scene import SceneError, load  # noqa: PLC0415
+
+    if resolution is not None and tolerance is not None:
+        fail("polygonise: --resolution and --tolerance both say how fine the mesh is; give one of them", USAGE)
+    fault = writable(output)
+    if fault is not None:
+        fail(f"polygonise: {fault}", USAGE)
+    try:
+        read = load(scene)
+    except SceneError as error:
+        for line in str(error).splitlines():
+            err.print(f"[red]error:[/red] {line}", soft_wrap=True)
+        raise typer.Exit(USAGE) from error
+    if read.shape is None:
+        fail(f"{scene}: shapes: is empty, expected at least one shape to polygonise", USAGE)
+    begin = time.perf_counter()
+    bar = _Bar(show=not as_json)
+    try:
+        mesh = _made(read, resolution, tolerance, residual, bar)
+        took = time.perf_counter() - begin
+        save(mesh, output)
+    except (ShapeError, OSError) as error:
+        fail(f"{scene}: {error}", FAILED)
+    except MemoryError:
+        fail(f"{scene}: polygonise: the memory ran out; use a larger tolerance or a lower resolution", FAILED)
+    finally:
+        bar.close()
+    report: dict[str, Any] = {
+        "output": str(output), "vertices": len(mesh.vertices), "triangles": len(mesh.triangles),
+        "retained_polygons": mesh.retained, "residual": mesh.residual,
+    }  # fmt: skip
+    if stats:
+        report |= {
+            "area_m2": mesh.area, "volume_m3": mesh.volume, "euler": mesh.euler, "watertight": mesh.watertight,
+            "manifold": mesh.manifold, "seconds": took,
+        }  # fmt: skip
+    if as_json:
+        print(json.dumps(report))
+        return
+    for name, value in report.items():
+        shown = f"{value:.6g}" if isinstance(value, float) else str(value)
+        out.print(f"{name.replace('_', ' '):18} {shown}")
+
+
+def _made(read: Any, resolution: int | None, tolerance: float | None, residual: float, bar: _Bar) -> Any:
+    from vistel.implicit.polygonise import polygonise as make  # noqa: PLC0415
+
+    return make(
+        read.program, resolution=resolution or 128, threshold=read.threshold, residual=residual, progress=bar
+    )
+
+
+class _Bar:
+    """A progress bar on the terminal, once there is something to wait for."""
+
+    def __init__(self, show: bool) -> None:
+        self.begin, self.show = time.perf_counter(), show and sys.stderr.isatty()
+        self.bar: Any = None
+        self.task: Any = None
+
+    def __call__(self, share: float) -> None:
+        if not self.show or time.perf_counter() - self.begin < PATIENCE_S:
+            return
+        if self.bar is None:
+            from rich.progress import Progress  # noqa: PLC0415
+
+            self.bar = Progress(console=err, transient=True)
+            self.task = self.bar.add_task("polygonising", total=1.0)
+            self.bar.start()
+        self.bar.update(self.task, completed=share)
+
+    def close(self) -> None:
+        if self.bar is not None:
+            self.bar.stop()

@@ -1,0 +1,73 @@
+"""`polygonise`: the one call that turns a shape into a closed mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.implicit.blend import THRESHOLD
+from vistel.implicit.checks import ShapeError, positive, within
+from vistel.implicit.polygonise.lattice import Lattice, check_object, never_reached, refuse_beyond
+from vistel.implicit.polygonise.marching import PER_CELL, Marched, Progress, march
+from vistel.implicit.polygonise.mesh import SurfaceMesh, corner_normals
+from vistel.implicit.program import FieldProgram, compile
+from vistel.implicit.shape import Shape
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+RESIDUAL = 1e-4
+"""|F - T| allowed at a vertex."""
+RESOLUTION = 128
+LOOK = 48
+"""Resolution at which the surface's area is found before a costly lattice is started on."""
+FREE = 256
+"""Resolution up to which no estimate is needed."""
+
+
+def polygonise(
+    shape: Shape | FieldProgram, *, resolution: int = RESOLUTION, threshold: float = THRESHOLD,
+    lattice: Lattice | None = None, residual: float = RESIDUAL, limit: int | None = None,
+    progress: Progress | None = None,
+) -> SurfaceMesh:  # fmt: skip
+    """The surface F = threshold of a shape as one closed, manifold triangle mesh (Singh §3.3.4).
+
+    resolution: cells along the longest side of the shape's bounds; lattice: cells given instead; residual: the largest
+    |F - threshold| at a vertex (where the field jumps across the threshold a vertex lies at the jump). Parts thinner
+    than a cell may be missed. limit: bytes that may be used, half of the free memory if None. progress: called now and
+    then with the share done. Raises ShapeError for an object without bounds or surface, or too fine a lattice.
+    """
+    program = shape if isinstance(shape, FieldProgram) else compile(shape)
+    positive("polygonise", "residual", residual)
+    check_object(program, threshold)
+    if lattice is None:
+        lattice = Lattice.over(program.bounds, int(within("polygonise", "resolution", resolution, 2, 65536)))
+    span = lattice.span(program.bounds)
+    if int((span[1] - span[0]).max()) > FREE:
+        _check_cost(program, lattice, threshold, limit)
+    marched = march(program, lattice, span, threshold, residual / 2, progress=progress, limit=limit)
+    if not len(marched.triangles):
+        raise never_reached(program, threshold)
+    return finished(program, marched)
+
+
+def finished(program: FieldProgram, marched: Marched) -> SurfaceMesh:
+    """The mesh of what was marched, with attributes, and normals also where the field is flat."""
+    normals = marched.normals
+    flat = ~normals.any(axis=1)
+    if flat.any():
+        normals = normals.copy()
+        normals[flat] = corner_normals(marched.points, marched.triangles)[flat]
+    found = program.attributes(marched.points) if program.layout.channels else {}
+    return SurfaceMesh(marched.points, marched.triangles, normals, attributes=found, residual=marched.residual)
+
+
+def _check_cost(program: FieldProgram, lattice: Lattice, threshold: float, limit: int | None) -> None:
+    """ShapeError where the mesh would not fit into memory, from its area on a coarse lattice."""
+    coarse = Lattice.over(program.bounds, LOOK)
+    seen = march(program, coarse, coarse.span(program.bounds), threshold, 1.0, limit=limit)
+    squares = max(len(seen.triangles) / 3, 1.0) * (coarse.cell / lattice.cell) ** 2
+    refuse_beyond(limit, PER_CELL * squares, f"a mesh of some {squares * 3:.2g} triangles")
+
+
+__all__ = ["RESIDUAL", "RESOLUTION", "ShapeError", "finished", "polygonise"]
