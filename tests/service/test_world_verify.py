@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+from itertools import pairwise
 
 import pytest
 from world_site import WorldSite
 
 from vistel.v1.command_pb2 import Command, MoveThing, ResetRoom
 from vistel.v1.geometry_pb2 import Pose, Vec3
+from vistel.v1.world_pb2 import HandForce
 from vistel.wire.topics import BY_NAME
 from vistel_services.world.verify import Record, verify
 
@@ -45,6 +47,34 @@ def test_every_state_of_a_log_is_the_same_again(log: list[Record]) -> None:
     assert report.lives == 2
     assert report.skipped == 0
     assert report.steps == sum(topic == "world_state" for topic, *_ in log)
+    assert report.hand_forces == sum(topic == "hand_force" for topic, *_ in log) > 100
+
+
+def test_a_hand_force_that_was_changed_is_found(log: list[Record]) -> None:
+    at = [i for i, r in enumerate(log) if r[0] == "hand_force" and r[2].touches][40]
+    topic, names, message, log_ns = log[at]
+    changed = HandForce.FromString(message.SerializeToString())
+    changed.force.y += 0.01
+    report = verify([*log[:at], (topic, names, changed, log_ns), *log[at + 1 :]])
+    assert not report.equal
+    assert f"{message.participant}'s" in report.difference and "feels" in report.difference
+
+
+def test_a_hand_that_stops_to_touch_says_so_once(log: list[Record]) -> None:
+    by_hand: dict[str, list[HandForce]] = {}
+    for topic, names, message, _ in log:
+        if topic == "hand_force":
+            assert names == {"conference": "demo", "participant": message.participant,
+                             "hand": "right" if message.right else "left"}  # fmt: skip
+            by_hand.setdefault(names["participant"] + names["hand"], []).append(message)
+    ended = [m for said in by_hand.values() for m in said if not m.touches]
+    assert ended
+    for said in by_hand.values():
+        for before, after in pairwise(said):
+            assert before.touches or after.touches
+            if not before.touches:
+                assert after.step > before.step
+    assert all(m.force.x == m.force.y == m.force.z == 0.0 for m in ended)
 
 
 def test_a_log_that_begins_in_the_middle_is_compared_from_the_next_state(log: list[Record]) -> None:

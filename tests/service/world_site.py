@@ -29,7 +29,7 @@ PEOPLE = (("tokyo", "aiko"), ("paris", "bruno"), ("lagos", "chidi"))
 CONFERENCE = Conference.model_validate(
     {"sites": [{"name": site, "participants": [{"name": who, "avatar": "builtin:build=1"}]} for site, who in PEOPLE]}
 )
-RECORDED = ("participant", "motion", "command", "world_inputs", "world_state", "command_result")
+RECORDED = ("participant", "motion", "command", "world_inputs", "world_state", "hand_force", "command_result")
 
 
 class WorldSite:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,11 @@ class Build:
     skeleton: Skeleton
     body: Body
     digit: I64
+
+    @cached_property
+    def hands(self) -> I64:
+        """Which primitives belong to the hands."""
+        return np.flatnonzero(self.digit >= 0)
 
 
 @lru_cache(maxsize=64)

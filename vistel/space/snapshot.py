@@ -18,7 +18,7 @@ from vistel.space.props import Tracked
 from vistel.space.state import LetGo, State
 from vistel.space.view import Outcome
 
-VERSION = 2
+VERSION = 3
 """Of this format; a world refuses any other."""
 
 F64 = NDArray[np.float64]
@@ -45,6 +45,7 @@ def encode(seats: int, s: State) -> bytes:
         "answers": [[a.id, a.participant, a.done, a.reason, a.step] for a in s.ledger.answers],
         "allowance": [[who, left] for who, left in s.ledger.allowance],
         "tracked": [_from_tracked(t) for t in s.tracked],
+        "felt": [[who, right] for who, right in s.felt],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
 
@@ -92,6 +93,7 @@ def _state(d: dict[str, Any]) -> State:
             tuple((str(who), float(left)) for who, left in d["allowance"]),
         ),
         tracked=tuple(_to_tracked(t) for t in d["tracked"]),
+        felt=tuple((str(who), bool(right)) for who, right in d["felt"]),
     )
 
 

@@ -24,7 +24,7 @@ class LetGo:
 @dataclass(frozen=True)
 class State:
     """things: ids, in the order of `motions`; figures: sorted by name; grasps: oldest first;
-    tracked: sorted by thing."""
+    tracked: sorted by thing; felt: the hands, participant and right, that felt something, sorted."""
 
     things: tuple[str, ...]
     motions: Motions
@@ -35,3 +35,4 @@ class State:
     let_go: tuple[LetGo, ...] = ()
     ledger: Ledger = field(default_factory=Ledger)
     tracked: tuple[Tracked, ...] = ()
+    felt: tuple[tuple[str, bool], ...] = ()

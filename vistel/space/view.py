@@ -66,6 +66,37 @@ class GraspView:
 
 
 @dataclass(frozen=True)
+class DigitTouch:
+    """One digit of a hand on one body. digit: thumb 0 to little finger 4, palm 5.
+
+    point: centre of pressure [m]; normal: out of the hand, into the body; force on the hand [N], friction included;
+    normal_force [N] without it; area [m^2]; mean and peak pressure [Pa]; depth: of the undeformed surfaces' overlap [m].
+    """
+
+    digit: int
+    body: str
+    point: F64
+    normal: F64
+    force: F64
+    normal_force: float
+    area: float
+    mean_pressure: float
+    peak_pressure: float
+    depth: float
+
+
+@dataclass(frozen=True)
+class HandForce:
+    """What a hand feels: force on it [N], torque about its joint [N m], by digit and body. No touches: nothing any more."""
+
+    participant: str
+    right: bool
+    force: F64
+    torque: F64
+    touches: tuple[DigitTouch, ...]
+
+
+@dataclass(frozen=True)
 class Outcome:
     """What became of a command; reason: one line for a person, empty when done."""
 
@@ -80,7 +111,8 @@ class Outcome:
 class WorldView:
     """The room after step `step`, at conference time `t_ns`.
 
-    things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0.
+    things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0;
+    hands: what hands feel, and once those that have stopped to.
     """
 
     step: int
@@ -94,3 +126,4 @@ class WorldView:
     participants: tuple[str, ...]
     outcomes: tuple[Outcome, ...]
     hash: int
+    hands: tuple[HandForce, ...] = ()

@@ -21,6 +21,7 @@ from vistel.space import snapshot
 from vistel.space.commands import objection
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance, wake_around
 from vistel.space.grasp import Grasp
+from vistel.space.hand_forces import hand_forces, nothing
 from vistel.space.inputs import CommandInput, Delete, Move, Release, StepInputs, usable
 from vistel.space.kernels import MAX_SPEED, MAX_SPIN
 from vistel.space.people import Figure, Posed, pose_figure
@@ -30,7 +31,7 @@ from vistel.space.solids import Solids, solids
 from vistel.space.state import LetGo, State
 from vistel.space.things import Thing
 from vistel.space.touch import Touch, contacts_of, ghosts_of, touch_of_people, touches_of_things
-from vistel.space.view import ContactView, GhostView, GraspView, Outcome, ThingView, WorldView
+from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, ThingView, WorldView
 
 F64 = NDArray[np.float64]
 
@@ -116,10 +117,11 @@ class World:
         self._carry(posed)
         self._take_hold(posed, near)
         self._forget_let_go(near, posed)
-        touches = self._touches(posed, near)
+        skin = _between_people(posed)
+        touches = self._touches(posed, near, skin)
         self._advance(posed, near)
         self._bring_back()
-        return self._view(before, outcomes, touches)
+        return self._view(before, outcomes, touches, self._feel(posed, skin))
 
     # -- people ------------------------------------------------------------------------------------------------
 
@@ -354,18 +356,29 @@ class World:
 
     # -- contacts and motion -----------------------------------------------------------------------------------
 
-    def _touches(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> list[Touch]:
+    def _touches(
+        self, posed: dict[str, Posed], near: dict[str, ContactArray], skin: dict[tuple[str, str], ContactArray]
+    ) -> list[Touch]:
         kinds = [(t.id, t.compliance) for t in self._solids.things]
         names = sorted(posed)
         out: list[Touch] = []
         for i, name in enumerate(names):
             for other in names[i + 1 :]:
-                skin = find_contacts(posed[name].primitives, posed[other].primitives)
-                out += touch_of_people(posed[name], posed[other], skin)
+                out += touch_of_people(posed[name], posed[other], skin[name, other])
             at_rest = _renamed(find_contacts(posed[name].primitives, self._solids.fixed), self._solids.fixed_rows)
             for found in (at_rest, near[name]):
                 out += touches_of_things(posed[name], found, self._solids.owner, self._solids.first, kinds)
         return out
+
+    def _feel(self, posed: dict[str, Posed], skin: dict[tuple[str, str], ContactArray]) -> tuple[HandForce, ...]:
+        """What hands feel now that everything is where it is."""
+        held = [(g.participant, g.right, g.thing) for g in self._state.grasps]
+        let_go = [(e.participant, e.right, e.thing) for e in self._state.let_go]
+        hands_now = hand_forces(posed, skin, self._solids, self._state.motions, held, let_go)
+        felt = tuple((h.participant, h.right) for h in hands_now)
+        ended = [nothing(hand) for hand in self._state.felt if hand not in felt]
+        self._state = replace(self._state, felt=felt)
+        return tuple(sorted([*hands_now, *ended], key=lambda h: (h.participant, h.right)))
 
     def _advance(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
         free = (self._state.motions.mode == FREE) | (self._state.motions.mode == ASLEEP)
@@ -402,7 +415,7 @@ class World:
 
     # -- what is said ------------------------------------------------------------------------------------------
 
-    def _view(self, before: State, outcomes: tuple[Outcome, ...], touches: list[Touch]) -> WorldView:
+    def _view(self, before: State, outcomes: tuple[Outcome, ...], touches: list[Touch], felt: tuple[HandForce, ...]) -> WorldView:
         s, m = self._state, self._state.motions
         old = {name: n for n, name in enumerate(before.things)}
         before_held: dict[str, list[str]] = {}
@@ -436,7 +449,7 @@ class World:
             digest = int.from_bytes(blake2b(self.snapshot(), digest_size=8).digest(), "little")
         return WorldView(
             s.step, s.t_ns, self._solids.things, s.things != before.things, tuple(states),
-            tuple(contacts[:MAX_CONTACTS]), tuple(ghosts), grasps, tuple(f.name for f in s.figures), outcomes, digest,
+            tuple(contacts[:MAX_CONTACTS]), tuple(ghosts), grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
         )  # fmt: skip
 
     # -- small things ------------------------------------------------------------------------------------------
@@ -449,6 +462,14 @@ class World:
         m = self._state.motions
         woken = wake_around(self._solids, m, m.position[n], float(self._solids.radius[n]))
         self._state = replace(self._state, motions=woken)
+
+
+def _between_people(posed: dict[str, Posed]) -> dict[tuple[str, str], ContactArray]:
+    """Contacts of every two people, by their names in order."""
+    names = sorted(posed)
+    return {
+        (a, b): find_contacts(posed[a].primitives, posed[b].primitives) for i, a in enumerate(names) for b in names[i + 1 :]
+    }
 
 
 def _renamed(near: ContactArray, rows: NDArray[np.int64]) -> ContactArray:

@@ -194,3 +194,60 @@ class WorldSnapshot(_message.Message):
     state: WorldState
     private_state: bytes
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., state: _Optional[_Union[WorldState, _Mapping]] = ..., private_state: _Optional[bytes] = ...) -> None: ...
+
+class HandForce(_message.Message):
+    __slots__ = ("header", "step", "participant", "right", "force", "torque", "touches")
+    class Digit(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        DIGIT_UNSPECIFIED: _ClassVar[HandForce.Digit]
+        DIGIT_THUMB: _ClassVar[HandForce.Digit]
+        DIGIT_INDEX: _ClassVar[HandForce.Digit]
+        DIGIT_MIDDLE: _ClassVar[HandForce.Digit]
+        DIGIT_RING: _ClassVar[HandForce.Digit]
+        DIGIT_LITTLE: _ClassVar[HandForce.Digit]
+        DIGIT_PALM: _ClassVar[HandForce.Digit]
+    DIGIT_UNSPECIFIED: HandForce.Digit
+    DIGIT_THUMB: HandForce.Digit
+    DIGIT_INDEX: HandForce.Digit
+    DIGIT_MIDDLE: HandForce.Digit
+    DIGIT_RING: HandForce.Digit
+    DIGIT_LITTLE: HandForce.Digit
+    DIGIT_PALM: HandForce.Digit
+    class Touch(_message.Message):
+        __slots__ = ("digit", "body", "point", "normal", "force", "normal_force", "area", "mean_pressure", "peak_pressure", "depth")
+        DIGIT_FIELD_NUMBER: _ClassVar[int]
+        BODY_FIELD_NUMBER: _ClassVar[int]
+        POINT_FIELD_NUMBER: _ClassVar[int]
+        NORMAL_FIELD_NUMBER: _ClassVar[int]
+        FORCE_FIELD_NUMBER: _ClassVar[int]
+        NORMAL_FORCE_FIELD_NUMBER: _ClassVar[int]
+        AREA_FIELD_NUMBER: _ClassVar[int]
+        MEAN_PRESSURE_FIELD_NUMBER: _ClassVar[int]
+        PEAK_PRESSURE_FIELD_NUMBER: _ClassVar[int]
+        DEPTH_FIELD_NUMBER: _ClassVar[int]
+        digit: HandForce.Digit
+        body: str
+        point: _geometry_pb2.Vec3
+        normal: _geometry_pb2.Vec3
+        force: _geometry_pb2.Vec3
+        normal_force: float
+        area: float
+        mean_pressure: float
+        peak_pressure: float
+        depth: float
+        def __init__(self, digit: _Optional[_Union[HandForce.Digit, str]] = ..., body: _Optional[str] = ..., point: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., normal: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., force: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., normal_force: _Optional[float] = ..., area: _Optional[float] = ..., mean_pressure: _Optional[float] = ..., peak_pressure: _Optional[float] = ..., depth: _Optional[float] = ...) -> None: ...
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_FIELD_NUMBER: _ClassVar[int]
+    FORCE_FIELD_NUMBER: _ClassVar[int]
+    TORQUE_FIELD_NUMBER: _ClassVar[int]
+    TOUCHES_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    step: int
+    participant: str
+    right: bool
+    force: _geometry_pb2.Vec3
+    torque: _geometry_pb2.Vec3
+    touches: _containers.RepeatedCompositeFieldContainer[HandForce.Touch]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., participant: _Optional[str] = ..., right: _Optional[bool] = ..., force: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., torque: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., touches: _Optional[_Iterable[_Union[HandForce.Touch, _Mapping]]] = ...) -> None: ...

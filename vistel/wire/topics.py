@@ -106,6 +106,8 @@ TOPICS: tuple[Topic, ...] = (
           "a process's clock against conference time"),
     Topic("world_state", f"{_WORLD}/state", world_pb2.WorldState, 60, _N, _W, True,
           "the room: things, contacts, ghosts, grasps"),
+    Topic("hand_force", f"{_WORLD}/force/{{participant}}/{{hand}}", world_pb2.HandForce, 60, _N, _W, True,
+          "what a hand (left or right) that touches something feels"),
     Topic("world_inputs", f"{_WORLD}/inputs", world_pb2.WorldInputs, 60, _R, _W, True,
           "what each step of the world was computed from"),
     Topic("command_result", f"{_WORLD}/result/{{participant}}", command_pb2.CommandResult, 0, _R, _W, True,

@@ -20,7 +20,7 @@ from vistel_services.tracker import FastrakDecoder
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "command"),
     "motion": ("participant", "motion", "prop", "command"),
-    "recorded": ("participant", "motion", "world_state", "command_result"),
+    "recorded": ("participant", "motion", "world_state", "hand_force", "command_result"),
 }
 LIVE_SERVICES: dict[str, tuple[str, ...]] = {
     "devices": ("posture", "world", "renderer"),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vistel.space.inputs import Person
 from vistel.space.things import Primitive, Thing
-from vistel.space.view import Outcome, ThingView, WorldView
+from vistel.space.view import HandForce, Outcome, ThingView, WorldView
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.v1.command_pb2 import CommandResult
 
@@ -17,6 +17,11 @@ KEY_STEPS = 30
 """Steps from one key frame to the next: half a second."""
 STATE_STEPS = 60
 """Steps from one recorded private state to the next: a second."""
+
+_FELT = world_pb2.HandForce
+_DIGITS = (
+    _FELT.DIGIT_THUMB, _FELT.DIGIT_INDEX, _FELT.DIGIT_MIDDLE, _FELT.DIGIT_RING, _FELT.DIGIT_LITTLE, _FELT.DIGIT_PALM,
+)  # fmt: skip
 
 
 def is_key(view: WorldView, begins: bool) -> bool:
@@ -55,6 +60,21 @@ def world_state(view: WorldView, key: bool) -> world_pb2.WorldState:
         out.grasps.add(
             participant=h.participant, right=h.right, thing=h.thing, hold=_pose(h.position, h.rotation),
             since_ns=h.since_ns,
+        )  # fmt: skip
+    return out
+
+
+def hand_force(h: HandForce, step: int, t_ns: int) -> world_pb2.HandForce:
+    """What a hand feels at a step."""
+    out = world_pb2.HandForce(
+        step=step, participant=h.participant, right=h.right, force=_vec3(h.force), torque=_vec3(h.torque)
+    )
+    out.header.t_ns = t_ns
+    for t in h.touches:
+        out.touches.add(
+            digit=_DIGITS[t.digit], body=t.body, point=_vec3(t.point),
+            normal=_vec3(t.normal), force=_vec3(t.force), normal_force=t.normal_force, area=t.area,
+            mean_pressure=t.mean_pressure, peak_pressure=t.peak_pressure, depth=t.depth,
         )  # fmt: skip
     return out
 

@@ -15,7 +15,7 @@ from vistel.conference.paths import RunPaths
 from vistel.figure.posture import standing
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
-from vistel.space.view import Outcome, WorldView
+from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot
 from vistel.wire.bus import Bus, Publication
@@ -23,7 +23,7 @@ from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel_services.world import store
 from vistel_services.world.decode import command_input, prop_input
-from vistel_services.world.encode import carries_state, command_result, input_person, is_key, world_state
+from vistel_services.world.encode import carries_state, command_result, hand_force, input_person, is_key, world_state
 from vistel_services.world.intake import Arrived, Intake
 
 log = logging.getLogger("vistel.world")
@@ -121,6 +121,7 @@ class _Room:
         self._states = bus.publish(BY_NAME["world_state"])
         self._inputs = bus.publish(BY_NAME["world_inputs"])
         self._results: dict[str, Publication] = {}
+        self._forces: dict[tuple[str, bool], Publication] = {}
         self._begins = True
         self._last_ns = world.t_ns or now_ns
         self._view: WorldView | None = None
@@ -141,6 +142,8 @@ class _Room:
         view = self.world.step(inputs)
         self._inputs.put(_inputs_message(inputs, arrived, before))
         self._states.put(world_state(view, is_key(view, self._begins)))
+        for felt in view.hands:
+            self._push_back(felt, view)
         for outcome in view.outcomes:
             self._answer(outcome, t_ns)
         self._tell_of_grasps(view)
@@ -167,6 +170,13 @@ class _Room:
         if who not in self._results:
             self._results[who] = self._bus.publish(BY_NAME["command_result"], participant=who)
         self._results[who].put(command_result(outcome, t_ns))
+
+    def _push_back(self, felt: HandForce, view: WorldView) -> None:
+        hand = felt.participant, felt.right
+        if hand not in self._forces:
+            side = "right" if felt.right else "left"
+            self._forces[hand] = self._bus.publish(BY_NAME["hand_force"], participant=felt.participant, hand=side)
+        self._forces[hand].put(hand_force(felt, view.step, view.t_ns))
 
     def _tell_of_grasps(self, view: WorldView) -> None:
         held = {s.id: s.holders for s in view.states if s.holders}

@@ -14,10 +14,10 @@ from typing import Any
 
 from vistel.space.inputs import MotionInput, StepInputs
 from vistel.space.world import World
-from vistel.v1.world_pb2 import WorldInputs, WorldState
+from vistel.v1.world_pb2 import HandForce, WorldInputs, WorldState
 from vistel.wire.motion import MotionDecoder
 from vistel_services.world.decode import command_input, motion_input, people_of, prop_input
-from vistel_services.world.encode import is_key, world_state
+from vistel_services.world.encode import hand_force, is_key, world_state
 
 Record = tuple[str, dict[str, str], Any, int]
 """Topic name, names in the key, message, log time [ns]."""
@@ -29,13 +29,14 @@ MOTIONS_KEPT_NS = 20_000_000_000
 
 @dataclass(frozen=True)
 class VerifyReport:
-    """steps: states re-run and compared; equal: every one was the same; difference: the first that was not, or why
-    nothing could be compared (one line, else empty); skipped: steps that could not be re-run, and why; lives: how
-    often a world started in the log."""
+    """steps: states re-run and compared; hand_forces: the same of what hands felt; equal: every one was the same;
+    difference: the first that was not, or why nothing could be compared (one line, else empty); skipped: steps that
+    could not be re-run, and why; lives: how often a world started in the log."""
 
     steps: int
     equal: bool
     difference: str = ""
+    hand_forces: int = 0
     skipped: int = 0
     skipped_because: dict[str, int] = field(default_factory=dict)
     lives: int = 0
@@ -43,7 +44,7 @@ class VerifyReport:
 
 def verify(records: Iterable[Record]) -> VerifyReport:
     """Compare every WorldState of a log with a re-run. `records` in the order of the log; only the topics motion,
-    world_inputs and world_state matter."""
+    world_inputs, world_state and hand_force matter."""
     run = _Rerun()
     for topic, names, message, log_ns in records:
         run.take(topic, names, message, log_ns)
@@ -53,12 +54,12 @@ def verify(records: Iterable[Record]) -> VerifyReport:
     difference = run.difference
     if not difference and run.steps == 0:
         difference = "the log holds no world states that can be re-run; record world_inputs, world_state and motion"
-    return VerifyReport(run.steps, not difference, difference, sum(run.skipped.values()), run.skipped, run.lives)
+    return VerifyReport(run.steps, not difference, difference, run.hand_forces, sum(run.skipped.values()), run.skipped, run.lives)
 
 
 class _Rerun:
     def __init__(self) -> None:
-        self.steps = 0
+        self.steps, self.hand_forces = 0, 0
         self.lives = 0
         self.difference = ""
         self.skipped: dict[str, int] = {}
@@ -67,6 +68,7 @@ class _Rerun:
         self._decoders: dict[tuple[str, str], MotionDecoder] = {}
         self._motions: dict[tuple[str, int, int], MotionInput] = {}
         self._states: dict[tuple[int, int], WorldState] = {}
+        self._forces: dict[tuple[int, int], list[HandForce]] = {}
         self._pending: deque[tuple[WorldInputs, int]] = deque()
 
     def take(self, topic: str, names: dict[str, str], message: Any, log_ns: int) -> None:
@@ -75,6 +77,8 @@ class _Rerun:
             self._hear(names["site"], names["participant"], message)
         elif topic == "world_state":
             self._states[message.step, message.header.t_ns] = message
+        elif topic == "hand_force":
+            self._forces.setdefault((message.step, message.header.t_ns), []).append(message)
         elif topic == "world_inputs":
             self._pending.append((message, log_ns))
         while self._pending and not self.difference and log_ns - self._pending[0][1] > SETTLE_NS:
@@ -97,6 +101,7 @@ class _Rerun:
 
     def _step(self, message: WorldInputs) -> None:
         recorded = self._states.pop((message.step, message.header.t_ns), None)
+        forces = self._forces.pop((message.step, message.header.t_ns), [])
         begins = message.header.seq == 1
         if begins or (self._world is not None and message.header.seq != self._last_seq + 1):
             self._world = None  # another life, or a gap: go on from the next state in the log
@@ -113,6 +118,9 @@ class _Rerun:
             self._skip("a motion the world used is not in the log")
             return
         view = self._world.step(inputs)
+        again = {(h.participant, h.right): hand_force(h, view.step, view.t_ns) for h in view.hands}
+        for force in forces:
+            self._compare_force(force, again.get((force.participant, force.right)))
         if recorded is None:
             self._skip("the state is not in the log")
             return
@@ -152,14 +160,28 @@ class _Rerun:
         self.skipped[why] = self.skipped.get(why, 0) + 1
 
     def _compare(self, recorded: WorldState, again: WorldState) -> None:
-        # Version and number of the message are the bus's, not the world's.
-        again.header.version, again.header.seq, again.header.source = (
-            recorded.header.version, recorded.header.seq, recorded.header.source,
-        )  # fmt: skip
-        if recorded.SerializeToString(deterministic=True) == again.SerializeToString(deterministic=True):
+        if _same(recorded, again):
             self.steps += 1
             return
         self.difference = f"step {recorded.step}: {_what_differs(recorded, again)}"
+
+
+    def _compare_force(self, recorded: HandForce, again: HandForce | None) -> None:
+        hand = f"{recorded.participant}'s {'right' if recorded.right else 'left'} hand"
+        if again is None:
+            self.difference = f"step {recorded.step}: {hand} feels something in the log and nothing in the re-run"
+        elif _same(recorded, again):
+            self.hand_forces += 1
+        else:
+            self.difference = f"step {recorded.step}: what {hand} feels differs"
+
+
+def _same(recorded: WorldState | HandForce, again: WorldState | HandForce) -> bool:
+    """Equal but for the header, which is the bus's."""
+    again.header.version, again.header.seq, again.header.source = (
+        recorded.header.version, recorded.header.seq, recorded.header.source,
+    )  # fmt: skip
+    return recorded.SerializeToString(deterministic=True) == again.SerializeToString(deterministic=True)
 
 
 def _what_differs(recorded: WorldState, again: WorldState) -> str:

@@ -9,7 +9,7 @@ from vistel.wire.topics import BY_NAME, TOPICS, Topic
 
 NAMES = {
     "conference": "demo", "site": "tokyo", "participant": "ann", "device": "ann-tracker", "node": "capture",
-    "thing": "baton",
+    "thing": "baton", "hand": "left",
 }  # fmt: skip
 
 
