@@ -8,7 +8,7 @@ import sys
 
 import typer
 
-from vistel_cli import bench, devices, doctor, log, polygonise, record, replay, sim, site, up
+from vistel_cli import bench, devices, doctor, log, polygonise, record, replay, sim, site, trace, up
 
 app = typer.Typer(
     name="vistel",
@@ -24,6 +24,7 @@ app.command("record")(record.record)
 app.command("sim")(sim.sim)
 app.command("doctor")(doctor.doctor)
 app.command("devices")(devices.devices)
+app.command("trace")(trace.trace)
 app.command("bench")(bench.bench)
 app.command("polygonise")(polygonise.polygonise)
 app.add_typer(site.app, name="site")

@@ -1,0 +1,103 @@
+"""`vistel trace`: a scene file to a picture."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from vistel_cli.terminal import USAGE, err, fail, out
+
+
+def trace(
+    scene: Annotated[Path, typer.Argument(help="The scene file (TOML).")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The PNG to write.")] = Path("out.png"),
+    size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in pixels instead of the scene's.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Tiles at once; by default one for each core.")] = None,
+    depth: Annotated[int, typer.Option(min=0, max=16, help="How often a ray is mirrored.")] = 3,
+    antialias: Annotated[
+        float, typer.Option(min=0, max=1, help="More rays where neighbours differ by more than this; 0: none.")
+    ] = 0.1,
+    shadows: Annotated[bool, typer.Option(help="Whether lamps cast them.")] = True,
+    method: Annotated[str, typer.Option(help="How surfaces are found: auto, march, analytic, numeric.")] = "auto",
+    samples: Annotated[
+        int, typer.Option(min=1, max=1000, help="Guess points across the smallest primitive: more is safer, fewer faster.")
+    ] = 8,
+    stats: Annotated[bool, typer.Option("--stats", help="Report primitives, polygons and how many are candidates.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False,
+) -> None:
+    """Ray trace a scene of implicit surfaces and polygons.
+
+    [bold]Examples[/bold]
+
+      vistel trace examples/scenes/blobs.toml -o blobs.png
+
+      vistel trace examples/scenes/blobs.toml -o big.png --size 1600x1000 --antialias 0.05
+    """
+    from vistel.implicit.checks import ShapeError  # noqa: PLC0415 - brings Numba, which --help does not need
+    from vistel.implicit.scene import SceneError, check_writable, load, write_png  # noqa: PLC0415
+    from vistel.implicit.trace import render  # noqa: PLC0415
+    from vistel.implicit.trace.report import report, warnings  # noqa: PLC0415
+
+    pixels = _size(size)
+    try:
+        check_writable(output)
+        read = load(scene)
+        for line in warnings(read):
+            err.print(f"[yellow]warning:[/yellow] {escape(f'{scene}: {line}')}", soft_wrap=True)
+        facts: dict[str, Any] = report(read) if stats or as_json else {}
+        began, cpu = time.perf_counter(), time.process_time()
+        with _bar() as bar:
+            task = bar.add_task(f"tracing {escape(scene.name)}", total=1.0)
+            picture = render(
+                read, size=pixels, depth=depth, shadows=shadows, antialias=antialias, method=method, samples=samples,
+                threads=threads, progress=lambda part: bar.update(task, completed=part),
+            )  # fmt: skip
+        seconds, cpu = time.perf_counter() - began, time.process_time() - cpu
+        write_png(output, picture.light)
+    except (SceneError, ShapeError) as e:
+        for line in str(e).splitlines():
+            err.print(f"[red]error:[/red] {escape(line)}", soft_wrap=True)
+        raise typer.Exit(USAGE) from e
+    facts = {
+        "output": str(output),
+        "width": picture.light.shape[1],
+        "height": picture.light.shape[0],
+        "implicit_pixels": int(np.count_nonzero(picture.thing == 1)),
+        "polygon_pixels": int(np.count_nonzero(picture.thing == 2)),
+        "refined_pixels": picture.refined,
+        "seconds": round(seconds, 3),
+        "cpu_seconds": round(cpu, 3),
+    } | facts
+    if as_json:
+        print(json.dumps(facts))
+        return
+    out.print(f"{escape(str(output))}: {facts['width']} x {facts['height']} in {seconds:.1f} s", soft_wrap=True)
+    if stats:
+        for key, value in facts.items():
+            if key != "output":
+                out.print(f"  {key.replace('_', ' '):22}{value:>12}")
+
+
+def _size(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    try:
+        width, height = (int(n) for n in text.lower().split("x"))
+    except ValueError:
+        fail(f"--size: is {text!r}, expected WIDTHxHEIGHT such as 800x600", USAGE)
+    if not (1 <= width <= 16384 and 1 <= height <= 16384):
+        fail(f"--size: is {text}, expected 1 to 16384 pixels each way", USAGE)
+    return width, height
+
+
+def _bar() -> Progress:
+    """A bar on standard error, where somebody watches."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=err, transient=True, disable=not err.is_terminal)

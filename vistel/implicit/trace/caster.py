@@ -1,0 +1,97 @@
+"""RayCaster: where rays meet the surface F = T of a FieldProgram."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vistel.implicit.blend import THRESHOLD
+from vistel.implicit.checks import ShapeError, query_points
+from vistel.implicit.program import FieldProgram
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+METHODS = ("auto", "march", "analytic", "numeric")
+
+
+@dataclass(frozen=True, eq=False)
+class RayCaster:
+    """Casts rays at the surface F = threshold of a program.
+
+    method: how a ray is solved between the bounds of the primitives; auto takes the fastest that knows the program.
+    samples: of the numeric way, guess points across the smallest primitive: more find thinner parts, fewer are faster.
+    """
+
+    program: FieldProgram
+    threshold: float = THRESHOLD
+    method: str = "auto"
+    samples: int = 8
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise ShapeError(f"RayCaster: method is {self.method!r}, expected one of {', '.join(METHODS)}")
+        if not 1 <= self.samples <= 1000:
+            raise ShapeError(f"RayCaster: samples is {self.samples}, expected 1 to 1000")
+        if self.program.far >= self.threshold:
+            raise ShapeError(
+                "RayCaster: the object has no end (its field is above the threshold out of reach of all primitives); "
+                "intersect it with a bounded shape"
+            )
+
+    def first(self, origins: ArrayLike, directions: ArrayLike, near: ArrayLike = 0.0, far: ArrayLike = np.inf) -> F64:
+        """Distance (n,) to the first surface point on each ray, infinite where there is none.
+
+        origins, directions: (n, 3), directions of length one; rays that follow each other should be neighbours.
+        near, far: which part of each ray counts. A ray that begins inside is met where it leaves.
+        """
+        hits, count = self._cast(origins, directions, near, far, 1)
+        return np.where(count > 0, hits[:, 0], np.inf)
+
+    def all(
+        self, origins: ArrayLike, directions: ArrayLike, near: ArrayLike = 0.0, far: ArrayLike = np.inf, most: int = 32
+    ) -> F64:
+        """Distances (n, k) to every surface point on each ray, rising, filled up with infinity; at most `most`."""
+        hits, count = self._cast(origins, directions, near, far, most)
+        hits[np.arange(most) >= count[:, None]] = np.inf
+        return hits[:, : max(int(count.max(initial=0)), 1)]
+
+    def prepare(self) -> RayCaster:
+        """Load the kernels and arrange the arrays, so that threads share them."""
+        _ = self._arrays, self._box
+        self.first(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
+        return self
+
+    def _cast(self, origins: Any, directions: Any, near: Any, far: Any, most: int) -> tuple[F64, I64]:
+        o = np.ascontiguousarray(query_points(origins))
+        d = np.ascontiguousarray(query_points(directions))
+        n = len(o)
+        a = np.ascontiguousarray(np.broadcast_to(np.asarray(near, np.float64), n))
+        b = np.ascontiguousarray(np.broadcast_to(np.asarray(far, np.float64), n))
+        hits, count = np.empty((n, most)), np.zeros(n, np.int64)
+        if len(self.program.arrays["leaf"]):
+            self._solve(o, d, a, b, hits, count)
+        return hits, count
+
+    def _solve(self, o: F64, d: F64, near: F64, far: F64, hits: F64, count: I64) -> None:
+        from vistel.implicit.trace.kernels_numeric import trace_numeric  # noqa: PLC0415 - brings Numba
+
+        low, high = self._box
+        trace_numeric(self._arrays, self.program.origin, low, high, o, d, near, far, self.threshold, self.samples, hits, count)
+
+    @cached_property
+    def _arrays(self) -> Any:
+        from vistel.implicit.machine import Arrays  # noqa: PLC0415 - brings Numba
+
+        return Arrays(**self.program.arrays)
+
+    @cached_property
+    def _box(self) -> tuple[F64, F64]:
+        """Corners of the box that holds every primitive's realm, a hair wider."""
+        low, high = self.program.bounds
+        margin = 1e-4 * float((high - low).max())
+        return low - margin, high + margin

@@ -1,0 +1,149 @@
+"""The light that comes back along rays: first hits, lamps and their shadows, mirrored rays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.implicit.scene import Scene
+from vistel.implicit.scene.surface import AMBIENT, DIFFUSE, REFLECTION, SHININESS, SPECULAR
+from vistel.implicit.trace.caster import RayCaster
+from vistel.implicit.trace.looks import ImplicitLook, Look, MeshLook, merged
+from vistel.implicit.trace.mesh_tree import MeshTree
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+Bool = NDArray[np.bool_]
+FAINT = 1 / 512
+"""A mirror that gives back less than this is not followed."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """colour (n, 3) linear light; distance (n,), infinite where nothing was met; thing (n,): 0 for nothing, 1 for the
+    implicit surface, 2 for polygons."""
+
+    colour: F64
+    distance: F64
+    thing: NDArray[np.int8]
+
+
+@dataclass(frozen=True, eq=False)
+class Tracer:
+    """A scene made ready for rays.
+
+    depth: how often a ray is mirrored; shadows: whether lamps that cast them do; method, samples: see RayCaster.
+    """
+
+    scene: Scene
+    depth: int = 3
+    shadows: bool = True
+    method: str = "auto"
+    samples: int = 8
+
+    @cached_property
+    def caster(self) -> RayCaster | None:
+        """Rays at the implicit surface; None for a scene without one."""
+        program = self.scene.program
+        return None if program is None else RayCaster(program, self.scene.threshold, self.method, self.samples)
+
+    @cached_property
+    def _implicit(self) -> ImplicitLook:
+        assert self.scene.program is not None
+        return ImplicitLook(self.scene.program)
+
+    @cached_property
+    def _meshes(self) -> MeshLook:
+        return MeshLook(tuple(self.scene.meshes))
+
+    @cached_property
+    def tree(self) -> MeshTree:
+        """The polygon objects' triangles."""
+        return MeshTree.of(self._meshes.corners)
+
+    def prepare(self) -> Tracer:
+        """Compile and build all that rays need, so that threads share it."""
+        _ = self.tree
+        if self.caster is not None:
+            self.caster.prepare()
+            _ = self._implicit.constants
+        return self
+
+    def hits(self, origins: F64, directions: F64, far: F64) -> tuple[F64, I64]:
+        """Distance to the first surface, infinite for none, and its triangle, -1 for the implicit surface."""
+        t, triangle = self.tree.cast(origins, directions, np.zeros(len(origins)), far)
+        if self.caster is not None:
+            own = self.caster.first(origins, directions, 0.0, np.minimum(t, far))
+            nearer = own < t
+            t, triangle = np.where(nearer, own, t), np.where(nearer, -1, triangle)
+        return t, triangle
+
+    def blocked(self, origins: F64, directions: F64, far: F64) -> Bool:
+        """Whether anything lies on rays (n, 3) before `far` (n,)."""
+        near = np.zeros(len(origins))
+        dark = np.isfinite(self.tree.cast(origins, directions, near, far, any_hit=True)[0])
+        if self.caster is not None:
+            dark |= np.isfinite(self.caster.first(origins, directions, near, np.where(dark, -1.0, far)))
+        return dark
+
+    def look(self, points: F64, triangle: I64, directions: F64) -> Look:
+        """What the surfaces look like at points that rays met."""
+        mesh = triangle >= 0
+        parts: list[tuple[Bool, Look]] = []
+        if not mesh.all():
+            some = ~mesh
+            parts.append((some, self._implicit.at(points[some], directions[some])))
+        if mesh.any():
+            parts.append((mesh, self._meshes.at(points[mesh], triangle[mesh], directions[mesh])))
+        return merged(len(points), parts)
+
+    def seen(self, origins: F64, directions: F64, level: int = 0) -> Seen:
+        """The light that comes back along rays (n, 3), neighbours following each other."""
+        n = len(origins)
+        t, triangle = self.hits(origins, directions, np.full(n, np.inf))
+        hit = np.isfinite(t)
+        colour = np.empty((n, 3))
+        colour[:] = self.scene.background
+        thing = np.where(hit, np.where(triangle >= 0, 2, 1), 0).astype(np.int8)
+        if hit.any():
+            along = directions[hit]
+            points = origins[hit] + t[hit, None] * along
+            look = self.look(points, triangle[hit], along)
+            colour[hit] = self._lit(look, along, level)
+        return Seen(colour, t, thing)
+
+    def _lit(self, look: Look, along: F64, level: int) -> F64:
+        """Light given back at points towards where the rays came from."""
+        finish = look.finish
+        light = np.broadcast_to(finish[:, AMBIENT, None] * look.colour, look.points.shape).copy()
+        start = look.points + look.lift[:, None] * look.normals
+        for lamp in self.scene.lights:
+            towards, distance = lamp.seen_from(look.points)
+            facing = np.einsum("ij,ij->i", look.normals, towards)
+            lit = facing > 0
+            if self.shadows and lamp.shadows and lit.any():
+                lit[lit] = ~self.blocked(start[lit], towards[lit], distance[lit])
+            if not lit.any():
+                continue
+            if not lit.all():
+                part, towards, facing, ahead = look.rows(lit), towards[lit], facing[lit], along[lit]
+            else:
+                part, ahead = look, along
+            strength = np.broadcast_to(part.finish[:, DIFFUSE] * facing, facing.shape)
+            given = strength[:, None] * part.colour
+            if part.finish[:, SPECULAR].any():
+                half = towards - ahead
+                shine = np.einsum("ij,ij->i", part.normals, half) / np.sqrt(np.einsum("ij,ij->i", half, half))
+                given += (part.finish[:, SPECULAR] * np.maximum(shine, 0.0) ** part.finish[:, SHININESS])[:, None]
+            light[lit] += given * lamp.colour
+        mirror = np.broadcast_to(finish[:, REFLECTION], len(light))
+        clear = mirror > FAINT
+        if level < self.depth and clear.any():
+            normals, ahead = look.normals[clear], along[clear]
+            turned = ahead - 2 * np.einsum("ij,ij->i", normals, ahead)[:, None] * normals
+            image = self.seen(start[clear], turned, level + 1).colour
+            light[clear] += mirror[clear, None] * (image - light[clear])
+        return light

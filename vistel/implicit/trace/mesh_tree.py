@@ -1,0 +1,48 @@
+"""Triangles of polygon objects in one tree, for rays to be cast at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+BOTTOM = 4
+"""Triangles in a box at the bottom of the tree."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshTree:
+    """Triangles (m, 3, 3), as given; `cast` finds the first that each ray meets."""
+
+    corners: F64
+    order: I64
+    arrays: tuple[NDArray[np.generic], ...]
+
+    @classmethod
+    def of(cls, corners: F64) -> MeshTree:
+        """The tree over triangles (m, 3, 3)."""
+        from vistel.implicit.trace.kernels_mesh import grow  # noqa: PLC0415 - brings Numba
+
+        m = len(corners)
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        order = np.arange(m)
+        box, child, span = np.zeros((2 * m + 1, 6)), np.full((2 * m + 1, 2), -1, np.int32), np.zeros((2 * m + 1, 2), np.int32)
+        nodes = grow(np.ascontiguousarray(low), np.ascontiguousarray(high), order, box, child, span, BOTTOM) if m else 0
+        a, b, c = (np.ascontiguousarray(corners[order, k]) for k in range(3))
+        return cls(corners, order, (box[:nodes].copy(), child[:nodes].copy(), span[:nodes].copy(), a, b - a, c - a))
+
+    def cast(self, origins: F64, directions: F64, near: F64, far: F64, *, any_hit: bool = False) -> tuple[F64, I64]:
+        """Distance (n,) to the first triangle between near and far (n,), infinite for none, and which, -1 for none.
+
+        any_hit: whichever triangle is found first will do, as for shadows.
+        """
+        from vistel.implicit.trace.kernels_mesh import cast  # noqa: PLC0415 - brings Numba
+
+        t, which = np.full(len(origins), np.inf), np.full(len(origins), -1, np.int64)
+        if len(self.order):
+            cast(*self.arrays, origins, directions, near, far, any_hit, t, which)
+            which = np.where(which >= 0, self.order[which], -1)
+        return t, which
