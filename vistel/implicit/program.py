@@ -199,10 +199,13 @@ class FieldProgram:
         return Evaluation(out[..., 0], out[..., 1:4] if gradient else None, found)
 
 
-def compile(shape: Shape, *, attributes: bool = True) -> FieldProgram:
-    """The FieldProgram of a shape. attributes=False leaves them out."""
+def compile(shape: Shape, *, attributes: bool = True, origin: ArrayLike | None = None) -> FieldProgram:
+    """The FieldProgram of a shape. attributes=False leaves them out.
+
+    origin: (3,) [m], by default the middle of the bounds; programs of one origin round what they share alike.
+    """
     box = shape.bounds
-    origin = box.mean(axis=0)
+    origin = box.mean(axis=0) if origin is None else np.array(origin, np.float64)
     nodes = lower(shape, origin)
     leaves = [leaf for node in nodes for leaf in node.leaves]
     layout = Layout.of(leaves) if attributes else Layout.of([])

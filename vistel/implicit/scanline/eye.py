@@ -13,12 +13,14 @@ from vistel.implicit.layout import FRAME as FRAME_AT
 from vistel.implicit.layout import KIND as KIND_AT
 from vistel.implicit.layout import START
 from vistel.implicit.scanline import along as row
-from vistel.implicit.scanline.extents import edges_y, mesh_x, polygon_x, tapered_x, tapered_y
+from vistel.implicit.scanline.extents import edges_y, mesh_x, mesh_z, polygon_x, polygon_z, tapered_x, tapered_y, tapered_z
 
 inner = nb.njit(nogil=True, error_model="numpy")
 
-FORM, PLACE, AXIS, LENGTH, RADIUS, GROWTH, FIRST, COUNT, EDGES, EDGE_COUNT, DEPTH = 0, 1, 4, 7, 8, 9, 10, 11, 12, 13, 14
-FORM_WORDS = 15
+FORM, PLACE, AXIS, LENGTH, RADIUS, GROWTH, FIRST, COUNT, EDGES, EDGE_COUNT, DEPTH, FACES, FACE_COUNT = (
+    0, 1, 4, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16
+)
+FORM_WORDS = 17
 TAPERED, ROUNDED, MESH = 0.0, 1.0, 2.0
 """Forms whose extents are known: sphere to cone-sphere; rounded polygon; polyhedron (of any other kind its box)."""
 SLACK = 1e-3
@@ -38,7 +40,7 @@ def to_eye(leaf, scale, params, outline, hull, frame, view, forms, points, table
     """Fill `forms` (n, FORM_WORDS) float64 in eye space from the eye, `points` of the hulls there, and `table` (n,
     ROW) float32 relative to the program's origin.
 
-    frame: (3, 3) rows right, up, ahead; outline: (n, 4) first hull point of a leaf, how many, first edge, how many;
+    frame: (3, 3) rows right, up, ahead; outline: (n, 6) see `view.Outlines`;
     hull: (p, 3) their points relative to the program's origin.
     """
     for i in range(hull.shape[0]):
@@ -53,6 +55,7 @@ def to_eye(leaf, scale, params, outline, hull, frame, view, forms, points, table
         out[:] = 0.0
         out[row.KIND], out[row.WEIGHT], out[row.FRAMED] = kind, scale[i, 0], framed
         form[FIRST], form[COUNT], form[EDGES], form[EDGE_COUNT] = outline[i, 0], outline[i, 1], outline[i, 2], outline[i, 3]
+        form[FACES], form[FACE_COUNT] = outline[i, 4], outline[i, 5]
         form[FORM] = MESH if outline[i, 3] > 0 else (ROUNDED if outline[i, 1] > 0 else TAPERED)
         if kind == row.SPHERE:
             form[RADIUS] = 1.0 / math.sqrt(p[3])
@@ -146,6 +149,25 @@ def x_extent(form, points, edges, y, perspective):
     if form[FORM] == ROUNDED:
         return polygon_x(points, int(form[FIRST]), int(form[COUNT]), form[RADIUS], y, perspective)
     return mesh_x(points, edges, int(form[EDGES]), int(form[EDGE_COUNT]), y, perspective)
+
+
+@inner
+def z_extent(form, points, triangles, ox, oy, oz, dx, dy, dz):
+    """Least and most t of a form's realm along O + t D."""
+    if form[FORM] == TAPERED:
+        return tapered_z(ox, oy, oz, dx, dy, dz, form[PLACE], form[PLACE + 1], form[PLACE + 2], form[AXIS],
+                         form[AXIS + 1], form[AXIS + 2], form[LENGTH], form[RADIUS], form[GROWTH])  # fmt: skip
+    first, count = int(form[FIRST]), int(form[COUNT])
+    if form[FORM] == ROUNDED:
+        ax, ay, az = points[first, 0], points[first, 1], points[first, 2]
+        nx = ny = nz = 0.0
+        for k in range(first + 1, first + count - 1):
+            ux, uy, uz = points[k, 0] - ax, points[k, 1] - ay, points[k, 2] - az
+            vx, vy, vz = points[k + 1, 0] - ax, points[k + 1, 1] - ay, points[k + 1, 2] - az
+            nx, ny, nz = nx + uy * vz - uz * vy, ny + uz * vx - ux * vz, nz + ux * vy - uy * vx
+        over = 1.0 / math.sqrt(nx * nx + ny * ny + nz * nz)
+        return polygon_z(ox, oy, oz, dx, dy, dz, points, first, count, nx * over, ny * over, nz * over, form[RADIUS])
+    return mesh_z(ox, oy, oz, dx, dy, dz, points, triangles, int(form[FACES]), int(form[FACE_COUNT]))
 
 
 @inner

@@ -37,7 +37,7 @@ GROUPS, PAIRS, COHERENT, SOLVED, SEARCHED = range(5)
 
 
 @kernel
-def plan(stamp, leaf, scale, params, outline, hull, edges, frame, view, width, height, changed, old_rows, old_at, old_spans):
+def plan(stamp, leaf, scale, params, outline, hull, edges, frame, view, width, height, changed, old_rows, old_at, old_spans):  # fmt: skip
     """Primitives in eye space, the rows each covers (n, 2), and its columns in each: spans (k, 2) from span_at (n + 1).
 
     Spans of primitives that are not `changed` are taken over.

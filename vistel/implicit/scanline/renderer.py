@@ -1,0 +1,180 @@
+"""Scanline pictures of scenes: the sweep's surface and polygons in one z-buffer, lit, and redone where edited."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.implicit.program import FieldProgram, compile
+from vistel.implicit.scanline.along import LARGE
+from vistel.implicit.scanline.polygons import draw_triangles
+from vistel.implicit.scanline.shade import LAMP_WORDS, LOOKS, shade
+from vistel.implicit.scanline.stamp import stamp
+from vistel.implicit.scanline.surface import Surface
+from vistel.implicit.scanline.view import View
+from vistel.implicit.scene import Scene, SceneError
+from vistel.implicit.shape import Shape
+from vistel.implicit.trace import Tracer
+from vistel.implicit.trace.looks import ImplicitLook
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+U8 = NDArray[np.uint8]
+I64 = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """light: (h, w, 3) linear; depth: (h, w) along the line of sight [m], infinite where nothing is seen; thing (h, w):
+    0 nothing, 1 the implicit surface, 2 polygons; redrawn: part of the picture that was drawn, 0..1."""
+
+    light: F32
+    depth: F32
+    thing: NDArray[np.int8]
+    redrawn: float
+
+
+class Scanline:
+    """Draws a scene and keeps what it needs to draw it again after an edit.
+
+        line = Scanline(scene)
+        picture = line.draw()
+        picture = line.edit(other_shape)      # only the pixels that its changed primitives cover
+
+    First hits without shadows and mirrors (`vistel.implicit.trace` has those). size: (width, height), by default the
+    scene's. Raises SceneError where the field can nowhere reach the scene's threshold, or never falls below it.
+    """
+
+    def __init__(self, scene: Scene, size: tuple[int, int] | None = None) -> None:
+        self.scene = scene
+        self.size = size or scene.size
+        program = scene.program
+        origin = np.zeros(3) if program is None else program.origin
+        self.view = View.of(scene.camera, self.size, origin)
+        self.surface = None if program is None else Surface(self.view, scene.threshold, _checked(program, scene.threshold))
+        self._origin = origin
+        height, columns = self.size[1], 16 * self.view.groups
+        self._light = np.zeros((height, columns, 3), np.float32)
+        self._look = np.zeros((LOOKS, height, columns), np.float32)
+        self._depth = np.full((height + 2, columns), LARGE, np.float32)
+        self._normal = np.zeros((3, height, columns), np.float32)
+        self._owner = np.full((height, columns), -1, np.int64)
+        self._lamps = self._in_eye_space()
+        self._drawn = False
+
+    def draw(self) -> Picture:
+        """The whole picture."""
+        if self.scene.meshes:
+            self._draw_meshes()
+        dirty = np.ones((self.size[1], self.view.groups), np.uint8) if self.surface is None else self.surface.draw()
+        self._drawn = True
+        return self._lit(dirty)
+
+    def edit(self, shape: Shape) -> Picture:
+        """The picture with another shape: only what its changed primitives cover is drawn again."""
+        self.scene = replace(self.scene, shape=shape)
+        solid = self.scene.solid
+        assert solid is not None
+        program = _checked(compile(solid, origin=self._origin), self.scene.threshold)
+        if self.surface is None or not self._drawn:
+            self.surface = Surface(self.view, self.scene.threshold, program)
+            return self.draw()
+        return self._lit(self.surface.edit(program))
+
+    @property
+    def program(self) -> FieldProgram | None:
+        """What is drawn."""
+        return None if self.surface is None else self.surface.program
+
+    def _in_eye_space(self) -> F32:
+        frame, rows = self.view.frame, np.zeros((len(self.scene.lights), LAMP_WORDS), np.float32)
+        for row, lamp in zip(rows, self.scene.lights, strict=True):
+            if lamp.position is None:
+                towards = np.array(lamp.towards, np.float64)
+                row[:4] = *(frame @ towards / np.linalg.norm(towards)), 1.0
+            else:
+                row[:3] = frame @ (np.array(lamp.position, np.float64) - self._origin)
+            row[4:] = lamp.colour
+        return rows
+
+    def _draw_meshes(self) -> None:
+        corners = np.concatenate([m.vertices[m.triangles] for m in self.scene.meshes])
+        corners = (corners - self._origin) @ self.view.frame.T + self.view.numbers[5:8]
+        self._mesh_depth = np.full(self._owner.shape, LARGE, np.float32)
+        draw_triangles(stamp(), corners, self.view.numbers, self.size[0], self._mesh_depth, self._owner)
+        self._tracer = Tracer(self.scene, depth=0, shadows=False)
+
+    def _lit(self, dirty: U8) -> Picture:
+        """Light the dirty groups."""
+        surface = self.surface
+        constants = None
+        if surface is not None and not self.scene.meshes:
+            constants = ImplicitLook(surface.program).constants
+            if constants is not None and np.any(constants.get("bump", 0.0)):
+                constants = None
+        if surface is not None and constants is not None:
+            depth, normal = surface.depth, surface.normal
+            look = np.concatenate([constants["colour"][0], constants["finish"][0, :4]]).astype(np.float32)
+            look = look.reshape(LOOKS, 1, 1)
+        else:
+            depth, normal, look = self._looked_at(dirty)
+        shade(stamp(), depth, normal, look, constants is not None, self.view.numbers, self._lamps,
+              np.array(self.scene.background, np.float32), dirty, self._light)  # fmt: skip
+        width = self.size[0]
+        shown = depth[2:, :width]
+        seen = shown < LARGE
+        thing = np.where(seen, 1, 0).astype(np.int8)
+        if self.scene.meshes:
+            mine = self._mesh_depth[:, :width] <= shown
+            thing[seen & mine] = 2
+        oz = np.float32(self.view.numbers[7])
+        return Picture(self._light[:, :width].copy(), np.where(seen, shown + oz, np.inf).astype(np.float32), thing,
+                       float(dirty.mean()))  # fmt: skip
+
+    def _looked_at(self, dirty: U8) -> tuple[F32, F32, F32]:
+        """Depth, normals and looks of the nearest of surface and polygons in dirty groups, point by point."""
+        wanted = np.repeat(dirty != 0, 16, axis=1)
+        depth = np.full_like(self._owner, LARGE, np.float32) if self.surface is None else self.surface.depth[2:]
+        nearest = self._depth[2:]
+        nearest[wanted] = depth[wanted]
+        triangle = np.full(self._owner.shape, -1, np.int64)
+        if self.scene.meshes:
+            before = self._mesh_depth < nearest
+            nearest[before] = self._mesh_depth[before]
+            triangle[before] = self._owner[before]
+        rows, columns = np.nonzero(wanted & (nearest < LARGE))
+        if not len(rows):
+            return self._depth, self._normal, self._look
+        directions = self.view.directions(rows, columns)
+        points = self._origin + self.view.points(rows, columns, nearest[rows, columns].astype(np.float64))
+        if self.scene.meshes:
+            look = self._tracer_of().look(points, triangle[rows, columns], directions)
+        else:
+            assert self.surface is not None
+            look = ImplicitLook(self.surface.program).at(points, directions)
+        self._normal[:, rows, columns] = self.view.frame @ look.normals.T
+        self._look[:3, rows, columns] = np.broadcast_to(look.colour, points.shape).T
+        self._look[3:, rows, columns] = np.broadcast_to(look.finish[:, :4], (len(points), 4)).T
+        return self._depth, self._normal, self._look
+
+    def _tracer_of(self) -> Tracer:
+        if self._tracer.scene is not self.scene:
+            self._tracer = Tracer(self.scene, depth=0, shadows=False)
+        return self._tracer
+
+
+def _checked(program: FieldProgram, threshold: float) -> FieldProgram:
+    """The program, if its surface has an inside and an end."""
+    if program.far >= threshold:
+        raise SceneError(
+            "shapes: the object has no end (its field is above the threshold out of reach of all primitives); "
+            "intersect it with a bounded shape"
+        )
+    return program
+
+
+def render(scene: Scene, size: tuple[int, int] | None = None) -> Picture:
+    """The scanline picture of a scene: first hits without shadows and mirrors."""
+    return Scanline(scene, size).draw()

@@ -1,0 +1,140 @@
+"""Light that surfaces give back, sixteen pixels at once: ambient, diffuse and specular parts (Blinn's half vector)."""
+
+# pyright: basic, reportCallIssue=false
+
+from __future__ import annotations
+
+import numpy as np
+
+from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.scanline.along import LARGE, ONE, ZERO, F, inner
+from vistel.implicit.scanline.eye import DX, DY, OX, OY, OZ, PERSPECTIVE, X0, Y0
+from vistel.implicit.scanline.lanes import (
+    WIDTH,
+    bits,
+    choose,
+    exponent,
+    load,
+    mantissa,
+    most,
+    power_of_two,
+    root,
+    spread,
+    store_three,
+    whole,
+)
+from vistel.implicit.scanline.sweep import kernel
+
+COLOUR, AMBIENT, DIFFUSE, SPECULAR, SHININESS = 0, 3, 4, 5, 6
+LOOKS = 7
+"""Planes of a look: colour, then the parts of `finish` that are used here."""
+LAMP_WORDS = 7
+"""Numbers of a lamp: position from the program's origin or unit direction, in eye space; 1 for parallel light; colour."""
+
+
+def _fitted(function: object, degree: int, low: float, high: float) -> tuple[np.float32, ...]:
+    """Coefficients, highest first, of the polynomial through `function` at the Chebyshev points."""
+    found = np.polynomial.Chebyshev.interpolate(function, degree, domain=[low, high]).convert(kind=np.polynomial.Polynomial)  # type: ignore[arg-type]
+    return tuple(np.float32(c) for c in found.coef[::-1])
+
+
+_LOG2, _EXP2 = _fitted(np.log2, 8, 1.0, 2.0), _fitted(np.exp2, 6, 0.0, 1.0)
+
+
+@inner
+def power(base, n):
+    """base^n of lanes 0 <= base; relative error below 1e-4 for n up to some hundreds."""
+    x = most(base, F(1e-30))
+    m = mantissa(x)
+    log = spread(_LOG2[0])
+    for k in range(1, 9):
+        log = log * m + _LOG2[k]
+    y = most((log + exponent(x)) * n, F(-126.0))
+    floor = whole(y)
+    f = y - floor
+    out = spread(_EXP2[0])
+    for k in range(1, 7):
+        out = out * f + _EXP2[k]
+    return choose(y > F(-125.0), out * power_of_two(floor), ZERO)
+
+
+@inner
+def _dot(ax, ay, az, bx, by, bz):
+    return ax * bx + ay * by + az * bz
+
+
+@kernel
+def shade(stamp, depth_, normal_, look_, uniform, view, lamps, background, dirty, light_):
+    """Colours (height, columns, 3) of the dirty groups, linear light.
+
+    depth, normal: see `sweep`, the normal of any length and side; look: (LOOKS, height, columns), or (LOOKS, 1, 1) where
+    `uniform`; lamps: (m, LAMP_WORDS) float32; background: (3,) float32.
+    """
+    height, groups = dirty.shape
+    columns = groups * WIDTH
+    plane = height * columns
+    depth, normal, look, light = pointer(depth_), pointer(normal_), pointer(look_), pointer(light_)
+    lanes_ = np.empty(2 * columns, np.float32)
+    perspective = view[PERSPECTIVE] != 0.0
+    for c in range(columns):
+        x = view[X0] + c * view[DX]
+        lanes_[c] = F(x * view[OZ] - view[OX]) if perspective else F(x - view[OX])
+        lanes_[columns + c] = F(x) if perspective else ZERO
+    lanes = pointer(lanes_)
+    br, bg, bb = spread(background[0]), spread(background[1]), spread(background[2])
+    for y in range(height):
+        ey64 = view[Y0] + y * view[DY]
+        ay = F(ey64 * view[OZ] - view[OY]) if perspective else F(ey64 - view[OY])
+        ey = F(ey64) if perspective else ZERO
+        for g in range(groups):
+            if not dirty[y, g]:
+                continue
+            here = y * columns + g * WIDTH
+            s = load(depth, here + 2 * columns)
+            seen = s < LARGE
+            if bits(seen) == 0:
+                store_three(light, 3 * here, br, bg, bb)
+                continue
+            s = choose(seen, s, ZERO)
+            ax, ex = load(lanes, g * WIDTH), load(lanes, columns + g * WIDTH)
+            px, py, pz = ax + s * ex, ay + s * ey, s
+            over = ONE / root(ex * ex + (ey * ey + ONE))
+            vx, vy, vz = ex * over, ey * over, over
+            nx, ny, nz = load(normal, here), load(normal, plane + here), load(normal, 2 * plane + here)
+            over = ONE / root(most(_dot(nx, ny, nz, nx, ny, nz), F(1e-30)))
+            over = choose(_dot(nx, ny, nz, vx, vy, vz) > ZERO, -over, over)
+            nx, ny, nz = nx * over, ny * over, nz * over
+            if uniform:
+                r, gr, b = spread(look[0]), spread(look[1]), spread(look[2])
+                ambient, diffuse = spread(look[AMBIENT]), spread(look[DIFFUSE])
+                specular, shininess = spread(look[SPECULAR]), spread(look[SHININESS])
+            else:
+                own = at(look, here)
+                r, gr, b = load(own, 0), load(own, plane), load(own, 2 * plane)
+                ambient, diffuse = load(own, AMBIENT * plane), load(own, DIFFUSE * plane)
+                specular, shininess = load(own, SPECULAR * plane), load(own, SHININESS * plane)
+            lr, lg, lb = ambient * r, ambient * gr, ambient * b
+            shines = bits(specular > ZERO) != 0
+            for k in range(lamps.shape[0]):
+                lamp = lamps[k]
+                if lamp[3] != ZERO:
+                    tx, ty, tz = spread(lamp[0]), spread(lamp[1]), spread(lamp[2])
+                else:
+                    tx, ty, tz = lamp[0] - px, lamp[1] - py, lamp[2] - pz
+                    over = ONE / root(most(_dot(tx, ty, tz, tx, ty, tz), F(1e-30)))
+                    tx, ty, tz = tx * over, ty * over, tz * over
+                facing = _dot(nx, ny, nz, tx, ty, tz)
+                lit = facing > ZERO
+                if bits(lit) == 0:
+                    continue
+                given = choose(lit, diffuse * facing, ZERO)
+                shine = spread(ZERO)
+                if shines:
+                    tx, ty, tz = tx - vx, ty - vy, tz - vz
+                    half = _dot(nx, ny, nz, tx, ty, tz) / root(most(_dot(tx, ty, tz, tx, ty, tz), F(1e-30)))
+                    shine = choose(lit, specular * power(most(half, ZERO), shininess), ZERO)
+                lr = lr + (given * r + shine) * lamp[4]
+                lg = lg + (given * gr + shine) * lamp[5]
+                lb = lb + (given * b + shine) * lamp[6]
+            store_three(light, 3 * here, choose(seen, lr, br), choose(seen, lg, bg), choose(seen, lb, bb))
+    keep(depth_, normal_, look_, light_, lanes_)
