@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, field_validator, model_validator
+
+if TYPE_CHECKING:
+    from vistel.space.room import Extra
 
 Name = Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9_\-]{0,31}$")]
 
@@ -160,11 +163,65 @@ class Site(_Model):
     """Which services share a process."""
 
 
+class RoomThing(_Model):
+    """A thing put on the room's table."""
+
+    id: Name
+    name: str = ""
+    """For people; default: the id."""
+    shape: Literal["ball", "lump", "bar"] = "ball"
+    size: float = Field(default=0.04, ge=0.005, le=0.15)
+    """Its radius [m]; a lump is twice as long as wide, a bar six times."""
+    mass: float = Field(default=0.2, ge=0.005, le=20.0)
+    colour: str = Field(default="#b5a48f", pattern="^#[0-9a-fA-F]{6}$")
+    at: tuple[float, float] = (0.0, 0.0)
+    """Where on the table [m]: x, z from its centre."""
+    material: Literal["elastic", "plastic", "viscoelastic"] = "elastic"
+    rigidity: float = Field(default=0.3, ge=0.0, le=1.0)
+    """0 as soft as flesh, 1 rigid."""
+    recovery: float = Field(default=0.0, ge=0.0, le=3600.0)
+    """viscoelastic: its time constant [s], default 0.5; plastic: seconds in which dents fade, 0 never."""
+    sticky: float = Field(default=0.0, ge=0.0, le=0.1)
+    """How far it can be drawn out by a limb that touched it before it tears [m]; 0: nothing sticks."""
+
+    @model_validator(mode="after")
+    def _can_be(self) -> RoomThing:
+        self.extra()
+        return self
+
+    def extra(self) -> Extra:
+        """The thing as the world takes it. Raises ValueError for what cannot be."""
+        # Loads the room only for who has things of their own.
+        from vistel.space.room import Extra  # noqa: PLC0415
+        from vistel.space.things import Matter  # noqa: PLC0415
+
+        slow = self.recovery or (0.5 if self.material == "viscoelastic" else 0.0)
+        return Extra(
+            self.id, self.name or self.id, self.shape, self.size, self.mass, self.rigidity,
+            int(self.colour[1:] + "ff", 16), *self.at, Matter(self.material, slow, self.sticky),
+        )  # fmt: skip
+
+
 class Room(_Model):
     """The virtual room."""
 
     kind: Literal["meeting"] = "meeting"
     seats: int = Field(default=3, ge=1, le=12)
+    things: list[RoomThing] = Field(default=[], max_length=24)
+    """What lies on the table beside what always does."""
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> Room:
+        self.extras()
+        return self
+
+    def extras(self) -> tuple[Extra, ...]:
+        """`things` as the world takes them."""
+        if not self.things:
+            return ()
+        from vistel.space.room import meeting_room  # noqa: PLC0415
+
+        return meeting_room(self.seats, [t.extra() for t in self.things]).extras
 
 
 class Playout(_Model):

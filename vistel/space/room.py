@@ -6,13 +6,14 @@ Room frame: right-handed, metres, Y up, floor at y = 0, table centre at x = z = 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.space.things import Axis, Primitive, Thing
+from vistel.space.things import Axis, Matter, Primitive, Thing
 
 F64 = NDArray[np.float64]
 
@@ -40,12 +41,57 @@ class Seat:
     heading: float
 
 
+SHAPES = ("ball", "lump", "bar")
+
+
+@dataclass(frozen=True)
+class Extra:
+    """A thing somebody has put on the table.
+
+    shape: "ball", "lump" (a loaf, twice as long as wide) or "bar" (six times); size: its radius [m]; rigidity: 0 as
+    soft as flesh .. 1 rigid; mass [kg]; colour: 0xRRGGBBAA; x, z: where on the table [m]; matter: what it is made of.
+    Raises ValueError for what cannot be.
+    """
+
+    id: str
+    name: str
+    shape: str
+    size: float
+    mass: float
+    rigidity: float
+    colour: int
+    x: float
+    z: float
+    matter: Matter = field(default_factory=Matter)
+
+    def __post_init__(self) -> None:
+        if self.shape not in SHAPES:
+            raise ValueError(f"shape: expected one of {', '.join(SHAPES)}, got {self.shape!r}")
+        if not (0.005 <= self.size <= 0.15 and 0.005 <= self.mass <= 20.0 and 0.0 <= self.rigidity <= 1.0):
+            raise ValueError("expected a size of 0.005 to 0.15 m, a mass of 0.005 to 20 kg, a rigidity of 0 to 1")
+        if not math.hypot(self.x, self.z) < ROOM_RADIUS:
+            raise ValueError(f"x, z: expected a place within {ROOM_RADIUS:g} m of the table's centre")
+
+    def thing(self) -> Thing:
+        """The thing, lying on the table."""
+        r = self.size
+        half = {"ball": 0.0, "lump": r, "bar": 5.0 * r}[self.shape]
+        body = _bar((-half, 0.0, 0.0), (half, 0.0, 0.0), r, r) if half else Primitive("sphere", (r,))
+        axes = (Axis(_at(0, 0, 0), _at(1, 0, 0), r),) if half else ()
+        place = _at(self.x, TABLE_HEIGHT + r, self.z)
+        return Thing(
+            self.id, self.name, self.shape, (body,), self.mass, 1.0 - self.rigidity, self.colour, place, axes=axes,
+            matter=self.matter,
+        )  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Room:
-    """A room as it begins: seats, and things in a fixed order."""
+    """A room as it begins: seats, and things in a fixed order; extras: those among them that were put there."""
 
     seats: tuple[Seat, ...]
     things: tuple[Thing, ...]
+    extras: tuple[Extra, ...] = ()
 
     @cached_property
     def by_id(self) -> dict[str, Thing]:
@@ -80,12 +126,20 @@ def seat_pose(seats: int, index: int) -> tuple[F64, float]:
     return position, heading
 
 
-def meeting_room(seats: int = 3) -> Room:
-    """A table with `seats` chairs; on it a baton on a rest, a ball, a box, a can, a ring, a cone, a tile."""
+def meeting_room(seats: int = 3, extras: Sequence[Extra] = ()) -> Room:
+    """A table with `seats` chairs; on it a baton on a rest, a ball, a box, a can, a ring, a cone, a tile, and extras.
+
+    Raises ValueError for an extra whose id another thing has.
+    """
     places = tuple(Seat(*seat_pose(seats, i)) for i in range(seats))
     spread = table_radius(seats) / 0.5
     fixed = (_table(table_radius(seats)), *(_chair(i, seat) for i, seat in enumerate(places)))
-    return Room(places, fixed + _loose_things(spread))
+    things = fixed + _loose_things(spread) + tuple(e.thing() for e in extras)
+    ids = [t.id for t in things]
+    if len(set(ids)) < len(ids):
+        twice = next(i for i in ids if ids.count(i) > 1)
+        raise ValueError(f"things: {twice!r} stands in the room already; give it another id")
+    return Room(places, things, tuple(extras))
 
 
 def _turn(axis: tuple[float, float, float], angle: float) -> F64:

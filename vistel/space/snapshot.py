@@ -9,27 +9,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import Posture, Stance
+from vistel.space.bonds import Bond
 from vistel.space.commands import Ledger
+from vistel.space.dents import Dent
 from vistel.space.dynamics import Motions
 from vistel.space.grasp import Grasp
 from vistel.space.inputs import Person, PropInput
 from vistel.space.people import Figure
 from vistel.space.props import Tracked
+from vistel.space.room import Extra, Room, meeting_room
 from vistel.space.state import LetGo, State
+from vistel.space.things import Matter, Primitive
 from vistel.space.view import Outcome
 
-VERSION = 3
+VERSION = 4
 """Of this format; a world refuses any other."""
 
 F64 = NDArray[np.float64]
 
 
-def encode(seats: int, s: State) -> bytes:
-    """The state of a meeting room with `seats` seats."""
+def encode(room: Room, s: State) -> bytes:
+    """The state of a meeting room."""
     m = s.motions
     data = {
         "version": VERSION,
-        "seats": seats,
+        "seats": len(room.seats),
+        "extras": [_from_extra(e) for e in room.extras],
         "step": s.step,
         "t_ns": s.t_ns,
         "things": list(s.things),
@@ -46,12 +51,15 @@ def encode(seats: int, s: State) -> bytes:
         "allowance": [[who, left] for who, left in s.ledger.allowance],
         "tracked": [_from_tracked(t) for t in s.tracked],
         "felt": [[who, right] for who, right in s.felt],
+        "dents": [_from_dent(d) for d in s.dents],
+        "bonds": [_from_bond(b) for b in s.bonds],
+        "marks": s.marks,
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
 
 
-def decode(data: bytes) -> tuple[int, State]:
-    """Seats and state. Raises ValueError, one line, when the bytes are no snapshot of this version."""
+def decode(data: bytes) -> tuple[Room, State]:
+    """Room and state. Raises ValueError, one line, when the bytes are no snapshot of this version."""
     try:
         d = json.loads(data)
         version = d["version"]
@@ -60,7 +68,7 @@ def decode(data: bytes) -> tuple[int, State]:
     if version != VERSION:
         raise ValueError(f"snapshot: version {version} cannot be read here, only version {VERSION}")
     try:
-        return int(d["seats"]), _state(d)
+        return meeting_room(int(d["seats"]), [_to_extra(e) for e in d["extras"]]), _state(d)
     except (ValueError, TypeError, KeyError, IndexError) as e:
         raise ValueError(f"snapshot: incomplete or damaged ({e!r})") from e
 
@@ -94,7 +102,49 @@ def _state(d: dict[str, Any]) -> State:
         ),
         tracked=tuple(_to_tracked(t) for t in d["tracked"]),
         felt=tuple((str(who), bool(right)) for who, right in d["felt"]),
+        dents=tuple(_to_dent(e) for e in d["dents"]),
+        bonds=tuple(_to_bond(e) for e in d["bonds"]),
+        marks=int(d["marks"]),
     )
+
+
+def _from_extra(e: Extra) -> list[Any]:
+    m = e.matter
+    matter = m.material, m.recovery, m.sticky
+    return [e.id, e.name, e.shape, e.size, e.mass, e.rigidity, e.colour, e.x, e.z, *matter]
+
+
+def _to_extra(d: Any) -> Extra:
+    name, what, shape, size, mass, rigidity, colour, x, z, material, recovery, sticky = d
+    matter = Matter(str(material), float(recovery), float(sticky))
+    numbers = float(size), float(mass), float(rigidity), int(colour), float(x), float(z)
+    return Extra(str(name), str(what), str(shape), *numbers, matter)
+
+
+def _from_dent(d: Dent) -> list[Any]:
+    p = d.shape
+    shape = [p.kind, list(p.params), p.position.tolist(), p.rotation.tolist()]
+    return [d.number, d.thing, d.maker, d.primitive, shape, d.depth, d.left_ns, d.fade_ns]
+
+
+def _to_dent(d: Any) -> Dent:
+    number, thing, maker, primitive, (kind, params, position, rotation), depth, left_ns, fade_ns = d
+    pose = _rows(position, 1, 3)[0], _rows(rotation, 1, 4)[0]
+    shape = Primitive(str(kind), tuple(float(x) for x in params), *pose)
+    times = int(left_ns), int(fade_ns)
+    return Dent(int(number), str(thing), str(maker), int(primitive), shape, float(_rows(depth, 1, 1)[0, 0]), *times)
+
+
+def _from_bond(b: Bond) -> list[Any]:
+    points = b.point_thing.tolist(), b.point_body.tolist()
+    return [b.number, b.thing, b.body, b.primitive, *points, b.reach, b.torn_ns]
+
+
+def _to_bond(d: Any) -> Bond:
+    number, thing, body, primitive, at_thing, at_body, reach, torn_ns = d
+    points = _rows(at_thing, 1, 3)[0], _rows(at_body, 1, 3)[0]
+    reach = float(_rows(reach, 1, 1)[0, 0])
+    return Bond(int(number), str(thing), str(body), int(primitive), *points, reach, int(torn_ns))
 
 
 def _from_tracked(t: Tracked) -> list[Any]:

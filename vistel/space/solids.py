@@ -19,6 +19,8 @@ from vistel.space.things import Primitive, Thing
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
+YIELD = 0.2
+"""Share of its size that a thing as soft as flesh gives way before it moves, if it takes dents."""
 GRID = 20
 """Samples along each side of a thing's bounding box for its inertia."""
 
@@ -50,6 +52,13 @@ class Solids:
     def part(self, n: int) -> PrimitiveSet:
         """The primitives of thing n, posed in its frame."""
         return _rows(self.primitives, np.arange(int(self.first[n]), int(self.first[n + 1])))
+
+    @cached_property
+    def give(self) -> F64:
+        """(N,) how far a limb sinks into each thing before it pushes it [m]: what takes dents gives way first."""
+        soft = [t.compliance if t.matter.material != "elastic" else 0.0 for t in self.things]
+        least = [min((float(b) for b in self.bound[self.owner == n]), default=0.0) for n in range(len(self.things))]
+        return YIELD * np.array(soft, np.float64) * np.array(least, np.float64)
 
     @cached_property
     def fixed_rows(self) -> I64:

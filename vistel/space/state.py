@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from vistel.space.bonds import Bond
 from vistel.space.commands import Ledger
+from vistel.space.dents import Dent
 from vistel.space.dynamics import Motions
 from vistel.space.grasp import Grasp
 from vistel.space.people import Figure
@@ -24,7 +26,8 @@ class LetGo:
 @dataclass(frozen=True)
 class State:
     """things: ids, in the order of `motions`; figures: sorted by name; grasps: oldest first;
-    tracked: sorted by thing; felt: the hands, participant and right, that felt something, sorted."""
+    tracked: sorted by thing; felt: the hands, participant and right, that felt something, sorted; dents, bonds: what
+    things remember, by thing; marks: the next number for one of those."""
 
     things: tuple[str, ...]
     motions: Motions
@@ -36,3 +39,6 @@ class State:
     ledger: Ledger = field(default_factory=Ledger)
     tracked: tuple[Tracked, ...] = ()
     felt: tuple[tuple[str, bool], ...] = ()
+    dents: tuple[Dent, ...] = ()
+    bonds: tuple[Bond, ...] = ()
+    marks: int = 1

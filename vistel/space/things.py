@@ -80,13 +80,44 @@ class Axis:
     radius: float
 
 
+MATERIALS = ("elastic", "plastic", "viscoelastic")
+
+
+@dataclass(frozen=True)
+class Matter:
+    """What a thing is made of.
+
+    material: "elastic" springs back at once, "plastic" keeps its dents, "viscoelastic" recovers slowly; recovery: time
+    constant of that, or in which a plastic thing's dents fade, 0 never [s]; sticky: how far what has touched it draws
+    it out before the bond tears [m], 0: nothing sticks.
+    """
+
+    material: str = "elastic"
+    recovery: float = 0.0
+    sticky: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.material not in MATERIALS:
+            raise ValueError(f"material: expected one of {', '.join(MATERIALS)}, got {self.material!r}")
+        if not (0.0 <= self.recovery < 1e4 and 0.0 <= self.sticky <= 0.2):
+            raise ValueError("matter: expected recovery of 0 to 10,000 s and sticky of 0 to 0.2 m")
+        if self.material == "viscoelastic" and self.recovery <= 0.0:
+            raise ValueError("recovery: a viscoelastic thing needs a time constant above 0 s")
+
+    @property
+    def remembers(self) -> bool:
+        """What has touched it leaves something behind."""
+        return self.material != "elastic" or self.sticky > 0.0
+
+
 @dataclass(frozen=True)
 class Thing:
     """What a thing is and where it starts. Its frame's origin is its centre of mass.
 
     id: unique in the room; name: for people; shape: "ball", "box", ... for lists and speech; mass: kg, 0 =
     fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (spec_maths §2.4); colour: 0xRRGGBBAA;
-    position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: what hands close around.
+    position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: what hands close around; matter:
+    what it is made of.
     """
 
     id: str
@@ -99,6 +130,7 @@ class Thing:
     position: F64
     rotation: F64 = field(default_factory=identity)
     axes: tuple[Axis, ...] = ()
+    matter: Matter = field(default_factory=Matter)
 
     @property
     def fixed(self) -> bool:

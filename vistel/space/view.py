@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.space.bonds import Bond
+from vistel.space.dents import Dent
 from vistel.space.things import Thing
 
 F64 = NDArray[np.float64]
@@ -112,7 +114,8 @@ class WorldView:
     """The room after step `step`, at conference time `t_ns`.
 
     things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0;
-    hands: what hands feel, and once those that have stopped to.
+    hands: what hands feel, and once those that have stopped to; dents, bonds: what things remember; fresh: numbers of
+    those that are new or changed; gone: of those that were there a step before.
     """
 
     step: int
@@ -127,3 +130,7 @@ class WorldView:
     outcomes: tuple[Outcome, ...]
     hash: int
     hands: tuple[HandForce, ...] = ()
+    dents: tuple[Dent, ...] = ()
+    bonds: tuple[Bond, ...] = ()
+    fresh: frozenset[int] = frozenset()
+    gone: tuple[int, ...] = ()

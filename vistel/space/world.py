@@ -24,9 +24,10 @@ from vistel.space.grasp import Grasp
 from vistel.space.hand_forces import hand_forces, nothing
 from vistel.space.inputs import CommandInput, Delete, Move, Release, StepInputs, usable
 from vistel.space.kernels import MAX_SPEED, MAX_SPIN
+from vistel.space.memory import remembered
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.props import heard
-from vistel.space.room import ROOM_RADIUS, Room, meeting_room
+from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.solids import Solids, solids
 from vistel.space.state import LetGo, State
 from vistel.space.things import Thing
@@ -75,19 +76,24 @@ class World:
         return len(self._room.seats)
 
     @property
+    def extras(self) -> tuple[Extra, ...]:
+        """What was put into the room beside what always is there."""
+        return self._room.extras
+
+    @property
     def participants(self) -> tuple[str, ...]:
         """Who is in the room, sorted."""
         return tuple(f.name for f in self._state.figures)
 
     def snapshot(self) -> bytes:
         """The whole state; equal states give equal bytes."""
-        return snapshot.encode(len(self._room.seats), self._state)
+        return snapshot.encode(self._room, self._state)
 
     @staticmethod
     def restore(data: bytes) -> World:
         """A world that goes on from `snapshot`. Raises ValueError when the bytes are none, or of a newer version."""
-        seats, state = snapshot.decode(data)
-        world = World(meeting_room(seats))
+        room, state = snapshot.decode(data)
+        world = World(room)
         known = world._room.by_id
         if any(name not in known for name in state.things):
             raise ValueError("snapshot: holds things this room does not know; start the world afresh")
@@ -121,6 +127,7 @@ class World:
         touches = self._touches(posed, near, skin)
         self._advance(posed, near)
         self._bring_back()
+        self._state = remembered(self._state, self._solids, posed, DT)
         return self._view(before, outcomes, touches, self._feel(posed, skin))
 
     # -- people ------------------------------------------------------------------------------------------------
@@ -182,6 +189,7 @@ class World:
         else:
             self._drop(lambda g: True)
             self._set_things(self._room.things, _begin(self._room.things))
+            self._state = replace(self._state, dents=(), bonds=())
 
     def _set_things(self, things: tuple[Thing, ...], motions: Motions) -> None:
         self._solids = solids(things)
@@ -392,7 +400,8 @@ class World:
                 if who == name:
                     hand = (p.build.digit[c.a] >= 0) & (p.build.digit[c.a] // 6 == int(right))
                     chosen &= ~(hand & (thing == n))
-            parts.append((thing[chosen], c.point[chosen], c.normal[chosen], -c.depth[chosen], p.velocity[c.a[chosen]]))
+            gap = self._solids.give[thing[chosen]] - c.depth[chosen]
+            parts.append((thing[chosen], c.point[chosen], c.normal[chosen], gap, p.velocity[c.a[chosen]]))
         pushes = Pushes(*(np.concatenate(x) for x in zip(*parts, strict=True))) if parts else Pushes.none()
         moved, _ = advance(self._solids, self._state.motions, pushes, DT)
         self._state = replace(self._state, motions=moved)
@@ -450,6 +459,7 @@ class World:
         return WorldView(
             s.step, s.t_ns, self._solids.things, s.things != before.things, tuple(states),
             tuple(contacts[:MAX_CONTACTS]), tuple(ghosts), grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
+            s.dents, s.bonds, *_changes(before, s),
         )  # fmt: skip
 
     # -- small things ------------------------------------------------------------------------------------------
@@ -462,6 +472,16 @@ class World:
         m = self._state.motions
         woken = wake_around(self._solids, m, m.position[n], float(self._solids.radius[n]))
         self._state = replace(self._state, motions=woken)
+
+
+def _changes(before: State, now: State) -> tuple[frozenset[int], tuple[int, ...]]:
+    """Numbers of dents and bonds that are new or changed, and of those that are no more. What stays is the same object."""
+    if not (before.dents or before.bonds or now.dents or now.bonds):
+        return frozenset(), ()
+    old = {mark.number: mark for mark in (*before.dents, *before.bonds)}
+    new = {mark.number: mark for mark in (*now.dents, *now.bonds)}
+    fresh = frozenset(k for k, mark in new.items() if old.get(k) is not mark)
+    return fresh, tuple(sorted(old.keys() - new.keys()))
 
 
 def _between_people(posed: dict[str, Posed]) -> dict[tuple[str, str], ContactArray]:

@@ -22,7 +22,7 @@ class Primitive(_message.Message):
     def __init__(self, kind: _Optional[str] = ..., params: _Optional[_Iterable[float]] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ...) -> None: ...
 
 class Thing(_message.Message):
-    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape")
+    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky")
     ID_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PRIMITIVES_FIELD_NUMBER: _ClassVar[int]
@@ -31,6 +31,8 @@ class Thing(_message.Message):
     COLOUR_FIELD_NUMBER: _ClassVar[int]
     TEXTURE_FIELD_NUMBER: _ClassVar[int]
     SHAPE_FIELD_NUMBER: _ClassVar[int]
+    MATERIAL_FIELD_NUMBER: _ClassVar[int]
+    STICKY_FIELD_NUMBER: _ClassVar[int]
     id: str
     name: str
     primitives: _containers.RepeatedCompositeFieldContainer[Primitive]
@@ -39,7 +41,45 @@ class Thing(_message.Message):
     colour: int
     texture: str
     shape: str
-    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ...) -> None: ...
+    material: str
+    sticky: float
+    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ..., material: _Optional[str] = ..., sticky: _Optional[float] = ...) -> None: ...
+
+class Dent(_message.Message):
+    __slots__ = ("number", "thing", "shape", "depth", "left_ns", "fade_s")
+    NUMBER_FIELD_NUMBER: _ClassVar[int]
+    THING_FIELD_NUMBER: _ClassVar[int]
+    SHAPE_FIELD_NUMBER: _ClassVar[int]
+    DEPTH_FIELD_NUMBER: _ClassVar[int]
+    LEFT_NS_FIELD_NUMBER: _ClassVar[int]
+    FADE_S_FIELD_NUMBER: _ClassVar[int]
+    number: int
+    thing: str
+    shape: Primitive
+    depth: float
+    left_ns: int
+    fade_s: float
+    def __init__(self, number: _Optional[int] = ..., thing: _Optional[str] = ..., shape: _Optional[_Union[Primitive, _Mapping]] = ..., depth: _Optional[float] = ..., left_ns: _Optional[int] = ..., fade_s: _Optional[float] = ...) -> None: ...
+
+class Bond(_message.Message):
+    __slots__ = ("number", "thing", "body", "primitive", "point_thing", "point_body", "reach", "torn_ns")
+    NUMBER_FIELD_NUMBER: _ClassVar[int]
+    THING_FIELD_NUMBER: _ClassVar[int]
+    BODY_FIELD_NUMBER: _ClassVar[int]
+    PRIMITIVE_FIELD_NUMBER: _ClassVar[int]
+    POINT_THING_FIELD_NUMBER: _ClassVar[int]
+    POINT_BODY_FIELD_NUMBER: _ClassVar[int]
+    REACH_FIELD_NUMBER: _ClassVar[int]
+    TORN_NS_FIELD_NUMBER: _ClassVar[int]
+    number: int
+    thing: str
+    body: str
+    primitive: int
+    point_thing: _geometry_pb2.Vec3
+    point_body: _geometry_pb2.Vec3
+    reach: float
+    torn_ns: int
+    def __init__(self, number: _Optional[int] = ..., thing: _Optional[str] = ..., body: _Optional[str] = ..., primitive: _Optional[int] = ..., point_thing: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., point_body: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., reach: _Optional[float] = ..., torn_ns: _Optional[int] = ...) -> None: ...
 
 class ThingState(_message.Message):
     __slots__ = ("id", "pose", "velocity", "spin", "holders", "resting")
@@ -122,7 +162,7 @@ class Grasp(_message.Message):
     def __init__(self, participant: _Optional[str] = ..., right: _Optional[bool] = ..., thing: _Optional[str] = ..., hold: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., since_ns: _Optional[int] = ...) -> None: ...
 
 class WorldState(_message.Message):
-    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash")
+    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     KEY_FIELD_NUMBER: _ClassVar[int]
@@ -133,6 +173,9 @@ class WorldState(_message.Message):
     GRASPS_FIELD_NUMBER: _ClassVar[int]
     PARTICIPANTS_FIELD_NUMBER: _ClassVar[int]
     HASH_FIELD_NUMBER: _ClassVar[int]
+    DENTS_FIELD_NUMBER: _ClassVar[int]
+    BONDS_FIELD_NUMBER: _ClassVar[int]
+    GONE_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     step: int
     key: bool
@@ -143,7 +186,10 @@ class WorldState(_message.Message):
     grasps: _containers.RepeatedCompositeFieldContainer[Grasp]
     participants: _containers.RepeatedScalarFieldContainer[str]
     hash: int
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ...) -> None: ...
+    dents: _containers.RepeatedCompositeFieldContainer[Dent]
+    bonds: _containers.RepeatedCompositeFieldContainer[Bond]
+    gone: _containers.RepeatedScalarFieldContainer[int]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ...) -> None: ...
 
 class WorldInputs(_message.Message):
     __slots__ = ("header", "step", "motions", "command_ids", "people", "commands", "private_state", "props")

@@ -17,12 +17,15 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class WorldView:
-    """poses: position (3,) [m] and quaternion (4,) (x, y, z, w) of each thing; ghosts and grasps that act."""
+    """poses: position (3,) [m] and quaternion (4,) (x, y, z, w) of each thing; ghosts and grasps that act; dents and bonds
+    by number."""
 
     step: int = 0
     poses: Mapping[str, tuple[F64, F64]] = field(default_factory=dict)
     ghosts: tuple[world_pb2.Ghost, ...] = ()
     grasps: tuple[world_pb2.Grasp, ...] = ()
+    dents: Mapping[int, world_pb2.Dent] = field(default_factory=dict)
+    bonds: Mapping[int, world_pb2.Bond] = field(default_factory=dict)
 
 
 def vector(v: geometry_pb2.Vec3) -> F64:
@@ -38,11 +41,17 @@ def quaternion(q: geometry_pb2.Quaternion) -> F64:
 
 
 def follow(before: WorldView, state: world_pb2.WorldState) -> WorldView:
-    """The view after `state`: a key frame says everything, others only what moved."""
+    """The view after `state`: a key frame says everything, others only what moved or changed."""
     poses = {} if state.key else dict(before.poses)
     for s in state.states:
         poses[s.id] = (vector(s.pose.position), quaternion(s.pose.rotation))
-    return WorldView(state.step, poses, tuple(state.ghosts), tuple(state.grasps))
+    dents, bonds = before.dents, before.bonds
+    if state.key or state.dents or state.bonds or state.gone:
+        dents = {n: d for n, d in dents.items() if not state.key and n not in state.gone}
+        dents.update((d.number, d) for d in state.dents)
+        bonds = {n: b for n, b in bonds.items() if not state.key and n not in state.gone}
+        bonds.update((b.number, b) for b in state.bonds)
+    return WorldView(state.step, poses, tuple(state.ghosts), tuple(state.grasps), dents, bonds)
 
 
 def between(a: WorldView, b: WorldView, u: float) -> WorldView:
@@ -56,7 +65,8 @@ def between(a: WorldView, b: WorldView, u: float) -> WorldView:
         else:
             poses[thing] = (p1, q1)
     near = a if u < 0.5 else b
-    return WorldView(near.step, {k: v for k, v in poses.items() if k in near.poses}, near.ghosts, near.grasps)
+    shown = {k: v for k, v in poses.items() if k in near.poses}
+    return WorldView(near.step, shown, near.ghosts, near.grasps, near.dents, near.bonds)
 
 
 def thing_of(message: world_pb2.Thing) -> Thing:

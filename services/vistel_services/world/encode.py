@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.space.bonds import Bond
+from vistel.space.dents import Dent
 from vistel.space.inputs import Person
 from vistel.space.things import Primitive, Thing
 from vistel.space.view import HandForce, Outcome, ThingView, WorldView
@@ -56,6 +58,9 @@ def world_state(view: WorldView, key: bool) -> world_pb2.WorldState:
             target_primitives=g.target_primitives, source_primitives=g.source_primitives,
             compliance_target=g.compliance_target, compliance_source=g.compliance_source, depth=g.depth,
         )  # fmt: skip
+    out.dents.extend(_dent(d) for d in view.dents if key or d.number in view.fresh)
+    out.bonds.extend(_bond(b) for b in view.bonds if key or b.number in view.fresh)
+    out.gone.extend(view.gone)
     for h in view.grasps:
         out.grasps.add(
             participant=h.participant, right=h.right, thing=h.thing, hold=_pose(h.position, h.rotation),
@@ -95,7 +100,22 @@ def input_person(p: Person) -> world_pb2.WorldInputs.Person:
 def _thing(t: Thing) -> world_pb2.Thing:
     return world_pb2.Thing(
         id=t.id, name=t.name, primitives=[_primitive(p) for p in t.primitives], mass_kg=t.mass,
-        compliance=t.compliance, colour=t.colour, shape=t.shape,
+        compliance=t.compliance, colour=t.colour, shape=t.shape, sticky=t.matter.sticky,
+        material="" if t.matter.material == "elastic" else t.matter.material,
+    )  # fmt: skip
+
+
+def _dent(d: Dent) -> world_pb2.Dent:
+    return world_pb2.Dent(
+        number=d.number, thing=d.thing, shape=_primitive(d.shape), depth=d.depth, left_ns=d.left_ns,
+        fade_s=d.fade_ns * 1e-9,
+    )  # fmt: skip
+
+
+def _bond(b: Bond) -> world_pb2.Bond:
+    return world_pb2.Bond(
+        number=b.number, thing=b.thing, body=b.body, primitive=b.primitive, point_thing=_vec3(b.point_thing),
+        point_body=_vec3(b.point_body), reach=b.reach, torn_ns=b.torn_ns,
     )  # fmt: skip
 
 

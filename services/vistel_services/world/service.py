@@ -14,7 +14,7 @@ from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import standing
 from vistel.space.inputs import MotionInput, Person, StepInputs
-from vistel.space.room import meeting_room
+from vistel.space.room import Extra, meeting_room
 from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot
@@ -45,15 +45,17 @@ _COMMANDS = Counter("vistel_world_commands_total", "Commands answered", ["outcom
 
 @dataclass(frozen=True)
 class Config:
-    """seats: of the room; snapshot: file that the world goes on from after a crash, None to keep none."""
+    """seats: of the room; snapshot: file that the world goes on from after a crash, None to keep none; extras: things
+    that were put into the room."""
 
     seats: int
     snapshot: Path | None = None
+    extras: tuple[Extra, ...] = ()
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
     """The world of a conference; it belongs to no site."""
-    return Config(conference.room.seats, paths.run / "world.snapshot")
+    return Config(conference.room.seats, paths.run / "world.snapshot", conference.room.extras())
 
 
 def preload(conference: Conference) -> None:
@@ -67,9 +69,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     await asyncio.to_thread(warm_up)
     warm = time.perf_counter()
     now_ns = clock.now_ns()
-    world = store.load(config.snapshot, config.seats, now_ns) if config.snapshot else None
+    world = store.load(config.snapshot, config.seats, config.extras, now_ns) if config.snapshot else None
     log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)
-    room = _Room(world or World(meeting_room(config.seats)), bus, now_ns)
+    room = _Room(world or World(meeting_room(config.seats, config.extras)), bus, now_ns)
     topics = ("participant", "motion", "prop", "command")
     about, motion, prop, command = (bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in topics)
     bus.watch_presence(lambda site, token, alive: room.intake.presence(site, token, alive, clock.now_ns()))

@@ -6,6 +6,7 @@ import logging
 import os
 from pathlib import Path
 
+from vistel.space.room import Extra
 from vistel.space.world import World
 
 log = logging.getLogger("vistel.world")
@@ -27,7 +28,7 @@ def save(path: Path, data: bytes) -> bool:
     return True
 
 
-def load(path: Path, seats: int, now_ns: int) -> World | None:
+def load(path: Path, seats: int, extras: tuple[Extra, ...], now_ns: int) -> World | None:
     """The world of the snapshot, or None when there is none that fits."""
     try:
         data = path.read_bytes()
@@ -42,7 +43,7 @@ def load(path: Path, seats: int, now_ns: int) -> World | None:
         log.error("snapshot not usable path=%s reason=%s", path, e)
         return None
     age_ns = now_ns - world.t_ns
-    if world.seats != seats or not -1_000_000_000 < age_ns < OLDEST_NS:
+    if world.seats != seats or world.extras != extras or not -1_000_000_000 < age_ns < OLDEST_NS:
         log.info("snapshot of another conference ignored path=%s seats=%d age_s=%.1f", path, world.seats, age_ns * 1e-9)
         return None
     log.info("world restored step=%d age_s=%.2f", world.step_number, age_ns * 1e-9)

@@ -1,0 +1,106 @@
+"""One step of what the room remembers: dents and bonds of the things whose matter keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.implicit.contact import find_contacts
+from vistel.space.bonds import NEAR, Bond, Frame, Grip, stick
+from vistel.space.dents import Dent, Press, remember
+from vistel.space.people import Posed
+from vistel.space.solids import Solids
+from vistel.space.state import State
+from vistel.space.things import Primitive
+
+F64 = NDArray[np.float64]
+
+
+def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -> State:
+    """The state with dents pressed and recovered, bonds made, moved and torn, after everything has moved."""
+    chosen = [n for n, t in enumerate(s.things) if t.matter.remembers and not t.fixed]
+    if not chosen and not (state.dents or state.bonds):
+        return state
+    dents: list[Dent] = []
+    bonds: list[Bond] = []
+    number = state.marks
+    for n in chosen:
+        thing = s.things[n]
+        frame = matrix_from_quaternion(state.motions.rotation[n]), state.motions.position[n]
+        presses, grips = _touches(n, state, s, posed, frame)
+        if thing.matter.material != "elastic" and thing.compliance > 0.0:
+            before = [d for d in state.dents if d.thing == thing.id]
+            more, number = remember(before, thing.id, thing.matter, s.part(n), presses, number, state.t_ns, dt)
+            dents += more
+        if thing.matter.sticky > 0.0:
+            held = [b for b in state.bonds if b.thing == thing.id]
+
+            def frame_of(body: str, primitive: int) -> Frame | None:
+                p = posed.get(body)
+                if p is None or primitive >= len(p.build.body):
+                    return None
+                joint = int(p.build.body.joint[primitive])
+                return p.joints.rotation[joint], p.joints.position[joint]
+
+            stuck, number = stick(held, thing.id, thing.matter.sticky, frame, grips, frame_of, number, state.t_ns)
+            bonds += stuck
+    return replace(state, dents=tuple(dents), bonds=tuple(bonds), marks=number)
+
+
+def _touches(
+    n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame: Frame
+) -> tuple[list[Press], list[Grip]]:
+    """What overlaps thing n: as shapes in its frame, and where limbs touch it."""
+    rotation, position = frame
+    body = s.part(n).moved(rotation, position)
+    presses: list[Press] = []
+    grips: list[Grip] = []
+    for name in sorted(posed):
+        p = posed[name]
+        c = find_contacts(p.primitives, body, margin=NEAR)
+        for k in _deepest(c.a, c.field_depth):
+            i, b = int(c.a[k]), p.body
+            a_end, b_end = (rotation.T @ (end - position) for end in (b.a[i], b.b[i]))
+            ends = (*a_end.tolist(), *b_end.tolist(), float(b.radius_a[i]), float(b.radius_b[i]))
+            depth = float(c.field_depth[k])
+            if depth > 0.0:
+                presses.append(Press(name, i, Primitive("cone_sphere", ends), depth))
+            grips.append(Grip(name, i, c.point[k], 0.5 * float(b.radius_a[i] + b.radius_b[i])))
+    for m, other in enumerate(s.things):
+        if m == n or other.fixed or _far(state, m, n) > s.radius[m] + s.radius[n]:
+            continue
+        turn = matrix_from_quaternion(state.motions.rotation[m])
+        c = find_contacts(s.part(m).moved(turn, state.motions.position[m]), body)
+        for k in _deepest(c.a, c.field_depth):
+            i = int(c.a[k])
+            shape = _seen_from(other.primitives[i], turn, state.motions.position[m], frame)
+            presses.append(Press(other.id, i, shape, float(c.field_depth[k])))
+    return presses, grips
+
+
+def _deepest(a: NDArray[np.int32], depth: F64) -> list[int]:
+    """Of every primitive a, its deepest contact; in order."""
+    best: dict[int, int] = {}
+    for k in range(len(a)):
+        if int(a[k]) not in best or depth[k] > depth[best[int(a[k])]]:
+            best[int(a[k])] = k
+    return [best[i] for i in sorted(best)]
+
+
+def _seen_from(p: Primitive, turn: F64, at: F64, frame: Frame) -> Primitive:
+    """A primitive of a thing at `turn`, `at`, in another frame."""
+    rotation, position = frame
+    r = rotation.T @ turn @ matrix_from_quaternion(p.rotation)
+    place = rotation.T @ (turn @ p.position + at - position)
+    return Primitive(p.kind, p.params, place, quaternion_from_matrix(np.ascontiguousarray(r)))
+
+
+def _far(state: State, m: int, n: int) -> float:
+    d = state.motions.position[m] - state.motions.position[n]
+    return float(np.sqrt(d @ d))
+
+
