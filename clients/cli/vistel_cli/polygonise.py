@@ -88,8 +88,9 @@ def _made(read: Any, resolution: int | None, tolerance: float | None, residual: 
     from vistel.implicit.polygonise import polygonise as make  # noqa: PLC0415
 
     return make(
-        read.program, resolution=resolution or 128, threshold=read.threshold, residual=residual, progress=bar
-    )
+        read.program, resolution=resolution or 128, tolerance=tolerance, threshold=read.threshold, residual=residual,
+        progress=bar,
+    )  # fmt: skip
 
 
 class _Bar:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,6 +142,20 @@ def _components(follows: I64) -> I64:
             break
         label, jump = following, jump[jump]
     return label
+
+
+def parts(triangles: NDArray[np.integer[Any]], n: int) -> I64:
+    """(n,) for each of n vertices the lowest vertex of the connected part it belongs to."""
+    label = np.arange(n)
+    while True:
+        least = label[triangles].min(axis=1)
+        following = label.copy()
+        for k in range(3):
+            np.minimum.at(following, triangles[:, k], least)
+        following = following[following]
+        if np.array_equal(following, label):
+            return label
+        label = following
 
 
 def corner_normals(vertices: F64, triangles: I32) -> F64:

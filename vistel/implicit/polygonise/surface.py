@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import ShapeError, positive, within
+from vistel.implicit.polygonise.adaptive import adaptive
 from vistel.implicit.polygonise.lattice import Lattice, check_object, never_reached, refuse_beyond
 from vistel.implicit.polygonise.marching import PER_CELL, Marched, Progress, march
 from vistel.implicit.polygonise.mesh import SurfaceMesh, corner_normals
@@ -26,20 +27,28 @@ FREE = 256
 
 
 def polygonise(
-    shape: Shape | FieldProgram, *, resolution: int = RESOLUTION, threshold: float = THRESHOLD,
-    lattice: Lattice | None = None, residual: float = RESIDUAL, limit: int | None = None,
+    shape: Shape | FieldProgram, *, resolution: int = RESOLUTION, tolerance: float | None = None,
+    threshold: float = THRESHOLD, lattice: Lattice | None = None, residual: float = RESIDUAL, limit: int | None = None,
     progress: Progress | None = None,
 ) -> SurfaceMesh:  # fmt: skip
     """The surface F = threshold of a shape as one closed, manifold triangle mesh (Singh §3.3.4).
 
-    resolution: cells along the longest side of the shape's bounds; lattice: cells given instead; residual: the largest
-    |F - threshold| at a vertex (where the field jumps across the threshold a vertex lies at the jump). Parts thinner
-    than a cell may be missed. limit: bytes that may be used, half of the free memory if None. progress: called now and
-    then with the share done. Raises ShapeError for an object without bounds or surface, or too fine a lattice.
+    resolution: cells along the longest side of the shape's bounds; parts thinner than a cell may be missed. lattice:
+    cells given instead. tolerance: instead, how far the mesh may be from the surface [m], about; cells then are small
+    where the surface bends and large where it is flat, and no primitive is missed. residual: the largest
+    |F - threshold| at a vertex (where the field jumps across the threshold a vertex lies at the jump). limit: bytes
+    that may be used, half of the free memory if None. progress: called now and then with the share done. Raises
+    ShapeError for an object without bounds or surface, or cells too small for the memory.
     """
     program = shape if isinstance(shape, FieldProgram) else compile(shape)
     positive("polygonise", "residual", residual)
     check_object(program, threshold)
+    if tolerance is not None:
+        positive("polygonise", "tolerance", tolerance)
+        marched = adaptive(program, tolerance, threshold, residual / 2, limit, progress)
+        if not len(marched.triangles):
+            raise never_reached(program, threshold)
+        return finished(program, marched)
     if lattice is None:
         lattice = Lattice.over(program.bounds, int(within("polygonise", "resolution", resolution, 2, 65536)))
     span = lattice.span(program.bounds)
