@@ -53,7 +53,7 @@ from vistel.implicit.scanline.lanes import (
 
 EXACT = F(2e-6)
 ROUNDS = 5
-STEPS = 400
+STEPS = 200
 FLOOR = F(1e-3)
 
 
@@ -131,24 +131,30 @@ def _next_summit(count, terms, low, to):
 
 @inner
 def _bounds(table, corners, order, count, terms, low, high):
-    """On intervals without a summit inside: the most F can be, F at the end, and whether F is sure to rise."""
-    most_, end, slope, falling, cones = spread(ZERO), spread(ZERO), spread(ZERO), nowhere(), False
+    """On intervals without a summit inside: the most F can be, F at the end, and whether F is sure to rise.
+
+    A primitive's q is monotone there, and concave: its slope lies between those at the ends. Of a cone-sphere's, which
+    need not be concave, that range is taken half as wide again to both sides.
+    """
+    top, begin, end = spread(ZERO), spread(ZERO), spread(ZERO)
+    least_slope, most_slope = spread(ZERO), spread(ZERO)
     for j in range(count):
         p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
-        x, peak, w = load(t, SUMMIT), load(t, PEAK), p[WEIGHT]
-        a, _da = along(p, corners, t, low)
+        w, reached = p[WEIGHT], load(t, PEAK) > ZERO
+        a, da = along(p, corners, t, low)
         b, db = along(p, corners, t, high)
-        a, b = choose(peak > ZERO, most(a, ZERO), ZERO), choose(peak > ZERO, most(b, ZERO), ZERO)
-        rises = x >= high
-        top = choose(rises, b, a)
-        most_ = most_ + w * top * top
-        end = end + w * b * b
-        slope = slope + w * a * db
-        falling = falling | (~rises & (a > ZERO))
-        cones = cones or p[KIND] == CONE
-    # q of a cone-sphere is not concave: its slope at one end says nothing about the rest.
-    rising = ~falling if cones else ~falling | (slope > ZERO)
-    return most_, end, rising
+        a, b = choose(reached, most(a, ZERO), ZERO), choose(reached, most(b, ZERO), ZERO)
+        under, over = least(da, db), most(da, db)
+        if p[KIND] == CONE:
+            more = HALF * (over - under)
+            under, over = under - more, over + more
+        small, large = least(a, b), most(a, b)
+        top, begin, end = top + w * large * large, begin + w * a * a, end + w * b * b
+        least_slope = least_slope + w * under * choose(under > ZERO, small, large)
+        most_slope = most_slope + w * over * choose(over > ZERO, large, small)
+    reach = TWO * (high - low)
+    top = least(top, least(begin + reach * most(most_slope, ZERO), end + reach * most(-least_slope, ZERO)))
+    return top, end, least_slope >= ZERO
 
 
 @inner

@@ -213,15 +213,15 @@ class Surface:
         directions = view.directions(rows, columns)
         ahead = directions @ view.frame[2]
         oz = view.numbers[eye.OZ]
-        eye = self.program.origin + view.points(rows, columns, np.full(len(rows), -oz))
+        start = self.program.origin + view.points(rows, columns, np.full(len(rows), -oz))
         near_, far_ = np.maximum(near[rows, columns], 0.0) / ahead, far[rows, columns] / ahead
         margin = 1e-4 * (far_ - near_) + 1e-9
         caster = RayCaster(self.program, self.threshold)
-        t = caster.first(eye, directions, np.maximum(near_ - margin, 0.0), far_ + margin)
+        t = caster.first(start, directions, np.maximum(near_ - margin, 0.0), far_ + margin)
         hit = np.isfinite(t)
         rows, columns = rows[hit], columns[hit]
         self.depth[rows + 2, columns] = t[hit] * ahead[hit] - oz
-        gradient = self.program.gradient(eye[hit] + t[hit, None] * directions[hit])
+        gradient = self.program.gradient(start[hit] + t[hit, None] * directions[hit])
         self.normal[:, rows, columns] = -(gradient @ view.frame.T).T
 
     def pixels(self, dirty: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
