@@ -9,14 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vistel.implicit.blend import THRESHOLD
+from vistel.implicit.blend import QUARTIC, THRESHOLD
 from vistel.implicit.checks import ShapeError, query_points
+from vistel.implicit.kinds import KIND_INDEX
+from vistel.implicit.layout import FAMILY, FRAME, KIND, OP, SUM
 from vistel.implicit.program import FieldProgram
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
 METHODS = ("auto", "march", "analytic", "numeric")
+
+
+def marches(program: FieldProgram) -> bool:
+    """Whether a program is one sum of spheres and sphylinders of the quartic blend."""
+    leaf, node = program.arrays["leaf"], program.arrays["node"]
+    plain = np.isin(leaf[:, KIND], [KIND_INDEX["sphere"], KIND_INDEX["sphylinder"]])
+    plain &= (leaf[:, FRAME] < 0) & (leaf[:, FAMILY] == QUARTIC.code) & (program.arrays["scale"][:, 1] == 1.0)
+    return len(node) == 1 and node[0, OP] == SUM and bool(plain.all())
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +72,7 @@ class RayCaster:
 
     def prepare(self) -> RayCaster:
         """Load the kernels and arrange the arrays, so that threads share them."""
-        _ = self._arrays, self._box
+        _ = self.ball
         self.first(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
         return self
 
@@ -78,20 +88,31 @@ class RayCaster:
         return hits, count
 
     def _solve(self, o: F64, d: F64, near: F64, far: F64, hits: F64, count: I64) -> None:
-        from vistel.implicit.trace.kernels_numeric import trace_numeric  # noqa: PLC0415 - brings Numba
+        rays = (*self.ball, o, d, near, far, self.threshold)
+        if self.way == "march":
+            from vistel.implicit.trace.kernels_march import trace_march  # noqa: PLC0415 - brings Numba
 
-        low, high = self._box
-        trace_numeric(self._arrays, self.program.origin, low, high, o, d, near, far, self.threshold, self.samples, hits, count)
+            trace_march(*rays, hits, count)
+        else:
+            from vistel.implicit.trace.kernels_numeric import trace_numeric  # noqa: PLC0415
+
+            trace_numeric(*rays, self.samples, hits, count)
 
     @cached_property
-    def _arrays(self) -> Any:
+    def way(self) -> str:
+        """The method that is used: `method` itself, or what auto chose."""
+        able = {"march": marches(self.program), "numeric": True}
+        if self.method == "auto":
+            return next(name for name, can in able.items() if can)
+        if not able[self.method]:
+            raise ShapeError(f"RayCaster: method {self.method!r} cannot solve this shape; use auto or numeric")
+        return self.method
+
+    @cached_property
+    def ball(self) -> tuple[Any, F64, F64, float]:
+        """The kernels' arrays, their origin, and a ball (centre, radius) that holds every primitive's realm."""
         from vistel.implicit.machine import Arrays  # noqa: PLC0415 - brings Numba
 
-        return Arrays(**self.program.arrays)
-
-    @cached_property
-    def _box(self) -> tuple[F64, F64]:
-        """Corners of the box that holds every primitive's realm, a hair wider."""
         low, high = self.program.bounds
-        margin = 1e-4 * float((high - low).max())
-        return low - margin, high + margin
+        radius = 0.5001 * float(np.linalg.norm(high - low))
+        return Arrays(**self.program.arrays), self.program.origin, (low + high) / 2, radius

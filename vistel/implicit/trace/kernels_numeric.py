@@ -28,8 +28,8 @@ from vistel.implicit.trace.kernels_packet import (
     ZERO,
     bound,
     box_range,
-    clip_to_box,
     gather,
+    load,
     sort,
 )
 
@@ -57,13 +57,13 @@ def hermite_top(fa, da, fb, db, h):
 
 
 @fast
-def trace_numeric(P, origin, low, high, origins, directions, near, far, threshold, samples, hits, found_hits):
+def trace_numeric(P, origin, centre, radius, origins, directions, near, far, threshold, samples, hits, found_hits):
     """Surfaces met by rays: distances into hits (n, k), rising, and how many into found_hits (n,).
 
-    origins, directions: (n, 3) float64, neighbours in packets of RAYS; near, far: (n,); low, high: corners of the
-    program's box; samples: guess points across the smallest primitive. A ray stops after k hits.
+    origins, directions: (n, 3) float64, neighbours in packets of RAYS; near, far: (n,); centre, radius: a ball that
+    holds all primitives; samples: guess points across the smallest primitive. A ray stops after k hits.
     """
-    leaf, scale, leaf_box = pointer(P.leaf), pointer(P.scale), pointer(P.box)
+    leaf, scale, leaf_box, capsule = pointer(P.leaf), pointer(P.scale), pointer(P.box), pointer(P.capsule)
     attribute, params, node_table, number = pointer(P.attribute), pointer(P.params), pointer(P.node), pointer(P.number)
     child, child_weight, nodes = pointer(P.child), pointer(P.child_weight), P.node.shape[0]
     tree_box, tree_link, tree_order = pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order)
@@ -77,7 +77,8 @@ def trace_numeric(P, origin, low, high, origins, directions, near, far, threshol
     time_ = np.empty(LANES, np.float32)
     field_, slope_ = np.empty(LANES, np.float32), np.empty(LANES, np.float32)
     rays_, inverse_ = np.zeros(6 * RAYS, np.float32), np.empty(3 * RAYS, np.float32)
-    span_, cone_, shift_ = np.empty(2 * RAYS, np.float32), np.empty(10, np.float32), np.empty(3, np.float32)
+    place = np.empty(4)
+    span_, cone_, shift_ = np.empty(2 * RAYS, np.float32), np.empty(11, np.float32), np.empty(3, np.float32)
     state_ = np.empty(8 * RAYS, np.float32)
     task_ = np.empty(RAYS, np.int32)
     regs, w, live, found, near_list = pointer(regs_), pointer(rows_), pointer(live_), pointer(found_), pointer(near_list_)
@@ -102,38 +103,18 @@ def trace_numeric(P, origin, low, high, origins, directions, near, far, threshol
     evaluations = 0
     for first in range(0, total, RAYS):
         n = min(RAYS, total - first)
-        # The part of each ray inside the program's box, from a base near the first of these.
-        base = 1e300
         for i in range(n):
-            a, b = clip_to_box(low, high, origins[first + i], directions[first + i], near[first + i], far[first + i])
             found_hits[first + i] = 0
-            if a <= b and a < base:
-                base = a
-        if base == 1e300:
+        if not load(origins, directions, near, far, first, n, centre, radius, rays, start, end, place):
             continue
-        bx = by = bz = 0.0
-        for i in range(n):
-            bx += origins[first + i, 0] + base * directions[first + i, 0]
-            by += origins[first + i, 1] + base * directions[first + i, 1]
-            bz += origins[first + i, 2] + base * directions[first + i, 2]
-        bx, by, bz = bx / n, by / n, bz / n
-        for i in range(RAYS):
-            j = first + (i if i < n else 0)
-            a, b = clip_to_box(low, high, origins[j], directions[j], near[j], far[j])
-            if i >= n:
-                b = -1e30
-            start[i], end[i] = F32(a - base), F32(max(b - base, -1e29))
-            rays[i] = F32(origins[j, 0] + base * directions[j, 0] - bx)
-            rays[RAYS + i] = F32(origins[j, 1] + base * directions[j, 1] - by)
-            rays[2 * RAYS + i] = F32(origins[j, 2] + base * directions[j, 2] - bz)
-            for k in range(3):
-                d = F32(directions[j, k])
-                rays[(3 + k) * RAYS + i] = d
-                inverse[k * RAYS + i] = ONE / d if abs(d) > F32(1e-9) else math.copysign(F32(1e9), d)
-        shift[0], shift[1], shift[2] = F32(origin[0] - bx), F32(origin[1] - by), F32(origin[2] - bz)
-        if not bound(rays, start, end, n, cone):
-            continue
-        count = gather(tree_box, tree_link, tree_order, branches, leaf_box, shift, cone, found)
+        base = place[3]
+        for i in range(3 * RAYS):
+            d = rays[3 * RAYS + i]
+            inverse[i] = ONE / d if abs(d) > F32(1e-9) else math.copysign(F32(1e9), d)
+        for k in range(3):
+            shift[k] = F32(origin[k] - place[k])
+        bound(rays, start, end, cone)
+        count = gather(tree_box, tree_link, tree_order, branches, capsule, shift, cone, found)
         sort(found, count)
         kept = 0
         step = NEVER

@@ -1,9 +1,9 @@
 """Packets of up to 64 neighbouring rays: which primitives they can meet, and between which distances.
 
-A packet is bounded by a cone about its mean ray, whose radius at a distance t is at most lo + (hi - lo) (t - a) / (b - a)
-between the nearest and farthest distances a and b of interest. The hierarchy of the program is walked with that cone;
-what is left is tested ray by ray against the primitive's box. Distances in a packet are measured from its base, so that
-float32 carries the size of the scene and not the camera's distance.
+A packet is bounded by a cone about its mean direction: the distance of a ray from an axis is convex along it, so what the
+widest ray reaches at both ends bounds all of them between. The hierarchy of the program is walked with that cone; what is
+left is tested ray by ray. Distances in a packet are measured from its base, the point of its first ray nearest to the
+middle of the scene, so that float32 carries the size of the scene and not the camera's distance.
 """
 
 # pyright: basic, reportCallIssue=false
@@ -14,8 +14,9 @@ import math
 
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast, reduction
+from vistel.implicit.kernel_jit import fast, leaf, reduction
 from vistel.implicit.pointers import at
+from vistel.implicit.wide import wide
 
 RAYS = 64
 F32 = np.float32
@@ -25,122 +26,143 @@ SMALL = F32(1e-12)
 
 
 @fast
-def slab(low, high, o, d):
-    """Distances at which a line (a point o and direction d along one axis) is between two planes."""
-    if abs(d) < 1e-30:
-        return (-1e300, 1e300) if low <= o <= high else (1e300, -1e300)
-    a, b = (low - o) / d, (high - o) / d
-    return (a, b) if a < b else (b, a)
+def load(origins, directions, near, far, first, n, centre, radius, rays, start, end, place):
+    """Put n rays from `first` on into rows: points on the packet's base, directions; start, end: from where to where each
+    is inside the ball (centre, radius) that holds all primitives, start > end where it never is.
 
-
-@fast
-def clip_to_box(low, high, o, d, near, far):
-    """The part of [near, far] in which a ray (3,), (3,) is in a box; empty where the first exceeds the second."""
+    place: (4,) becomes the base point and its distance on the rays. False where no ray meets the ball.
+    """
+    base = 0.0
     for k in range(3):
-        a, b = slab(low[k], high[k], o[k], d[k])
-        near, far = max(near, a), min(far, b)
-    return near, far
+        base += (centre[k] - origins[first, k]) * directions[first, k]
+    for k in range(3):
+        place[k] = origins[first, k] + base * directions[first, k]
+    place[3] = base
+    for i in range(RAYS):
+        j = first + (i if i < n else 0)
+        dx, dy, dz = directions[j, 0], directions[j, 1], directions[j, 2]
+        rays[i] = F32(origins[j, 0] + base * dx - place[0])
+        rays[RAYS + i] = F32(origins[j, 1] + base * dy - place[1])
+        rays[2 * RAYS + i] = F32(origins[j, 2] + base * dz - place[2])
+        rays[3 * RAYS + i], rays[4 * RAYS + i], rays[5 * RAYS + i] = F32(dx), F32(dy), F32(dz)
+        start[i], end[i] = F32(near[j] - base), F32(min(far[j] - base, 1e29) if i < n else -1e29)
+    x, y, z = F32(centre[0] - place[0]), F32(centre[1] - place[1]), F32(centre[2] - place[2])
+    clip_to_ball(rays, x, y, z, F32(radius), start, end)
+    return smallest(start) < NEVER
+
+
+@leaf
+def clip_to_ball(rays, x, y, z, radius, start, end):
+    wide()
+    for i in range(RAYS):
+        px, py, pz = x - rays[i], y - rays[RAYS + i], z - rays[2 * RAYS + i]
+        dx, dy, dz = rays[3 * RAYS + i], rays[4 * RAYS + i], rays[5 * RAYS + i]
+        t = px * dx + py * dy + pz * dz
+        px, py, pz = px - t * dx, py - t * dy, pz - t * dz
+        rest = radius * radius - (px * px + py * py + pz * pz)
+        half = math.sqrt(max(rest, ZERO))
+        a, b = max(t - half, start[i]), min(t + half, end[i])
+        inside = (rest > ZERO) & (a <= b)
+        start[i] = a if inside else NEVER
+        end[i] = b if inside else -NEVER
+
+
+@reduction
+def smallest(row):
+    """The smallest of a row."""
+    v = row[0]
+    for i in range(1, RAYS):
+        v = min(v, row[i])
+    return v
+
+
+@reduction
+def largest(row):
+    """The largest of a row."""
+    v = row[0]
+    for i in range(1, RAYS):
+        v = max(v, row[i])
+    return v
+
+
+@reduction
+def total(row):
+    """The sum of a row."""
+    v = ZERO
+    for i in range(RAYS):
+        v += row[i]
+    return v
+
+
+@reduction
+def _widest(rays, start, axis, t):
+    """Of the rays that count, the largest squared distance from the axis (through 0) and | along - t | at t."""
+    ax, ay, az = axis[3], axis[4], axis[5]
+    wide_, slack = ZERO, ZERO
+    for i in range(RAYS):
+        x, y = rays[i] + t * rays[3 * RAYS + i], rays[RAYS + i] + t * rays[4 * RAYS + i]
+        z = rays[2 * RAYS + i] + t * rays[5 * RAYS + i]
+        along = x * ax + y * ay + z * az
+        x, y, z = x - along * ax, y - along * ay, z - along * az
+        counts = start[i] < NEVER
+        wide_ = max(wide_, x * x + y * y + z * z if counts else ZERO)
+        slack = max(slack, abs(along - t) if counts else ZERO)
+    return wide_, slack
 
 
 @fast
-def bound(rays, near, far, n, cone):
-    """The cone about a packet. rays: (6, RAYS) float32 points on the base and directions; near, far: of each ray;
-    cone: (10,) point, unit axis, distances a and b along it, radius at a and b. False where no ray has any length."""
-    ax = ay = az = cx = cy = cz = ZERO
-    m = 0
-    first, last = NEVER, -NEVER
-    for i in range(n):
-        if near[i] <= far[i]:
-            cx += rays[i]
-            cy += rays[RAYS + i]
-            cz += rays[2 * RAYS + i]
-            ax += rays[3 * RAYS + i]
-            ay += rays[4 * RAYS + i]
-            az += rays[5 * RAYS + i]
-            first, last = min(first, near[i]), max(last, far[i])
-            m += 1
-    if m == 0:
-        return False
+def bound(rays, start, end, cone):
+    """The cone about the rays of a packet that count. cone: (11,) point 0, unit axis, distances a and b between which it
+    reaches, radius at a and b, and by how much a distance on a ray differs from that on the axis."""
+    a, b = smallest(start), largest(end)
+    ax = ay = az = ZERO
+    for i in range(0, RAYS, 9):  # corners and middle of the square will do; any axis is right
+        ax, ay, az = ax + rays[3 * RAYS + i], ay + rays[4 * RAYS + i], az + rays[5 * RAYS + i]
     length = math.sqrt(ax * ax + ay * ay + az * az)
-    if length < F32(1e-3) * F32(m):
-        ax, ay, az, length = ONE, ZERO, ZERO, ONE  # rays in all directions: any axis will do
-    ax, ay, az = ax / length, ay / length, az / length
-    cx, cy, cz = cx / F32(m), cy / F32(m), cz / F32(m)
-    low, high = NEVER, -NEVER
-    for end in range(2):
-        for i in range(n):
-            if near[i] <= far[i]:
-                t = near[i] if end == 0 else far[i]
-                x = rays[i] + t * rays[3 * RAYS + i] - cx
-                y = rays[RAYS + i] + t * rays[4 * RAYS + i] - cy
-                z = rays[2 * RAYS + i] + t * rays[5 * RAYS + i] - cz
-                along = x * ax + y * ay + z * az
-                low, high = min(low, along), max(high, along)
-    span = max(high - low, SMALL)
-    r0 = r1 = ZERO
-    # The distance from the axis is convex along a ray, so a line through both ends' distances bounds it; the cone must
-    # lie above every such line, which raising both ends of one line does.
-    for i in range(n):
-        if near[i] <= far[i]:
-            for end in range(2):
-                t = near[i] if end == 0 else far[i]
-                x = rays[i] + t * rays[3 * RAYS + i] - cx
-                y = rays[RAYS + i] + t * rays[4 * RAYS + i] - cy
-                z = rays[2 * RAYS + i] + t * rays[5 * RAYS + i] - cz
-                along = x * ax + y * ay + z * az
-                x, y, z = x - along * ax, y - along * ay, z - along * az
-                r = math.sqrt(x * x + y * y + z * z)
-                f = (along - low) / span
-                # Which end an excess is charged to: the nearer one.
-                excess = r - (r0 + f * (r1 - r0))
-                if excess > ZERO:
-                    if f < HALF:
-                        r0 += excess / (ONE - f)
-                    else:
-                        r1 += excess / f
-    cone[0], cone[1], cone[2], cone[3], cone[4], cone[5] = cx, cy, cz, ax, ay, az
-    cone[6], cone[7], cone[8], cone[9] = low, high, r0, r1
-    return True
+    if length < SMALL:
+        ax, length = ONE, ONE
+    cone[0] = cone[1] = cone[2] = ZERO
+    cone[3], cone[4], cone[5] = ax / length, ay / length, az / length
+    r0, slack0 = _widest(rays, start, cone, a)
+    r1, slack1 = _widest(rays, start, cone, b)
+    cone[6], cone[7], cone[8], cone[9] = a, b, math.sqrt(r0), math.sqrt(r1)
+    cone[10] = max(slack0, slack1)
 
 
 @fast
-def misses(cone, box, reach):
-    """Whether the ball round a box, widened by `reach`, lies outside the cone."""
-    cx, cy, cz = HALF * (box[0] + box[3]), HALF * (box[1] + box[4]), HALF * (box[2] + box[5])
-    hx, hy, hz = box[3] - cx, box[4] - cy, box[5] - cz
-    radius = math.sqrt(hx * hx + hy * hy + hz * hz) + reach
-    x, y, z = cx - cone[0], cy - cone[1], cz - cone[2]
+def misses(cone, x, y, z, radius):
+    """Whether a ball lies outside the cone."""
     along = x * cone[3] + y * cone[4] + z * cone[5]
-    if along + radius < cone[6] or along - radius > cone[7]:
+    reach = radius + cone[10]
+    low, high = max(along - reach, cone[6]), min(along + reach, cone[7])
+    if low > high:
         return True
     x, y, z = x - along * cone[3], y - along * cone[4], z - along * cone[5]
     grow = (cone[9] - cone[8]) / max(cone[7] - cone[6], SMALL)
-    a, b = max(along - radius, cone[6]), min(along + radius, cone[7])
-    widest = cone[8] + grow * ((b if grow > ZERO else a) - cone[6])
-    total = radius + widest
-    return x * x + y * y + z * z > total * total
+    widest = cone[8] + grow * ((high if grow > ZERO else low) - cone[6])
+    far = radius + widest
+    return x * x + y * y + z * z > far * far
 
 
 @fast
-def gather(tree_box, tree_link, tree_order, nodes, leaf_box, shift, cone, found):
-    """The leaves whose boxes, moved by `shift` (3,), may meet the cone; how many. They are not in order."""
+def gather(tree_box, tree_link, tree_order, nodes, capsule, shift, cone, found):
+    """The leaves whose capsules, moved by `shift` (3,), may meet the cone; how many. They are not in order."""
     count = 0
     node = 0
-    box = np.empty(6, np.float32)
+    sx, sy, sz = shift[0], shift[1], shift[2]
     while node < nodes:
         b = at(tree_box, 6 * node)
-        for k in range(3):
-            box[k], box[3 + k] = b[k] + shift[k], b[3 + k] + shift[k]
-        if misses(cone, box, ZERO):
+        hx, hy, hz = HALF * (b[3] - b[0]), HALF * (b[4] - b[1]), HALF * (b[5] - b[2])
+        if misses(cone, b[0] + hx + sx, b[1] + hy + sy, b[2] + hz + sz, math.sqrt(hx * hx + hy * hy + hz * hz)):
             node = tree_link[3 * node]
             continue
         for k in range(tree_link[3 * node + 1], tree_link[3 * node + 2]):
-            leaf = tree_order[k]
-            b = at(leaf_box, 6 * leaf)
-            for j in range(3):
-                box[j], box[3 + j] = b[j] + shift[j], b[3 + j] + shift[j]
-            if not misses(cone, box, ZERO):
-                found[count] = leaf
+            leaf_ = tree_order[k]
+            c = at(capsule, 7 * leaf_)
+            hx, hy, hz = HALF * (c[3] - c[0]), HALF * (c[4] - c[1]), HALF * (c[5] - c[2])
+            half = math.sqrt(hx * hx + hy * hy + hz * hz)
+            if not misses(cone, c[0] + hx + sx, c[1] + hy + sy, c[2] + hz + sz, c[6] + half):
+                found[count] = leaf_
                 count += 1
         node += 1
     return count

@@ -72,6 +72,41 @@ class Tracer:
             _ = self._implicit.constants
         return self
 
+    @cached_property
+    def plain(self) -> tuple[F64, F64] | None:
+        """Colour (3,) and finish (5,) of a scene that `draw` can draw: one sum of spheres and sphylinders of one material
+        without a mirror or a bump, no polygons; else None."""
+        if self.caster is None or self.scene.meshes or self.caster.way != "march":
+            return None
+        one = self._implicit.constants
+        if one is None or np.any(one.get("bump", 0.0)) or (self.depth > 0 and one["finish"][0, REFLECTION] > FAINT):
+            return None
+        return one["colour"][0], one["finish"][0]
+
+    def draw(self, box: tuple[int, int, int, int], light: NDArray[np.float32], distance: NDArray[np.float32],
+             thing: NDArray[np.int8]) -> None:  # fmt: skip
+        """Draw the pixels of box (x0, y0, x1, y1) of a `plain` scene into whole pictures; the same as `seen` gives."""
+        from vistel.implicit.trace.kernels_picture import draw  # noqa: PLC0415 - brings Numba
+
+        assert self.plain is not None and self.caster is not None
+        scene, camera = self.scene, self.scene.camera
+        height, width = thing.shape
+        half = camera.half_extent((width, height))
+        step = np.array([2 * half[0] / width, 2 * half[1] / height])
+        draw(*self.caster.ball, np.array(camera.position, np.float64), camera.frame, step, camera.height is not None,
+             scene.threshold, *self.plain, self._lamps, self.shadows, np.array(box), light, distance, thing)  # fmt: skip
+
+    @cached_property
+    def _lamps(self) -> F64:
+        rows = np.zeros((len(self.scene.lights), 8))
+        for row, lamp in zip(rows, self.scene.lights, strict=True):
+            at = lamp.position if lamp.position is not None else lamp.towards
+            assert at is not None
+            row[0] = lamp.position is not None
+            row[1:4] = at if row[0] else np.array(at) / np.linalg.norm(at)
+            row[4:7], row[7] = lamp.colour, lamp.shadows
+        return rows
+
     def hits(self, origins: F64, directions: F64, far: F64) -> tuple[F64, I64]:
         """Distance to the first surface, infinite for none, and its triangle, -1 for the implicit surface."""
         t, triangle = self.tree.cast(origins, directions, np.zeros(len(origins)), far)

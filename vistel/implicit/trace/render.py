@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,8 @@ from numpy.typing import NDArray
 from vistel.implicit.scene import Scene
 from vistel.implicit.trace.light import Tracer
 
-F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
+Box = tuple[int, int, int, int]
 BLOCK = 8
 """A packet of rays is a square of so many pixels."""
 GRID = 3
@@ -27,7 +28,7 @@ class Picture:
     1 the implicit surface, 2 polygons; refined: how many pixels got more rays."""
 
     light: NDArray[np.float32]
-    distance: F64
+    distance: NDArray[np.float32]
     thing: NDArray[np.int8]
     refined: int
 
@@ -52,13 +53,17 @@ def render(
     width, height = size or scene.size
     tracer = Tracer(scene, depth, shadows, method, samples).prepare()
     workers = threads or os.cpu_count() or 1
-    light = np.zeros((height, width, 3), np.float32)
-    distance = np.full((height, width), np.inf)
+    light = np.empty((height, width, 3), np.float32)
+    light[:] = scene.background
+    distance = np.full((height, width), np.inf, np.float32)
     thing = np.zeros((height, width), np.int8)
 
-    def tile(pixels: I64) -> int:
-        rays = scene.camera.rays((width, height), pixels + 0.5)
-        seen = tracer.seen(*rays)
+    def tile(box: Box) -> int:
+        if tracer.plain is not None:
+            tracer.draw(box, light, distance, thing)
+            return (box[2] - box[0]) * (box[3] - box[1])
+        pixels = _blocked(box)
+        seen = tracer.seen(*scene.camera.rays((width, height), pixels + 0.5))
         x, y = pixels.T
         light[y, x], distance[y, x], thing[y, x] = seen.colour, seen.distance, seen.thing
         return len(pixels)
@@ -88,17 +93,18 @@ def _rounded(edge: float) -> int:
     return int(edge) // BLOCK * BLOCK
 
 
-def _tiles(width: int, height: int, edge: int) -> list[I64]:
-    """Pixels (n, 2) of every tile, in blocks of BLOCK x BLOCK."""
+def _tiles(width: int, height: int, edge: int) -> list[Box]:
+    """x0, y0, x1, y1 of every tile."""
     return [
-        _blocked(x, y, min(edge, width - x), min(edge, height - y))
+        (x, y, min(x + edge, width), min(y + edge, height))
         for y in range(0, height, edge)
         for x in range(0, width, edge)
     ]
 
 
-def _blocked(x0: int, y0: int, width: int, height: int) -> I64:
-    """The pixels of a rectangle, block after block."""
+def _blocked(box: Box) -> I64:
+    """The pixels of a rectangle, block of BLOCK x BLOCK after block."""
+    x0, y0, width, height = box[0], box[1], box[2] - box[0], box[3] - box[1]
     y, x = np.mgrid[:height, :width].reshape(2, -1)
     across = -(-width // BLOCK)
     order = np.argsort((y // BLOCK * across + x // BLOCK) * BLOCK * BLOCK + y % BLOCK * BLOCK + x % BLOCK)
@@ -116,12 +122,12 @@ def _rough(light: NDArray[np.float32], thing: NDArray[np.int8], most: float) -> 
         low[axis], high[axis] = slice(None, -1), slice(1, None)
         differs[tuple(low)] |= step
         differs[tuple(high)] |= step
-    pixels = _blocked(0, 0, thing.shape[1], thing.shape[0])
+    pixels = _blocked((0, 0, thing.shape[1], thing.shape[0]))
     return pixels[differs[pixels[:, 1], pixels[:, 0]]]
 
 
 def _in_tiles(
-    run: Callable[[I64], int], tiles: Iterable[I64], total: int, workers: int, progress: Callable[[float], None]
+    run: Callable[[Any], int], tiles: Iterable[Any], total: int, workers: int, progress: Callable[[float], None]
 ) -> None:
     done = 0
     if workers == 1:
