@@ -24,6 +24,9 @@ def polygonise(
     tolerance: Annotated[
         float | None, typer.Option("--tolerance", min=0.0, help="Distance from mesh to surface [m]: cells as large as it allows.")
     ] = None,
+    keep_polygons: Annotated[
+        bool, typer.Option("--keep-polygons", help="Keep polyhedral primitives' own polygons where they act alone.")
+    ] = False,
     residual: Annotated[float, typer.Option("--residual", min=1e-6, help="Largest |F - T| at a vertex.")] = 1e-4,
     as_json: Annotated[bool, typer.Option("--json", help="What was made, as one JSON object.")] = False,
     stats: Annotated[bool, typer.Option("--stats", help="Also area, volume, whether it is closed, and times.")] = False,
@@ -44,6 +47,8 @@ def polygonise(
 
     if resolution is not None and tolerance is not None:
         fail("polygonise: --resolution and --tolerance both say how fine the mesh is; give one of them", USAGE)
+    if keep_polygons and tolerance is not None:
+        fail("polygonise: --keep-polygons works on even cells; give --resolution instead of --tolerance", USAGE)
     fault = writable(output)
     if fault is not None:
         fail(f"polygonise: {fault}", USAGE)
@@ -58,7 +63,7 @@ def polygonise(
     begin = time.perf_counter()
     bar = _Bar(show=not as_json)
     try:
-        mesh = _made(read, resolution, tolerance, residual, bar)
+        mesh = _made(read, resolution, tolerance, keep_polygons, residual, bar)
         took = time.perf_counter() - begin
         save(mesh, output)
     except (ShapeError, OSError) as error:
@@ -84,12 +89,14 @@ def polygonise(
         out.print(f"{name.replace('_', ' '):18} {shown}")
 
 
-def _made(read: Any, resolution: int | None, tolerance: float | None, residual: float, bar: _Bar) -> Any:
+def _made(
+    read: Any, resolution: int | None, tolerance: float | None, keep_polygons: bool, residual: float, bar: _Bar
+) -> Any:
     from vistel.implicit.polygonise import polygonise as make  # noqa: PLC0415
 
     return make(
-        read.program, resolution=resolution or 128, tolerance=tolerance, threshold=read.threshold, residual=residual,
-        progress=bar,
+        read.program, resolution=resolution or 128, tolerance=tolerance, keep_polygons=keep_polygons,
+        threshold=read.threshold, residual=residual, progress=bar,
     )  # fmt: skip
 
 

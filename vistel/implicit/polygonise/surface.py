@@ -11,6 +11,7 @@ from vistel.implicit.polygonise.adaptive import adaptive
 from vistel.implicit.polygonise.lattice import Lattice, check_object, never_reached, refuse_beyond
 from vistel.implicit.polygonise.marching import PER_CELL, Marched, Progress, march
 from vistel.implicit.polygonise.mesh import SurfaceMesh, corner_normals
+from vistel.implicit.polygonise.retained import Retained
 from vistel.implicit.program import FieldProgram, compile
 from vistel.implicit.shape import Shape
 
@@ -28,14 +29,16 @@ FREE = 256
 
 def polygonise(
     shape: Shape | FieldProgram, *, resolution: int = RESOLUTION, tolerance: float | None = None,
-    threshold: float = THRESHOLD, lattice: Lattice | None = None, residual: float = RESIDUAL, limit: int | None = None,
+    keep_polygons: bool = False, threshold: float = THRESHOLD, lattice: Lattice | None = None,
+    residual: float = RESIDUAL, limit: int | None = None,
     progress: Progress | None = None,
 ) -> SurfaceMesh:  # fmt: skip
     """The surface F = threshold of a shape as one closed, manifold triangle mesh (Singh §3.3.4).
 
     resolution: cells along the longest side of the shape's bounds; parts thinner than a cell may be missed. lattice:
     cells given instead. tolerance: instead, how far the mesh may be from the surface [m], about; cells then are small
-    where the surface bends and large where it is flat, and no primitive is missed. residual: the largest
+    where the surface bends and large where it is flat, and no primitive is missed. keep_polygons: where a polyhedral
+    primitive acts alone its own polygons are kept, whole or cut; the mesh then has hard edges. residual: the largest
     |F - threshold| at a vertex (where the field jumps across the threshold a vertex lies at the jump). limit: bytes
     that may be used, half of the free memory if None. progress: called now and then with the share done. Raises
     ShapeError for an object without bounds or surface, or cells too small for the memory.
@@ -43,6 +46,8 @@ def polygonise(
     program = shape if isinstance(shape, FieldProgram) else compile(shape)
     positive("polygonise", "residual", residual)
     check_object(program, threshold)
+    if tolerance is not None and keep_polygons:
+        raise ShapeError("polygonise: polygons are kept on an even lattice; give a resolution instead of a tolerance")
     if tolerance is not None:
         positive("polygonise", "tolerance", tolerance)
         marched = adaptive(program, tolerance, threshold, residual / 2, limit, progress)
@@ -51,6 +56,11 @@ def polygonise(
         return finished(program, marched)
     if lattice is None:
         lattice = Lattice.over(program.bounds, int(within("polygonise", "resolution", resolution, 2, 65536)))
+    if keep_polygons:
+        mesh = Retained(program, lattice, threshold, residual / 2, limit).mesh()
+        if not len(mesh.triangles):
+            raise never_reached(program, threshold)
+        return mesh
     span = lattice.span(program.bounds)
     if int((span[1] - span[0]).max()) > FREE:
         _check_cost(program, lattice, threshold, limit)

@@ -1,0 +1,109 @@
+"""Which primitives may keep their own polygons, and where each acts alone (Singh §3.3.4)."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.implicit.layout import CHILD0, CHILD1, FAR, LEAF0, LEAF1, MAX, OP, SUM, UNION
+from vistel.implicit.lower import Leaf, lower
+from vistel.implicit.pointblob import Pointblob, PointSetblob
+from vistel.implicit.polyhedron import Polyhedron
+from vistel.implicit.program import FieldProgram
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+NOBODY, SHARED = -1, -2
+"""In `alone`: no primitive reaches the cell; several do, or one that has no polygons of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class Owner:
+    """A primitive whose polygons are the surface where it acts alone. leaf: its number in the program; surface: W in the
+    world's frame; placed: the primitive and where it is."""
+
+    leaf: int
+    surface: Polyhedron
+    placed: Leaf
+
+
+def owners(program: FieldProgram, threshold: float) -> list[Owner]:
+    """The polyhedral primitives whose field, when no other is near, is the whole field, and has W at the threshold."""
+    leaves = [leaf for node in lower(program.shape, program.origin) for leaf in node.leaves]
+    clear = _clear_leaves(program)
+    found: list[Owner] = []
+    for number, leaf in enumerate(leaves):
+        surface = _surface(leaf) if clear[number] else None
+        if surface is not None and _lies_at(leaf, surface, threshold):
+            found.append(Owner(number, surface.transformed(leaf.world), leaf))
+    return found
+
+
+def _surface(leaf: Leaf) -> Polyhedron | None:
+    primitive = leaf.primitive
+    if isinstance(primitive, Pointblob) and isinstance(primitive.volume, Polyhedron):
+        return primitive.volume
+    if isinstance(primitive, PointSetblob) and isinstance(primitive.surface, Polyhedron):
+        return primitive.surface
+    return None
+
+
+def _lies_at(leaf: Leaf, surface: Polyhedron, threshold: float) -> bool:
+    """Whether the field is the threshold at the corners and on the faces of W."""
+    points = np.concatenate([surface.vertices, surface.corners.mean(axis=1)])
+    return bool(np.abs(leaf.weight * leaf.primitive.field(points) - threshold).max() < 1e-6)
+
+
+def _clear_leaves(program: FieldProgram) -> NDArray[np.bool_]:
+    """(n,) whether the root's field is the leaf's own where no other leaf is in reach."""
+    node, number = program.arrays["node"], program.arrays["number"]
+    child, weight = program.arrays["child"], program.arrays["child_weight"]
+    clear = np.zeros(len(program.arrays["leaf"]), bool)
+    uses = np.bincount(child, minlength=len(node))
+    stack = [len(node) - 1]
+    while stack:
+        at = stack.pop()
+        if node[at, OP] not in (SUM, MAX, UNION) or number[at, FAR] != 0:
+            continue
+        clear[node[at, LEAF0] : node[at, LEAF1]] = True
+        for k in range(int(node[at, CHILD0]), int(node[at, CHILD1])):
+            if uses[child[k]] == 1 and (node[at, OP] != SUM or weight[k] == 1):
+                stack.append(int(child[k]))
+    return clear
+
+
+def alone(program: FieldProgram, found: list[Owner], axes: list[F64]) -> NDArray[np.int32]:
+    """(x, y, z) for every cell between lattice coordinates: the place in `found` of the one primitive that reaches it,
+    NOBODY or SHARED. The intersection boxes are the cells marked SHARED."""
+    shape = tuple(len(a) - 1 for a in axes)
+    cells = np.full(shape, NOBODY, np.int32)
+    place = {owner.leaf: k for k, owner in enumerate(found)}
+    boxes: F64 = program.arrays["box"].astype(np.float64).reshape(-1, 2, 3) + program.origin
+    lines = [a.tolist() for a in axes]
+    for leaf, box in enumerate(boxes):
+        part = tuple(
+            slice(max(bisect_left(a, low) - 1, 0), bisect_right(a, high))
+            for a, low, high in zip(lines, box[0].tolist(), box[1].tolist(), strict=True)
+        )
+        region = cells[part]
+        region[...] = np.where(region == NOBODY, place.get(leaf, SHARED), SHARED)
+    return cells
+
+
+def defining(owner: Owner, points: F64) -> set[int]:
+    """The polygons of an owner that define its field at those of the points (n, 3) which it reaches."""
+    primitive, world = owner.placed.primitive, owner.placed.world
+    local = (points - world[:, 3]) @ np.linalg.inv(world[:, :3]).T
+    low, high = primitive.bounds
+    local = local[((local >= low) & (local <= high)).all(axis=1)]
+    blobs = primitive.blobs if isinstance(primitive, PointSetblob) else (primitive,)
+    found: set[int] = set()
+    for blob in blobs:
+        assert isinstance(blob, Pointblob)
+        which, g = blob.fan.find(local)
+        near = blob.reach * g.sum(axis=1) < 1
+        found |= set(owner.surface.triangle_face[np.unique(which[near])].tolist())
+    return found
