@@ -14,6 +14,7 @@ from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.kinds import KIND_INDEX
 from vistel.implicit.layout import FAMILY, FRAME, KIND, OP, SUM
 from vistel.implicit.program import FieldProgram
+from vistel.implicit.trace.pieces import Pieces
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -93,20 +94,40 @@ class RayCaster:
             from vistel.implicit.trace.kernels_march import trace_march  # noqa: PLC0415 - brings Numba
 
             trace_march(*rays, hits, count)
+        elif self.way == "analytic" and (hits.shape[1] == 1 or self._pieces.groups <= 1):
+            from vistel.implicit.trace.kernels_pieces import trace_pieces  # noqa: PLC0415
+
+            p = self._pieces
+            trace_pieces(*rays, p.group, p.groups, p.neighbours, p.first_triangle, hits, count)
         else:
             from vistel.implicit.trace.kernels_numeric import trace_numeric  # noqa: PLC0415
 
             trace_numeric(*rays, self.samples, hits, count)
 
     @cached_property
+    def pieces(self) -> Pieces | None:
+        """What the analytic way needs; None where it does not know the shape."""
+        return Pieces.of(self.program)
+
+    @property
+    def _pieces(self) -> Pieces:
+        assert self.pieces is not None
+        return self.pieces
+
+    @cached_property
     def way(self) -> str:
         """The method that is used: `method` itself, or what auto chose."""
-        able = {"march": marches(self.program), "numeric": True}
+        if self.method == "numeric":
+            return "numeric"
+        if self.method in ("auto", "march") and marches(self.program):
+            return "march"
+        if self.method in ("auto", "analytic") and self.pieces is not None:
+            return "analytic"
         if self.method == "auto":
-            return next(name for name, can in able.items() if can)
-        if not able[self.method]:
-            raise ShapeError(f"RayCaster: method {self.method!r} cannot solve this shape; use auto or numeric")
-        return self.method
+            return "numeric"
+        known = {"march": "one sum of spheres and sphylinders with the quartic blend",
+                 "analytic": "unions of sums of quartic spheres, sphylinders and star-shaped pointblobs"}  # fmt: skip
+        raise ShapeError(f"RayCaster: method {self.method!r} knows {known[self.method]}, this shape is another; use auto")
 
     @cached_property
     def ball(self) -> tuple[Any, F64, F64, float]:
