@@ -23,6 +23,7 @@ from vistel.implicit.kernels_pose import (
     measure_rest,  # pyright: ignore[reportUnknownVariableType]
     pose_ghosts,  # pyright: ignore[reportUnknownVariableType]
 )
+from vistel.implicit.lanes import WIDTH
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -76,8 +77,8 @@ class Deformer:
         self._keep(table.REST_BEND, np.full(len(hinges), -1.0))
         self._keep(table.REST_SHAPE, np.zeros((limbs.groups, limbs.groups, 4)))
         for slot, shape in (
-            (table.WORK, (10, 2, LANES)), (table.ACC, (8, LANES)), (table.STATE, (13, LANES)), (table.LINE, (LANES,)),
-            (table.OWN_RAYS, (3 * len(limbs.group) + 8, 6, LANES)),
+            (table.WORK, (9, WIDTH)), (table.RESULT, (4, WIDTH)),
+            (table.OWN_RAYS, (3 * len(limbs.group) + 8, 6, WIDTH)),
         ):  # fmt: skip
             self._keep(slot, np.zeros(shape, np.float32))
         self._moved, self._lost = np.zeros(vertices, np.uint8), np.zeros(vertices, np.uint8)
@@ -159,7 +160,7 @@ class Deformer:
             (table.INDEX, blocks.index), (table.CENTRE, blocks.centre), (table.SPREAD, blocks.spread),
             (table.COUNT, blocks.count), (table.GROUP, blocks.group), (table.HINGE, blocks.hinge),
             (table.OTHER, blocks.other), (table.CALIBRATION, blocks.calibration),
-            (table.MOST_CONTACT, blocks.calibration[:, table.CONTACT].max(axis=1)), (table.OVERLAP, blocks.overlap),
+            (table.MOST_CONTACT, blocks.calibration[:, :, table.CONTACT].max(axis=(1, 2))), (table.OVERLAP, blocks.overlap),
             (table.OVERLAP_ROW, blocks.overlap_row), (table.GROUP_BLOCKS, blocks.group_blocks),
             (table.SELF_RULE, blocks.self_rule), (table.TODO, np.zeros((count, 3), np.int32)),
             (table.BLOCK, np.zeros((count, 6, LANES), np.float32)), (table.GATHERED, np.zeros(count, np.uint8)),
@@ -186,7 +187,7 @@ class Deformer:
             (table.EFFECT, self._effect), (table.PARAMETER_START, self._parameter_start),
             (table.PARAMETERS, self._parameters), (table.DELTA, self._delta), (table.ZONE, np.zeros(groups, np.float32)),
             (table.CANDIDATES, np.zeros((own, groups), np.int32)),
-            (table.RAYS, np.zeros((primitives, 6, LANES), np.float32)),
+            (table.RAYS, np.zeros((primitives, 6, WIDTH), np.float32)),
         ):  # fmt: skip
             self._keep(slot, array)
         self._table[table.ALL_GROUPS] = groups

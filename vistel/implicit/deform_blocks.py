@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from vistel.implicit.deform_table import COLLIDES, NEIGHBOUR, NO_OVERLAP
 from vistel.implicit.embedding import Embedding
-from vistel.implicit.kernels_field import LANES, PATCH
+from vistel.implicit.kernels_field import LANES, PATCHES
+from vistel.implicit.lanes import WIDTH
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -22,10 +23,10 @@ _STRETCH = 1.25
 
 @dataclass(frozen=True)
 class Blocks:
-    """NB blocks. index: (NB, LANES) vertices, the last repeated; centre: (NB, 1 + LANES / PATCH) vertices in
+    """NB blocks. index: (NB, LANES) vertices, the last repeated; centre: (NB, 1 + PATCHES) vertices in
     the middle of the block and of its patches; spread: how far the others may be from them in any posture
     [m]; count: (NB,) how many are real; group,
-    hinge, other: (NB,); calibration: (NB, 7, LANES) rows as named in `deform_table`; self_rule: (G, G) 0
+    hinge, other: (NB,); calibration: (NB, PATCHES, 7, WIDTH) rows as named in `deform_table`; self_rule: (G, G) 0
     none, NEIGHBOUR, or COLLIDES like anyone else; overlap: (NO, LANES) shares with which neighbours collide;
     overlap_row: (NB, G), -1 none; group_blocks: (G + 1,) blocks of group g are group_blocks[g] :
     group_blocks[g + 1]."""
@@ -80,7 +81,9 @@ class Blocks:
             index, centre, spread, np.array([len(p) for p in pieces], np.int32),
             embedding.group[first].astype(np.int32),
             embedding.hinge[first].astype(np.int32), embedding.other[first].astype(np.int32),
-            np.ascontiguousarray(calibration, np.float32), self_rule,
+            np.ascontiguousarray(
+                calibration.reshape(-1, calibration.shape[1], PATCHES, WIDTH).transpose(0, 2, 1, 3), np.float32
+            ), self_rule,
             np.ascontiguousarray(np.array(overlap), np.float32), overlap_row,
             np.searchsorted(embedding.group[first], np.arange(limbs.groups + 1)).astype(np.int32),
         )  # fmt: skip
@@ -88,11 +91,11 @@ class Blocks:
 
 def _patches(vertices: F64, rows: NDArray[np.intp], size: int = LANES) -> list[NDArray[np.intp]]:
     """`rows` halved across its longest extent until every piece has at most `size`; all but the last are
-    full. Blocks are ordered in the same way down to `PATCH`."""
-    if len(rows) <= PATCH:
+    full. Blocks are ordered in the same way down to WIDTH."""
+    if len(rows) <= WIDTH:
         return [rows] if len(rows) else []
     if len(rows) <= size:
-        return [np.concatenate(_patches(vertices, rows, PATCH))] if size > PATCH else [rows]
+        return [np.concatenate(_patches(vertices, rows, WIDTH))] if size > WIDTH else [rows]
     p = vertices[rows]
     p = p - p.mean(axis=0)
     rows = rows[np.argsort(p @ np.linalg.eigh(p.T @ p)[1][:, 2], kind="stable")]
@@ -101,11 +104,11 @@ def _patches(vertices: F64, rows: NDArray[np.intp], size: int = LANES) -> list[N
 
 
 def _middles(vertices: F64, index: I32) -> tuple[I32, F32]:
-    """(NB, 1 + LANES / PATCH) the vertices nearest to the middle of each block and of each of its patches,
+    """(NB, 1 + PATCHES) the vertices nearest to the middle of each block and of each of its patches,
     and the largest distance from them with room for stretching."""
     centres: list[I32] = []
     spreads: list[F32] = []
-    for first, last in [(0, LANES)] + [(i, i + PATCH) for i in range(0, LANES, PATCH)]:
+    for first, last in [(0, LANES)] + [(i, i + WIDTH) for i in range(0, LANES, WIDTH)]:
         lanes = index[:, first:last]
         p = vertices[lanes]
         middle = np.argmin(np.linalg.norm(p - p.mean(axis=1, keepdims=True), axis=2), axis=1)

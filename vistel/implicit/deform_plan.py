@@ -108,7 +108,7 @@ class Planner(Deformer):
         real = np.arange(LANES)[None] < self._count[:, None]
         vertex = self._index[real]
         block, lane = np.nonzero(real)
-        calibration = self._arrays[table.CALIBRATION].transpose(0, 2, 1)[real]
+        calibration = self._arrays[table.CALIBRATION].transpose(0, 1, 3, 2).reshape(*real.shape, -1)[real]
         start, fan = build_fans(np.ascontiguousarray(self._triangles, np.int32).reshape(-1, 3), self._size)
         place = np.zeros(self._size + 1, np.int32)
         place[vertex] = np.arange(len(vertex), dtype=np.int32)

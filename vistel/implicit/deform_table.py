@@ -9,13 +9,13 @@ from __future__ import annotations
 (
     # Blocks: what never changes.
     INDEX,  # (NB, LANES) int32 vertices, the last repeated
-    CENTRE,  # (NB, 1 + LANES / PATCH) int32 vertices in the middle of the block and of its patches
+    CENTRE,  # (NB, 1 + PATCHES) int32 vertices in the middle of the block and of its patches
     SPREAD,  # likewise, float32: how far the others may be from them [m]
     COUNT,  # (NB,) int32 how many are real
     GROUP,  # (NB,) int32
     HINGE,  # (NB,) int32, -1 none
     OTHER,  # (NB,) int32 group across the hinge, -1 none
-    CALIBRATION,  # (NB, CAL_ROWS, LANES) float32
+    CALIBRATION,  # (NB, PATCHES, CAL_ROWS, WIDTH) float32
     MOST_CONTACT,  # (NB,) float32 largest CONTACT of the block
     OVERLAP,  # (NO, LANES) float32 shares with which neighbours collide
     OVERLAP_ROW,  # (NB, G) int32: -1 none, NO_OVERLAP
@@ -49,15 +49,13 @@ from __future__ import annotations
     TODO,  # (NB, 3) int32 block, its first pair, the next block's
     PAIRS,  # (NP, PAIR) int64
     HEIGHT,  # (NP,) float32 the field's height in the block: exact once evaluated, before that a bound
-    FIRST,  # (NP, 2, LANES) float32 field and slope at s = 0
-    RAYS,  # (N, 6, LANES) float32 of one block's ghosts
-    OWN_RAYS,  # (3 P + 8, 6, LANES) float32
-    BLOCK,  # (NB, 6, LANES) float32 rigid positions and normals
+    FIRST,  # (NP, PATCHES, 2, WIDTH) float32 field and slope at s = 0
+    RAYS,  # (N, 6, WIDTH) float32 of one patch's ghosts
+    OWN_RAYS,  # (3 P + 8, 6, WIDTH) float32
+    BLOCK,  # (NB, PATCHES, 6, WIDTH) float32 rigid positions and normals
     GATHERED,  # (NB,) uint8
-    WORK,  # (10, 2, LANES) float32
-    ACC,  # (8, LANES) float32
-    STATE,  # (13, LANES) float32
-    LINE,  # (LANES,) float32 zeros
+    WORK,  # float32: a primitive's rays and 3 rows
+    RESULT,  # (4, WIDTH) float32
     MOVED,  # (V,) uint8
     LOST,  # (V,) uint8
     MOVED_LIST,  # (V,) int32
@@ -72,10 +70,10 @@ from __future__ import annotations
     ALL_GROUPS,  # room for groups: the stride of CANDIDATES
     PAIR_ROOM,
     TABLE_LENGTH,
-) = range(60)  # fmt: skip
+) = range(58)  # fmt: skip
 
 WEIGHT, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD, CAL_ROWS = range(8)
-"""Rows of a block's calibration."""
+"""Rows of a patch's calibration."""
 
 PAIR_BLOCK, PAIR_GROUP, PAIR_OVERLAP, PAIR_RULE, PAIR_MASK, PAIR_KNOWN, PAIR = range(7)
 """Columns of a pair; PAIR_KNOWN: 1 once its field is evaluated and counts."""

@@ -1,24 +1,27 @@
-"""What a group of ghosts does beside colliding: leaves that the deformation calls per block of 64 vertices.
+"""What a group of ghosts does beside colliding: parts of the solver, for sixteen vertices at a time.
 
 A `GhostSource` names an effect per group and gives it parameters. Two sorts, told apart by their number:
 
-- below `OWN_EFFECT`: instead of the collision of a group, `contact_effect` adds the group's share to the sums
-  `acc` of the min rule. It gets the group's field along the vertex normals, already evaluated.
+- below `OWN_EFFECT`: instead of the collision of a group, `contact_effect` adds the group's share to the `Sums`
+  of the min rule. It gets the group's field along the vertex normals, already evaluated.
 - from `OWN_EFFECT` on: force fields. `own_effect` changes the deformed body's own field before anything
   collides with it; the group has no primitives, its first six parameters are the box it acts in [m].
 
-Everything is float32 in flat rows of `LANES` numbers: row r of an array is [r * LANES : (r + 1) * LANES].
-A position along a normal is P(s) = P0 + s n: block rows 0-2 hold P0 [m], 3-5 hold n (unit), s is (LANES,).
+Everything is float32, a value per vertex a `Lanes`. A position along a normal is P(s) = P0 + s n, v being the `Normals`
+of the vertices. p points to the parameters of the group.
 """
 
-# pyright: basic
+# pyright: basic, reportOperatorIssue=false
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast
-from vistel.implicit.kernels_field import LANES, ONE, ZERO, T
+from vistel.implicit.kernel_jit import inlined
+from vistel.implicit.kernels_field import FOUR, HUGE, ONE, TWO, ZERO, T
+from vistel.implicit.lanes import absolute, choose, least, most, root, spread
 
 COLLISION = 0
 FADING = 1
@@ -33,149 +36,180 @@ SHEAR = 101
 RADIAL = 102
 """Compression and expansion: G = F c f(|P - P'| / r). Parameters [box 6, P' 3 m, 1 / r^2, c]."""
 
-RAISED, LEAST, CUT, SOFT = 0, 2, 4, 6
-"""Rows of `acc` (8 of them), each followed by its slope d/ds: the sum of propagations (>= 0); the least
-additive ghost; the least T - F of a rigid body; the least q (T - F) of a compliant one. The body's field is
-then
-
-    phi = min(own - T + min(raised, least), cut, c (shown - T + soft))
-
-with `shown` the field others see of this body and c = `contact`, so that two bodies of compliances c_a, c_k
-(q = c_a / c_k) meet where (T - shown) / c_a = (T - F_k) / c_k, whatever the calibration of either skin."""
+MOST_CHANGE = np.float32(0.9)
+"""Force fields change the own field by at most this share, so that the surface stays in one piece."""
+EDGE, PLATEAU = np.float32(1e-6), np.float32(1e-6)
+"""Least zone [field units] and least distance on a pull's plateau, against divisions by zero."""
+THREE = np.float32(3.0)
 
 
-@fast
-def contact_effect(effect, p, block, s, field, contact, q, ye, acc):
-    """Add one group's share to acc. p: its parameters; field: rows F and dF/ds of the group; contact:
-    (LANES,) vertex weights of others' fields; q: own compliance / the group's, -1 for a rigid group; ye:
-    zone of propagation in field units."""
+class Sums(NamedTuple):
+    """What bodies have added at each vertex so far (Lanes), each with its slope d/ds: the sum of propagations (>= 0);
+    the least additive ghost; the least T - F of a rigid body; the least q (T - F) of a compliant one. The body's
+    field is then
+
+        phi = min(own - T + min(raised, least), cut, c (shown - T + soft))
+
+    with `shown` the field others see of this body and c = `contact`, so that two bodies of compliances c_a, c_k
+    (q = c_a / c_k) meet where (T - shown) / c_a = (T - F_k) / c_k, whatever the calibration of either skin."""
+
+    raised: Any
+    raised_slope: Any
+    least: Any
+    least_slope: Any
+    cut: Any
+    cut_slope: Any
+    soft: Any
+    soft_slope: Any
+
+
+@inlined
+def nothing():
+    """Nothing has been added yet."""
+    zero, huge = spread(ZERO), spread(HUGE)
+    return Sums(zero, zero, huge, zero, huge, zero, huge, zero)
+
+
+@inlined
+def add_raised(value, slope, sums):
+    return Sums(
+        sums.raised + value, sums.raised_slope + slope, sums.least, sums.least_slope, sums.cut, sums.cut_slope, sums.soft,
+        sums.soft_slope,
+    )  # fmt: skip
+
+
+@inlined
+def add_least(value, slope, sums):
+    lower = value < sums.least
+    return Sums(
+        sums.raised, sums.raised_slope, choose(lower, value, sums.least), choose(lower, slope, sums.least_slope), sums.cut,
+        sums.cut_slope, sums.soft, sums.soft_slope,
+    )  # fmt: skip
+
+
+@inlined
+def add_cut(value, slope, sums):
+    lower = value < sums.cut
+    return Sums(
+        sums.raised, sums.raised_slope, sums.least, sums.least_slope, choose(lower, value, sums.cut),
+        choose(lower, slope, sums.cut_slope), sums.soft, sums.soft_slope,
+    )  # fmt: skip
+
+
+@inlined
+def add_shared(value, slope, sums):
+    lower = value < sums.soft
+    return Sums(
+        sums.raised, sums.raised_slope, sums.least, sums.least_slope, sums.cut, sums.cut_slope,
+        choose(lower, value, sums.soft), choose(lower, slope, sums.soft_slope),
+    )  # fmt: skip
+
+
+@inlined
+def contact_effect(effect, p, v, s, f, df, contact, q, ye, sums):
+    """The sums with one group's share. f, df: the group's field and slope; contact: vertex weights of others'
+    fields; q: own compliance / the group's, -1 for a rigid group; ye: zone of propagation in field units."""
     if effect == FADING:
-        fading(p[0], field, contact, acc)
-    elif effect == PULLED:
-        pulled(p, block, s, field, contact, q, ye, acc)
+        return fading(p[0], f, df, contact, sums)
+    if effect == PULLED:
+        return pulled(p, v, s, f, df, contact, q, ye, sums)
+    return sums
 
 
-@fast
-def own_effect(effect, p, block, s, own):
-    """Change own, rows F and dF/ds of the body itself (T on its skin at rest), in place."""
+@inlined
+def own_effect(effect, p, v, s, f, df):
+    """Field and slope of the body itself (T on its skin at rest) changed by a force field."""
     if effect == DIRECTIONAL:
-        directional(p, block, s, own)
-    elif effect == SHEAR:
-        sheared(p, block, s, own)
-    elif effect == RADIAL:
-        radial(p, block, s, own)
+        return directional(p, v, s, f, df)
+    if effect == SHEAR:
+        return sheared(p, v, s, f, df)
+    if effect == RADIAL:
+        return radial(p, v, s, f, df)
+    return f, df
 
 
-@fast
-def fading(gain, field, contact, acc):
+@inlined
+def fading(gain, f, df, contact, sums):
     """gain (T - c F) where F is above T: what is left of a dent."""
-    for i in range(LANES):
-        y = T - contact[i] * field[i]
-        inside = ONE if y < ZERO else ZERO
-        e, de = gain * inside * y, -gain * inside * contact[i] * field[LANES + i]
-        low, dlow = acc[LEAST * LANES + i], acc[(LEAST + 1) * LANES + i]
-        closer = e < low
-        acc[LEAST * LANES + i] = e if closer else low
-        acc[(LEAST + 1) * LANES + i] = de if closer else dlow
+    y = T - contact * f
+    inside = y < ZERO
+    return add_least(choose(inside, gain * y, ZERO), choose(inside, -gain * contact * df, ZERO), sums)
 
 
-@fast
-def directional(p, block, s, own):
-    """own (1 + c u); u = P.N - d, kept to |c u| <= 0.9 so that the surface stays in one piece."""
+@inlined
+def _changed(change, slope, f, df):
+    """The own field times 1 + change, the change kept within MOST_CHANGE."""
+    kept = least(most(change, -MOST_CHANGE), MOST_CHANGE)
+    slope = choose(absolute(change) <= MOST_CHANGE, slope, ZERO)
+    return f * (ONE + kept), df * (ONE + kept) + f * slope
+
+
+@inlined
+def directional(p, v, s, f, df):
+    """own (1 + c u); u = P.N - d."""
     nx, ny, nz, d, c = p[6], p[7], p[8], p[9], p[10]
-    most = np.float32(0.9)
-    for i in range(LANES):
-        along = block[3 * LANES + i] * nx + block[4 * LANES + i] * ny + block[5 * LANES + i] * nz
-        u = block[i] * nx + block[LANES + i] * ny + block[2 * LANES + i] * nz - d + s[i] * along
-        factor = min(max(c * u, -most), most)
-        slope = c * along if factor == c * u else ZERO
-        f = own[i]
-        own[LANES + i] = own[LANES + i] * (ONE + factor) + f * slope
-        own[i] = f * (ONE + factor)
+    along = v.nx * nx + v.ny * ny + v.nz * nz
+    u = v.x * nx + v.y * ny + v.z * nz - d + s * along
+    return _changed(c * u, c * along, f, df)
 
 
-@fast
-def pulled(p, block, s, field, contact, q, ye, acc):
+@inlined
+def sheared(p, v, s, f, df):
+    """own (1 + c a b), a and b linear in place."""
+    x, y, z = v.x + s * v.nx, v.y + s * v.ny, v.z + s * v.nz
+    a, da = x * p[6] + y * p[7] + z * p[8] - p[9], v.nx * p[6] + v.ny * p[7] + v.nz * p[8]
+    b, db = x * p[10] + y * p[11] + z * p[12] - p[13], v.nx * p[10] + v.ny * p[11] + v.nz * p[12]
+    return _changed(p[14] * a * b, p[14] * (a * db + b * da), f, df)
+
+
+@inlined
+def radial(p, v, s, f, df):
+    """own (1 + c f(|P - P'| / r)): drawn towards a point (c < 0) or blown up round it."""
+    dx, dy, dz = v.x + s * v.nx - p[6], v.y + s * v.ny - p[7], v.z + s * v.nz - p[8]
+    w = most(ONE - (dx * dx + dy * dy + dz * dz) * p[9], ZERO)
+    slope = -FOUR * p[10] * p[9] * w * (dx * v.nx + dy * v.ny + dz * v.nz)
+    change = p[10] * w * w
+    return f * (ONE + change), df * (ONE + change) + f * slope
+
+
+@inlined
+def pulled(p, v, s, f, df, contact, q, ye, sums):
     """A body held by constraints: (1 - r) p(y) + r c(y) outside it, r the largest reach; inside it collides.
 
     p: hold y', number of pulls, then for each origin (3), direction (3), 1 / radius^2, plateau, strength."""
-    hold, pulls = p[0], int(p[1])
+    hold, pulls = p[0], np.int64(p[1])
     h = T - hold
-    inverse = ONE / max(ye, np.float32(1e-6))
-    for i in range(LANES):
-        nx, ny, nz = block[3 * LANES + i], block[4 * LANES + i], block[5 * LANES + i]
-        x, y_, z = block[i] + s[i] * nx, block[LANES + i] + s[i] * ny, block[2 * LANES + i] + s[i] * nz
-        reach, dreach = ZERO, ZERO
-        for k in range(pulls):
-            b = 2 + 9 * k
-            dx, dy, dz = x - p[b], y_ - p[b + 1], z - p[b + 2]
-            along = dx * p[b + 3] + dy * p[b + 4] + dz * p[b + 5]
-            rate = nx * p[b + 3] + ny * p[b + 4] + nz * p[b + 5]
-            ahead = ONE if along > ZERO else ZERO
-            along, rate = ahead * along, ahead * rate
-            dx, dy, dz = dx - along * p[b + 3], dy - along * p[b + 4], dz - along * p[b + 5]
-            u = (dx * dx + dy * dy + dz * dz) * p[b + 6]
-            du = np.float32(2.0) * (dx * nx + dy * ny + dz * nz - (dx * p[b + 3] + dy * p[b + 4] + dz * p[b + 5]) * rate)
-            du *= p[b + 6]
-            flat = p[b + 7]
-            if flat > ZERO:  # the plateau: distances count from there on
-                d = np.float32(np.sqrt(u))
-                far = max(ZERO, (d - flat) / (ONE - flat))
-                du = du * far / (max(d, np.float32(1e-6)) * (ONE - flat))
-                u = far * far
-            w = max(ONE - u, ZERO)
-            value, slope = p[b + 8] * w * w, -np.float32(2.0) * p[b + 8] * w * du
-            dreach = slope if value > reach else dreach
-            reach = max(value, reach)
-        f, df = field[i], field[LANES + i]
-        y, dy_ = T - contact[i] * f, -contact[i] * df
-        out = max(y, ZERO)
-        bump = max(ONE - out * inverse, ZERO)
-        skin, dskin = out * bump * bump, bump * (ONE - np.float32(3.0) * out * inverse)
-        v = min(max((out - hold) / h, ZERO), ONE)
-        tail = (ONE - v) * (ONE - v) * (hold * (ONE + np.float32(2.0) * v) + h * v)
-        dtail = (ONE - v) / h * (h - np.float32(3.0) * v * (np.float32(2.0) * hold + h))
-        held, dheld = (out if out <= hold else tail), (ONE if out <= hold else dtail)
-        rise = q * (((ONE - reach) * dskin + reach * dheld) * dy_ + dreach * (held - skin))
-        acc[RAISED * LANES + i] += q * ((ONE - reach) * skin + reach * held)
-        acc[(RAISED + 1) * LANES + i] += rise if y > ZERO else ZERO
-        e, de = q * (T - f), -q * df
-        low, dlow = acc[SOFT * LANES + i], acc[(SOFT + 1) * LANES + i]
-        acc[SOFT * LANES + i] = min(e, low)
-        acc[(SOFT + 1) * LANES + i] = de if e < low else dlow
-
-
-@fast
-def sheared(p, block, s, own):
-    """own (1 + c a b), a and b linear in place, kept to |c a b| <= 0.9."""
-    most = np.float32(0.9)
-    for i in range(LANES):
-        a, da, b, db = -p[9], ZERO, -p[13], ZERO
-        for m in range(3):
-            at, n = block[m * LANES + i], block[(3 + m) * LANES + i]
-            a += (at + s[i] * n) * p[6 + m]
-            b += (at + s[i] * n) * p[10 + m]
-            da += n * p[6 + m]
-            db += n * p[10 + m]
-        factor = min(max(p[14] * a * b, -most), most)
-        slope = p[14] * (a * db + b * da) if factor == p[14] * a * b else ZERO
-        f = own[i]
-        own[LANES + i] = own[LANES + i] * (ONE + factor) + f * slope
-        own[i] = f * (ONE + factor)
-
-
-@fast
-def radial(p, block, s, own):
-    """own (1 + c f(|P - P'| / r)): drawn towards a point (c < 0) or blown up round it."""
-    for i in range(LANES):
-        u, du = ZERO, ZERO
-        for m in range(3):
-            n = block[(3 + m) * LANES + i]
-            d = block[m * LANES + i] + s[i] * n - p[6 + m]
-            u += d * d
-            du += np.float32(2.0) * d * n
-        w = max(ONE - u * p[9], ZERO)
-        factor, slope = p[10] * w * w, -np.float32(2.0) * p[10] * w * du * p[9]
-        f = own[i]
-        own[LANES + i] = own[LANES + i] * (ONE + factor) + f * slope
-        own[i] = f * (ONE + factor)
+    x, y_, z = v.x + s * v.nx, v.y + s * v.ny, v.z + s * v.nz
+    reach, reach_slope = spread(ZERO), spread(ZERO)
+    for k in range(pulls):
+        b = 2 + 9 * k
+        ox, oy, oz, flat = p[b + 3], p[b + 4], p[b + 5], p[b + 7]
+        dx, dy, dz = x - p[b], y_ - p[b + 1], z - p[b + 2]
+        along, rate = dx * ox + dy * oy + dz * oz, v.nx * ox + v.ny * oy + v.nz * oz
+        rate = choose(along > ZERO, rate, ZERO)
+        along = most(along, ZERO)
+        dx, dy, dz = dx - along * ox, dy - along * oy, dz - along * oz
+        u = (dx * dx + dy * dy + dz * dz) * p[b + 6]
+        slope = TWO * p[b + 6] * (dx * v.nx + dy * v.ny + dz * v.nz - (dx * ox + dy * oy + dz * oz) * rate)
+        if flat > ZERO:  # the plateau: distances count from there on
+            d = root(u)
+            far = most((d - flat) * (ONE / (ONE - flat)), ZERO)
+            slope = slope * far / (most(d, PLATEAU) * (ONE - flat))
+            u = far * far
+        w = most(ONE - u, ZERO)
+        value = p[b + 8] * w * w
+        reach_slope = choose(value > reach, -TWO * p[b + 8] * w * slope, reach_slope)
+        reach = most(value, reach)
+    inverse = ONE / max(ye, EDGE)
+    y, dy_ = T - contact * f, -contact * df
+    out = most(y, ZERO)
+    bump = most(ONE - out * inverse, ZERO)
+    skin, skin_slope = out * bump * bump, bump * (ONE - THREE * inverse * out)
+    w = least(most((out - hold) * (ONE / h), ZERO), ONE)
+    tail = (ONE - w) * (ONE - w) * (hold * (ONE + TWO * w) + h * w)
+    tail_slope = (ONE - w) * (ONE / h) * (h - THREE * w * (TWO * hold + h))
+    near = out <= hold
+    held, held_slope = choose(near, out, tail), choose(near, ONE, tail_slope)
+    rise = q * (((ONE - reach) * skin_slope + reach * held_slope) * dy_ + reach_slope * (held - skin))
+    sums = add_raised(q * ((ONE - reach) * skin + reach * held), choose(y > ZERO, rise, ZERO), sums)
+    return add_shared(q * (T - f), -q * df, sums)

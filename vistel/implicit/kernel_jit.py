@@ -16,7 +16,10 @@ from typing import Any
 
 import numba as nb
 
-_PATTERNS = ("kernel*.py", "ghost_effects*.py", "deform_table.py", "addresses.py", "pointers.py", "contact_set.py", "wide.py")
+_PATTERNS = (
+    "kernel*.py", "ghost_effects*.py", "deform_table.py", "addresses.py", "pointers.py", "contact_set.py", "wide.py",
+    "lanes.py",
+)  # fmt: skip
 _FLAGS = {"nsz", "arcp", "contract", "afn", "reassoc"}
 
 
@@ -35,8 +38,8 @@ def _stamp_of(folder: Path) -> tuple[tuple[str, int, int], ...]:
     return _STAMP if folder == _HERE else _stamp(_HERE, "*.py") + _stamp(folder, "kernel*.py")
 
 
-def _compile(function: Callable[..., Any], flags: Any) -> Any:
-    kernel: Any = nb.njit(cache=True, fastmath=flags, error_model="numpy", nogil=True)(function)
+def _compile(function: Callable[..., Any], flags: Any, **options: Any) -> Any:
+    kernel: Any = nb.njit(cache=True, fastmath=flags, error_model="numpy", nogil=True, **options)(function)
     file = getattr(kernel._cache, "_cache_file", None)
     if file is not None:
         folder = Path(function.__code__.co_filename).parent
@@ -53,6 +56,11 @@ def leaf(function: Callable[..., Any]) -> Any:
     """As `fast` for a leaf that calls `wide`: LLVM estimates reciprocals only where it need not think of
     infinities."""
     return _compile(function, _FLAGS | {"ninf"})
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """A part of leaves that works on `Lanes`: it becomes code of its caller, so that values stay in registers."""
+    return _compile(function, _FLAGS | {"ninf"}, forceinline=True)
 
 
 def reduction(function: Callable[..., Any]) -> Any:

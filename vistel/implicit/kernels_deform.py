@@ -9,8 +9,8 @@ import numpy as np
 from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
 from vistel.implicit.kernel_jit import fast
-from vistel.implicit.kernels_field import LANES, ZERO, T
-from vistel.implicit.kernels_meet import RAY_SIZE, evaluate_pair, evaluate_touching, gather, list_pairs, reach_of
+from vistel.implicit.kernels_field import LANES, PATCHES, RAY_SIZE, ZERO, T
+from vistel.implicit.kernels_meet import evaluate_pair, evaluate_touching, gather, list_pairs, reach_of
 from vistel.implicit.kernels_pose import pose_body
 from vistel.implicit.kernels_solve import counts, solve
 from vistel.implicit.pointers import at
@@ -76,7 +76,7 @@ def _evaluate_near(t, count, vertices, normals):
             todo[3 * c] = -1
             continue
         if gathered[b] == 0:
-            gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, at(floats(t[table.BLOCK]), b * RAY_SIZE))
+            gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, at(floats(t[table.BLOCK]), b * PATCHES * RAY_SIZE))
             gathered[b] = 1
         for n in range(lo, hi):
             pair = at(pairs, n * table.PAIR)

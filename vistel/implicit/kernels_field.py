@@ -1,29 +1,35 @@
-"""Leaf kernels of the deformation: fields of primitives along a block's 64 vertex normals.
+"""Leaf kernels of the deformation: fields of primitives along sixteen vertex normals.
 
-Everything is float32 and works on flat rows of LANES numbers (one vertex each), row r of an array being
-[r * LANES : (r + 1) * LANES]; a kernel passes plain pointers, a test flat arrays. Branches are written as
-selections, so that the compiler turns each leaf into straight vector code. Along a vertex's normal, P(s) = P0 + s n, a
-cone-sphere needs four numbers per vertex, found once: |P0 - a|^2, (P0 - a).n, (P0 - a).u and n.u.
+Everything is float32. Vertices come in blocks of LANES, a block in patches of WIDTH, which is what one `Lanes` value
+holds; in memory, row r of a patch's array is [r * WIDTH : (r + 1) * WIDTH]. Branches are written as selections. Along a
+vertex's normal, P(s) = P0 + s n, a cone-sphere needs four numbers per vertex, found once: |P0 - a|^2, (P0 - a).n,
+(P0 - a).u and n.u.
 
 Row of a cone-sphere: ax ay az, ux uy uz (unit axis), length, influence radius at a, its growth per metre of
 axis, weight W. Row of any other primitive: rotation (9, room to own frame), position (3), parameters,
 weight last.
 """
 
-# pyright: basic, reportCallIssue=false
+# pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast, leaf
-from vistel.implicit.wide import wide
+from vistel.implicit.kernel_jit import fast, inlined
+from vistel.implicit.lanes import WIDTH, choose, least, load, most, root, spread, store
+from vistel.implicit.pointers import at
 
 LANES = 64
-PATCH = 16
-"""Lanes of a patch: a block is four of them, for tighter bounds."""
+"""Vertices of a block: for who meets whom."""
+PATCHES = LANES // WIDTH
+"""Patches of a block, for tighter bounds and for the solver."""
 ROW = 24
 """Numbers per primitive row."""
+RAY_SIZE, FIELD_SIZE = 6 * WIDTH, 2 * WIDTH
+"""Numbers of a patch's positions and normals or of a primitive's rays, and of a field with its slope."""
 
 ZERO, ONE, TWO, FOUR = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(4.0)
 HALF, TINY, SMALL = np.float32(0.5), np.float32(1e-12), np.float32(1e-20)
@@ -31,84 +37,113 @@ HUGE = np.float32(1e30)
 T = np.float32(0.5)
 
 
+class Normals(NamedTuple):
+    """Positions P0 [m] and unit normals n of a patch, Lanes each."""
 
-@leaf
-def ray(block, p, out):
-    """The four numbers of a cone-sphere for each lane. block: (6, 64) P0 and n; p: its row; out: (4, 64)."""
-    wide()
-    ax, ay, az, ux, uy, uz = p[0], p[1], p[2], p[3], p[4], p[5]
-    for i in range(LANES):
-        wx, wy, wz = block[i] - ax, block[LANES + i] - ay, block[2 * LANES + i] - az
-        nx, ny, nz = block[3 * LANES + i], block[4 * LANES + i], block[5 * LANES + i]
-        out[i] = wx * wx + wy * wy + wz * wz
-        out[LANES + i] = wx * nx + wy * ny + wz * nz
-        out[2 * LANES + i] = wx * ux + wy * uy + wz * uz
-        out[3 * LANES + i] = nx * ux + ny * uy + nz * uz
+    x: Any
+    y: Any
+    z: Any
+    nx: Any
+    ny: Any
+    nz: Any
 
 
-@leaf
-def cone(s, c, p, out):
-    """F and dF/ds of a cone-sphere (min-ratio form, quartic) at s. s: (LANES,); c: (4, LANES) of `ray`; out: (2,
-    LANES).
+@inlined
+def load_normals(p):
+    """A patch's positions and normals, six rows from p on."""
+    return Normals(
+        load(p), load(at(p, WIDTH)), load(at(p, 2 * WIDTH)), load(at(p, 3 * WIDTH)), load(at(p, 4 * WIDTH)),
+        load(at(p, 5 * WIDTH)),
+    )  # fmt: skip
+
+
+@inlined
+def load_field(p):
+    """F and dF/ds, two rows from p on."""
+    return load(p), load(at(p, WIDTH))
+
+
+@inlined
+def store_field(p, f, df):
+    store(p, f)
+    store(at(p, WIDTH), df)
+
+
+@inlined
+def cone_ray(v, p):
+    """The four numbers of a cone-sphere for each lane of v (`Normals`). p: its row."""
+    ux, uy, uz = p[3], p[4], p[5]
+    wx, wy, wz = v.x - p[0], v.y - p[1], v.z - p[2]
+    return (
+        wx * wx + wy * wy + wz * wz, wx * v.nx + wy * v.ny + wz * v.nz, wx * ux + wy * uy + wz * uz,
+        v.nx * ux + v.ny * uy + v.nz * uz,
+    )  # fmt: skip
+
+
+@inlined
+def cone_along(s, m, b, x0, nu, p):
+    """F and dF/ds of a cone-sphere (min-ratio form, quartic) at s (Lanes), from the numbers of `cone_ray`.
 
     With x along the axis, rho the squared distance from it and D = ra + k x, the smallest squared ratio is
     rho / (D^2 + k^2 rho), at x + k rho / D on the axis; beyond an end it is that of the end's ball.
     """
-    wide()
     length, ra, k, w = p[6], p[7], p[8], p[9]
-    for i in range(LANES):
-        t, nu = s[i], c[3 * LANES + i]
-        half = c[LANES + i] + t
-        x = c[2 * LANES + i] + t * nu
-        m = c[i] + t * (half + c[LANES + i])
-        rho = max(m - x * x, ZERO)
-        a = x + k * rho / max(ra + k * x, TINY)
-        a = min(max(a, ZERO), length)
-        dx = x - a
+    half = b + s
+    x = x0 + s * nu
+    rho = most(m + s * (half + b) - x * x, ZERO)
+    if k == ZERO:  # no division where both radii are one
+        a = least(most(x, ZERO), length)
+        inverse = spread(ONE / (ra * ra))
+    else:
+        a = least(most(x + k * rho / most(ra + k * x, TINY), ZERO), length)
         inverse = ONE / (ra + k * a)
         inverse = inverse * inverse
-        q = max(ONE - (dx * dx + rho) * inverse, ZERO)
-        wq = w * q
-        out[i] = wq * q
-        out[LANES + i] = -FOUR * wq * (half - a * nu) * inverse
+    dx = x - a
+    q = most(ONE - (dx * dx + rho) * inverse, ZERO)
+    wq = w * q
+    return wq * q, -FOUR * wq * (half - a * nu) * inverse
 
 
-@leaf
-def union_add(value, total):
-    """Add a primitive to a Ricci union of power 4: total (2, 64) sums F^4 and F^3 dF."""
-    wide()
-    for i in range(LANES):
-        f = value[i]
-        f3 = f * f * f
-        total[i] += f3 * f
-        total[LANES + i] += f3 * value[LANES + i]
+@inlined
+def cone(s, c, p):
+    """As `cone_along`, with the four numbers in rows from c on."""
+    return cone_along(s, load(c), load(at(c, WIDTH)), load(at(c, 2 * WIDTH)), load(at(c, 3 * WIDTH)), p)
 
 
-@leaf
-def union_end(total, out):
+@inlined
+def ray(v, p, out):
+    """Lay down the four rows of a cone-sphere."""
+    m, b, x, nu = cone_ray(v, p)
+    store(out, m)
+    store(at(out, WIDTH), b)
+    store(at(out, 2 * WIDTH), x)
+    store(at(out, 3 * WIDTH), nu)
+
+
+@inlined
+def union_add(f, df, total, slope):
+    """Add a primitive to a Ricci union of power 4: its sums of F^4 and F^3 dF."""
+    f3 = f * f * f
+    return total + f3 * f, slope + f3 * df
+
+
+@inlined
+def union_end(total, slope):
     """F and dF/ds of the union from its sums."""
-    wide()
-    for i in range(LANES):
-        t = max(total[i], SMALL)
-        half = ONE / np.sqrt(t)
-        root = t * half
-        quarter = ONE / np.sqrt(root)
-        out[i] = root * quarter
-        out[LANES + i] = total[LANES + i] * half * quarter
+    t = most(total, SMALL)
+    half = t / root(t)
+    quarter = half / root(half)
+    return quarter, slope * quarter / t
 
 
-@fast
-def local_ray(block, p, out):
-    """P0 and n of each lane in a primitive's own frame. p: its row; out: (6, 64)."""
-    for i in range(LANES):
-        x, y, z = block[i] - p[9], block[LANES + i] - p[10], block[2 * LANES + i] - p[11]
-        nx, ny, nz = block[3 * LANES + i], block[4 * LANES + i], block[5 * LANES + i]
-        out[i] = p[0] * x + p[1] * y + p[2] * z
-        out[LANES + i] = p[3] * x + p[4] * y + p[5] * z
-        out[2 * LANES + i] = p[6] * x + p[7] * y + p[8] * z
-        out[3 * LANES + i] = p[0] * nx + p[1] * ny + p[2] * nz
-        out[4 * LANES + i] = p[3] * nx + p[4] * ny + p[5] * nz
-        out[5 * LANES + i] = p[6] * nx + p[7] * ny + p[8] * nz
+@inlined
+def local_ray(v, p, out):
+    """P0 and n of each lane of v (`Normals`) in a primitive's own frame, six rows from out on. p: its row."""
+    x, y, z = v.x - p[9], v.y - p[10], v.z - p[11]
+    for r in range(3):
+        a, b, c = p[3 * r], p[3 * r + 1], p[3 * r + 2]
+        store(at(out, r * WIDTH), a * x + b * y + c * z)
+        store(at(out, (3 + r) * WIDTH), a * v.nx + b * v.ny + c * v.nz)
 
 
 @fast
@@ -119,14 +154,14 @@ def _power(x, e):
 
 @fast
 def superellipsoid(s, c, p, out):
-    """As `cone`, for a superellipsoid; p[12:17] influence half axes a1, a2, a3, exponents e1, e2; p[17]
+    """F and dF/ds of a superellipsoid, two rows, at s, a row; c: its rows of `local_ray`. p[12:17] influence half axes a1, a2, a3, exponents e1, e2; p[17]
     weight."""
     a1, a2, a3, e1, e2, w = p[12], p[13], p[14], p[15], p[16], p[17]
-    for i in range(LANES):
-        nx, ny, nz = c[3 * LANES + i] / a1, c[4 * LANES + i] / a2, c[5 * LANES + i] / a3
-        x, y, z = c[i] / a1 + s[i] * nx, c[LANES + i] / a2 + s[i] * ny, c[2 * LANES + i] / a3 + s[i] * nz
+    for i in range(WIDTH):
+        nx, ny, nz = c[3 * WIDTH + i] / a1, c[4 * WIDTH + i] / a2, c[5 * WIDTH + i] / a3
+        x, y, z = c[i] / a1 + s[i] * nx, c[WIDTH + i] / a2 + s[i] * ny, c[2 * WIDTH + i] / a3 + s[i] * nz
         if max(abs(x), abs(y), abs(z)) >= ONE:
-            out[i], out[LANES + i] = ZERO, ZERO
+            out[i], out[WIDTH + i] = ZERO, ZERO
             continue
         inner = _power(x, TWO / e2) + _power(y, TWO / e2)
         h = _power(inner, e2 / e1) + _power(z, TWO / e1)
@@ -136,7 +171,7 @@ def superellipsoid(s, c, p, out):
         bend = _power(inner, e2 / e1 - ONE)
         dh = bend * (_slope(x, e2) * nx + _slope(y, e2) * ny) + _slope(z, e1) * nz
         out[i] = w * q * q
-        out[LANES + i] = -TWO * w * q * TWO * _power(h, e1 - ONE) * dh
+        out[WIDTH + i] = -TWO * w * q * TWO * _power(h, e1 - ONE) * dh
 
 
 @fast
@@ -155,43 +190,42 @@ def supertoroid(s, c, p, out):
     §1.3.6).
     """
     a1, a2, a3, alpha, e1, e2, w, reach = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]
-    for i in range(LANES):
-        nx, ny, nz = c[3 * LANES + i] / a1, c[4 * LANES + i] / a2, c[5 * LANES + i] / (a3 * reach)
-        x, y, z = c[i] / a1 + s[i] * nx, c[LANES + i] / a2 + s[i] * ny, c[2 * LANES + i] / (a3 * reach) + s[i] * nz
+    for i in range(WIDTH):
+        nx, ny, nz = c[3 * WIDTH + i] / a1, c[4 * WIDTH + i] / a2, c[5 * WIDTH + i] / (a3 * reach)
+        x, y, z = c[i] / a1 + s[i] * nx, c[WIDTH + i] / a2 + s[i] * ny, c[2 * WIDTH + i] / (a3 * reach) + s[i] * nz
         around = _power(x, TWO / e2) + _power(y, TWO / e2)
         v = (_power(around, HALF * e2) - alpha) / reach
         if abs(v) >= ONE or abs(z) >= ONE:
-            out[i], out[LANES + i] = ZERO, ZERO
+            out[i], out[WIDTH + i] = ZERO, ZERO
             continue
         h = _power(v, TWO / e1) + _power(z, TWO / e1)
         q = max(ONE - _power(h, e1), ZERO)
         dv = _power(around, HALF * e2 - ONE) * (_slope(x, e2) * nx + _slope(y, e2) * ny) / reach
         dh = _slope(v, e1) * dv + _slope(z, e1) * nz
         out[i] = w * q * q
-        out[LANES + i] = -FOUR * w * q * _power(h, e1 - ONE) * dh
+        out[WIDTH + i] = -FOUR * w * q * _power(h, e1 - ONE) * dh
 
 
-@fast
-def rounded_polygon(s, c, p, corners, out):
+@inlined
+def rounded_polygon(s, c, p, corners):
     """As `cone`, for a rounded convex polygon in its plane z = 0; p[12] radius, p[13] weight, p[14] first of
     its p[15] corners, x and y each."""
-    inverse, w, first, n = ONE / (p[12] * p[12]), p[13], int(p[14]), int(p[15])
-    for i in range(LANES):
-        x, y, z = c[i] + s[i] * c[3 * LANES + i], c[LANES + i] + s[i] * c[4 * LANES + i], c[2 * LANES + i] + s[i] * c[5 * LANES + i]
-        best, bx, by = HUGE, ZERO, ZERO
-        inside = True
-        for j in range(first, first + n):
-            e = j + 1 if j + 1 < first + n else first
-            ex, ey = corners[2 * e] - corners[2 * j], corners[2 * e + 1] - corners[2 * j + 1]
-            wx, wy = x - corners[2 * j], y - corners[2 * j + 1]
-            if ex * wy - ey * wx < ZERO:
-                inside = False
-            t = min(max((ex * wx + ey * wy) / max(ex * ex + ey * ey, SMALL), ZERO), ONE)
-            dx, dy = wx - t * ex, wy - t * ey
-            if dx * dx + dy * dy < best:
-                best, bx, by = dx * dx + dy * dy, dx, dy
-        if inside:
-            bx, by = ZERO, ZERO
-        q = max(ONE - (bx * bx + by * by + z * z) * inverse, ZERO)
-        out[i] = w * q * q
-        out[LANES + i] = -FOUR * w * q * (bx * c[3 * LANES + i] + by * c[4 * LANES + i] + z * c[5 * LANES + i]) * inverse
+    inverse, w, first, n = ONE / (p[12] * p[12]), p[13], np.int64(p[14]), np.int64(p[15])
+    v = load_normals(c)
+    x, y, z = v.x + s * v.nx, v.y + s * v.ny, v.z + s * v.nz
+    best, bx, by = spread(HUGE), spread(ZERO), spread(ZERO)
+    outside = x < -HUGE
+    for j in range(first, first + n):
+        e = j + 1 if j + 1 < first + n else first
+        ex, ey = corners[2 * e] - corners[2 * j], corners[2 * e + 1] - corners[2 * j + 1]
+        wx, wy = x - corners[2 * j], y - corners[2 * j + 1]
+        outside = outside | (ex * wy - ey * wx < ZERO)
+        t = least(most((ex * wx + ey * wy) * (ONE / max(ex * ex + ey * ey, SMALL)), ZERO), ONE)
+        dx, dy = wx - t * ex, wy - t * ey
+        d2 = dx * dx + dy * dy
+        closer = d2 < best
+        best, bx, by = choose(closer, d2, best), choose(closer, dx, bx), choose(closer, dy, by)
+    bx, by = choose(outside, bx, ZERO), choose(outside, by, ZERO)
+    q = most(ONE - (bx * bx + by * by + z * z) * inverse, ZERO)
+    wq = w * q
+    return wq * q, -FOUR * wq * (bx * v.nx + by * v.ny + z * v.nz) * inverse

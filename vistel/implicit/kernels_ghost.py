@@ -1,179 +1,80 @@
-"""Leaves of the min rule: what every sort of body adds to a block's sums, and the field that comes out."""
+"""The min rule for sixteen vertices: what every sort of body adds to the sums, and the field that comes out."""
 
-# pyright: basic, reportCallIssue=false
+# pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
 from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.deform_table import ALPHA, CONTACT, MU, OFFSET, WEIGHT
-from vistel.implicit.ghost_effects import CUT, LEAST, RAISED, SOFT
-from vistel.implicit.kernel_jit import fast, leaf, reduction
-from vistel.implicit.kernels_field import HALF, HUGE, LANES, ONE, SMALL, TINY, TWO, ZERO, T
-from vistel.implicit.wide import wide
+from vistel.implicit.ghost_effects import THREE, add_cut, add_least, add_raised, add_shared
+from vistel.implicit.kernel_jit import inlined
+from vistel.implicit.kernels_field import HALF, ONE, SMALL, TINY, TWO, ZERO, T
+from vistel.implicit.lanes import choose, least, most, root
 
 CAP = np.float32(0.6 * 0.5)
 """Most that all propagations together may add: alpha T, so that no ghost raises a surface of its own
 (spec_maths §2.4)."""
 SOFT2 = np.float32(0.02 * 0.02)
-THREE = np.float32(3.0)
 
 
+@inlined
+def _add_propagation(q, y, dy, ye, sums):
+    """q y (1 - y / ye)^2 outside the body, y = T - F there."""
+    inverse = ONE / max(ye, TINY)
+    out = most(y, ZERO)
+    p = most(ONE - out * inverse, ZERO)
+    qp = q * p
+    return add_raised(qp * p * out, choose(y > ZERO, qp * dy * (ONE - THREE * inverse * out), ZERO), sums)
 
 
-@fast
-def clear(acc):
-    """Nothing has been added yet."""
-    for i in range(LANES):
-        acc[RAISED * LANES + i], acc[(RAISED + 1) * LANES + i] = ZERO, ZERO
-        acc[LEAST * LANES + i], acc[(LEAST + 1) * LANES + i] = HUGE, ZERO
-        acc[CUT * LANES + i], acc[(CUT + 1) * LANES + i] = HUGE, ZERO
-        acc[SOFT * LANES + i], acc[(SOFT + 1) * LANES + i] = HUGE, ZERO
-
-
-@leaf
-def add_soft(field, contact, q, ye, acc):
+@inlined
+def add_soft(f, df, contact, q, ye, sums):
     """One compliant body's share: its propagation, and the surface it shares with this one."""
-    wide()
-    inverse = ONE / max(ye, TINY)
-    for i in range(LANES):
-        f, df = field[i], field[LANES + i]
-        y, dy = T - contact[i] * f, -contact[i] * df
-        out = max(y, ZERO)
-        p = max(ONE - out * inverse, ZERO)
-        acc[RAISED * LANES + i] += q * out * p * p
-        rise = q * dy * p * (ONE - THREE * out * inverse)
-        acc[(RAISED + 1) * LANES + i] += rise if y > ZERO else ZERO
-        e, de = q * (T - f), -q * df
-        low, dlow = acc[SOFT * LANES + i], acc[(SOFT + 1) * LANES + i]
-        acc[SOFT * LANES + i] = min(e, low)
-        acc[(SOFT + 1) * LANES + i] = de if e < low else dlow
+    sums = _add_propagation(q, T - contact * f, -contact * df, ye, sums)
+    return add_shared(q * (T - f), -q * df, sums)
 
 
-@leaf
-def add_neighbour(field, contact, overlap, acc):
+@inlined
+def add_neighbour(f, df, contact, overlap, sums):
     """A limb that shares skin: it only pushes, and the less the closer the skins are at rest."""
-    wide()
-    for i in range(LANES):
-        m = overlap[i]
-        y = T - contact[i] * field[i]
-        share = m if y < ZERO else ONE / max(m, SMALL)
-        e, de = share * y, -share * contact[i] * field[LANES + i]
-        low, dlow = acc[LEAST * LANES + i], acc[(LEAST + 1) * LANES + i]
-        acc[LEAST * LANES + i] = min(e, low)
-        acc[(LEAST + 1) * LANES + i] = de if e < low else dlow
+    y = T - contact * f
+    share = choose(y < ZERO, overlap, ONE / most(overlap, SMALL))
+    return add_least(share * y, -share * contact * df, sums)
 
 
-@leaf
-def add_rigid(field, ye, acc):
+@inlined
+def add_rigid(f, df, ye, sums):
     """A rigid body's share: propagation, and the cut at its own surface."""
-    wide()
-    inverse = ONE / max(ye, TINY)
-    for i in range(LANES):
-        y, dy = T - field[i], -field[LANES + i]
-        out = max(y, ZERO)
-        p = max(ONE - out * inverse, ZERO)
-        acc[RAISED * LANES + i] += out * p * p
-        rise = dy * p * (ONE - THREE * out * inverse)
-        acc[(RAISED + 1) * LANES + i] += rise if y > ZERO else ZERO
-        low, dlow = acc[CUT * LANES + i], acc[(CUT + 1) * LANES + i]
-        acc[CUT * LANES + i] = min(y, low)
-        acc[(CUT + 1) * LANES + i] = dy if y < low else dlow
+    sums = _add_propagation(ONE, T - f, -df, ye, sums)
+    return add_cut(T - f, -df, sums)
 
 
-@leaf
-def joint_field(own, other, sphere, cal, out):
+@inlined
+def joint_field(a, da, b, db, sphere, sphere_slope, mu):
     """DF of joint vertices: F_joint + mu DIFF(F_own, F_other) + (1 - mu) F_own."""
-    wide()
-    for i in range(LANES):
-        a, b, m = own[i], other[i], cal[MU * LANES + i]
-        x = a * a - b * b
-        dx = TWO * (a * own[LANES + i] - b * other[LANES + i])
-        r = x * x + SOFT2
-        half = ONE / np.sqrt(r)
-        root = ONE / np.sqrt(r * half)
-        out[i] = sphere[i] + m * x * root + (ONE - m) * a
-        out[LANES + i] = (
-            sphere[LANES + i] + m * dx * root * (ONE - HALF * x * x * half * half) + (ONE - m) * own[LANES + i]
-        )  # fmt: skip
+    x = a * a - b * b
+    dx = TWO * (a * da - b * db)
+    r = x * x + SOFT2
+    root_r = root(r)
+    fourth = root(root_r)
+    diff = x / fourth
+    slope = dx / fourth * (ONE - HALF * x * x / r)
+    return sphere + mu * diff + (ONE - mu) * a, sphere_slope + mu * slope + (ONE - mu) * da
 
 
-@leaf
-def join_shown(field, shown):
+@inlined
+def join_shown(f, df, shown, shown_slope):
     """What others see of a skin that belongs to two limbs: the larger field."""
-    wide()
-    for i in range(LANES):
-        f, df = field[i], field[LANES + i]
-        g, dg = shown[i], shown[LANES + i]
-        shown[i] = max(f, g)
-        shown[LANES + i] = df if f > g else dg
+    return most(f, shown), choose(f > shown, df, shown_slope)
 
 
-@fast
-def copy_field(field, out):
-    for i in range(2 * LANES):
-        out[i] = field[i]
-
-
-@fast
-def rest_shift(df, cal, shift):
-    """What to add to w DF at the rigid position: the articulated shape counts by 1 - alpha there, so
-    that without any alpha the own field is calibrated in every posture."""
-    for i in range(LANES):
-        raw = cal[WEIGHT * LANES + i] * df[i] + cal[OFFSET * LANES + i] - T
-        shift[i] = cal[OFFSET * LANES + i] - (ONE - cal[ALPHA * LANES + i]) * raw
-
-
-@leaf
-def calibrate(df, cal, shift, out):
-    """The own field, T on the skin at rest."""
-    wide()
-    for i in range(LANES):
-        w = cal[WEIGHT * LANES + i]
-        out[i] = w * df[i] + shift[i]
-        out[LANES + i] = w * df[LANES + i]
-
-
-@leaf
-def total_field(own, shown, cal, acc, out):
+@inlined
+def total_field(own, slope, shown, shown_slope, contact, sums):
     """phi = F - T and its slope: own field, ghosts by the min rule, the surfaces shared with others."""
-    wide()
-    for i in range(LANES):
-        raised = min(acc[RAISED * LANES + i], CAP)
-        least = acc[LEAST * LANES + i]
-        dg = acc[(LEAST + 1) * LANES + i] if least < raised else acc[(RAISED + 1) * LANES + i]
-        phi, slope = own[i] - T + min(raised, least), own[LANES + i] + dg
-        cut = acc[CUT * LANES + i]
-        slope = acc[(CUT + 1) * LANES + i] if cut < phi else slope
-        phi = min(cut, phi)
-        c = cal[CONTACT * LANES + i]
-        soft = c * (shown[i] - T + acc[SOFT * LANES + i])
-        slope = c * (shown[LANES + i] + acc[(SOFT + 1) * LANES + i]) if soft < phi else slope
-        out[i] = min(soft, phi)
-        out[LANES + i] = slope
-
-
-@reduction
-def _fold(room):
-    """The largest of LANES numbers."""
-    for i in range(16):
-        room[i] = max(room[i], room[16 + i], room[32 + i], room[48 + i])
-    for i in range(4):
-        room[i] = max(room[i], room[4 + i], room[8 + i], room[12 + i])
-    return max(room[0], room[1], room[2], room[3])
-
-
-@reduction
-def largest(field, contact, room):
-    """Largest weighted field over the lanes. room: for LANES numbers."""
-    for i in range(LANES):
-        room[i] = contact[i] * field[i]
-    return _fold(room)
-
-
-@reduction
-def largest_share(field, contact, overlap, room):
-    """As `largest` for a neighbour: T + the most it pushes."""
-    for i in range(LANES):
-        room[i] = overlap[i] * (contact[i] * field[i] - T)
-    return T + max(_fold(room), ZERO)
+    raised = least(sums.raised, CAP)
+    phi = own - T + least(raised, sums.least)
+    slope = slope + choose(sums.least < raised, sums.least_slope, sums.raised_slope)
+    slope = choose(sums.cut < phi, sums.cut_slope, slope)
+    phi = least(sums.cut, phi)
+    soft = contact * (shown - T + sums.soft)
+    return least(soft, phi), choose(soft < phi, contact * (shown_slope + sums.soft_slope), slope)

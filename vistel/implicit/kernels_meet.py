@@ -16,27 +16,35 @@ from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
 from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID
 from vistel.implicit.ghost_effects import COLLISION, OWN_EFFECT
-from vistel.implicit.kernel_jit import fast
+from vistel.implicit.kernel_jit import fast, inlined, leaf
 from vistel.implicit.kernels_field import (
+    FIELD_SIZE,
     HUGE,
     LANES,
     ONE,
-    PATCH,
+    PATCHES,
+    RAY_SIZE,
     ROW,
     ZERO,
     T,
     cone,
+    cone_along,
+    cone_ray,
+    load_field,
+    load_normals,
     local_ray,
     ray,
     rounded_polygon,
+    store_field,
     superellipsoid,
     supertoroid,
     union_add,
     union_end,
 )
-from vistel.implicit.kernels_ghost import largest, largest_share
 from vistel.implicit.kernels_pose import find_candidates
+from vistel.implicit.lanes import WIDTH, largest, load, most, spread, store
 from vistel.implicit.pointers import at, pointer
+from vistel.implicit.wide import wide
 
 FAINT = np.float32(0.1)
 """Fields of others below this everywhere in a block do not count there."""
@@ -44,20 +52,18 @@ SPECK = np.float32(0.04)
 """Primitives whose field stays below this in a block do not count in their group's union: 5e-6 of T."""
 FELT = np.float32(0.99)
 """Share of the zone of propagation in which it is felt: in the rest of it it raises less than 5e-5."""
-RAY_SIZE = 6 * LANES
-MIDDLES = 1 + LANES // PATCH
-FIELD_SIZE = 2 * LANES
+MIDDLES = 1 + PATCHES
 
 
 
 @fast
 def gather(index, vertices, normals, block):
-    """Rigid positions and normals of a block's lanes."""
+    """Rigid positions and normals of a block's vertices, patch after patch."""
     p, n = pointer(vertices), pointer(normals)
     for i in range(LANES):
-        v = 3 * np.int64(index[i])
-        block[i], block[LANES + i], block[2 * LANES + i] = p[v], p[v + 1], p[v + 2]
-        block[3 * LANES + i], block[4 * LANES + i], block[5 * LANES + i] = n[v], n[v + 1], n[v + 2]
+        v, to = 3 * np.int64(index[i]), at(block, (i // WIDTH) * RAY_SIZE + i % WIDTH)
+        to[0], to[WIDTH], to[2 * WIDTH] = p[v], p[v + 1], p[v + 2]
+        to[3 * WIDTH], to[4 * WIDTH], to[5 * WIDTH] = n[v], n[v + 1], n[v + 2]
 
 
 @fast
@@ -80,52 +86,82 @@ def bound(kind, row, box, x, y, z, spread):
     return row[9] * q * q, row[9] * middle * middle
 
 
-@fast
-def evaluate(kind, s, c, p, corners, out):
-    """F and dF/ds of one primitive of any kind along the rays c."""
+@inlined
+def evaluate(kind, s, c, p, corners, work):
+    """F and dF/ds of one primitive of any kind along the rays c. work: room for 3 rows."""
     if kind == CONE_SPHERE:
-        cone(s, c, p, out)
-    elif kind == SUPERELLIPSOID:
-        superellipsoid(s, c, p, out)
-    elif kind == ROUNDED_POLYGON:
-        rounded_polygon(s, c, p, corners, out)
+        return cone(s, c, p)
+    if kind == ROUNDED_POLYGON:
+        return rounded_polygon(s, c, p, corners)
+    store(work, s)
+    if kind == SUPERELLIPSOID:
+        superellipsoid(work, c, p, at(work, WIDTH))
     else:
-        supertoroid(s, c, p, out)
+        supertoroid(work, c, p, at(work, WIDTH))
+    return load_field(at(work, WIDTH))
 
 
-@fast
-def set_up(first, last, mask, kind, block, rows, rays):
-    """Rays of the primitives of `mask` (bits from `first`); how many."""
+@inlined
+def set_up(first, last, mask, kind, v, rows, rays):
+    """Rays of the primitives of `mask` (bits from `first`) along v (`Normals`); how many."""
     used = 0
     for k in range(first, last):
         if (mask >> (k - first)) & 1:
             if kind[k] == CONE_SPHERE:
-                ray(block, at(rows, k * ROW), at(rays, used * RAY_SIZE))
+                ray(v, at(rows, k * ROW), at(rays, used * RAY_SIZE))
             else:
-                local_ray(block, at(rows, k * ROW), at(rays, used * RAY_SIZE))
+                local_ray(v, at(rows, k * ROW), at(rays, used * RAY_SIZE))
             used += 1
     return used
 
 
-@fast
-def group_field(first, last, mask, kind, rows, corners, s, rays, value, total, out):
-    """F and dF/ds (2, LANES) of the union of the primitives of `mask` along their rays; how many."""
-    used = 0
+@inlined
+def group_field(first, last, mask, kind, rows, corners, s, rays, work):
+    """F and dF/ds of the union of the primitives of `mask` along their rays; how many."""
+    used, zero = 0, spread(ZERO)
+    f, df, total, slope = zero, zero, zero, zero
     several = mask & (mask - 1) != 0
-    if several:
-        for i in range(FIELD_SIZE):
-            total[i] = ZERO
     for k in range(first, last):
         if (mask >> (k - first)) & 1:
-            evaluate(
-                kind[k], s, at(rays, used * RAY_SIZE), at(rows, k * ROW), corners, value if several else out
-            )  # fmt: skip
+            f, df = evaluate(kind[k], s, at(rays, used * RAY_SIZE), at(rows, k * ROW), corners, work)
             used += 1
             if several:
-                union_add(value, total)
+                total, slope = union_add(f, df, total, slope)
     if several:
-        union_end(total, out)
-    return used
+        f, df = union_end(total, slope)
+    return f, df, used
+
+
+@leaf
+def field_at_rest(first, last, mask, kind, rows, corners, block, contact, out, work):
+    """The same of one patch at its rigid positions, laid down in `out`; largest weighted field. work: room for a
+    primitive's rays and 3 rows."""
+    wide()
+    v, zero = load_normals(block), spread(ZERO)
+    f, df, total, slope = zero, zero, zero, zero
+    several = mask & (mask - 1) != 0
+    for k in range(first, last):
+        if (mask >> (k - first)) & 1:
+            p = at(rows, k * ROW)
+            if kind[k] == CONE_SPHERE:
+                m, b, x, nu = cone_ray(v, p)
+                f, df = cone_along(zero, m, b, x, nu, p)
+            else:
+                local_ray(v, p, work)
+                f, df = evaluate(kind[k], zero, work, p, corners, at(work, RAY_SIZE))
+            if several:
+                total, slope = union_add(f, df, total, slope)
+    if several:
+        f, df = union_end(total, slope)
+    store_field(out, f, df)
+    return largest(load(contact) * f)
+
+
+@leaf
+def largest_share(first, contact, shares):
+    """The most a neighbour pushes a patch, with T added."""
+    wide()
+    return T + largest(most(load(shares) * (load(contact) * load(first) - T), ZERO))
 
 
 @fast
@@ -235,29 +271,27 @@ def evaluate_pair(t, n, vertices, normals):
     """The field of pair n at the rigid positions: FIRST, HEIGHT, DELTA of its group."""
     pair = at(longs(t[table.PAIRS]), n * table.PAIR)
     b, k, mask = pair[table.PAIR_BLOCK], pair[table.PAIR_GROUP], pair[table.PAIR_MASK]
-    gathered, block = octets(t[table.GATHERED]), at(floats(t[table.BLOCK]), b * RAY_SIZE)
+    gathered, block = octets(t[table.GATHERED]), at(floats(t[table.BLOCK]), b * PATCHES * RAY_SIZE)
     if gathered[b] == 0:
         gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, block)
         gathered[b] = 1
     start, kind, rows = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS])
-    rays, work = floats(t[table.RAYS]), floats(t[table.WORK])
-    first = at(floats(t[table.FIRST]), n * FIELD_SIZE)
-    set_up(start[k], start[k + 1], mask, kind, block, rows, rays)
-    group_field(
-        start[k], start[k + 1], mask, kind, rows, floats(t[table.CORNERS]), floats(t[table.LINE]), rays,
-        work, at(work, FIELD_SIZE), first,
-    )  # fmt: skip
+    corners, work, high = floats(t[table.CORNERS]), floats(t[table.WORK]), -HUGE
+    shares = at(floats(t[table.OVERLAP]), max(0, pair[table.PAIR_OVERLAP]) * LANES)
+    for c in range(PATCHES):
+        contact = at(floats(t[table.CALIBRATION]), ((b * PATCHES + c) * table.CAL_ROWS + table.CONTACT) * WIDTH)
+        first = at(floats(t[table.FIRST]), (n * PATCHES + c) * FIELD_SIZE)
+        height = field_at_rest(
+            start[k], start[k + 1], mask, kind, rows, corners, at(block, c * RAY_SIZE), contact, first, work,
+        )  # fmt: skip
+        if pair[table.PAIR_RULE] == table.NEIGHBOUR:
+            height = largest_share(first, contact, at(shares, c * WIDTH))
+        high = max(high, height)
     pair[table.PAIR_KNOWN] = 1
-    contact = at(floats(t[table.CALIBRATION]), (b * table.CAL_ROWS + table.CONTACT) * LANES)
-    height = floats(t[table.HEIGHT])
-    if pair[table.PAIR_RULE] == table.NEIGHBOUR:
-        shares = at(floats(t[table.OVERLAP]), pair[table.PAIR_OVERLAP] * LANES)
-        height[n] = largest_share(first, contact, shares, work)
-    else:
-        height[n] = largest(first, contact, work)
+    floats(t[table.HEIGHT])[n] = high
     if pair[table.PAIR_RULE] == table.COLLIDES:
         delta = floats(t[table.DELTA])
-        delta[k] = max(delta[k], height[n] - T)
+        delta[k] = max(delta[k], high - T)
 
 
 @fast

@@ -1,29 +1,39 @@
-"""The solve of one block: its vertices along their normals to F = T (spec_maths §2.6)."""
+"""The solve of one block: its vertices along their normals to F = T (spec_maths §2.6), sixteen at a time."""
 
-# pyright: basic, reportCallIssue=false
+# pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
 from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
-from vistel.implicit.ghost_effects import COLLISION, contact_effect, own_effect
-from vistel.implicit.kernel_jit import fast, leaf
-from vistel.implicit.kernels_field import HALF, LANES, ONE, ROW, SMALL, TINY, ZERO, T, cone, ray, union_add, union_end
-from vistel.implicit.kernels_ghost import (
-    add_neighbour,
-    add_rigid,
-    add_soft,
-    calibrate,
-    clear,
-    copy_field,
-    join_shown,
-    joint_field,
-    rest_shift,
-    total_field,
+from vistel.implicit.ghost_effects import COLLISION, THREE, contact_effect, nothing, own_effect
+from vistel.implicit.kernel_jit import fast, inlined, leaf
+from vistel.implicit.kernels_field import (
+    FIELD_SIZE,
+    HALF,
+    LANES,
+    ONE,
+    PATCHES,
+    RAY_SIZE,
+    ROW,
+    SMALL,
+    TINY,
+    ZERO,
+    T,
+    cone,
+    load_field,
+    load_normals,
+    ray,
+    union_add,
+    union_end,
 )
-from vistel.implicit.kernels_meet import FIELD_SIZE, RAY_SIZE, group_field, own_mask, reach_of, set_up
+from vistel.implicit.kernels_ghost import add_neighbour, add_rigid, add_soft, join_shown, joint_field, total_field
+from vistel.implicit.kernels_meet import group_field, own_mask, reach_of, set_up
+from vistel.implicit.lanes import WIDTH, absolute, bits, choose, first_lanes, how_many, least, load, most, some, spread, store
 from vistel.implicit.pointers import at, pointer
 from vistel.implicit.wide import wide
 
@@ -36,148 +46,116 @@ MAX_EVALUATIONS = 16
 NEARLY = np.float32(0.35)
 """Bodies this close to touching (in field units) are kept in a block's sums, since its skin may bulge into
 them."""
-QUARTER, THREE = np.float32(0.25), np.float32(3.0)
-S, LOW, HIGH, LIMIT, SHIFT, APART, OPEN, ENDED, KNOWN_LOW, KNOWN_HIGH, LAST_S, LAST_F, LAST_RISE = range(13)
-"""Rows of the solver's state: position, bracket, longest step; shift of the own field and the share with which
-the limb across the hinge pushes; 1 while open; 1 where the room ended before the root; 1 when the field's sign
-at an end is known; position, field and ds/dF of the evaluation before, 0 where the field did not fall."""
+QUARTER = np.float32(0.25)
 
 
+class Search(NamedTuple):
+    """The solver's state at each vertex (Lanes, or Masks): position along the normal, bracket and longest step [m];
+    whether it is open still; whether the room ended before the root; whether the field's sign at an end is known;
+    position, field and ds/dF of the evaluation before, 0 where the field did not fall."""
 
-@fast
-def set_up_own(first, last, mask, block, rows, rays):
+    s: Any
+    low: Any
+    high: Any
+    limit: Any
+    open: Any
+    ended: Any
+    known_low: Any
+    known_high: Any
+    last_s: Any
+    last_f: Any
+    last_rise: Any
+
+
+@inlined
+def start_search(cal, count):
+    """Before the first evaluation; cal: calibration of the patch, `count` of whose lanes are real."""
+    inward, outward = load(at(cal, table.INWARD * WIDTH)), load(at(cal, table.OUTWARD * WIDTH))
+    zero, none = spread(ZERO), first_lanes(0)
+    limit = most(QUARTER * (inward + outward), TINY)
+    return Search(zero, -inward, outward, limit, first_lanes(count), none, none, none, zero, zero, zero)
+
+
+@inlined
+def advance(f, g, at_):
+    """One safeguarded Newton step of every open vertex, with phi and its slope there.
+
+    A vertex closes when it has converged or when it stands at the end of its room and the root lies beyond.
+    """
+    s = at_.s
+    up = f > ZERO
+    outside = (up & (s >= at_.high)) | (~up & (s <= at_.low))
+    far = absolute(f) > TOLERANCE
+    open_ = at_.open & far & ~outside
+    ended = at_.ended | (at_.open & far & outside)
+    low, high = choose(up, s, at_.low), choose(up, at_.high, s)
+    # Newton, or from the second evaluation on the cubic s(F) through both with both slopes (Hermite).
+    falls = g < ZERO
+    rise = ONE / least(g, -SMALL)
+    step = choose(falls, -f * rise, choose(up, at_.limit, -at_.limit))
+    h = at_.last_f - f
+    u = -f / choose(absolute(h) > SMALL, h, ONE)
+    chord = at_.last_s - s
+    cubic = u * u * (THREE - u - u) * chord + h * u * (ONE - u) * ((ONE - u) * rise - u * at_.last_rise)
+    near = (absolute(cubic - step) <= HALF * absolute(step)) & (at_.last_rise < ZERO)
+    step = choose(near, cubic, step)
+    step = most(least(step, at_.limit), -at_.limit)
+    t = s + step
+    # An end of the room may be tried once, while its sign is not known; after that, halve.
+    known_low, known_high = at_.known_low | up, at_.known_high | ~up
+    halve = ((t <= low) & known_low) | ((t >= high) & known_high)
+    t = choose(halve, HALF * (low + high), least(most(t, low), high))
+    sure = (absolute(f) <= NEAR) & (absolute(step) <= SHORT * at_.limit)
+    return Search(
+        choose(open_, t, s), low, high, at_.limit, open_ & ~sure, ended, known_low, known_high, s, f,
+        choose(falls, rise, ZERO),
+    )  # fmt: skip
+
+
+@inlined
+def set_up_own(first, last, mask, v, rows, rays):
     """Rays of the own primitives (cone-spheres) of `mask`; how many."""
     used = 0
     for k in range(first, last):
         if (mask >> (k - first)) & 1:
-            ray(block, at(rows, k * ROW), at(rays, used * RAY_SIZE))
+            ray(v, at(rows, k * ROW), at(rays, used * RAY_SIZE))
             used += 1
     return used
 
 
-@fast
-def own_field(first, last, mask, rows, s, rays, value, total, out):
+@inlined
+def own_field(first, last, mask, rows, s, rays):
     """As `kernels_meet.group_field`, cone-spheres only: a body's own primitives are."""
-    used = 0
+    used, zero = 0, spread(ZERO)
+    f, df, total, slope = zero, zero, zero, zero
     several = mask & (mask - 1) != 0
-    if several:
-        for i in range(FIELD_SIZE):
-            total[i] = ZERO
     for k in range(first, last):
         if (mask >> (k - first)) & 1:
-            cone(s, at(rays, used * RAY_SIZE), at(rows, k * ROW), value if several else out)
+            f, df = cone(s, at(rays, used * RAY_SIZE), at(rows, k * ROW))
             used += 1
             if several:
-                union_add(value, total)
+                total, slope = union_add(f, df, total, slope)
     if several:
-        union_end(total, out)
-    return used
-
-
-@leaf
-def start_bracket(cal, count, state):
-    wide()
-    for i in range(LANES):
-        inward, outward = cal[table.INWARD * LANES + i], cal[table.OUTWARD * LANES + i]
-        state[S * LANES + i] = ZERO
-        state[LOW * LANES + i], state[HIGH * LANES + i] = -inward, outward
-        state[LIMIT * LANES + i] = max(QUARTER * (inward + outward), TINY)
-        state[APART * LANES + i] = ONE - cal[table.MU * LANES + i]
-        state[OPEN * LANES + i], state[ENDED * LANES + i] = ONE if i < count else ZERO, ZERO
-        state[KNOWN_LOW * LANES + i], state[KNOWN_HIGH * LANES + i] = ZERO, ZERO
-        state[LAST_S * LANES + i], state[LAST_F * LANES + i], state[LAST_RISE * LANES + i] = ZERO, ZERO, ZERO
-
-
-@leaf
-def advance(phi, state):
-    """One safeguarded Newton step of every open lane; returns how many are still open.
-
-    A lane closes when it has converged or when it stands at the end of its room and the root lies beyond.
-    """
-    wide()
-    left = ZERO
-    for i in range(LANES):
-        f, g, s = phi[i], phi[LANES + i], state[S * LANES + i]
-        low, high, limit = state[LOW * LANES + i], state[HIGH * LANES + i], state[LIMIT * LANES + i]
-        up = ONE if f > ZERO else ZERO
-        at_high, at_low = ONE if s >= high else ZERO, ONE if s <= low else ZERO
-        outside = up * at_high + (ONE - up) * at_low
-        far = ONE if abs(f) > TOLERANCE else ZERO
-        was_open = state[OPEN * LANES + i]
-        open_ = was_open * far * (ONE - outside)
-        state[ENDED * LANES + i] += was_open * far * outside
-        low = s if up > ZERO else low
-        high = high if up > ZERO else s
-        # Newton, or from the second evaluation on the cubic s(F) through both with both slopes (Hermite).
-        rise = ONE / min(g, -SMALL)
-        flat = limit if up > ZERO else -limit
-        step = -f * rise if g < ZERO else flat
-        last_rise = state[LAST_RISE * LANES + i]
-        h = state[LAST_F * LANES + i] - f
-        u = -f / (h if abs(h) > SMALL else ONE)
-        chord = state[LAST_S * LANES + i] - s
-        cubic = u * u * (THREE - u - u) * chord + h * u * (ONE - u) * ((ONE - u) * rise - u * last_rise)
-        near = ONE if abs(cubic - step) <= HALF * abs(step) else ZERO
-        step = cubic if near * last_rise < ZERO else step
-        step = max(min(step, limit), -limit)
-        t = s + step
-        state[LAST_S * LANES + i], state[LAST_F * LANES + i] = s, f
-        state[LAST_RISE * LANES + i] = rise if g < ZERO else ZERO
-        # An end of the room may be tried once, while its sign is not known; after that, halve.
-        low_known = max(up, state[KNOWN_LOW * LANES + i])
-        high_known = max(ONE - up, state[KNOWN_HIGH * LANES + i])
-        below, above = ONE if t <= low else ZERO, ONE if t >= high else ZERO
-        halve = below * low_known + above * high_known
-        inside = min(max(t, low), high)
-        t = HALF * (low + high) if halve > ZERO else inside
-        state[S * LANES + i] = t if open_ > ZERO else s
-        state[LOW * LANES + i], state[HIGH * LANES + i] = low, high
-        sure = abs(f) <= NEAR and abs(step) <= SHORT * limit
-        open_ = ZERO if sure else open_
-        state[OPEN * LANES + i], state[KNOWN_LOW * LANES + i], state[KNOWN_HIGH * LANES + i] = (
-            open_, low_known, high_known,
-        )  # fmt: skip
-        left += open_
-    return left
+        f, df = union_end(total, slope)
+    return f, df
 
 
 @fast
-def inward_lanes(df, sign):
-    """sign (LANES,): -1 where the field rises along the normal, which then points into the body; whether any
-    does."""
-    any_ = ZERO
-    for i in range(LANES):
-        inward = ONE if df[LANES + i] > ZERO else ZERO
-        sign[i] = ONE - (inward + inward)
-        any_ += inward
-    return any_ > ZERO
+def scatter(index, count, result, solved, t, vertices):
+    """Write moved vertices back and mark them, and those left without a root (or not finite, which stay).
 
-
-@fast
-def turn_rows(rows, first, count, sign):
-    """Multiply `count` rows from `first` on by sign."""
-    for r in range(first, first + count):
-        for i in range(LANES):
-            rows[r * LANES + i] *= sign[i]
-
-
-@fast
-def scatter(index, count, block, phi, state, vertices, t):
-    """Write the moved lanes back; mark them, and those left without a root (or not finite, which stay)."""
+    result: rows s, x, y, z of the patch's `count` vertices; solved: a bit for each."""
     moved, lost, stats = octets(t[table.MOVED]), octets(t[table.LOST]), longs(t[table.STATS])
     moved_list, lost_list = ints(t[table.MOVED_LIST]), ints(t[table.LOST_LIST])
     n, n_lost, to = stats[table.MOVED_COUNT], stats[table.LOST_COUNT], pointer(vertices)
     for i in range(count):
-        v, s = np.int64(index[i]), state[S * LANES + i]
-        solved = abs(phi[i]) <= ONE and state[ENDED * LANES + i] == ZERO and state[OPEN * LANES + i] == ZERO
-        if not solved:
+        v = np.int64(index[i])
+        if not (solved >> i) & 1:
             lost[v] = 1
             lost_list[n_lost] = v
             n_lost += 1
-        x = block[i] + s * block[3 * LANES + i]
-        y = block[LANES + i] + s * block[4 * LANES + i]
-        z = block[2 * LANES + i] + s * block[5 * LANES + i]
-        if s != ZERO and np.isfinite(x + y + z):
+        x, y, z = result[WIDTH + i], result[2 * WIDTH + i], result[3 * WIDTH + i]
+        if result[i] != ZERO and np.isfinite(x + y + z):
             to[3 * v], to[3 * v + 1], to[3 * v + 2] = x, y, z
             moved[v] = 1
             moved_list[n] = v
@@ -198,104 +176,102 @@ def counts(t, n):
     return height > T - max(reach, NEARLY)
 
 
-@fast
-def add_group(t, n, block, s, field, contact, acc):
-    """The share of pair n, whose field is known, in the block's sums."""
+@inlined
+def add_group(t, n, shares, v, s, f, df, contact, sums):
+    """The sums with the share of pair n, whose field is f, df. shares: overlap of the patch with a neighbour."""
     pair = at(longs(t[table.PAIRS]), n * table.PAIR)
-    k, rule = pair[table.PAIR_GROUP], pair[table.PAIR_RULE]
-    if rule == table.NEIGHBOUR:
-        add_neighbour(field, contact, at(floats(t[table.OVERLAP]), pair[table.PAIR_OVERLAP] * LANES), acc)
-        return
+    k = pair[table.PAIR_GROUP]
+    if pair[table.PAIR_RULE] == table.NEIGHBOUR:
+        return add_neighbour(f, df, contact, load(shares), sums)
     effect, q, ye = ints(t[table.EFFECT])[k], floats(t[table.QUOTIENT])[k], floats(t[table.ZONE])[k]
     if effect != COLLISION:
         p = at(floats(t[table.PARAMETERS]), ints(t[table.PARAMETER_START])[k])
-        contact_effect(effect, p, block, s, field, contact, q, ye, acc)
-    elif q < ZERO:
-        add_rigid(field, ye, acc)
-    else:
-        add_soft(field, contact, q, ye, acc)
+        return contact_effect(effect, p, v, s, f, df, contact, q, ye, sums)
+    if q < ZERO:
+        return add_rigid(f, df, ye, sums)
+    return add_soft(f, df, contact, q, ye, sums)
 
 
-@fast
-def force(t, n, block, s, own):
+@inlined
+def force(t, n, v, s, f, df):
+    """A field changed by force field n."""
     k = longs(t[table.PAIRS])[n * table.PAIR + table.PAIR_GROUP]
     p = at(floats(t[table.PARAMETERS]), ints(t[table.PARAMETER_START])[k])
-    own_effect(ints(t[table.EFFECT])[k], p, block, s, own)
+    return own_effect(ints(t[table.EFFECT])[k], p, v, s, f, df)
 
 
-@fast
-def orient(t, b, lo, hi, sign, own_rays, own_count):
-    """Turn the normals that point into the body: those of the block, of its rays and of the fields known."""
-    turn_rows(at(floats(t[table.BLOCK]), b * RAY_SIZE), 3, 3, sign)
-    for r in range(own_count):
-        c = at(own_rays, r * RAY_SIZE)
-        turn_rows(c, 1, 1, sign)
-        turn_rows(c, 3, 1, sign)
+@inlined
+def turn_inward(t, c, lo, hi, block, inward):
+    """Turn the normals that point into the body: in the patch's rows and in the fields known of its pairs."""
+    sign = choose(inward, -ONE, spread(ONE))
+    for r in range(3, 6):
+        row = at(block, r * WIDTH)
+        store(row, sign * load(row))
     pairs, first = longs(t[table.PAIRS]), floats(t[table.FIRST])
     for n in range(lo, hi):
         if pairs[n * table.PAIR + table.PAIR_KNOWN] and pairs[n * table.PAIR + table.PAIR_RULE] != table.FORCE:
-            turn_rows(at(first, n * FIELD_SIZE), 1, 1, sign)
+            slope = at(first, (n * PATCHES + c) * FIELD_SIZE + WIDTH)
+            store(slope, sign * load(slope))
+    return sign
 
 
-@fast
-def solve(t, b, lo, hi, vertices):
-    """Move the vertices of block b, gathered already, under its pairs lo..hi."""
-    block, cal = at(floats(t[table.BLOCK]), b * RAY_SIZE), at(floats(t[table.CALIBRATION]), b * table.CAL_ROWS * LANES)
-    contact = at(cal, table.CONTACT * LANES)
+@leaf
+def solve_patch(t, b, c, lo, hi, mask, forces, count, result):
+    """Find the roots of patch c of block b, `count` vertices, under the block's pairs lo..hi.
+
+    mask: own primitives that count; forces: whether there are force fields. result: rows s, x, y, z are laid down. Returns evaluations, evaluations after the first by vertices
+    that were still open, and a bit for each vertex with a root.
+    """
+    wide()
+    block = at(floats(t[table.BLOCK]), (b * PATCHES + c) * RAY_SIZE)
+    cal = at(floats(t[table.CALIBRATION]), (b * PATCHES + c) * table.CAL_ROWS * WIDTH)
     rows, rays, first_field = floats(t[table.ROWS]), floats(t[table.RAYS]), floats(t[table.FIRST])
     start, kind, corners = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.CORNERS])
-    pairs, stats, own_rays = longs(t[table.PAIRS]), longs(t[table.STATS]), floats(t[table.OWN_RAYS])
-    work, acc, state = floats(t[table.WORK]), floats(t[table.ACC]), floats(t[table.STATE])
-    own, other, sphere = work, at(work, FIELD_SIZE), at(work, 2 * FIELD_SIZE)
-    df, field, value = at(work, 3 * FIELD_SIZE), at(work, 4 * FIELD_SIZE), at(work, 5 * FIELD_SIZE)
-    total, phi, shown = at(work, 6 * FIELD_SIZE), at(work, 7 * FIELD_SIZE), at(work, 8 * FIELD_SIZE)
-    mine = at(work, 9 * FIELD_SIZE)
-    s, shift, apart_ = state, at(state, SHIFT * LANES), at(state, APART * LANES)
+    pairs, own_rays, work = longs(t[table.PAIRS]), floats(t[table.OWN_RAYS]), floats(t[table.WORK])
+    overlap = floats(t[table.OVERLAP])
     g, h = ints(t[table.GROUP])[b], ints(t[table.HINGE])[b]
-    first, last, mask = start[g], start[g + 1], own_mask(t, b, g, vertices)
-    count = set_up_own(first, last, mask, block, rows, own_rays)
-    other_first, other_last, every = 0, 0, np.int64(0)
-    sphere_row, at_other, at_sphere = rows, own_rays, own_rays
+    first, last = start[g], start[g + 1]
+    v = load_normals(block)
+    count_own = set_up_own(first, last, mask, v, rows, own_rays)
+    where = start_search(cal, count)
+    own, own_slope = own_field(first, last, mask, rows, where.s, own_rays)
+    inward = own_slope > ZERO
+    if some(inward):
+        sign = turn_inward(t, c, lo, hi, block, inward)
+        v = load_normals(block)
+        set_up_own(first, last, mask, v, rows, own_rays)
+        own_slope = sign * own_slope
+    other_first, other_last, every, sphere_row = 0, 0, np.int64(0), rows
+    at_other, at_sphere = at(own_rays, count_own * RAY_SIZE), own_rays
     if h >= 0:
         o = ints(t[table.OTHER])[b]
         other_first, other_last = start[o], start[o + 1]
         every = (np.int64(1) << np.int64(other_last - other_first)) - 1
-        at_other = at(own_rays, count * RAY_SIZE)
-        count += set_up_own(other_first, other_last, every, block, rows, at_other)
-        at_sphere = at(own_rays, count * RAY_SIZE)
+        at_sphere = at(at_other, set_up_own(other_first, other_last, every, v, rows, at_other) * RAY_SIZE)
         sphere_row = at(floats(t[table.SPHERE]), h * ROW)
-        ray(block, sphere_row, at_sphere)
-        count += 1
-    joined, forces = h >= 0, False
-    for n in range(lo, hi):
-        if pairs[n * table.PAIR + table.PAIR_KNOWN]:
-            joined = joined or pairs[n * table.PAIR + table.PAIR_RULE] != table.COLLIDES
-            forces = forces or pairs[n * table.PAIR + table.PAIR_RULE] == table.FORCE
-    start_bracket(cal, ints(t[table.COUNT])[b], state)
-    own_field(first, last, mask, rows, s, own_rays, value, total, own)
-    if inward_lanes(own, phi):
-        orient(t, b, lo, hi, phi, own_rays, count)
-        turn_rows(own, 1, 1, phi)
+        ray(v, sphere_row, at_sphere)
+    contact, weight, mu = load(at(cal, table.CONTACT * WIDTH)), load(at(cal, table.WEIGHT * WIDTH)), load(at(cal, table.MU * WIDTH))
+    shift, phi = spread(ZERO), spread(ZERO)
+    evaluations, repeats = 0, 0
     for evaluation in range(MAX_EVALUATIONS):
-        stats[table.EVALUATIONS] += 1
+        s = where.s
+        evaluations += 1
         if evaluation > 0:
-            own_field(first, last, mask, rows, s, own_rays, value, total, own)
-        clear(acc)
-        seen = own
-        if joined:
-            copy_field(own, shown)
-            seen = shown
+            own, own_slope = own_field(first, last, mask, rows, s, own_rays)
+        sums = nothing()
+        df, slope, shown, shown_slope = own, own_slope, own, own_slope
         if h >= 0:
-            own_field(other_first, other_last, every, rows, s, at_other, value, total, other)
-            cone(s, at_sphere, sphere_row, sphere)
-            joint_field(own, other, sphere, cal, df)
-            add_neighbour(other, contact, apart_, acc)
-            join_shown(other, shown)
-        else:
-            copy_field(own, df)
+            other, other_slope = own_field(other_first, other_last, every, rows, s, at_other)
+            sphere, sphere_slope = cone(s, at_sphere, sphere_row)
+            df, slope = joint_field(own, own_slope, other, other_slope, sphere, sphere_slope, mu)
+            sums = add_neighbour(other, other_slope, contact, ONE - mu, sums)
+            shown, shown_slope = join_shown(other, other_slope, shown, shown_slope)
         if evaluation == 0:
-            rest_shift(df, cal, shift)
-        calibrate(df, cal, shift, mine)
+            # The articulated shape counts by 1 - alpha at the rigid position, so that without any alpha the own
+            # field is calibrated in every posture.
+            offset = load(at(cal, table.OFFSET * WIDTH))
+            shift = offset - (ONE - load(at(cal, table.ALPHA * WIDTH))) * (weight * df + offset - T)
+        mine, mine_slope = weight * df + shift, weight * slope
         used = 0
         for n in range(lo, hi):
             pair = at(pairs, n * table.PAIR)
@@ -303,30 +279,55 @@ def solve(t, b, lo, hi, vertices):
                 continue
             rule, k = pair[table.PAIR_RULE], pair[table.PAIR_GROUP]
             if rule == table.FORCE:
-                force(t, n, block, s, mine)
+                mine, mine_slope = force(t, n, v, s, mine, mine_slope)
                 continue
-            seen_field, here = at(first_field, n * FIELD_SIZE), at(rays, used * RAY_SIZE)
+            here = at(rays, used * RAY_SIZE)
             if evaluation == 0:
-                used += set_up(start[k], start[k + 1], pair[table.PAIR_MASK], kind, block, rows, here)
+                f, slope = load_field(at(first_field, (n * PATCHES + c) * FIELD_SIZE))
             else:
-                seen_field = field
-                used += group_field(
-                    start[k], start[k + 1], pair[table.PAIR_MASK], kind, rows, corners, s, here, value, total, field,
-                )  # fmt: skip
+                if evaluation == 1:
+                    set_up(start[k], start[k + 1], pair[table.PAIR_MASK], kind, v, rows, here)
+                f, slope, more = group_field(start[k], start[k + 1], pair[table.PAIR_MASK], kind, rows, corners, s, here, work)
+                used += more
             if rule != table.COLLIDES:  # the same skin
-                join_shown(seen_field, shown)
+                shown, shown_slope = join_shown(f, slope, shown, shown_slope)
             if rule != table.SHOWN:
-                add_group(t, n, block, s, seen_field, contact, acc)
+                shares = at(overlap, max(0, pair[table.PAIR_OVERLAP]) * LANES + c * WIDTH)
+                sums = add_group(t, n, shares, v, s, f, slope, contact, sums)
         if forces:
             for n in range(lo, hi):
                 if pairs[n * table.PAIR + table.PAIR_RULE] == table.FORCE:
-                    force(t, n, block, s, shown)
-        total_field(mine, seen, cal, acc, phi)
+                    shown, shown_slope = force(t, n, v, s, shown, shown_slope)
+        phi, slope = total_field(mine, mine_slope, shown, shown_slope, contact, sums)
         if evaluation == MAX_EVALUATIONS - 1:
             break
-        left = np.int64(advance(phi, state))
-        if left == 0:
+        where = advance(phi, slope, where)
+        if not some(where.open):
             break
-        stats[table.REPEATS] += left
-    scatter(at(ints(t[table.INDEX]), b * LANES), ints(t[table.COUNT])[b], block, phi, state, vertices, t)
-    stats[table.SOLVED] += 1
+        repeats += how_many(where.open)
+    s = where.s
+    store(result, s)
+    store(at(result, WIDTH), v.x + s * v.nx)
+    store(at(result, 2 * WIDTH), v.y + s * v.ny)
+    store(at(result, 3 * WIDTH), v.z + s * v.nz)
+    return evaluations, repeats, bits((absolute(phi) <= ONE) & ~where.ended & ~where.open)
+
+
+@fast
+def solve(t, b, lo, hi, vertices):
+    """Move the vertices of block b, gathered already, under its pairs lo..hi."""
+    pairs, stats, result = longs(t[table.PAIRS]), longs(t[table.STATS]), floats(t[table.RESULT])
+    forces = False
+    for n in range(lo, hi):
+        forces = forces or (pairs[n * table.PAIR + table.PAIR_KNOWN] and pairs[n * table.PAIR + table.PAIR_RULE] == table.FORCE)
+    count, mask = ints(t[table.COUNT])[b], own_mask(t, b, ints(t[table.GROUP])[b], vertices)
+    for c in range(PATCHES):
+        first = c * WIDTH
+        if first >= count:
+            break
+        real = min(WIDTH, count - first)
+        evaluations, repeats, solved = solve_patch(t, b, c, lo, hi, mask, forces, real, result)
+        stats[table.EVALUATIONS] += evaluations
+        stats[table.REPEATS] += repeats
+        scatter(at(ints(t[table.INDEX]), b * LANES + first), real, result, solved, t, vertices)
+        stats[table.SOLVED] += 1
