@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,10 +50,21 @@ class PosedBody:
 
 def pose_body(body: Body, pose: JointPose) -> PosedBody:
     """The primitives of `body` with its joints at `pose`."""
-    rotation, position = pose.rotation[body.joint], pose.position[body.joint]
-    a = np.einsum("pij,pj->pi", rotation, body.a) + position
-    b = np.einsum("pij,pj->pi", rotation, body.b) + position
+    a, b = np.empty_like(body.a), np.empty_like(body.b)
+    _pose_ends(body.joint, pose.rotation, pose.position, body.a, a)
+    _pose_ends(body.joint, pose.rotation, pose.position, body.b, b)
     return PosedBody(a, b, body.radius_a, body.radius_b)
+
+
+@nb.njit(cache=True)
+def _pose_ends(joint: NDArray[np.int32], rotation: F64, position: F64, points: F64, out: F64) -> None:
+    for i in range(len(joint)):
+        j = joint[i]
+        for axis in range(3):
+            out[i, axis] = position[j, axis] + (
+                rotation[j, axis, 0] * points[i, 0] + rotation[j, axis, 1] * points[i, 1]
+                + rotation[j, axis, 2] * points[i, 2]
+            )  # fmt: skip
 
 
 def standard_body(skeleton: Skeleton, build: float = 1.0) -> Body:

@@ -13,6 +13,7 @@ from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limbs_of
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid import RigidSkin
+from vistel.figure.rotation import move_points
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.deform import Deformer, DeformReport
 from vistel.implicit.embedding import embed, group_fields
@@ -92,8 +93,9 @@ class Figure:
     def _pose_eyes(self, joints: JointPose) -> tuple[tuple[F32, F32], ...]:
         out: list[tuple[F32, F32]] = []
         for offsets, normals, joint in self._eyes:
-            turn = joints.rotation[joint].T.astype(np.float32)
-            out.append((offsets @ turn + joints.position[joint].astype(np.float32), normals @ turn))
+            points, directions = np.empty_like(offsets), np.empty_like(normals)
+            move_points(offsets, normals, joints.rotation[joint], joints.position[joint], points, directions)
+            out.append((points, directions))
         return tuple(out)
 
 

@@ -33,12 +33,14 @@ from numpy.typing import NDArray
 from vistel.figure.rotation import (
     matrix_from_quaternion,
     matrix_from_rotvec,
+    multiply,
     quaternion_from_matrix,
     rotation_x,
     rotation_y,
     rotation_z,
     rotvec_from_quaternion,
     slerp,
+    turn,
 )
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, SPINE_SEGMENTS, Skeleton
 
@@ -147,7 +149,7 @@ def spine_rotations(rotvec: F64) -> F64:
     n = math.sqrt(q[1] * q[1] + q[3] * q[3])
     twist = np.array([0.0, 0.0, 0.0, 1.0]) if n < 1e-9 else np.array([0.0, q[1] / n, 0.0, q[3] / n])
     twist_vector = rotvec_from_quaternion(twist)
-    swing = matrix_from_quaternion(q) @ matrix_from_quaternion(twist).T
+    swing = multiply(matrix_from_quaternion(q), matrix_from_quaternion(twist).T)
     swing_vector = rotvec_from_quaternion(quaternion_from_matrix(swing))
     out = np.empty((9, 3, 3))
     out[0] = np.eye(3)
@@ -156,23 +158,47 @@ def spine_rotations(rotvec: F64) -> F64:
     for k in range(8):
         a += SWING_INCREMENTS[k]
         b += TWIST_INCREMENTS[k]
-        out[k + 1] = matrix_from_rotvec(a * swing_vector) @ matrix_from_rotvec(b * twist_vector)
+        out[k + 1] = multiply(matrix_from_rotvec(a * swing_vector), matrix_from_rotvec(b * twist_vector))
     return out
 
 
 @nb.njit(cache=True)
 def spine_chord(rotvec: F64, segment: float) -> F64:
     """(9, 3) points of the spine's levels relative to the hips, without the shift; `segment` is l = L/8 [m]."""
-    levels = spine_rotations(rotvec)
+    return _chord(_spine_segments(spine_rotations(rotvec)), segment)
+
+
+@nb.njit(cache=True)
+def _spine_segments(levels: F64) -> F64:
+    """(8, 3, 3) rotations of the segments between the levels."""
+    out = np.empty((8, 3, 3))
+    for k in range(8):
+        out[k] = _halfway(levels[k], levels[k + 1])
+    return out
+
+
+@nb.njit(cache=True)
+def _chord(segments: F64, length: float) -> F64:
     out = np.zeros((9, 3))
     for k in range(8):
-        out[k + 1] = out[k] + segment * (_halfway(levels[k], levels[k + 1]))[:, 1]
+        for axis in range(3):
+            out[k + 1, axis] = out[k, axis] + length * segments[k, axis, 1]
     return out
 
 
 @nb.njit(cache=True)
 def _halfway(a: F64, b: F64) -> F64:
-    return matrix_from_quaternion(slerp(quaternion_from_matrix(a), quaternion_from_matrix(b), 0.5))
+    """The rotation in the middle of the shorter arc between two."""
+    p, q = quaternion_from_matrix(a), quaternion_from_matrix(b)
+    dot = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3]
+    sign = -1.0 if dot < 0.0 else 1.0
+    square = 0.0
+    for i in range(4):
+        p[i] += sign * q[i]
+        square += p[i] * p[i]
+    for i in range(4):
+        p[i] /= math.sqrt(square)
+    return matrix_from_quaternion(p)
 
 
 @nb.njit(cache=True)
@@ -209,29 +235,30 @@ def _pose(
         ankle_rest[2] + shank * math.sin(ankle) - thigh * math.sin(knee - ankle) - hip_rest[2],
     ])
     rotation[0] = facing
-    position[0] = stance + facing @ hips
+    position[0] = stance + turn(facing, hips)
 
     levels = spine_rotations(dofs[2:5])
-    chord = spine_chord(dofs[2:5], segment)
+    segments = _spine_segments(levels)
+    chord = _chord(segments, segment)
     for k in range(8):
         j = _I_SPINE + k
-        rotation[j] = facing @ _halfway(levels[k], levels[k + 1])
-        position[j] = position[0] + facing @ (offsets[_I_SPINE] + chord[k] + (k / 8.0) * dofs[5:8])
-    chest = facing @ levels[8]
-    top = position[0] + facing @ (offsets[_I_SPINE] + chord[8] + dofs[5:8])
+        rotation[j] = multiply(facing, segments[k])
+        position[j] = position[0] + turn(facing, offsets[_I_SPINE] + chord[k] + (k / 8.0) * dofs[5:8])
+    chest = multiply(facing, levels[8])
+    top = position[0] + turn(facing, offsets[_I_SPINE] + chord[8] + dofs[5:8])
     top_rest = rest[_I_SPINE] + np.array([0.0, 8.0 * segment, 0.0])
 
-    head = chest @ matrix_from_rotvec(dofs[8:11])
+    head = multiply(chest, matrix_from_rotvec(dofs[8:11]))
     # The neck bone itself takes half of the head's rotation.
     rotation[_I_NECK] = _halfway(chest, head)
-    position[_I_NECK] = top + chest @ (rest[_I_NECK] - top_rest)
+    position[_I_NECK] = top + turn(chest, rest[_I_NECK] - top_rest)
     rotation[_I_HEAD] = head
-    position[_I_HEAD] = position[_I_NECK] + rotation[_I_NECK] @ offsets[_I_HEAD]
+    position[_I_HEAD] = position[_I_NECK] + turn(rotation[_I_NECK], offsets[_I_HEAD])
     rotation[_I_JAW] = head
-    position[_I_JAW] = position[_I_HEAD] + head @ offsets[_I_JAW]
+    position[_I_JAW] = position[_I_HEAD] + turn(head, offsets[_I_JAW])
     for i in range(2):
-        rotation[_I_EYES[i]] = head @ rotation_y(gaze[0]) @ rotation_x(-gaze[1])
-        position[_I_EYES[i]] = position[_I_HEAD] + head @ offsets[_I_EYES[i]]
+        rotation[_I_EYES[i]] = multiply(multiply(head, rotation_y(gaze[0])), rotation_x(-gaze[1]))
+        position[_I_EYES[i]] = position[_I_HEAD] + turn(head, offsets[_I_EYES[i]])
 
     for i in range(2):
         side = 1.0 - 2.0 * i
@@ -239,13 +266,13 @@ def _pose(
         d = 11 + 7 * i
         shoulder = matrix_from_rotvec(dofs[d : d + 3])
         rotation[j] = chest
-        position[j] = top + chest @ (rest[j] - top_rest)
-        rotation[j + 1] = chest @ shoulder
-        position[j + 1] = position[j] + chest @ (offsets[j + 1] * collar_scale(shoulder, side))
-        rotation[j + 2] = rotation[j + 1] @ rotation_y(-side * dofs[d + 3])
-        position[j + 2] = position[j + 1] + rotation[j + 1] @ offsets[j + 2]
-        rotation[j + 3] = rotation[j + 2] @ matrix_from_rotvec(dofs[d + 4 : d + 7])
-        position[j + 3] = position[j + 2] + rotation[j + 2] @ offsets[j + 3]
+        position[j] = top + turn(chest, rest[j] - top_rest)
+        rotation[j + 1] = multiply(chest, shoulder)
+        position[j + 1] = position[j] + turn(chest, offsets[j + 1] * collar_scale(shoulder, side))
+        rotation[j + 2] = multiply(rotation[j + 1], rotation_y(-side * dofs[d + 3]))
+        position[j + 2] = position[j + 1] + turn(rotation[j + 1], offsets[j + 2])
+        rotation[j + 3] = multiply(rotation[j + 2], matrix_from_rotvec(dofs[d + 4 : d + 7]))
+        position[j + 3] = position[j + 2] + turn(rotation[j + 2], offsets[j + 3])
 
         first = _I_FINGERS[i]
         for f in range(5):
@@ -253,22 +280,24 @@ def _pose(
                 c = first + 3 * f + k
                 p = parents[c]
                 if f == 0 and k == 0:
-                    local = rotation_x(hands[i, 0]) @ rotation_y(-side * hands[i, 1])
+                    local = multiply(rotation_x(hands[i, 0]), rotation_y(-side * hands[i, 1]))
                 elif f == 0:
                     local = rotation_y(side * hands[i, 1 + k])
                 elif k == 0:
-                    local = rotation_y(-side * hands[i, 4 * f + 1]) @ rotation_z(-side * hands[i, 4 * f])
+                    local = multiply(
+                        rotation_y(-side * hands[i, 4 * f + 1]), rotation_z(-side * hands[i, 4 * f])
+                    )
                 else:
                     local = rotation_z(-side * hands[i, 4 * f + 1 + k])
-                rotation[c] = rotation[p] @ local
-                position[c] = position[p] + rotation[p] @ offsets[c]
+                rotation[c] = multiply(rotation[p], local)
+                position[c] = position[p] + turn(rotation[p], offsets[c])
 
         leg = _I_LEG[i]
-        rotation[leg] = facing @ rotation_x(ankle - knee)
-        position[leg] = position[0] + facing @ offsets[leg]
-        rotation[leg + 1] = facing @ rotation_x(ankle)
-        position[leg + 1] = position[leg] + rotation[leg] @ offsets[leg + 1]
+        rotation[leg] = multiply(facing, rotation_x(ankle - knee))
+        position[leg] = position[0] + turn(facing, offsets[leg])
+        rotation[leg + 1] = multiply(facing, rotation_x(ankle))
+        position[leg + 1] = position[leg] + turn(rotation[leg], offsets[leg + 1])
         rotation[leg + 2] = facing
-        position[leg + 2] = position[leg + 1] + rotation[leg + 1] @ offsets[leg + 2]
+        position[leg + 2] = position[leg + 1] + turn(rotation[leg + 1], offsets[leg + 2])
         rotation[leg + 3] = facing
-        position[leg + 3] = position[leg + 2] + facing @ offsets[leg + 3]
+        position[leg + 3] = position[leg + 2] + turn(facing, offsets[leg + 3])

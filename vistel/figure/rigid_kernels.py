@@ -9,7 +9,7 @@ import math
 import numba as nb
 import numpy as np
 
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.figure.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix
 
 WITH_TWIST_OF, WITHOUT_TWIST_FROM = 0, 1
 """Kinds of added bones: the joint turned by the twist of another (its child); the joint without its twist
@@ -41,11 +41,11 @@ def bone_transforms(rotation, position, centres, twist, dual, matrix):
             joint, other, kind = twist[b - joints]
             p = position[joint]
             if kind == WITH_TWIST_OF:
-                turn = twist_about_x(np.ascontiguousarray(rotation[joint].T) @ rotation[other])
-                r = rotation[joint] @ matrix_from_quaternion(turn)
+                turn = twist_about_x(multiply(rotation[joint].T, rotation[other]))
+                r = multiply(rotation[joint], matrix_from_quaternion(turn))
             else:
-                turn = twist_about_x(np.ascontiguousarray(rotation[other].T) @ rotation[joint])
-                r = rotation[joint] @ matrix_from_quaternion(turn).T
+                turn = twist_about_x(multiply(rotation[other].T, rotation[joint]))
+                r = multiply(rotation[joint], matrix_from_quaternion(turn).T)
         c = centres[b]
         tx = p[0] - (r[0, 0] * c[0] + r[0, 1] * c[1] + r[0, 2] * c[2])
         ty = p[1] - (r[1, 0] * c[0] + r[1, 1] * c[1] + r[1, 2] * c[2])

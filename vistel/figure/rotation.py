@@ -12,6 +12,26 @@ F64 = NDArray[np.float64]
 
 
 @nb.njit(cache=True)
+def multiply(a: F64, b: F64) -> F64:
+    """a b of (3, 3) matrices: written out, since `@` calls BLAS, which takes ten times as long for so few numbers and
+    rounds as it likes on another processor."""
+    out = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+    return out
+
+
+@nb.njit(cache=True)
+def turn(m: F64, v: F64) -> F64:
+    """m v of a (3, 3) matrix and a (3,) vector."""
+    out = np.empty(3)
+    for i in range(3):
+        out[i] = m[i, 0] * v[0] + m[i, 1] * v[1] + m[i, 2] * v[2]
+    return out
+
+
+@nb.njit(cache=True)
 def matrix_from_rotvec(v: F64) -> F64:
     """(3, 3) matrix of the rotation by |v| about v."""
     angle2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
@@ -110,3 +130,17 @@ def rotation_y(angle: float) -> F64:
 def rotation_z(angle: float) -> F64:
     """(3, 3) rotation about +Z."""
     return matrix_from_rotvec(np.array([0.0, 0.0, angle]))
+
+
+@nb.njit(cache=True)
+def move_points(
+    points: NDArray[np.float32], normals: NDArray[np.float32], rotation: F64, position: F64,
+    out_points: NDArray[np.float32], out_normals: NDArray[np.float32],
+) -> None:  # fmt: skip
+    """Rigid motion of points and normals (N, 3)."""
+    for i in range(len(points)):
+        for axis in range(3):
+            m = rotation[axis]
+            p, n = points[i], normals[i]
+            out_points[i, axis] = position[axis] + (m[0] * p[0] + m[1] * p[1] + m[2] * p[2])
+            out_normals[i, axis] = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]

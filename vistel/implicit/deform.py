@@ -29,6 +29,11 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 
+_LINE = 64
+"""Bytes of a cache line, and of the widest vector."""
+_VECTORS = frozenset({
+    table.BLOCK, table.RAYS, table.CALIBRATION, table.OVERLAP, table.WORK, table.RESULT,
+})  # fmt: skip
 _NO_CORNERS = np.zeros((0, 2), np.float32)
 
 
@@ -78,7 +83,6 @@ class Deformer:
         self._keep(table.REST_SHAPE, np.zeros((limbs.groups, limbs.groups, 4)))
         for slot, shape in (
             (table.WORK, (9, WIDTH)), (table.RESULT, (4, WIDTH)),
-            (table.OWN_RAYS, (3 * len(limbs.group) + 8, 6, WIDTH)),
         ):  # fmt: skip
             self._keep(slot, np.zeros(shape, np.float32))
         self._moved, self._lost = np.zeros(vertices, np.uint8), np.zeros(vertices, np.uint8)
@@ -150,17 +154,20 @@ class Deformer:
 
     def _keep(self, slot: int, array: NDArray[np.generic]) -> None:
         """Hold an array and note its address."""
-        array = np.ascontiguousarray(array)
+        array = _aligned(array) if slot in _VECTORS else np.ascontiguousarray(array)
         self._arrays[slot] = array
         self._table[slot] = array.ctypes.data
 
     def _keep_blocks(self, blocks: Blocks) -> None:
         count = len(blocks.index)
+        contact = blocks.calibration[:, :, table.CONTACT].reshape(count, -1)
+        middle = np.argmax(blocks.index == blocks.centre[:, :1], axis=1)
         for slot, array in (
             (table.INDEX, blocks.index), (table.CENTRE, blocks.centre), (table.SPREAD, blocks.spread),
             (table.COUNT, blocks.count), (table.GROUP, blocks.group), (table.HINGE, blocks.hinge),
             (table.OTHER, blocks.other), (table.CALIBRATION, blocks.calibration),
-            (table.MOST_CONTACT, blocks.calibration[:, :, table.CONTACT].max(axis=(1, 2))), (table.OVERLAP, blocks.overlap),
+            (table.MOST_CONTACT, contact.max(axis=1)), (table.OVERLAP, blocks.overlap),
+            (table.MIDDLE_CONTACT, contact[np.arange(count), middle]),
             (table.OVERLAP_ROW, blocks.overlap_row), (table.GROUP_BLOCKS, blocks.group_blocks),
             (table.SELF_RULE, blocks.self_rule), (table.TODO, np.zeros((count, 3), np.int32)),
             (table.BLOCK, np.zeros((count, 6, LANES), np.float32)), (table.GATHERED, np.zeros(count, np.uint8)),
@@ -177,6 +184,7 @@ class Deformer:
         self._effect, self._parameter_start = np.zeros(groups, np.int32), np.zeros(groups + 1, np.int32)
         self._parameters, self._allowed = np.zeros(parameters, np.float32), np.ones((groups, own), np.uint8)
         self._group_box = np.zeros((groups, 6), np.float32)
+        members = 3 * self._own_primitives + 8 + primitives
         start = np.zeros(groups + 1, np.int32)
         start[: own + 1] = self._start
         for slot, array in (
@@ -186,16 +194,19 @@ class Deformer:
             (table.DEPTH, np.full(groups, -1.0, np.float32)), (table.ALLOWED, self._allowed),
             (table.EFFECT, self._effect), (table.PARAMETER_START, self._parameter_start),
             (table.PARAMETERS, self._parameters), (table.DELTA, self._delta), (table.ZONE, np.zeros(groups, np.float32)),
+            (table.REACH, np.zeros(groups, np.float32)),
             (table.CANDIDATES, np.zeros((own, groups), np.int32)),
-            (table.RAYS, np.zeros((primitives, 6, WIDTH), np.float32)),
+            (table.MEMBERS, np.zeros((members, 2), np.int32)), (table.RAYS, np.zeros((members, 6, WIDTH), np.float32)),
+            (table.ACTING, np.zeros((groups, table.ACT), np.int64)), (table.SHARE, np.zeros((groups, 2), np.float32)),
         ):  # fmt: skip
             self._keep(slot, array)
         self._table[table.ALL_GROUPS] = groups
 
     def _reserve_pairs(self, pairs: int) -> None:
-        self._keep(table.PAIRS, np.zeros((pairs, table.PAIR), np.int64))
+        self._keep(table.PAIRS, np.zeros((pairs, table.PAIR), np.int32))
+        self._keep(table.MASK, np.zeros(pairs, np.int64))
         self._keep(table.HEIGHT, np.zeros(pairs, np.float32))
-        self._keep(table.FIRST, np.zeros((pairs, 2, LANES), np.float32))
+        self._keep(table.LOW, np.zeros(pairs, np.float32))
         self._table[table.PAIR_ROOM] = pairs
 
     def _load(self, ghosts: Sequence[GhostSource]) -> int:
@@ -232,3 +243,15 @@ class Deformer:
         self._parameter_start[group:end] = start[:-1] + first
         for g in np.flatnonzero(effect >= OWN_EFFECT):
             self._group_box[group + g] = parameters[start[g] : start[g] + 6]
+
+
+def _aligned(array: NDArray[np.generic]) -> NDArray[np.generic]:
+    """`array` itself where it is contiguous and begins at a cache line, else a copy that does: vectors that straddle
+    two lines take twice as long to load."""
+    if array.flags.c_contiguous and array.ctypes.data % _LINE == 0:
+        return array
+    room = np.empty(array.nbytes + _LINE, np.uint8)
+    first = -room.ctypes.data % _LINE
+    out = room[first : first + array.nbytes].view(array.dtype).reshape(array.shape)
+    out[...] = array
+    return out

@@ -17,6 +17,7 @@ from __future__ import annotations
     OTHER,  # (NB,) int32 group across the hinge, -1 none
     CALIBRATION,  # (NB, PATCHES, CAL_ROWS, WIDTH) float32
     MOST_CONTACT,  # (NB,) float32 largest CONTACT of the block
+    MIDDLE_CONTACT,  # (NB,) float32 CONTACT of the vertex in its middle
     OVERLAP,  # (NO, LANES) float32 shares with which neighbours collide
     OVERLAP_ROW,  # (NB, G) int32: -1 none, NO_OVERLAP
     GROUP_BLOCKS,  # (G + 1,) int32 blocks of group g
@@ -44,14 +45,18 @@ from __future__ import annotations
     PARAMETERS,  # float32
     DELTA,  # (NG,) float32 penetration
     ZONE,  # (NG,) float32 zone of propagation
+    REACH,  # (NG,) float32 how far below T (in field units) its field still moves a skin
     # Work.
     CANDIDATES,  # (G, NG) int32 2 k + (1 where k moved along with the group)
     TODO,  # (NB, 3) int32 block, its first pair, the next block's
-    PAIRS,  # (NP, PAIR) int64
-    HEIGHT,  # (NP,) float32 the field's height in the block: exact once evaluated, before that a bound
-    FIRST,  # (NP, PATCHES, 2, WIDTH) float32 field and slope at s = 0
-    RAYS,  # (N, 6, WIDTH) float32 of one patch's ghosts
-    OWN_RAYS,  # (3 P + 8, 6, WIDTH) float32
+    PAIRS,  # (NP, PAIR) int32
+    MASK,  # (NP,) int64 which primitives of its group count, bits from its first
+    HEIGHT,  # (NP,) float32 largest weighted field in the block: exact once evaluated, before that a bound
+    LOW,  # (NP,) float32 what its height is at least
+    MEMBERS,  # (3 P + 8 + N, 2) int32 of one block: rows and kinds of primitives
+    ACTING,  # (NG, ACT) int64 of one block: what acts
+    SHARE,  # (NG, 2) float32 of one block: quotient and zone of what acts
+    RAYS,  # (3 P + 8 + N, 6, WIDTH) float32 of one patch's members
     BLOCK,  # (NB, PATCHES, 6, WIDTH) float32 rigid positions and normals
     GATHERED,  # (NB,) uint8
     WORK,  # float32: a primitive's rays and 3 rows
@@ -70,13 +75,15 @@ from __future__ import annotations
     ALL_GROUPS,  # room for groups: the stride of CANDIDATES
     PAIR_ROOM,
     TABLE_LENGTH,
-) = range(58)  # fmt: skip
+) = range(63)  # fmt: skip
 
 WEIGHT, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD, CAL_ROWS = range(8)
 """Rows of a patch's calibration."""
 
-PAIR_BLOCK, PAIR_GROUP, PAIR_OVERLAP, PAIR_RULE, PAIR_MASK, PAIR_KNOWN, PAIR = range(7)
-"""Columns of a pair; PAIR_KNOWN: 1 once its field is evaluated and counts."""
+PAIR_BLOCK, PAIR_GROUP, PAIR_OVERLAP, PAIR_RULE, PAIR_COUNTS, PAIR = range(6)
+"""Columns of a pair; PAIR_COUNTS: 1 where it takes part in its block's solve."""
+ACT_RULE, ACT_EFFECT, ACT_FROM, ACT_TO, ACT_OVERLAP, ACT_PARAMETER, ACT = range(7)
+"""Columns of what acts on a block: rule, effect; members from, to; overlap row; first parameter."""
 SHOWN, NEIGHBOUR, COLLIDES, FORCE = range(4)
 """Rules of a pair: the group belongs to the same skin and only counts in what others see; it is a neighbour
 that pushes by its share; it collides like anyone; it is a force field."""

@@ -1,4 +1,4 @@
-"""What a group of ghosts does beside colliding: parts of the solver, for sixteen vertices at a time.
+"""What a group of ghosts does beside colliding: parts of the solver, for a patch of vertices at a time.
 
 A `GhostSource` names an effect per group and gives it parameters. Two sorts, told apart by their number:
 

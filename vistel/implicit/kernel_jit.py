@@ -38,8 +38,8 @@ def _stamp_of(folder: Path) -> tuple[tuple[str, int, int], ...]:
     return _STAMP if folder == _HERE else _stamp(_HERE, "*.py") + _stamp(folder, "kernel*.py")
 
 
-def _compile(function: Callable[..., Any], flags: Any, **options: Any) -> Any:
-    kernel: Any = nb.njit(cache=True, fastmath=flags, error_model="numpy", nogil=True, **options)(function)
+def _compile(function: Callable[..., Any], flags: Any, inline: bool = False) -> Any:
+    kernel: Any = nb.njit(cache=True, fastmath=flags, error_model="numpy", nogil=True, forceinline=inline)(function)
     file = getattr(kernel._cache, "_cache_file", None)
     if file is not None:
         folder = Path(function.__code__.co_filename).parent
@@ -60,7 +60,7 @@ def leaf(function: Callable[..., Any]) -> Any:
 
 def inlined(function: Callable[..., Any]) -> Any:
     """A part of leaves that works on `Lanes`: it becomes code of its caller, so that values stay in registers."""
-    return _compile(function, _FLAGS | {"ninf"}, forceinline=True)
+    return _compile(function, _FLAGS | {"ninf"}, inline=True)
 
 
 def reduction(function: Callable[..., Any]) -> Any:

@@ -8,15 +8,25 @@ import numpy as np
 
 from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
+from vistel.implicit.ghost_effects import COLLISION
 from vistel.implicit.kernel_jit import fast
 from vistel.implicit.kernels_field import LANES, PATCHES, RAY_SIZE, ZERO, T
-from vistel.implicit.kernels_meet import evaluate_pair, evaluate_touching, gather, list_pairs, reach_of
+from vistel.implicit.kernels_meet import (
+    counting_threshold,
+    evaluate_pair,
+    evaluate_touching,
+    gather,
+    list_pairs,
+    threshold,
+)
 from vistel.implicit.kernels_pose import pose_body
-from vistel.implicit.kernels_solve import counts, solve
+from vistel.implicit.kernels_solve import solve
 from vistel.implicit.pointers import at
 
 BETA = np.float32(3.0)
 """Zone of propagation / penetration (E7)."""
+FELT = np.float32(0.99)
+"""Share of the zone of propagation in which it is felt: in the rest of it it raises less than 5e-5."""
 LONE_ZONE = np.float32(27.0 / 4.0 * 0.6 * 0.5)
 """Longest zone of propagation of one body alone, per compliance (`ghost.zone`); the solver caps sums of
 several."""
@@ -44,46 +54,49 @@ def _forget(t):
 def _set_zones(t):
     """Zones of propagation in deficit units, from measured or given penetrations (E7)."""
     delta, depth, zone = floats(t[table.DELTA]), floats(t[table.DEPTH]), floats(t[table.ZONE])
-    quotient = floats(t[table.QUOTIENT])
+    quotient, reach, effect = floats(t[table.QUOTIENT]), floats(t[table.REACH]), ints(t[table.EFFECT])
     for k in range(t[table.GROUPS]):
         d = depth[k] if depth[k] >= ZERO else delta[k]
         cap = LONE_ZONE / quotient[k] if quotient[k] > ZERO else LONE_ZONE
         zone[k] = min(T, cap, BETA * max(ZERO, d))
+        reach[k] = FELT * zone[k] if effect[k] == COLLISION else T
 
 
 @fast
 def _evaluate_near(t, count, vertices, normals):
-    """Evaluate the pairs of blocks that act; TODO's block becomes -1 where nothing does."""
-    todo, pairs, height = ints(t[table.TODO]), longs(t[table.PAIRS]), floats(t[table.HEIGHT])
+    """Decide which blocks act, by bounds where those are enough, by evaluating pairs where not, and which of their
+    pairs may count; TODO's block becomes -1 where nothing acts."""
+    todo, pairs, reach = ints(t[table.TODO]), ints(t[table.PAIRS]), floats(t[table.REACH])
+    low, height = floats(t[table.LOW]), floats(t[table.HEIGHT])
     hinge, bent, gathered = ints(t[table.HINGE]), octets(t[table.BENT]), octets(t[table.GATHERED])
     for c in range(count):
         b, lo, hi = todo[3 * c], todo[3 * c + 1], todo[3 * c + 2]
         acts = hinge[b] >= 0 and bent[hinge[b]] != 0
         for n in range(lo, hi):
+            if acts:
+                break
             pair = at(pairs, n * table.PAIR)
-            rule = pair[table.PAIR_RULE]
-            if rule == table.FORCE:
-                pair[table.PAIR_KNOWN] = 1
-                acts = True
-                continue
-            if rule == table.SHOWN:
-                continue
-            reach = reach_of(t, pair[table.PAIR_GROUP]) if rule == table.COLLIDES else ZERO
-            if height[n] > T - reach and not pair[table.PAIR_KNOWN]:
+            acts = low[n] > threshold(pair[table.PAIR_RULE], reach[pair[table.PAIR_GROUP]])
+        for n in range(lo, hi):
+            if acts:
+                break
+            pair = at(pairs, n * table.PAIR)
+            least = threshold(pair[table.PAIR_RULE], reach[pair[table.PAIR_GROUP]])
+            if low[n] <= least < height[n]:
                 evaluate_pair(t, n, vertices, normals)
-            acts = acts or height[n] > T - reach
+                acts = low[n] > least
         if not acts:
             todo[3 * c] = -1
             continue
         if gathered[b] == 0:
-            gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, at(floats(t[table.BLOCK]), b * PATCHES * RAY_SIZE))
+            gather(
+                at(ints(t[table.INDEX]), b * LANES), vertices, normals, at(floats(t[table.BLOCK]), b * PATCHES * RAY_SIZE)
+            )
             gathered[b] = 1
         for n in range(lo, hi):
             pair = at(pairs, n * table.PAIR)
-            if not pair[table.PAIR_KNOWN] and counts(t, n):
-                evaluate_pair(t, n, vertices, normals)
-            if not counts(t, n):
-                pair[table.PAIR_KNOWN] = 0
+            least = counting_threshold(pair[table.PAIR_RULE], reach[pair[table.PAIR_GROUP]])
+            pair[table.PAIR_COUNTS] = height[n] > least
 
 
 @fast

@@ -1,4 +1,4 @@
-"""Leaf kernels of the deformation: fields of primitives along sixteen vertex normals.
+"""Leaf kernels of the deformation: fields of primitives along vertex normals.
 
 Everything is float32. Vertices come in blocks of LANES, a block in patches of WIDTH, which is what one `Lanes` value
 holds; in memory, row r of a patch's array is [r * WIDTH : (r + 1) * WIDTH]. Branches are written as selections. Along a
@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vistel.implicit.kernel_jit import fast, inlined
-from vistel.implicit.lanes import WIDTH, choose, least, load, most, root, spread, store
+from vistel.implicit.lanes import WIDTH, choose, inverse_root, least, load, most, spread, store
 from vistel.implicit.pointers import at
 
 LANES = 64
@@ -59,7 +59,7 @@ def load_normals(p):
 
 @inlined
 def load_field(p):
-    """F and dF/ds, two rows from p on."""
+    """Two rows from p on: F and dF/ds, mostly."""
     return load(p), load(at(p, WIDTH))
 
 
@@ -70,19 +70,30 @@ def store_field(p, f, df):
 
 
 @inlined
-def cone_ray(v, p):
-    """The four numbers of a cone-sphere for each lane of v (`Normals`). p: its row."""
-    ux, uy, uz = p[3], p[4], p[5]
+def ball_ray(v, p):
+    """|P0 - a|^2 and (P0 - a).n for each lane of v (`Normals`). p: the row of a cone-sphere."""
     wx, wy, wz = v.x - p[0], v.y - p[1], v.z - p[2]
-    return (
-        wx * wx + wy * wy + wz * wz, wx * v.nx + wy * v.ny + wz * v.nz, wx * ux + wy * uy + wz * uz,
-        v.nx * ux + v.ny * uy + v.nz * uz,
-    )  # fmt: skip
+    return wx * wx + wy * wy + wz * wz, wx * v.nx + wy * v.ny + wz * v.nz
+
+
+@inlined
+def axis_ray(v, p):
+    """(P0 - a).u and n.u."""
+    ux, uy, uz = p[3], p[4], p[5]
+    return (v.x - p[0]) * ux + (v.y - p[1]) * uy + (v.z - p[2]) * uz, v.nx * ux + v.ny * uy + v.nz * uz
+
+
+@inlined
+def ball_along(s, m, b, p):
+    """F and dF/ds at s (Lanes) of a cone-sphere without length."""
+    inverse, w, half = ONE / (p[7] * p[7]), p[9], b + s
+    q = most(ONE - (m + s * (half + b)) * inverse, ZERO)
+    return (w * q) * q, (-FOUR * w * inverse) * q * half
 
 
 @inlined
 def cone_along(s, m, b, x0, nu, p):
-    """F and dF/ds of a cone-sphere (min-ratio form, quartic) at s (Lanes), from the numbers of `cone_ray`.
+    """F and dF/ds at s (Lanes) of a cone-sphere (min-ratio form, quartic).
 
     With x along the axis, rho the squared distance from it and D = ra + k x, the smallest squared ratio is
     rho / (D^2 + k^2 rho), at x + k rho / D on the axis; beyond an end it is that of the end's ball.
@@ -106,18 +117,31 @@ def cone_along(s, m, b, x0, nu, p):
 
 @inlined
 def cone(s, c, p):
-    """As `cone_along`, with the four numbers in rows from c on."""
-    return cone_along(s, load(c), load(at(c, WIDTH)), load(at(c, 2 * WIDTH)), load(at(c, 3 * WIDTH)), p)
+    """F and dF/ds at s of the cone-sphere whose `ray` was laid down from c on."""
+    m, b = load_field(c)
+    if p[6] == ZERO:
+        return ball_along(s, m, b, p)
+    return cone_along(s, m, b, load(at(c, 2 * WIDTH)), load(at(c, 3 * WIDTH)), p)
+
+
+@inlined
+def cone_at_rest(v, p):
+    """The same at s = 0 along v (`Normals`)."""
+    m, b = ball_ray(v, p)
+    if p[6] == ZERO:
+        return ball_along(spread(ZERO), m, b, p)
+    x, nu = axis_ray(v, p)
+    return cone_along(spread(ZERO), m, b, x, nu, p)
 
 
 @inlined
 def ray(v, p, out):
-    """Lay down the four rows of a cone-sphere."""
-    m, b, x, nu = cone_ray(v, p)
-    store(out, m)
-    store(at(out, WIDTH), b)
-    store(at(out, 2 * WIDTH), x)
-    store(at(out, 3 * WIDTH), nu)
+    """Lay down the numbers of a cone-sphere: four rows, of a ball two."""
+    m, b = ball_ray(v, p)
+    store_field(out, m, b)
+    if p[6] != ZERO:
+        x, nu = axis_ray(v, p)
+        store_field(at(out, 2 * WIDTH), x, nu)
 
 
 @inlined
@@ -131,9 +155,9 @@ def union_add(f, df, total, slope):
 def union_end(total, slope):
     """F and dF/ds of the union from its sums."""
     t = most(total, SMALL)
-    half = t / root(t)
-    quarter = half / root(half)
-    return quarter, slope * quarter / t
+    half = inverse_root(t)
+    quarter = inverse_root(t * half)
+    return t * half * quarter, slope * half * quarter
 
 
 @inlined
@@ -154,8 +178,8 @@ def _power(x, e):
 
 @fast
 def superellipsoid(s, c, p, out):
-    """F and dF/ds of a superellipsoid, two rows, at s, a row; c: its rows of `local_ray`. p[12:17] influence half axes a1, a2, a3, exponents e1, e2; p[17]
-    weight."""
+    """F and dF/ds of a superellipsoid, two rows, at s, a row; c: its rows of `local_ray`. p[12:17] influence half
+    axes a1, a2, a3, exponents e1, e2; p[17] weight."""
     a1, a2, a3, e1, e2, w = p[12], p[13], p[14], p[15], p[16], p[17]
     for i in range(WIDTH):
         nx, ny, nz = c[3 * WIDTH + i] / a1, c[4 * WIDTH + i] / a2, c[5 * WIDTH + i] / a3

@@ -1,4 +1,4 @@
-"""The min rule for sixteen vertices: what every sort of body adds to the sums, and the field that comes out."""
+"""The min rule for a patch of vertices: what every sort of body adds to the sums, and the field that comes out."""
 
 # pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
@@ -9,7 +9,7 @@ import numpy as np
 from vistel.implicit.ghost_effects import THREE, add_cut, add_least, add_raised, add_shared
 from vistel.implicit.kernel_jit import inlined
 from vistel.implicit.kernels_field import HALF, ONE, SMALL, TINY, TWO, ZERO, T
-from vistel.implicit.lanes import choose, least, most, root
+from vistel.implicit.lanes import choose, inverse_root, least, most
 
 CAP = np.float32(0.6 * 0.5)
 """Most that all propagations together may add: alpha T, so that no ghost raises a surface of its own
@@ -20,7 +20,9 @@ SOFT2 = np.float32(0.02 * 0.02)
 @inlined
 def _add_propagation(q, y, dy, ye, sums):
     """q y (1 - y / ye)^2 outside the body, y = T - F there."""
-    inverse = ONE / max(ye, TINY)
+    if ye <= TINY:
+        return sums
+    inverse = ONE / ye
     out = most(y, ZERO)
     p = most(ONE - out * inverse, ZERO)
     qp = q * p
@@ -55,10 +57,10 @@ def joint_field(a, da, b, db, sphere, sphere_slope, mu):
     x = a * a - b * b
     dx = TWO * (a * da - b * db)
     r = x * x + SOFT2
-    root_r = root(r)
-    fourth = root(root_r)
-    diff = x / fourth
-    slope = dx / fourth * (ONE - HALF * x * x / r)
+    half = inverse_root(r)
+    fourth = inverse_root(r * half)
+    diff = x * fourth
+    slope = dx * fourth * (ONE - HALF * x * x * half * half)
     return sphere + mu * diff + (ONE - mu) * a, sphere_slope + mu * slope + (ONE - mu) * da
 
 

@@ -3,7 +3,7 @@
 The field of a group within `spread` of a block's middle is bounded from the distance of the middle to each
 skeleton. A pair of a block and a group whose bound stays faint is forgotten; one whose bound cannot reach the
 skin is kept for later, since it counts once the skin moves; the others are evaluated at the rigid positions,
-which tells the penetrations delta. The rays and fields found here are the solver's first evaluation.
+which tells the penetrations delta.
 """
 
 # pyright: basic, reportCallIssue=false
@@ -15,10 +15,9 @@ import numpy as np
 from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
 from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID
-from vistel.implicit.ghost_effects import COLLISION, OWN_EFFECT
+from vistel.implicit.ghost_effects import OWN_EFFECT
 from vistel.implicit.kernel_jit import fast, inlined, leaf
 from vistel.implicit.kernels_field import (
-    FIELD_SIZE,
     HUGE,
     LANES,
     ONE,
@@ -28,12 +27,10 @@ from vistel.implicit.kernels_field import (
     ZERO,
     T,
     cone,
-    cone_along,
-    cone_ray,
+    cone_at_rest,
     load_field,
     load_normals,
     local_ray,
-    ray,
     rounded_polygon,
     store_field,
     superellipsoid,
@@ -50,8 +47,9 @@ FAINT = np.float32(0.1)
 """Fields of others below this everywhere in a block do not count there."""
 SPECK = np.float32(0.04)
 """Primitives whose field stays below this in a block do not count in their group's union: 5e-6 of T."""
-FELT = np.float32(0.99)
-"""Share of the zone of propagation in which it is felt: in the rest of it it raises less than 5e-5."""
+NEARLY = np.float32(0.35)
+"""Bodies this close to touching (in field units) are kept in a block's sums, since its skin may bulge into
+them."""
 MIDDLES = 1 + PATCHES
 
 
@@ -68,7 +66,7 @@ def gather(index, vertices, normals, block):
 
 @fast
 def bound(kind, row, box, x, y, z, spread):
-    """Most a primitive's field can be within `spread` of (x, y, z), and most it can be there."""
+    """Most a primitive's field can be within `spread` of (x, y, z), and what it is there at least."""
     if kind != CONE_SPHERE:
         away = max(box[0] - x, x - box[3], box[1] - y, y - box[4], box[2] - z, z - box[5])  # fmt: skip
         return ONE if away < spread else ZERO, ZERO
@@ -81,9 +79,24 @@ def bound(kind, row, box, x, y, z, spread):
     if not d2 < (radius + spread) * (radius + spread):
         return ZERO, ZERO
     d = max(np.sqrt(d2) - spread, ZERO)
-    inverse = ONE / (radius * radius)
-    q, middle = ONE - d * d * inverse, max(ONE - d2 * inverse, ZERO)
+    q = ONE - d * d / (radius * radius)
+    here = row[7] + row[8] * along
+    middle = max(ONE - d2 / (here * here), ZERO)
     return row[9] * q * q, row[9] * middle * middle
+
+
+@leaf
+def _evaluate_rare(kind, c, p, corners, work):
+    """Kinds other than cone-spheres, apart, so that their code does not take registers from those. work: s, to which
+    F and dF/ds are added."""
+    wide()
+    if kind == ROUNDED_POLYGON:
+        f, df = rounded_polygon(load(work), c, p, corners)
+        store_field(at(work, WIDTH), f, df)
+    elif kind == SUPERELLIPSOID:
+        superellipsoid(work, c, p, at(work, WIDTH))
+    else:
+        supertoroid(work, c, p, at(work, WIDTH))
 
 
 @inlined
@@ -91,51 +104,15 @@ def evaluate(kind, s, c, p, corners, work):
     """F and dF/ds of one primitive of any kind along the rays c. work: room for 3 rows."""
     if kind == CONE_SPHERE:
         return cone(s, c, p)
-    if kind == ROUNDED_POLYGON:
-        return rounded_polygon(s, c, p, corners)
     store(work, s)
-    if kind == SUPERELLIPSOID:
-        superellipsoid(work, c, p, at(work, WIDTH))
-    else:
-        supertoroid(work, c, p, at(work, WIDTH))
+    _evaluate_rare(kind, c, p, corners, work)
     return load_field(at(work, WIDTH))
 
 
-@inlined
-def set_up(first, last, mask, kind, v, rows, rays):
-    """Rays of the primitives of `mask` (bits from `first`) along v (`Normals`); how many."""
-    used = 0
-    for k in range(first, last):
-        if (mask >> (k - first)) & 1:
-            if kind[k] == CONE_SPHERE:
-                ray(v, at(rows, k * ROW), at(rays, used * RAY_SIZE))
-            else:
-                local_ray(v, at(rows, k * ROW), at(rays, used * RAY_SIZE))
-            used += 1
-    return used
-
-
-@inlined
-def group_field(first, last, mask, kind, rows, corners, s, rays, work):
-    """F and dF/ds of the union of the primitives of `mask` along their rays; how many."""
-    used, zero = 0, spread(ZERO)
-    f, df, total, slope = zero, zero, zero, zero
-    several = mask & (mask - 1) != 0
-    for k in range(first, last):
-        if (mask >> (k - first)) & 1:
-            f, df = evaluate(kind[k], s, at(rays, used * RAY_SIZE), at(rows, k * ROW), corners, work)
-            used += 1
-            if several:
-                total, slope = union_add(f, df, total, slope)
-    if several:
-        f, df = union_end(total, slope)
-    return f, df, used
-
-
 @leaf
-def field_at_rest(first, last, mask, kind, rows, corners, block, contact, out, work):
-    """The same of one patch at its rigid positions, laid down in `out`; largest weighted field. work: room for a
-    primitive's rays and 3 rows."""
+def height_at_rest(first, last, mask, kind, rows, corners, block, contact, share, neighbour, work):
+    """Largest weighted field, in one patch at its rigid positions, of the union of the primitives of `mask` (bits from
+    `first`); of a neighbour T + the most it pushes. work: room for a primitive's rays and 3 rows."""
     wide()
     v, zero = load_normals(block), spread(ZERO)
     f, df, total, slope = zero, zero, zero, zero
@@ -144,8 +121,7 @@ def field_at_rest(first, last, mask, kind, rows, corners, block, contact, out, w
         if (mask >> (k - first)) & 1:
             p = at(rows, k * ROW)
             if kind[k] == CONE_SPHERE:
-                m, b, x, nu = cone_ray(v, p)
-                f, df = cone_along(zero, m, b, x, nu, p)
+                f, df = cone_at_rest(v, p)
             else:
                 local_ray(v, p, work)
                 f, df = evaluate(kind[k], zero, work, p, corners, at(work, RAY_SIZE))
@@ -153,30 +129,25 @@ def field_at_rest(first, last, mask, kind, rows, corners, block, contact, out, w
                 total, slope = union_add(f, df, total, slope)
     if several:
         f, df = union_end(total, slope)
-    store_field(out, f, df)
-    return largest(load(contact) * f)
-
-
-@leaf
-def largest_share(first, contact, shares):
-    """The most a neighbour pushes a patch, with T added."""
-    wide()
-    return T + largest(most(load(shares) * (load(contact) * load(first) - T), ZERO))
+    f = load(contact) * f
+    return T + largest(most(load(share) * (f - T), ZERO)) if neighbour else largest(f)
 
 
 @fast
 def field_bound(t, k, x, y, z, spread, most):
     """Most `most` times the field of group k can be within `spread` of (x, y, z), which primitives count
-    (a mask), and most one of them can be at (x, y, z)."""
+    (a mask), and what it is at (x, y, z) at least."""
     start, kind, rows, box = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS]), floats(t[table.BOX])
-    mask, total, middle = np.int64(0), ZERO, ZERO
+    mask, total, middle, high = np.int64(0), ZERO, ZERO, ZERO
     for j in range(start[k], start[k + 1]):
         f, here = bound(kind[j], at(rows, j * ROW), at(box, 6 * j), x, y, z, spread)
         if f > SPECK:
             mask |= np.int64(1) << np.int64(j - start[k])
             total += (f * f) * (f * f)
-            middle = max(middle, here)
-    return most * np.sqrt(np.sqrt(total)), mask, most * middle
+            middle, high = max(middle, here), f
+    if mask & (mask - 1):
+        high = np.sqrt(np.sqrt(total))
+    return most * high, mask, most * middle
 
 
 @fast
@@ -201,12 +172,12 @@ def patch_bound(t, b, k, vertices, mask, most):
 
 
 @fast
-def _add_pair(t, n, b, k, overlap, rule, mask, height):
+def _add_pair(t, n, b, k, overlap, rule, mask, height, low):
     if n < t[table.PAIR_ROOM]:
-        pair = at(longs(t[table.PAIRS]), n * table.PAIR)
+        pair = at(ints(t[table.PAIRS]), n * table.PAIR)
         pair[table.PAIR_BLOCK], pair[table.PAIR_GROUP], pair[table.PAIR_OVERLAP] = b, k, overlap
-        pair[table.PAIR_RULE], pair[table.PAIR_MASK], pair[table.PAIR_KNOWN] = rule, mask, 0
-        floats(t[table.HEIGHT])[n] = height
+        pair[table.PAIR_RULE], pair[table.PAIR_COUNTS], longs(t[table.MASK])[n] = rule, 0, mask
+        floats(t[table.HEIGHT])[n], floats(t[table.LOW])[n] = height, low
     return n + 1
 
 
@@ -218,6 +189,7 @@ def list_pairs(t, a, b, vertices, now, shown):
     blocks, centre, spread = ints(t[table.GROUP_BLOCKS]), ints(t[table.CENTRE]), floats(t[table.SPREAD])
     hinge, other, bent = ints(t[table.HINGE]), ints(t[table.OTHER]), octets(t[table.BENT])
     most, group_box = floats(t[table.MOST_CONTACT]), floats(t[table.GROUP_BOX])
+    middle_contact = floats(t[table.MIDDLE_CONTACT])
     rule, overlap_row, effect = ints(t[table.SELF_RULE]), ints(t[table.OVERLAP_ROW]), ints(t[table.EFFECT])
     todo, gathered = ints(t[table.TODO]), octets(t[table.GATHERED])
     n, p = 0, pointer(vertices)
@@ -228,7 +200,7 @@ def list_pairs(t, a, b, vertices, now, shown):
             folds = hinge[at_block] >= 0 and bent[hinge[at_block]] != 0
             begin, n_shown, meets = n, 0, False
             v, reach = np.int64(centre[at_block * MIDDLES]), spread[at_block * MIDDLES]
-            x, y, z = p[3 * v], p[3 * v + 1], p[3 * v + 2]
+            x, y, z, share = p[3 * v], p[3 * v + 1], p[3 * v + 2], middle_contact[at_block] / most[at_block]
             for c in range(n_candidates):
                 k, same = candidates[c] >> 1, candidates[c] & 1
                 if k == other[at_block]:
@@ -247,18 +219,19 @@ def list_pairs(t, a, b, vertices, now, shown):
                         n_shown += 1
                         continue
                 elif effect[k] >= OWN_EFFECT:
-                    n = _add_pair(t, n, at_block, k, -1, table.FORCE, np.int64(0), HUGE)
+                    n = _add_pair(t, n, at_block, k, -1, table.FORCE, np.int64(0), HUGE, HUGE)
                     continue
                 high, mask, middle = field_bound(t, k, x, y, z, reach, most[at_block])
                 if high > T > middle:
                     high, mask = patch_bound(t, at_block, k, vertices, mask, most[at_block])
                 if high > FAINT:
-                    n = _add_pair(t, n, at_block, k, overlap, kind, mask, high)
+                    low = ZERO if kind == table.NEIGHBOUR else middle * share
+                    n = _add_pair(t, n, at_block, k, overlap, kind, mask, high, low)
                     meets = meets or (kind == table.COLLIDES and high > T)
             for c in range(n_shown if meets else 0):
-                high, mask, _ = field_bound(t, shown[c], x, y, z, reach, most[at_block])
+                high, mask, middle = field_bound(t, shown[c], x, y, z, reach, most[at_block])
                 if high > T:
-                    n = _add_pair(t, n, at_block, shown[c], -1, table.SHOWN, mask, high)
+                    n = _add_pair(t, n, at_block, shown[c], -1, table.SHOWN, mask, high, middle * share)
             if n > begin or folds:
                 todo[3 * count], todo[3 * count + 1], todo[3 * count + 2] = at_block, begin, n
                 gathered[at_block] = 0
@@ -268,9 +241,9 @@ def list_pairs(t, a, b, vertices, now, shown):
 
 @fast
 def evaluate_pair(t, n, vertices, normals):
-    """The field of pair n at the rigid positions: FIRST, HEIGHT, DELTA of its group."""
-    pair = at(longs(t[table.PAIRS]), n * table.PAIR)
-    b, k, mask = pair[table.PAIR_BLOCK], pair[table.PAIR_GROUP], pair[table.PAIR_MASK]
+    """The field of pair n at the rigid positions: HEIGHT, LOW, DELTA of its group."""
+    pair = at(ints(t[table.PAIRS]), n * table.PAIR)
+    b, k, mask = np.int64(pair[table.PAIR_BLOCK]), pair[table.PAIR_GROUP], longs(t[table.MASK])[n]
     gathered, block = octets(t[table.GATHERED]), at(floats(t[table.BLOCK]), b * PATCHES * RAY_SIZE)
     if gathered[b] == 0:
         gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, block)
@@ -278,17 +251,14 @@ def evaluate_pair(t, n, vertices, normals):
     start, kind, rows = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS])
     corners, work, high = floats(t[table.CORNERS]), floats(t[table.WORK]), -HUGE
     shares = at(floats(t[table.OVERLAP]), max(0, pair[table.PAIR_OVERLAP]) * LANES)
+    neighbour = pair[table.PAIR_RULE] == table.NEIGHBOUR
     for c in range(PATCHES):
         contact = at(floats(t[table.CALIBRATION]), ((b * PATCHES + c) * table.CAL_ROWS + table.CONTACT) * WIDTH)
-        first = at(floats(t[table.FIRST]), (n * PATCHES + c) * FIELD_SIZE)
-        height = field_at_rest(
-            start[k], start[k + 1], mask, kind, rows, corners, at(block, c * RAY_SIZE), contact, first, work,
-        )  # fmt: skip
-        if pair[table.PAIR_RULE] == table.NEIGHBOUR:
-            height = largest_share(first, contact, at(shares, c * WIDTH))
-        high = max(high, height)
-    pair[table.PAIR_KNOWN] = 1
-    floats(t[table.HEIGHT])[n] = high
+        share = at(shares, c * WIDTH)
+        high = max(high, height_at_rest(
+            start[k], start[k + 1], mask, kind, rows, corners, at(block, c * RAY_SIZE), contact, share, neighbour, work,
+        ))  # fmt: skip
+    floats(t[table.HEIGHT])[n], floats(t[table.LOW])[n] = high, high
     if pair[table.PAIR_RULE] == table.COLLIDES:
         delta = floats(t[table.DELTA])
         delta[k] = max(delta[k], high - T)
@@ -298,7 +268,7 @@ def evaluate_pair(t, n, vertices, normals):
 def evaluate_touching(t, count, vertices, normals):
     """Evaluate every pair that may reach the skin."""
     todo, height = ints(t[table.TODO]), floats(t[table.HEIGHT])
-    pairs = longs(t[table.PAIRS])
+    pairs = ints(t[table.PAIRS])
     for c in range(count):
         for n in range(todo[3 * c + 1], todo[3 * c + 2]):
             rule = pairs[n * table.PAIR + table.PAIR_RULE]
@@ -307,9 +277,17 @@ def evaluate_touching(t, count, vertices, normals):
 
 
 @fast
-def reach_of(t, k):
-    """How far below T (in field units) the field of group k still moves a skin."""
-    return T if ints(t[table.EFFECT])[k] != COLLISION else FELT * floats(t[table.ZONE])[k]
+def threshold(rule, reach):
+    """Height above which a pair acts on a skin that nothing else moves. reach: REACH of its group."""
+    if rule == table.SHOWN:
+        return HUGE
+    return T - reach if rule == table.COLLIDES else T
+
+
+@fast
+def counting_threshold(rule, reach):
+    """Height above which a pair takes part in a solve of its block."""
+    return T if rule == table.SHOWN else min(threshold(rule, reach), T - NEARLY)
 
 
 @fast

@@ -11,10 +11,14 @@ from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
 from vistel.implicit.kernel_jit import fast
 from vistel.implicit.kernels_deform import _evaluate_near, _forget, _set_zones
-from vistel.implicit.kernels_field import ZERO, T
-from vistel.implicit.kernels_meet import evaluate_touching, list_pairs, own_mask, reach_of
+from vistel.implicit.kernels_field import T
+from vistel.implicit.kernels_meet import (
+    evaluate_touching,
+    list_pairs,
+    own_mask,
+    threshold,
+)
 from vistel.implicit.kernels_pose import pose_body
-from vistel.implicit.kernels_solve import counts
 from vistel.implicit.pointers import at
 
 BLOCK_WORDS, PAIR_WORDS = 8, 8
@@ -33,7 +37,7 @@ def begin_frame(t, a, b, vertices):
 @fast
 def near_blocks(t, count, out):
     """Blocks of the first `count` whose skin somebody may reach, into `out`; how many."""
-    todo, pairs, height, n = ints(t[table.TODO]), longs(t[table.PAIRS]), floats(t[table.HEIGHT]), 0
+    todo, pairs, height, n = ints(t[table.TODO]), ints(t[table.PAIRS]), floats(t[table.HEIGHT]), 0
     for c in range(count):
         for k in range(todo[3 * c + 1], todo[3 * c + 2]):
             rule = pairs[k * table.PAIR + table.PAIR_RULE]
@@ -50,7 +54,8 @@ def measure_touch(t, count, vertices, normals, out):
     further blocks whose fields it takes to tell what acts, into `out`; how many."""
     evaluate_touching(t, count, vertices, normals)
     _set_zones(t)
-    todo, pairs, height = ints(t[table.TODO]), longs(t[table.PAIRS]), floats(t[table.HEIGHT])
+    todo, pairs, height = ints(t[table.TODO]), ints(t[table.PAIRS]), floats(t[table.HEIGHT])
+    low, reach = floats(t[table.LOW]), floats(t[table.REACH])
     hinge, bent, gathered, n = ints(t[table.HINGE]), octets(t[table.BENT]), octets(t[table.GATHERED]), 0
     for c in range(count):
         b = todo[3 * c]
@@ -58,14 +63,10 @@ def measure_touch(t, count, vertices, normals, out):
             continue
         acts, wanted = hinge[b] >= 0 and bent[hinge[b]] != 0, False
         for k in range(todo[3 * c + 1], todo[3 * c + 2]):
-            rule = pairs[k * table.PAIR + table.PAIR_RULE]
-            if rule == table.FORCE:
-                acts = True
-                continue
-            wanted = wanted or counts(t, k)
-            if rule != table.SHOWN:
-                reach = reach_of(t, pairs[k * table.PAIR + table.PAIR_GROUP]) if rule == table.COLLIDES else ZERO
-                acts = acts or height[k] > T - reach
+            pair = at(pairs, k * table.PAIR)
+            least = threshold(pair[table.PAIR_RULE], reach[pair[table.PAIR_GROUP]])
+            acts = acts or height[k] > least
+            wanted = wanted or low[k] <= least < height[k]
         if acts and wanted:
             out[n] = b
             n += 1
@@ -99,7 +100,7 @@ def write_frame(t, count, vertices, block_words, pair_words, pair_bits, members)
     members (NM, 2): row, kind. Returns how many blocks, pairs and members there are; of members beyond the room only
     the number counts.
     """
-    todo, pairs = ints(t[table.TODO]), longs(t[table.PAIRS])
+    todo, pairs = ints(t[table.TODO]), ints(t[table.PAIRS])
     start, kind, group = ints(t[table.GROUP_START]), ints(t[table.KIND]), ints(t[table.GROUP])
     hinge, other = ints(t[table.HINGE]), ints(t[table.OTHER])
     effect, parameter = ints(t[table.EFFECT]), ints(t[table.PARAMETER_START])
@@ -113,11 +114,11 @@ def write_frame(t, count, vertices, block_words, pair_words, pair_bits, members)
         g, first = group[b], n
         for k in range(todo[3 * c + 1], todo[3 * c + 2]):
             pair = at(pairs, k * table.PAIR)
-            if not pair[table.PAIR_KNOWN]:
+            if not pair[table.PAIR_COUNTS]:
                 continue
             of, begin = pair[table.PAIR_GROUP], m
             if pair[table.PAIR_RULE] != table.FORCE:
-                m = _members(start[of], start[of + 1], pair[table.PAIR_MASK], kind, members, m)
+                m = _members(start[of], start[of + 1], longs(t[table.MASK])[k], kind, members, m)
             pair_words[n, 0], pair_words[n, 1] = pair[table.PAIR_RULE], pair[table.PAIR_OVERLAP]
             pair_words[n, 2], pair_words[n, 3] = begin, m
             pair_words[n, 4], pair_words[n, 5] = effect[of], parameter[of]

@@ -1,4 +1,4 @@
-"""The solve of one block: its vertices along their normals to F = T (spec_maths §2.6), sixteen at a time."""
+"""The solve of one block: its vertices along their normals to F = T (spec_maths §2.6), a patch at a time."""
 
 # pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
@@ -10,10 +10,10 @@ import numpy as np
 
 from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
+from vistel.implicit.contact_set import CONE_SPHERE
 from vistel.implicit.ghost_effects import COLLISION, THREE, contact_effect, nothing, own_effect
 from vistel.implicit.kernel_jit import fast, inlined, leaf
 from vistel.implicit.kernels_field import (
-    FIELD_SIZE,
     HALF,
     LANES,
     ONE,
@@ -23,17 +23,31 @@ from vistel.implicit.kernels_field import (
     SMALL,
     TINY,
     ZERO,
+    Normals,
     T,
     cone,
-    load_field,
     load_normals,
+    local_ray,
     ray,
     union_add,
     union_end,
 )
 from vistel.implicit.kernels_ghost import add_neighbour, add_rigid, add_soft, join_shown, joint_field, total_field
-from vistel.implicit.kernels_meet import group_field, own_mask, reach_of, set_up
-from vistel.implicit.lanes import WIDTH, absolute, bits, choose, first_lanes, how_many, least, load, most, some, spread, store
+from vistel.implicit.kernels_meet import evaluate, own_mask
+from vistel.implicit.lanes import (
+    WIDTH,
+    absolute,
+    bits,
+    choose,
+    first_lanes,
+    how_many,
+    least,
+    load,
+    most,
+    some,
+    spread,
+    store,
+)
 from vistel.implicit.pointers import at, pointer
 from vistel.implicit.wide import wide
 
@@ -43,9 +57,6 @@ NEAR = np.float32(1e-4)
 """|F - T| from which one more step, some ten thousand times closer, need not be checked if it is short."""
 SHORT = np.float32(0.01)
 MAX_EVALUATIONS = 16
-NEARLY = np.float32(0.35)
-"""Bodies this close to touching (in field units) are kept in a block's sums, since its skin may bulge into
-them."""
 QUARTER = np.float32(0.25)
 
 
@@ -113,29 +124,41 @@ def advance(f, g, at_):
 
 
 @inlined
-def set_up_own(first, last, mask, v, rows, rays):
-    """Rays of the own primitives (cone-spheres) of `mask`; how many."""
-    used = 0
-    for k in range(first, last):
-        if (mask >> (k - first)) & 1:
-            ray(v, at(rows, k * ROW), at(rays, used * RAY_SIZE))
-            used += 1
-    return used
+def set_up(first, last, members, v, rows, rays):
+    """Rays of members first..last along v (`Normals`)."""
+    for m in range(first, last):
+        p, out = at(rows, np.int64(members[2 * m]) * ROW), at(rays, m * RAY_SIZE)
+        if members[2 * m + 1] == CONE_SPHERE:
+            ray(v, p, out)
+        else:
+            local_ray(v, p, out)
 
 
 @inlined
-def own_field(first, last, mask, rows, s, rays):
-    """As `kernels_meet.group_field`, cone-spheres only: a body's own primitives are."""
-    used, zero = 0, spread(ZERO)
+def own_field(first, last, members, rows, s, rays):
+    """As `group_field`, cone-spheres only: a body's own primitives are."""
+    zero = spread(ZERO)
     f, df, total, slope = zero, zero, zero, zero
-    several = mask & (mask - 1) != 0
-    for k in range(first, last):
-        if (mask >> (k - first)) & 1:
-            f, df = cone(s, at(rays, used * RAY_SIZE), at(rows, k * ROW))
-            used += 1
-            if several:
-                total, slope = union_add(f, df, total, slope)
-    if several:
+    for m in range(first, last):
+        f, df = cone(s, at(rays, m * RAY_SIZE), at(rows, np.int64(members[2 * m]) * ROW))
+        if last - first > 1:
+            total, slope = union_add(f, df, total, slope)
+    if last - first > 1:
+        f, df = union_end(total, slope)
+    return f, df
+
+
+@inlined
+def group_field(first, last, members, rows, corners, s, rays, work):
+    """F and dF/ds of the union of members first..last along their rays."""
+    zero = spread(ZERO)
+    f, df, total, slope = zero, zero, zero, zero
+    for m in range(first, last):
+        p = at(rows, np.int64(members[2 * m]) * ROW)
+        f, df = evaluate(members[2 * m + 1], s, at(rays, m * RAY_SIZE), p, corners, work)
+        if last - first > 1:
+            total, slope = union_add(f, df, total, slope)
+    if last - first > 1:
         f, df = union_end(total, slope)
     return f, df
 
@@ -163,29 +186,13 @@ def scatter(index, count, result, solved, t, vertices):
     stats[table.MOVED_COUNT], stats[table.LOST_COUNT] = n, n_lost
 
 
-@fast
-def counts(t, n):
-    """Whether pair n takes part in its block's solve."""
-    pair = at(longs(t[table.PAIRS]), n * table.PAIR)
-    rule, height = pair[table.PAIR_RULE], floats(t[table.HEIGHT])[n]
-    if rule == table.FORCE:
-        return True
-    if rule == table.SHOWN:
-        return height > T
-    reach = reach_of(t, pair[table.PAIR_GROUP]) if rule == table.COLLIDES else ZERO
-    return height > T - max(reach, NEARLY)
-
-
 @inlined
-def add_group(t, n, shares, v, s, f, df, contact, sums):
-    """The sums with the share of pair n, whose field is f, df. shares: overlap of the patch with a neighbour."""
-    pair = at(longs(t[table.PAIRS]), n * table.PAIR)
-    k = pair[table.PAIR_GROUP]
-    if pair[table.PAIR_RULE] == table.NEIGHBOUR:
+def add_group(rule, effect, q, ye, p, shares, v, s, f, df, contact, sums):
+    """The sums with the share of a group whose field is f, df. p: parameters of its effect; shares: overlap of the
+    patch with a neighbour."""
+    if rule == table.NEIGHBOUR:
         return add_neighbour(f, df, contact, load(shares), sums)
-    effect, q, ye = ints(t[table.EFFECT])[k], floats(t[table.QUOTIENT])[k], floats(t[table.ZONE])[k]
     if effect != COLLISION:
-        p = at(floats(t[table.PARAMETERS]), ints(t[table.PARAMETER_START])[k])
         return contact_effect(effect, p, v, s, f, df, contact, q, ye, sums)
     if q < ZERO:
         return add_rigid(f, df, ye, sums)
@@ -193,62 +200,85 @@ def add_group(t, n, shares, v, s, f, df, contact, sums):
 
 
 @inlined
-def force(t, n, v, s, f, df):
-    """A field changed by force field n."""
-    k = longs(t[table.PAIRS])[n * table.PAIR + table.PAIR_GROUP]
-    p = at(floats(t[table.PARAMETERS]), ints(t[table.PARAMETER_START])[k])
-    return own_effect(ints(t[table.EFFECT])[k], p, v, s, f, df)
-
-
-@inlined
-def turn_inward(t, c, lo, hi, block, inward):
-    """Turn the normals that point into the body: in the patch's rows and in the fields known of its pairs."""
+def turned(v, inward, block):
+    """v (`Normals`) with those that point into the body turned; in the patch's rows too."""
     sign = choose(inward, -ONE, spread(ONE))
-    for r in range(3, 6):
-        row = at(block, r * WIDTH)
-        store(row, sign * load(row))
-    pairs, first = longs(t[table.PAIRS]), floats(t[table.FIRST])
-    for n in range(lo, hi):
-        if pairs[n * table.PAIR + table.PAIR_KNOWN] and pairs[n * table.PAIR + table.PAIR_RULE] != table.FORCE:
-            slope = at(first, (n * PATCHES + c) * FIELD_SIZE + WIDTH)
-            store(slope, sign * load(slope))
-    return sign
+    v = Normals(v.x, v.y, v.z, sign * v.nx, sign * v.ny, sign * v.nz)
+    store(at(block, 3 * WIDTH), v.nx)
+    store(at(block, 4 * WIDTH), v.ny)
+    store(at(block, 5 * WIDTH), v.nz)
+    return v
+
+
+@fast
+def _add_members(first, last, mask, kind, members, n):
+    for k in range(first, last):
+        if (mask >> (k - first)) & 1:
+            members[2 * n], members[2 * n + 1] = k, kind[k]
+            n += 1
+    return n
+
+
+@fast
+def list_acting(t, b, lo, hi, vertices):
+    """What acts on block b, in MEMBERS, ACTING and SHARE: own members, those across the hinge, then each counting
+    pair's. Returns how many own members, how many with those across the hinge, how many pairs, and whether one of
+    them is a force field."""
+    start, kind, members = ints(t[table.GROUP_START]), ints(t[table.KIND]), ints(t[table.MEMBERS])
+    effect, parameter = ints(t[table.EFFECT]), ints(t[table.PARAMETER_START])
+    quotient, zone, share = floats(t[table.QUOTIENT]), floats(t[table.ZONE]), floats(t[table.SHARE])
+    g, h = ints(t[table.GROUP])[b], ints(t[table.HINGE])[b]
+    own = _add_members(start[g], start[g + 1], own_mask(t, b, g, vertices), kind, members, 0)
+    joint = own
+    if h >= 0:
+        o = ints(t[table.OTHER])[b]
+        joint = _add_members(start[o], start[o + 1], np.int64(-1), kind, members, own)
+    n, acting, forces = joint, 0, False
+    for i in range(lo, hi):
+        pair = at(ints(t[table.PAIRS]), i * table.PAIR)
+        if not pair[table.PAIR_COUNTS]:
+            continue
+        k, first, act = pair[table.PAIR_GROUP], n, at(longs(t[table.ACTING]), acting * table.ACT)
+        if pair[table.PAIR_RULE] == table.FORCE:
+            forces = True
+        else:
+            n = _add_members(start[k], start[k + 1], longs(t[table.MASK])[i], kind, members, n)
+        act[table.ACT_RULE], act[table.ACT_EFFECT] = pair[table.PAIR_RULE], effect[k]
+        act[table.ACT_FROM], act[table.ACT_TO] = first, n
+        act[table.ACT_OVERLAP], act[table.ACT_PARAMETER] = max(0, pair[table.PAIR_OVERLAP]), parameter[k]
+        share[2 * acting], share[2 * acting + 1] = quotient[k], zone[k]
+        acting += 1
+    return own, joint, acting, forces
 
 
 @leaf
-def solve_patch(t, b, c, lo, hi, mask, forces, count, result):
-    """Find the roots of patch c of block b, `count` vertices, under the block's pairs lo..hi.
+def solve_patch(t, b, c, own_end, joint_end, acting, forces, count, result):
+    """Find the roots of patch c of block b, `count` vertices, under what `list_acting` listed.
 
-    mask: own primitives that count; forces: whether there are force fields. result: rows s, x, y, z are laid down. Returns evaluations, evaluations after the first by vertices
-    that were still open, and a bit for each vertex with a root.
+    result: rows s, x, y, z are laid down. Returns evaluations, evaluations after the first by vertices that were
+    still open, and a bit for each vertex with a root.
     """
     wide()
     block = at(floats(t[table.BLOCK]), (b * PATCHES + c) * RAY_SIZE)
     cal = at(floats(t[table.CALIBRATION]), (b * PATCHES + c) * table.CAL_ROWS * WIDTH)
-    rows, rays, first_field = floats(t[table.ROWS]), floats(t[table.RAYS]), floats(t[table.FIRST])
-    start, kind, corners = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.CORNERS])
-    pairs, own_rays, work = longs(t[table.PAIRS]), floats(t[table.OWN_RAYS]), floats(t[table.WORK])
-    overlap = floats(t[table.OVERLAP])
-    g, h = ints(t[table.GROUP])[b], ints(t[table.HINGE])[b]
-    first, last = start[g], start[g + 1]
+    rows, corners, rays = floats(t[table.ROWS]), floats(t[table.CORNERS]), floats(t[table.RAYS])
+    members, acts, share = ints(t[table.MEMBERS]), longs(t[table.ACTING]), floats(t[table.SHARE])
+    overlap, parameters, work = floats(t[table.OVERLAP]), floats(t[table.PARAMETERS]), floats(t[table.WORK])
+    h = ints(t[table.HINGE])[b]
+    sphere_row = at(floats(t[table.SPHERE]), max(0, h) * ROW)
+    last = acts[(acting - 1) * table.ACT + table.ACT_TO] if acting > 0 else joint_end
+    at_sphere = at(rays, last * RAY_SIZE)
     v = load_normals(block)
-    count_own = set_up_own(first, last, mask, v, rows, own_rays)
     where = start_search(cal, count)
-    own, own_slope = own_field(first, last, mask, rows, where.s, own_rays)
+    set_up(0, own_end, members, v, rows, rays)
+    own, own_slope = own_field(0, own_end, members, rows, where.s, rays)
     inward = own_slope > ZERO
     if some(inward):
-        sign = turn_inward(t, c, lo, hi, block, inward)
-        v = load_normals(block)
-        set_up_own(first, last, mask, v, rows, own_rays)
-        own_slope = sign * own_slope
-    other_first, other_last, every, sphere_row = 0, 0, np.int64(0), rows
-    at_other, at_sphere = at(own_rays, count_own * RAY_SIZE), own_rays
+        v = turned(v, inward, block)
+        set_up(0, own_end, members, v, rows, rays)
+        own, own_slope = own_field(0, own_end, members, rows, where.s, rays)
+    set_up(own_end, last, members, v, rows, rays)
     if h >= 0:
-        o = ints(t[table.OTHER])[b]
-        other_first, other_last = start[o], start[o + 1]
-        every = (np.int64(1) << np.int64(other_last - other_first)) - 1
-        at_sphere = at(at_other, set_up_own(other_first, other_last, every, v, rows, at_other) * RAY_SIZE)
-        sphere_row = at(floats(t[table.SPHERE]), h * ROW)
         ray(v, sphere_row, at_sphere)
     contact, weight, mu = load(at(cal, table.CONTACT * WIDTH)), load(at(cal, table.WEIGHT * WIDTH)), load(at(cal, table.MU * WIDTH))
     shift, phi = spread(ZERO), spread(ZERO)
@@ -257,11 +287,11 @@ def solve_patch(t, b, c, lo, hi, mask, forces, count, result):
         s = where.s
         evaluations += 1
         if evaluation > 0:
-            own, own_slope = own_field(first, last, mask, rows, s, own_rays)
+            own, own_slope = own_field(0, own_end, members, rows, s, rays)
         sums = nothing()
         df, slope, shown, shown_slope = own, own_slope, own, own_slope
         if h >= 0:
-            other, other_slope = own_field(other_first, other_last, every, rows, s, at_other)
+            other, other_slope = own_field(own_end, joint_end, members, rows, s, rays)
             sphere, sphere_slope = cone(s, at_sphere, sphere_row)
             df, slope = joint_field(own, own_slope, other, other_slope, sphere, sphere_slope, mu)
             sums = add_neighbour(other, other_slope, contact, ONE - mu, sums)
@@ -272,32 +302,26 @@ def solve_patch(t, b, c, lo, hi, mask, forces, count, result):
             offset = load(at(cal, table.OFFSET * WIDTH))
             shift = offset - (ONE - load(at(cal, table.ALPHA * WIDTH))) * (weight * df + offset - T)
         mine, mine_slope = weight * df + shift, weight * slope
-        used = 0
-        for n in range(lo, hi):
-            pair = at(pairs, n * table.PAIR)
-            if not pair[table.PAIR_KNOWN]:
-                continue
-            rule, k = pair[table.PAIR_RULE], pair[table.PAIR_GROUP]
+        for n in range(acting):
+            act = at(acts, n * table.ACT)
+            rule, p = act[table.ACT_RULE], at(parameters, act[table.ACT_PARAMETER])
             if rule == table.FORCE:
-                mine, mine_slope = force(t, n, v, s, mine, mine_slope)
+                mine, mine_slope = own_effect(act[table.ACT_EFFECT], p, v, s, mine, mine_slope)
                 continue
-            here = at(rays, used * RAY_SIZE)
-            if evaluation == 0:
-                f, slope = load_field(at(first_field, (n * PATCHES + c) * FIELD_SIZE))
-            else:
-                if evaluation == 1:
-                    set_up(start[k], start[k + 1], pair[table.PAIR_MASK], kind, v, rows, here)
-                f, slope, more = group_field(start[k], start[k + 1], pair[table.PAIR_MASK], kind, rows, corners, s, here, work)
-                used += more
+            f, df = group_field(act[table.ACT_FROM], act[table.ACT_TO], members, rows, corners, s, rays, work)
             if rule != table.COLLIDES:  # the same skin
-                shown, shown_slope = join_shown(f, slope, shown, shown_slope)
+                shown, shown_slope = join_shown(f, df, shown, shown_slope)
             if rule != table.SHOWN:
-                shares = at(overlap, max(0, pair[table.PAIR_OVERLAP]) * LANES + c * WIDTH)
-                sums = add_group(t, n, shares, v, s, f, slope, contact, sums)
+                shares = at(overlap, act[table.ACT_OVERLAP] * LANES + c * WIDTH)
+                sums = add_group(
+                    rule, act[table.ACT_EFFECT], share[2 * n], share[2 * n + 1], p, shares, v, s, f, df, contact, sums
+                )
         if forces:
-            for n in range(lo, hi):
-                if pairs[n * table.PAIR + table.PAIR_RULE] == table.FORCE:
-                    shown, shown_slope = force(t, n, v, s, shown, shown_slope)
+            for n in range(acting):
+                act = at(acts, n * table.ACT)
+                if act[table.ACT_RULE] == table.FORCE:
+                    p = at(parameters, act[table.ACT_PARAMETER])
+                    shown, shown_slope = own_effect(act[table.ACT_EFFECT], p, v, s, shown, shown_slope)
         phi, slope = total_field(mine, mine_slope, shown, shown_slope, contact, sums)
         if evaluation == MAX_EVALUATIONS - 1:
             break
@@ -316,17 +340,14 @@ def solve_patch(t, b, c, lo, hi, mask, forces, count, result):
 @fast
 def solve(t, b, lo, hi, vertices):
     """Move the vertices of block b, gathered already, under its pairs lo..hi."""
-    pairs, stats, result = longs(t[table.PAIRS]), longs(t[table.STATS]), floats(t[table.RESULT])
-    forces = False
-    for n in range(lo, hi):
-        forces = forces or (pairs[n * table.PAIR + table.PAIR_KNOWN] and pairs[n * table.PAIR + table.PAIR_RULE] == table.FORCE)
-    count, mask = ints(t[table.COUNT])[b], own_mask(t, b, ints(t[table.GROUP])[b], vertices)
+    stats, result, count = longs(t[table.STATS]), floats(t[table.RESULT]), ints(t[table.COUNT])[b]
+    own_end, joint_end, acting, forces = list_acting(t, b, lo, hi, vertices)
     for c in range(PATCHES):
         first = c * WIDTH
         if first >= count:
             break
         real = min(WIDTH, count - first)
-        evaluations, repeats, solved = solve_patch(t, b, c, lo, hi, mask, forces, real, result)
+        evaluations, repeats, solved = solve_patch(t, b, c, own_end, joint_end, acting, forces, real, result)
         stats[table.EVALUATIONS] += evaluations
         stats[table.REPEATS] += repeats
         scatter(at(ints(t[table.INDEX]), b * LANES + first), real, result, solved, t, vertices)

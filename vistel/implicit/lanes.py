@@ -1,8 +1,8 @@
-"""Sixteen float32 numbers as one value inside Numba kernels.
+"""Thirty-two float32 numbers as one value inside Numba kernels.
 
-A kernel that loops over sixteen vertices leaves it to LLVM to find out that the loop is one vector instruction, and
-keeps every intermediate number in memory between two such loops. `Lanes` says it outright: `load` makes one of them
-from sixteen floats in a row, `+ - * /`, `<` and `>` work lane by lane (a float32 beside it counts for every lane), and
+A kernel that loops over vertices leaves it to LLVM to find out that the loop is vector instructions, and keeps every
+intermediate number in memory between two such loops. `Lanes` says it outright: `load` makes one of them from WIDTH
+floats in a row, `+ - * /`, `<` and `>` work lane by lane (a float32 beside it counts for every lane), and
 values stay in registers through calls of functions compiled with `kernel_jit.inlined`. Comparisons give a `Mask`, which
 `choose` reads; masks combine by `&`, `|` and `~`. Float64 numbers do not mix with lanes: that is an error when a
 kernel is compiled.
@@ -21,8 +21,9 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
-WIDTH = 16
-"""Lanes of a value: a 512-bit register; LLVM takes two of 256 bits where there are no wider ones."""
+WIDTH = 32
+"""Lanes of a value: two 512-bit registers, so that one is worked on while the other waits for its last result; LLVM
+takes four of 256 bits where there are no wider ones."""
 
 
 class LanesType(types.Type):
@@ -157,12 +158,16 @@ most = intrinsic(_extreme(">"))
 """The larger of two, lane by lane; the second where one is not a number."""
 
 
+def _call(builder: Any, name: str, value: Any) -> Any:
+    kind = ir.FunctionType(_FLOATS, [_FLOATS])
+    function = cgutils.get_or_insert_function(builder.module, kind, f"{name}.v{WIDTH}f32")
+    return builder.call(function, [value], fastmath=_ESTIMATES)
+
+
 def _by_llvm(name: str) -> Any:
     def typed(_context: Any, value: Any) -> Any:
         def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-            kind = ir.FunctionType(_FLOATS, [_FLOATS])
-            function = cgutils.get_or_insert_function(builder.module, kind, f"{name}.v{WIDTH}f32")
-            return builder.call(function, args, fastmath=_ESTIMATES)
+            return _call(builder, name, args[0])
 
         return LANES_TYPE(value), codegen
 
@@ -173,6 +178,45 @@ root = intrinsic(_by_llvm("llvm.sqrt"))
 """Square root of each lane."""
 absolute = intrinsic(_by_llvm("llvm.fabs"))
 """Absolute value of each lane."""
+
+
+@intrinsic
+def inverse_root(_context: Any, value: Any) -> Any:
+    """1 / sqrt of each lane, to about 1e-7; lanes must be greater than 0. LLVM would take AVX-512's root and divide,
+    which takes several times as long as the estimate and a Newton step."""
+
+    def codegen(context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        x = args[0]
+        if "+avx512f" not in context.codegen().magic_tuple()[2]:
+            return builder.fdiv(ir.Constant(_FLOATS, [1.0] * WIDTH), _call(builder, "llvm.sqrt", x))
+        y = _estimate_inverse_roots(builder, x)
+        half, three = (ir.Constant(_FLOATS, [number] * WIDTH) for number in (-0.5, 1.5))
+        xyy = builder.fmul(builder.fmul(x, y), y)
+        return builder.fmul(y, builder.fadd(builder.fmul(half, xyy), three))
+
+    return LANES_TYPE(value), codegen
+
+
+def _estimate_inverse_roots(builder: Any, x: Any) -> Any:
+    """AVX-512's estimates (14 bits), a register at a time."""
+    register, bits_ = ir.VectorType(ir.FloatType(), 16), ir.IntType(16)
+    kind = ir.FunctionType(register, [register, register, bits_])
+    function = cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.avx512.rsqrt14.ps.512")
+    none, every = ir.Constant(register, [0.0] * 16), ir.Constant(bits_, -1)
+    parts = [
+        builder.call(function, [builder.shuffle_vector(x, x, _order(range(first, first + 16))), none, every])
+        for first in range(0, WIDTH, 16)
+    ]
+    while len(parts) > 1:
+        size = 2 * parts[0].type.count
+        parts = [
+            builder.shuffle_vector(a, b, _order(range(size))) for a, b in zip(parts[::2], parts[1::2], strict=True)
+        ]
+    return parts[0]
+
+
+def _order(lanes: Any) -> Any:
+    return ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), list(lanes))
 
 
 @intrinsic

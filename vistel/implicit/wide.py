@@ -15,6 +15,7 @@ _ATTRIBUTES = (
     '"prefer-vector-width"="512"',
     '"min-legal-vector-width"="512"',
     '"reciprocal-estimates"="vec-divf:1,vec-sqrtf:1"',
+    '"stackrealign"',  # else vectors put aside straddle two cache lines
 )
 
 

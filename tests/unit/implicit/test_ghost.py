@@ -4,6 +4,7 @@ import json
 import math
 from pathlib import Path
 
+import numba as nb
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,8 +14,10 @@ from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIP
 from vistel.implicit.contact_surface import INVERSE_T, field_of_ratio, surface
 from vistel.implicit.embedding_fields import cone_sphere_ratio, quartic
 from vistel.implicit.ghost import T, collision, ghosts_of, propagation, zone
-from vistel.implicit.kernels_field import LANES, local_ray, ray
+from vistel.implicit.kernels_field import load_normals, local_ray, ray, store_field
 from vistel.implicit.kernels_meet import evaluate
+from vistel.implicit.lanes import WIDTH, spread
+from vistel.implicit.pointers import keep, pointer
 
 GOLDEN = {
     row["name"]: row
@@ -92,6 +95,19 @@ def test_zone_grows_from_nothing_with_the_penetration():
     assert zone(1.0, 1.0, 1, 1.0) == T
 
 
+@nb.njit
+def field_along(kind, s, lanes, row, corners, out):
+    """F and dF/ds of one primitive at s along the normals of `lanes` (6, WIDTH)."""
+    v, rays, work = load_normals(pointer(lanes)), np.zeros(6 * WIDTH, np.float32), np.zeros(3 * WIDTH, np.float32)
+    if kind == CONE_SPHERE:
+        ray(v, pointer(row), pointer(rays))
+    else:
+        local_ray(v, pointer(row), pointer(rays))
+    f, df = evaluate(kind, spread(s), pointer(rays), pointer(row), pointer(corners), pointer(work))
+    store_field(pointer(out), f, df)
+    keep(rays, work)
+
+
 KINDS = {
     "sphere": [0.2],
     "cone_sphere": [-0.1, 0.02, 0, 0.1, 0, 0.05, 0.15, 0.09],
@@ -108,17 +124,16 @@ def test_kernels_agree_with_the_surface_ratio_and_their_slope_is_the_derivative(
     turn *= np.sign(np.linalg.det(turn))
     shape = PrimitiveSet.of_kinds([kind], [KINDS[kind]], turn[None], np.array([[0.3, -0.2, 0.1]]))
     ghost = ghosts_of(shape)
-    lanes = np.zeros((6, LANES), np.float32)
-    points, directions = rng.normal(size=(LANES, 3)) * 0.12, rng.normal(size=(LANES, 3))
+    lanes = np.zeros((6, WIDTH), np.float32)
+    points, directions = rng.normal(size=(WIDTH, 3)) * 0.12, rng.normal(size=(WIDTH, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     lanes[:3], lanes[3:] = (points @ turn.T + shape.position).T, (directions @ turn.T).T
-    rays, out = np.zeros(6 * LANES, np.float32), np.zeros(2 * LANES, np.float32)
     code = int(ghost.kind[0])
-    (ray if code == CONE_SPHERE else local_ray)(lanes.reshape(-1), ghost.rows[0], rays)
 
     def field(s: float) -> np.ndarray:
-        evaluate(code, np.full(LANES, s, np.float32), rays, ghost.rows[0], ghost.corners.reshape(-1), out)
-        return out.reshape(2, LANES).astype(np.float64)
+        out = np.zeros((2, WIDTH), np.float32)
+        field_along(code, np.float32(s), lanes, ghost.rows[0], ghost.corners.reshape(-1), out)
+        return out.astype(np.float64)
 
     at = field(0.0)
     seen, params = np.empty(5), np.array(KINDS[kind], float)
