@@ -11,7 +11,7 @@ Everything is float32, a value per vertex a `Lanes`. A position along a normal i
 of the vertices. p points to the parameters of the group.
 """
 
-# pyright: basic, reportOperatorIssue=false
+# pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
 from __future__ import annotations
 

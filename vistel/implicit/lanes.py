@@ -8,7 +8,7 @@ values stay in registers through calls of functions compiled with `kernel_jit.in
 kernel is compiled.
 """
 
-# pyright: basic, reportCallIssue=false
+# pyright: basic, reportCallIssue=false, reportOptionalCall=false
 
 from __future__ import annotations
 
