@@ -34,12 +34,19 @@ def cone_pair(a, b, row):
     s = min(max((uv * t - uw) / uu, 0.0), 1.0) if uu > _TINY else 0.0
     tapered = a[6] != a[7] or b[6] != b[7]
     if tapered:
-        for _ in range(64):
-            old_s, old_t = s, t
+        # From foot to foot; nearly parallel ones approach the end by steps of one ratio, which Aitken sums up.
+        for _ in range(24):
+            first = s
             t = cone_sphere_foot(a[0] + s * ux, a[1] + s * uy, a[2] + s * uz, b)[0]
+            second = cone_sphere_foot(b[0] + t * vx, b[1] + t * vy, b[2] + t * vz, a)[0]
+            t = cone_sphere_foot(a[0] + second * ux, a[1] + second * uy, a[2] + second * uz, b)[0]
             s = cone_sphere_foot(b[0] + t * vx, b[1] + t * vy, b[2] + t * vz, a)[0]
-            if abs(s - old_s) + abs(t - old_t) < 1e-6:
+            if abs(s - second) < 1e-7:
                 break
+            ratio = (s - second) / (second - first) if second != first else 0.0
+            if 0.0 < ratio:
+                left = (s - second) * ratio / (1.0 - ratio) if ratio < 0.999 else math.copysign(1.0, s - second)
+                s = min(max(s + left, 0.0), 1.0)
     dx, dy, dz = wx * -1.0 + t * vx - s * ux, -wy + t * vy - s * uy, -wz + t * vz - s * uz
     distance = math.sqrt(dx * dx + dy * dy + dz * dz)
     ra, rb = a[6] + s * (a[7] - a[6]), b[6] + t * (b[7] - b[6])
