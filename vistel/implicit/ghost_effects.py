@@ -50,7 +50,7 @@ def contact_effect(effect, p, block, s, field, contact, q, ye, acc):
     (LANES,) vertex weights of others' fields; q: own compliance / the group's, -1 for a rigid group; ye:
     zone of propagation in field units."""
     if effect == FADING:
-        fading(p[0], field, contact, acc)
+        fading(p[0], field, contact, q, ye, acc)
     elif effect == PULLED:
         pulled(p, block, s, field, contact, q, ye, acc)
 
@@ -67,16 +67,20 @@ def own_effect(effect, p, block, s, own):
 
 
 @fast
-def fading(gain, field, contact, acc):
-    """gain (T - c F) where F is above T: what is left of a dent."""
+def fading(gain, field, contact, q, ye, acc):
+    """`gain` of a collision: of q (T - c F) where F is above T, and of the rim."""
+    inverse = ONE / max(ye, np.float32(1e-6))
     for i in range(LANES):
-        y = T - contact[i] * field[i]
-        inside = ONE if y < ZERO else ZERO
-        e, de = gain * inside * y, -gain * inside * contact[i] * field[LANES + i]
+        y, dy = T - contact[i] * field[i], -contact[i] * field[LANES + i]
+        out = max(y, ZERO)
+        bump = max(ONE - out * inverse, ZERO)
+        acc[RAISED * LANES + i] += gain * q * out * bump * bump
+        rise = gain * q * dy * bump * (ONE - np.float32(3.0) * out * inverse)
+        acc[(RAISED + 1) * LANES + i] += rise if y > ZERO else ZERO
         low, dlow = acc[LEAST * LANES + i], acc[(LEAST + 1) * LANES + i]
-        closer = e < low
-        acc[LEAST * LANES + i] = e if closer else low
-        acc[(LEAST + 1) * LANES + i] = de if closer else dlow
+        e = gain * q * y if y < ZERO else low  # outside it holds nothing back: its maker is not there
+        acc[LEAST * LANES + i] = min(e, low)
+        acc[(LEAST + 1) * LANES + i] = gain * q * dy if e < low else dlow
 
 
 @fast

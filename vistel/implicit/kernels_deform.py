@@ -9,7 +9,7 @@ import numpy as np
 from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
 from vistel.implicit.kernel_jit import fast
-from vistel.implicit.kernels_field import LANES, ZERO, T
+from vistel.implicit.kernels_field import LANES, ONE, ZERO, T
 from vistel.implicit.kernels_meet import RAY_SIZE, evaluate_pair, evaluate_touching, gather, list_pairs, reach_of
 from vistel.implicit.kernels_pose import pose_body
 from vistel.implicit.kernels_solve import counts, solve
@@ -42,13 +42,14 @@ def _forget(t):
 
 @fast
 def _set_zones(t):
-    """Zones of propagation in deficit units, from measured or given penetrations (E7)."""
+    """Zones of propagation in deficit units, from measured or given penetrations (E7). The stiffer a body, the steeper
+    skin rises round it and the less far, so that it stays as high as beside an equal."""
     delta, depth, zone = floats(t[table.DELTA]), floats(t[table.DEPTH]), floats(t[table.ZONE])
     quotient = floats(t[table.QUOTIENT])
     for k in range(t[table.GROUPS]):
         d = depth[k] if depth[k] >= ZERO else delta[k]
         cap = LONE_ZONE / quotient[k] if quotient[k] > ZERO else LONE_ZONE
-        zone[k] = min(T, cap, BETA * max(ZERO, d))
+        zone[k] = min(T, cap, BETA * max(ZERO, d) / max(ONE, quotient[k]))
 
 
 @fast
