@@ -44,7 +44,7 @@ def cone_pair(a, b, row):
             if abs(s - second) < 1e-7:
                 break
             ratio = (s - second) / (second - first) if second != first else 0.0
-            if 0.0 < ratio:
+            if ratio > 0.0:
                 left = (s - second) * ratio / (1.0 - ratio) if ratio < 0.999 else math.copysign(1.0, s - second)
                 s = min(max(s + left, 0.0), 1.0)
     dx, dy, dz = wx * -1.0 + t * vx - s * ux, -wy + t * vy - s * uy, -wz + t * vz - s * uz

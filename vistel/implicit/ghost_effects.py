@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vistel.implicit.kernel_jit import inlined
-from vistel.implicit.kernels_field import FOUR, HUGE, ONE, TWO, ZERO, T
+from vistel.implicit.kernels_field import FOUR, HUGE, ONE, TINY, TWO, ZERO, T
 from vistel.implicit.lanes import absolute, choose, least, most, root, spread
 
 COLLISION = 0
@@ -106,11 +106,23 @@ def add_shared(value, slope, sums):
 
 
 @inlined
+def add_propagation(q, y, dy, ye, sums):
+    """q y (1 - y / ye)^2 outside the body, y = T - F there."""
+    if ye <= TINY:
+        return sums
+    inverse = ONE / ye
+    out = most(y, ZERO)
+    p = most(ONE - out * inverse, ZERO)
+    qp = q * p
+    return add_raised(qp * p * out, choose(y > ZERO, qp * dy * (ONE - THREE * inverse * out), ZERO), sums)
+
+
+@inlined
 def contact_effect(effect, p, v, s, f, df, contact, q, ye, sums):
     """The sums with one group's share. f, df: the group's field and slope; contact: vertex weights of others'
     fields; q: own compliance / the group's, -1 for a rigid group; ye: zone of propagation in field units."""
     if effect == FADING:
-        return fading(p[0], f, df, contact, sums)
+        return fading(p[0], f, df, contact, q, ye, sums)
     if effect == PULLED:
         return pulled(p, v, s, f, df, contact, q, ye, sums)
     return sums
@@ -129,11 +141,14 @@ def own_effect(effect, p, v, s, f, df):
 
 
 @inlined
-def fading(gain, f, df, contact, sums):
-    """gain (T - c F) where F is above T: what is left of a dent."""
-    y = T - contact * f
+def fading(gain, f, df, contact, q, ye, sums):
+    """`gain` of a collision: of q (T - c F) where F is above T, and of the rim. Outside it holds nothing back: its
+    maker is not there."""
+    share = gain * q
+    y, slope = T - contact * f, -contact * df
+    sums = add_propagation(share, y, slope, ye, sums)
     inside = y < ZERO
-    return add_least(choose(inside, gain * y, ZERO), choose(inside, -gain * contact * df, ZERO), sums)
+    return add_least(choose(inside, share * y, HUGE), share * slope, sums)
 
 
 @inlined

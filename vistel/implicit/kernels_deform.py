@@ -10,7 +10,7 @@ from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
 from vistel.implicit.ghost_effects import COLLISION
 from vistel.implicit.kernel_jit import fast
-from vistel.implicit.kernels_field import LANES, PATCHES, RAY_SIZE, ZERO, T
+from vistel.implicit.kernels_field import LANES, ONE, PATCHES, RAY_SIZE, ZERO, T
 from vistel.implicit.kernels_meet import (
     counting_threshold,
     evaluate_pair,
@@ -52,13 +52,14 @@ def _forget(t):
 
 @fast
 def _set_zones(t):
-    """Zones of propagation in deficit units, from measured or given penetrations (E7)."""
+    """Zones of propagation in deficit units, from measured or given penetrations (E7). The stiffer a body, the steeper
+    skin rises round it and the less far, so that it stays as high as beside an equal."""
     delta, depth, zone = floats(t[table.DELTA]), floats(t[table.DEPTH]), floats(t[table.ZONE])
     quotient, reach, effect = floats(t[table.QUOTIENT]), floats(t[table.REACH]), ints(t[table.EFFECT])
     for k in range(t[table.GROUPS]):
         d = depth[k] if depth[k] >= ZERO else delta[k]
         cap = LONE_ZONE / quotient[k] if quotient[k] > ZERO else LONE_ZONE
-        zone[k] = min(T, cap, BETA * max(ZERO, d))
+        zone[k] = min(T, cap, BETA * max(ZERO, d) / max(ONE, quotient[k]))
         reach[k] = FELT * zone[k] if effect[k] == COLLISION else T
 
 

@@ -6,33 +6,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.ghost_effects import THREE, add_cut, add_least, add_raised, add_shared
+from vistel.implicit.ghost_effects import add_cut, add_least, add_propagation, add_shared
 from vistel.implicit.kernel_jit import inlined
-from vistel.implicit.kernels_field import HALF, ONE, SMALL, TINY, TWO, ZERO, T
+from vistel.implicit.kernels_field import HALF, ONE, SMALL, TWO, ZERO, T
 from vistel.implicit.lanes import choose, inverse_root, least, most
 
-CAP = np.float32(0.6 * 0.5)
-"""Most that all propagations together may add: alpha T, so that no ghost raises a surface of its own
-(spec_maths §2.4)."""
+CAP = np.float32(0.98 * 0.5)
+"""Most that all that raises a skin may add together: below T, so that no ghost raises a surface of its own
+(spec_maths §2.4). One propagation adds 0.08 at most; constraints need the rest."""
 SOFT2 = np.float32(0.02 * 0.02)
-
-
-@inlined
-def _add_propagation(q, y, dy, ye, sums):
-    """q y (1 - y / ye)^2 outside the body, y = T - F there."""
-    if ye <= TINY:
-        return sums
-    inverse = ONE / ye
-    out = most(y, ZERO)
-    p = most(ONE - out * inverse, ZERO)
-    qp = q * p
-    return add_raised(qp * p * out, choose(y > ZERO, qp * dy * (ONE - THREE * inverse * out), ZERO), sums)
 
 
 @inlined
 def add_soft(f, df, contact, q, ye, sums):
     """One compliant body's share: its propagation, and the surface it shares with this one."""
-    sums = _add_propagation(q, T - contact * f, -contact * df, ye, sums)
+    sums = add_propagation(q, T - contact * f, -contact * df, ye, sums)
     return add_shared(q * (T - f), -q * df, sums)
 
 
@@ -47,7 +35,7 @@ def add_neighbour(f, df, contact, overlap, sums):
 @inlined
 def add_rigid(f, df, ye, sums):
     """A rigid body's share: propagation, and the cut at its own surface."""
-    sums = _add_propagation(ONE, T - f, -df, ye, sums)
+    sums = add_propagation(ONE, T - f, -df, ye, sums)
     return add_cut(T - f, -df, sums)
 
 

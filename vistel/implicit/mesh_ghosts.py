@@ -3,8 +3,9 @@
     held = pulled(ghosts_of(ball), constraint.pulls(ball_body, arm_body))
     figure.pose(posture, [held, blown(Directional((1, 0, 0), 0.8), box)])
 
-They say the same as the nodes of `vistel.implicit.ghost_nodes`, which fields of shapes are made of, but for one bound:
-all that raises a mesh's skin together adds at most 0.3 of field, so a constraint reaches as far as y = 0.3 at Q.
+They say the same as the nodes of `vistel.implicit.ghost_nodes`, which fields of shapes are made of: given the same depth
+of penetration, vertices lie within 2e-5 of field of the deformed shape. Where no depth is given, a mesh measures it as the
+deepest vertex at rest (spec_maths §2.2), about twice what two shapes have half-way between them, and rims are wider.
 """
 
 from __future__ import annotations

@@ -28,8 +28,8 @@ NEAR = 0.001
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """A limb, primitive `primitive` of `body`, touches a sticky thing at `point` (3,) [m, room]; reach: the limb's
-    radius there [m]."""
+    """A limb, primitive `primitive` of `body`, touches a sticky thing at `point` (3,) [m, room]; reach: radius of what
+    deforms round it [m]."""
 
     body: str
     primitive: int

@@ -18,6 +18,8 @@ from vistel.space.state import State
 from vistel.space.things import Primitive
 
 F64 = NDArray[np.float64]
+REACH, LEAST_REACH = 0.75, 0.012
+"""What a bond deforms round it: a share of the limb's two radii, at least so much [m]."""
 
 
 def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -> State:
@@ -69,7 +71,7 @@ def _touches(
             depth = float(c.field_depth[k])
             if depth > 0.0:
                 presses.append(Press(name, i, Primitive("cone_sphere", ends), depth))
-            grips.append(Grip(name, i, c.point[k], 0.5 * float(b.radius_a[i] + b.radius_b[i])))
+            grips.append(Grip(name, i, c.point[k], max(LEAST_REACH, REACH * float(b.radius_a[i] + b.radius_b[i]))))
     for m, other in enumerate(s.things):
         if m == n or other.fixed or _far(state, m, n) > s.radius[m] + s.radius[n]:
             continue

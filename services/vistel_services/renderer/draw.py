@@ -126,11 +126,12 @@ class _Figure:
 
 @dataclass
 class Solid:
-    """A rigid body on the graphics side."""
+    """A thing on the graphics side; tint: (n, 4) of its vertices."""
 
     vao: moderngl.VertexArray
     shadow: moderngl.VertexArray
     buffers: list[moderngl.Buffer]
+    tint: F32
 
     def release(self) -> None:
         for part in (self.vao, self.shadow, *self.buffers):
@@ -196,6 +197,11 @@ class Painter:
         self.drop_thing(thing_id)
         tint = np.column_stack((colours, np.ones(len(colours)))).astype(np.float32)
         self._things[thing_id] = self._solid(surface, tint)
+
+    def reshape_thing(self, thing_id: str, positions: F32, normals: F32) -> None:
+        """New places and normals (n, 3) of a thing's vertices."""
+        solid = self._things[thing_id]
+        solid.buffers[0].write(np.hstack((positions, normals, solid.tint)).astype(np.float32, copy=False))
 
     def drop_thing(self, thing_id: str) -> None:
         """Forget a thing."""
@@ -369,7 +375,7 @@ class Painter:
         data = np.hstack((surface.vertices, surface.normals, tint)).astype(np.float32)
         vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(surface.triangles.astype(np.int32).tobytes())
         vao = self.ctx.vertex_array(self._solid_program, [(vbo, "3f 3f 4f", "position", "normal", "tint")], ibo)
-        return Solid(vao, self.shadow.solid(vbo, "3f 28x", ibo), [vbo, ibo])
+        return Solid(vao, self.shadow.solid(vbo, "3f 28x", ibo), [vbo, ibo], tint)
 
     def _texture(self, image: U8, mipmaps: bool = True, at_most: int = 8192) -> moderngl.Texture:
         step = -(-max(image.shape[:2]) // at_most)

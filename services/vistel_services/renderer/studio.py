@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import PosedBody, pose_body
-from vistel.figure.posture import Posture, pose_joints, standing
+from vistel.figure.posture import JointPose, Posture, pose_joints, standing
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.ghost import GhostSource
 from vistel.space.room import Room, meeting_room
+from vistel.space.things import Thing
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
 from vistel_services.renderer.draw import FigureView, Frame, LabelView, Painter, ThingView
@@ -28,6 +29,7 @@ from vistel_services.renderer.labels import Label
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
 from vistel_services.renderer.room import FURNITURE, linear
+from vistel_services.renderer.soft_things import Reshaped, SoftThings, gives_way, pulls_of
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.tessellate import join, tessellate
 
@@ -81,7 +83,9 @@ class Studio:
         self._camera = SeatCamera()
         self._from: Camera | None = None
         self._cast: dict[str, _Cast] = {}
-        self._things: dict[str, object] = {}
+        self._things: dict[str, Thing] = {}
+        self._soft = SoftThings()
+        self._reshaped: dict[str, Reshaped | None] = {}
         self._ghosts = Ghosts()
         self._load = load
         self._loader = ThreadPoolExecutor(1, thread_name_prefix="avatars")
@@ -136,8 +140,10 @@ class Studio:
         for thing_id, (position, rotation) in instant.world.poses.items():
             if thing_id in self._things:
                 matrix = np.eye(4, dtype=np.float32)
-                matrix[:3, :3] = matrix_from_quaternion(rotation)
-                matrix[:3, 3] = position
+                shape = self._reshaped.get(thing_id)
+                if shape is None or not shape.in_room:
+                    matrix[:3, :3] = matrix_from_quaternion(rotation)
+                    matrix[:3, 3] = position
                 things.append(ThingView(thing_id, matrix))
         return Frame(camera, figures, things, labels)
 
@@ -145,13 +151,29 @@ class Studio:
         """Everybody in the posture of this instant; who touches somebody deforms."""
         shapes = {p.about.name: self._cast[p.about.name].shape for p in instant.people}
         bodies: dict[str, PosedBody] = {}
-        if instant.world.ghosts:
+        joints: dict[str, JointPose] = {}
+        if instant.world.ghosts or instant.world.bonds:
             for p in instant.people:
                 shape = shapes[p.about.name]
-                bodies[p.about.name] = pose_body(shape.body, pose_joints(shape.skeleton, p.posture))
+                joints[p.about.name] = pose_joints(shape.skeleton, p.posture)
+                bodies[p.about.name] = pose_body(shape.body, joints[p.about.name])
         ghosts = self._ghosts.of(instant, shapes, bodies)
+        to_things, to_figures = pulls_of(instant, bodies, joints, shapes)
+        for name, held in to_figures.items():
+            ghosts.setdefault(name, []).extend(held)
+        self._reshape(self._soft.reshaped(instant, shapes, bodies, to_things))
         names = [(p.about.name, p.posture) for p in instant.people]
         return {name: self._pose_one(name, posture, ghosts.get(name, ())) for name, posture in names}
+
+    def _reshape(self, now: dict[str, Reshaped | None]) -> None:
+        """Put the surfaces of soft things that have changed where they are drawn from."""
+        for thing_id, shape in now.items():
+            if shape is self._reshaped.get(thing_id) or thing_id not in self._things:
+                continue
+            rest = self._soft.of(self._things[thing_id]).surface
+            positions, normals = (rest.vertices, rest.normals) if shape is None else (shape.positions, shape.normals)
+            self.painter.reshape_thing(thing_id, positions, normals)
+        self._reshaped = now
 
     def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
         cast = self._cast[name]
@@ -231,7 +253,11 @@ class Studio:
         for thing_id, thing in instant.things.items():
             if thing_id in self._fixed or self._things.get(thing_id) is thing or not thing.primitives:
                 continue
-            surface = join([tessellate(p, self._detail) for p in thing.primitives])
+            if gives_way(thing):
+                surface = self._soft.of(thing).surface
+                self._reshaped.pop(thing_id, None)
+            else:
+                surface = join([tessellate(p, self._detail) for p in thing.primitives])
             colours = np.tile(np.array(linear(thing.colour), np.float32), (len(surface.vertices), 1))
             self.painter.set_thing(thing_id, surface, colours)
             self._things[thing_id] = thing

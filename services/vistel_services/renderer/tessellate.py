@@ -64,6 +64,14 @@ def tessellate(primitive: Primitive, detail: float = 1.0) -> Surface3:
     return surface.moved(primitive.position, primitive.rotation)
 
 
+def fine_cone_sphere(params: Sequence[float], spacing: float) -> Surface3:
+    """A cone-sphere (ax .. rb) with a vertex about every `spacing` metres, along its side as well: for what is dented."""
+    a, b, ra, rb = np.array(params[0:3]), np.array(params[3:6]), params[6], params[7]
+    radius = max(ra, rb)
+    segments, rings = round(2.0 * math.pi * radius / spacing), round(0.5 * math.pi * radius / spacing)
+    return _cone_sphere(a, b, ra, rb, max(16, segments), max(8, rings), round(float(np.linalg.norm(b - a)) / spacing))
+
+
 def _grid(points: F64, normals: F64, wrap_rows: bool = False) -> Surface3:
     """(rows, columns, 3) points; columns close round. Counter-clockwise when rows x columns points outwards."""
     rows, columns = points.shape[:2]
@@ -87,8 +95,9 @@ def _around(axis: F64) -> tuple[F64, F64]:
     return u, np.cross(axis, u)
 
 
-def _cone_sphere(a: F64, b: F64, ra: float, rb: float, segments: int, rings: int) -> Surface3:
-    """The hull of two balls: each surface normal belongs to the ball that reaches farther along it."""
+def _cone_sphere(a: F64, b: F64, ra: float, rb: float, segments: int, rings: int, along: int = 0) -> Surface3:
+    """The hull of two balls: each surface normal belongs to the ball that reaches farther along it. along: rings between
+    the balls."""
     length = float(np.linalg.norm(b - a))
     axis = (b - a) / length if length > 1e-9 else np.array((0.0, 0.0, 1.0))
     if length <= abs(ra - rb):
@@ -98,14 +107,14 @@ def _cone_sphere(a: F64, b: F64, ra: float, rb: float, segments: int, rings: int
         split = 0.5 * math.pi
     else:
         split = math.acos((ra - rb) / length)  # angle from the axis of the normals of the cone
-    angles = np.concatenate((np.linspace(math.pi, split, rings), np.linspace(split, 0.0, rings)))
-    first = np.arange(2 * rings) < rings
+    angles = np.concatenate((np.linspace(math.pi, split, rings), np.full(along, split), np.linspace(split, 0.0, rings)))
+    t = np.concatenate((np.zeros(rings), np.arange(1, along + 1) / (along + 1), np.ones(rings)))
     phi = np.linspace(0.0, 2.0 * math.pi, segments, endpoint=False)
     u, v = _around(axis)
     circle = np.cos(phi)[:, None] * u + np.sin(phi)[:, None] * v
     normals = np.sin(angles)[:, None, None] * circle[None] + (np.cos(angles)[:, None] * axis)[:, None]
-    centres = np.where(first[:, None], a, b)
-    radii = np.where(first, ra, rb)
+    centres = (1.0 - t)[:, None] * a + t[:, None] * b
+    radii = (1.0 - t) * ra + t * rb
     return _grid(centres[:, None] + radii[:, None, None] * normals, normals)
 
 

@@ -71,9 +71,11 @@ def between(a: WorldView, b: WorldView, u: float) -> WorldView:
 
 def thing_of(message: world_pb2.Thing) -> Thing:
     """A thing as the room describes it. Raises ValueError for a primitive that is none."""
-    primitives = tuple(
-        Primitive(p.kind, tuple(p.params), vector(p.pose.position), quaternion(p.pose.rotation))
-        for p in message.primitives
-    )
+    primitives = tuple(primitive_from(p) for p in message.primitives)
     m = message
     return Thing(m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3))
+
+
+def primitive_from(p: world_pb2.Primitive) -> Primitive:
+    """A primitive as it is described. Raises ValueError for what is none."""
+    return Primitive(p.kind, tuple(p.params), vector(p.pose.position), quaternion(p.pose.rotation))

@@ -33,9 +33,10 @@ from vistel.implicit.scanline.lanes import WIDTH, bits, choose, least, load, mos
 ROW = 24
 KIND, WEIGHT, NEAR, FRAMED, A, U, K, L, M, FRAME = 0, 1, 2, 3, 4, 7, 10, 11, 12, 13
 SPHERE, SPHYLINDER, CONE, POLYGON = 0, 1, 2, 3
-TERMS = 8 * WIDTH
-"""Floats that `prepare` writes for one primitive: six lanes of the ray's numbers, then summit and its q."""
-SUMMIT, PEAK = 6 * WIDTH, 7 * WIDTH
+TERMS = 12 * WIDTH
+"""Floats kept for one primitive: six lanes of the ray's numbers, then its summit and its q there; q and its slope at
+either end of the interval that is being searched."""
+SUMMIT, PEAK, LOW_Q, LOW_SLOPE, HIGH_Q, HIGH_SLOPE = (k * WIDTH for k in range(6, 12))
 
 F = np.float32
 ZERO, ONE, TWO, HALF = F(0.0), F(1.0), F(2.0), F(0.5)

@@ -216,6 +216,45 @@ def root(_context: Any, a: Any) -> Any:
 
 
 @intrinsic
+def estimates(_context: Any) -> Any:
+    """In a kernel: `inverse_root` by the processor's estimate and a Newton step (relative error below 1e-6)."""
+
+    def codegen(context: Any, builder: Any, _signature: Any, _args: Any) -> Any:
+        # llvmlite only checks for known words; this is LLVM's own key-value pair.
+        set.add(builder.function.attributes, '"reciprocal-estimates"="vec-divf:1,vec-sqrtf:1"')
+        return context.get_dummy_value()
+
+    return types.void(), codegen
+
+
+@intrinsic
+def inverse_root(_context: Any, a: Any) -> Any:
+    """1 / sqrt(a) of numbers above 0."""
+
+    def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        kind = ir.FunctionType(_FLOATS, [_FLOATS])
+        found = builder.module.declare_intrinsic(f"llvm.sqrt.v{WIDTH}f32", (), kind)
+        below = builder.call(found, args, fastmath=("fast",))
+        return builder.fdiv(ir.Constant(_FLOATS, [1.0] * WIDTH), below, flags=("fast",))
+
+    return LANES(a), codegen
+
+
+@intrinsic
+def store_bytes(_context: Any, pointer: Any, offset: Any, mask: Any) -> Any:
+    """Write a mask as sixteen bytes of 0 or 1."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        step = context.cast(builder, args[1], sig.args[1], types.intp)
+        octets = ir.VectorType(ir.IntType(8), WIDTH)
+        place = builder.bitcast(cgutils.gep_inbounds(builder, args[0], step), octets.as_pointer())
+        builder.store(builder.zext(args[2], octets), place, align=1)
+        return context.get_dummy_value()
+
+    return types.void(pointer, offset, mask), codegen
+
+
+@intrinsic
 def size(_context: Any, a: Any) -> Any:
     """Absolute value."""
     call = _library(f"llvm.fabs.v{WIDTH}f32", 1)

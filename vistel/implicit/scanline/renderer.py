@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,21 +56,13 @@ class Scanline:
         self.view = View.of(scene.camera, self.size, origin)
         self.surface = None if program is None else Surface(self.view, scene.threshold, _checked(program, scene.threshold))
         self._origin = origin
-        height, columns = self.size[1], 16 * self.view.groups
-        self._light = np.zeros((height, columns, 3), np.float32)
-        self._look = np.zeros((LOOKS, height, columns), np.float32)
-        self._depth = np.full((height + 2, columns), LARGE, np.float32)
-        self._normal = np.zeros((3, height, columns), np.float32)
-        self._owner = np.full((height, columns), -1, np.int64)
         self._lamps = self._in_eye_space()
-        self._drawn = False
+        self._last: Picture | None = None
 
     def draw(self) -> Picture:
         """The whole picture."""
-        if self.scene.meshes:
-            self._draw_meshes()
         dirty = np.ones((self.size[1], self.view.groups), np.uint8) if self.surface is None else self.surface.draw()
-        self._drawn = True
+        self._last = None
         return self._lit(dirty)
 
     def edit(self, shape: Shape) -> Picture:
@@ -78,7 +71,7 @@ class Scanline:
         solid = self.scene.solid
         assert solid is not None
         program = _checked(compile(solid, origin=self._origin), self.scene.threshold)
-        if self.surface is None or not self._drawn:
+        if self.surface is None or self._last is None:
             self.surface = Surface(self.view, self.scene.threshold, program)
             return self.draw()
         return self._lit(self.surface.edit(program))
@@ -99,13 +92,6 @@ class Scanline:
             row[4:] = lamp.colour
         return rows
 
-    def _draw_meshes(self) -> None:
-        corners = np.concatenate([m.vertices[m.triangles] for m in self.scene.meshes])
-        corners = (corners - self._origin) @ self.view.frame.T + self.view.numbers[5:8]
-        self._mesh_depth = np.full(self._owner.shape, LARGE, np.float32)
-        draw_triangles(stamp(), corners, self.view.numbers, self.size[0], self._mesh_depth, self._owner)
-        self._tracer = Tracer(self.scene, depth=0, shadows=False)
-
     def _lit(self, dirty: U8) -> Picture:
         """Light the dirty groups."""
         surface = self.surface
@@ -120,49 +106,74 @@ class Scanline:
             look = look.reshape(LOOKS, 1, 1)
         else:
             depth, normal, look = self._looked_at(dirty)
+        width, height = self.size
+        if self._last is None:
+            light, far = np.empty((height, width, 3), np.float32), np.empty((height, width), np.float32)
+            thing = np.empty((height, width), np.int8)
+        else:
+            light, far, thing = self._last.light.copy(), self._last.depth.copy(), self._last.thing.copy()
         shade(stamp(), depth, normal, look, constants is not None, self.view.numbers, self._lamps,
-              np.array(self.scene.background, np.float32), dirty, self._light)  # fmt: skip
-        width = self.size[0]
-        shown = depth[2:, :width]
-        seen = shown < LARGE
-        thing = np.where(seen, 1, 0).astype(np.int8)
+              np.array(self.scene.background, np.float32), dirty, light, far, thing)  # fmt: skip
         if self.scene.meshes:
-            mine = self._mesh_depth[:, :width] <= shown
-            thing[seen & mine] = 2
-        oz = np.float32(self.view.numbers[7])
-        return Picture(self._light[:, :width].copy(), np.where(seen, shown + oz, np.inf).astype(np.float32), thing,
-                       float(dirty.mean()))  # fmt: skip
+            thing += (thing == 1) & (self._meshes.depth[:, :width] <= depth[2:, :width])
+        self._last = Picture(light, far, thing, float(dirty.mean()))
+        return self._last
 
     def _looked_at(self, dirty: U8) -> tuple[F32, F32, F32]:
         """Depth, normals and looks of the nearest of surface and polygons in dirty groups, point by point."""
+        shape = self.size[1], 16 * self.view.groups
+        looks, meshes = self._looks, self._meshes
         wanted = np.repeat(dirty != 0, 16, axis=1)
-        depth = np.full_like(self._owner, LARGE, np.float32) if self.surface is None else self.surface.depth[2:]
-        nearest = self._depth[2:]
-        nearest[wanted] = depth[wanted]
-        triangle = np.full(self._owner.shape, -1, np.int64)
-        if self.scene.meshes:
-            before = self._mesh_depth < nearest
-            nearest[before] = self._mesh_depth[before]
-            triangle[before] = self._owner[before]
+        nearest = looks.depth[2:]
+        nearest[wanted] = LARGE if self.surface is None else self.surface.depth[2:][wanted]
+        triangle = np.full(shape, -1, np.int64)
+        before = meshes.depth < nearest
+        nearest[before], triangle[before] = meshes.depth[before], meshes.owner[before]
         rows, columns = np.nonzero(wanted & (nearest < LARGE))
-        if not len(rows):
-            return self._depth, self._normal, self._look
-        directions = self.view.directions(rows, columns)
-        points = self._origin + self.view.points(rows, columns, nearest[rows, columns].astype(np.float64))
-        if self.scene.meshes:
-            look = self._tracer_of().look(points, triangle[rows, columns], directions)
-        else:
-            assert self.surface is not None
-            look = ImplicitLook(self.surface.program).at(points, directions)
-        self._normal[:, rows, columns] = self.view.frame @ look.normals.T
-        self._look[:3, rows, columns] = np.broadcast_to(look.colour, points.shape).T
-        self._look[3:, rows, columns] = np.broadcast_to(look.finish[:, :4], (len(points), 4)).T
-        return self._depth, self._normal, self._look
+        if len(rows):
+            directions = self.view.directions(rows, columns)
+            points = self._origin + self.view.points(rows, columns, nearest[rows, columns].astype(np.float64))
+            look = Tracer(self.scene, depth=0, shadows=False).look(points, triangle[rows, columns], directions)
+            looks.normal[:, rows, columns] = self.view.frame @ look.normals.T
+            looks.planes[:3, rows, columns] = np.broadcast_to(look.colour, points.shape).T
+            looks.planes[3:, rows, columns] = np.broadcast_to(look.finish[:, :4], (len(points), 4)).T
+        return looks.depth, looks.normal, looks.planes
 
-    def _tracer_of(self) -> Tracer:
-        if self._tracer.scene is not self.scene:
-            self._tracer = Tracer(self.scene, depth=0, shadows=False)
-        return self._tracer
+    @cached_property
+    def _meshes(self) -> _Meshes:
+        shape = self.size[1], 16 * self.view.groups
+        depth, owner = np.full(shape, LARGE, np.float32), np.full(shape, -1, np.int64)
+        if self.scene.meshes:
+            corners = np.concatenate([m.vertices[m.triangles] for m in self.scene.meshes])
+            corners = (corners - self._origin) @ self.view.frame.T + self.view.numbers[5:8]
+            draw_triangles(stamp(), corners, self.view.numbers, self.size[0], depth, owner)
+        return _Meshes(depth, owner)
+
+    @cached_property
+    def _looks(self) -> _Looks:
+        height, columns = self.size[1], 16 * self.view.groups
+        return _Looks(
+            np.full((height + 2, columns), LARGE, np.float32),
+            np.zeros((3, height, columns), np.float32),
+            np.zeros((LOOKS, height, columns), np.float32),
+        )
+
+
+@dataclass(frozen=True)
+class _Meshes:
+    """The polygons' z-buffer (height, columns) and the triangle in front, -1 for none."""
+
+    depth: F32
+    owner: I64
+
+
+@dataclass(frozen=True)
+class _Looks:
+    """Depth, normals and looks pixel by pixel, as `shade` takes them."""
+
+    depth: F32
+    normal: F32
+    planes: F32
 
 
 def _checked(program: FieldProgram, threshold: float) -> FieldProgram:

@@ -13,13 +13,16 @@ from vistel.implicit.scanline.lanes import (
     WIDTH,
     bits,
     choose,
+    estimates,
     exponent,
+    inverse_root,
     load,
     mantissa,
     most,
     power_of_two,
-    root,
     spread,
+    store,
+    store_bytes,
     store_three,
     whole,
 )
@@ -63,17 +66,31 @@ def _dot(ax, ay, az, bx, by, bz):
     return ax * bx + ay * by + az * bz
 
 
+@inner
+def _unload(light, far, thing, y, first, tail_light, tail_far, tail_thing):
+    """The part of the last group that is in the picture."""
+    for x in range(first, light.shape[1]):
+        k = x - first
+        far[y, x], thing[y, x] = tail_far[k], tail_thing[k]
+        for c in range(3):
+            light[y, x, c] = tail_light[3 * k + c]
+
+
 @kernel
-def shade(stamp, depth_, normal_, look_, uniform, view, lamps, background, dirty, light_):
-    """Colours (height, columns, 3) of the dirty groups, linear light.
+def shade(stamp, depth_, normal_, look_, uniform, view, lamps, background, dirty, light_, far_, thing_):
+    """Light (height, width, 3), depth from the eye (height, width) and 1 for a surface, of the dirty groups.
 
     depth, normal: see `sweep`, the normal of any length and side; look: (LOOKS, height, columns), or (LOOKS, 1, 1) where
     `uniform`; lamps: (m, LAMP_WORDS) float32; background: (3,) float32.
     """
+    estimates()
+    width = light_.shape[1]
     height, groups = dirty.shape
     columns = groups * WIDTH
     plane = height * columns
-    depth, normal, look, light = pointer(depth_), pointer(normal_), pointer(look_), pointer(light_)
+    depth, normal, look = pointer(depth_), pointer(normal_), pointer(look_)
+    all_light, all_far, all_thing = pointer(light_), pointer(far_), pointer(thing_)
+    tail_light, tail_far, tail_thing = np.empty(3 * WIDTH, np.float32), np.empty(WIDTH, np.float32), np.empty(WIDTH, np.int8)
     lanes_ = np.empty(2 * columns, np.float32)
     perspective = view[PERSPECTIVE] != 0.0
     for c in range(columns):
@@ -89,19 +106,27 @@ def shade(stamp, depth_, normal_, look_, uniform, view, lamps, background, dirty
         for g in range(groups):
             if not dirty[y, g]:
                 continue
-            here = y * columns + g * WIDTH
+            here, to = y * columns + g * WIDTH, y * width + g * WIDTH
+            whole_ = (g + 1) * WIDTH <= width
+            light, far, thing = at(all_light, 3 * to), at(all_far, to), at(all_thing, to)
+            if not whole_:
+                light, far, thing = pointer(tail_light), pointer(tail_far), pointer(tail_thing)
             s = load(depth, here + 2 * columns)
             seen = s < LARGE
+            store_bytes(thing, 0, seen)
+            store(far, 0, choose(seen, s + F(view[OZ]), F(np.inf)))
             if bits(seen) == 0:
-                store_three(light, 3 * here, br, bg, bb)
+                store_three(light, 0, br, bg, bb)
+                if not whole_:
+                    _unload(light_, far_, thing_, y, g * WIDTH, tail_light, tail_far, tail_thing)
                 continue
             s = choose(seen, s, ZERO)
             ax, ex = load(lanes, g * WIDTH), load(lanes, columns + g * WIDTH)
             px, py, pz = ax + s * ex, ay + s * ey, s
-            over = ONE / root(ex * ex + (ey * ey + ONE))
+            over = inverse_root(ex * ex + (ey * ey + ONE))
             vx, vy, vz = ex * over, ey * over, over
             nx, ny, nz = load(normal, here), load(normal, plane + here), load(normal, 2 * plane + here)
-            over = ONE / root(most(_dot(nx, ny, nz, nx, ny, nz), F(1e-30)))
+            over = inverse_root(most(_dot(nx, ny, nz, nx, ny, nz), F(1e-30)))
             over = choose(_dot(nx, ny, nz, vx, vy, vz) > ZERO, -over, over)
             nx, ny, nz = nx * over, ny * over, nz * over
             if uniform:
@@ -121,7 +146,7 @@ def shade(stamp, depth_, normal_, look_, uniform, view, lamps, background, dirty
                     tx, ty, tz = spread(lamp[0]), spread(lamp[1]), spread(lamp[2])
                 else:
                     tx, ty, tz = lamp[0] - px, lamp[1] - py, lamp[2] - pz
-                    over = ONE / root(most(_dot(tx, ty, tz, tx, ty, tz), F(1e-30)))
+                    over = inverse_root(most(_dot(tx, ty, tz, tx, ty, tz), F(1e-30)))
                     tx, ty, tz = tx * over, ty * over, tz * over
                 facing = _dot(nx, ny, nz, tx, ty, tz)
                 lit = facing > ZERO
@@ -131,10 +156,12 @@ def shade(stamp, depth_, normal_, look_, uniform, view, lamps, background, dirty
                 shine = spread(ZERO)
                 if shines:
                     tx, ty, tz = tx - vx, ty - vy, tz - vz
-                    half = _dot(nx, ny, nz, tx, ty, tz) / root(most(_dot(tx, ty, tz, tx, ty, tz), F(1e-30)))
+                    half = _dot(nx, ny, nz, tx, ty, tz) * inverse_root(most(_dot(tx, ty, tz, tx, ty, tz), F(1e-30)))
                     shine = choose(lit, specular * power(most(half, ZERO), shininess), ZERO)
                 lr = lr + (given * r + shine) * lamp[4]
                 lg = lg + (given * gr + shine) * lamp[5]
                 lb = lb + (given * b + shine) * lamp[6]
-            store_three(light, 3 * here, choose(seen, lr, br), choose(seen, lg, bg), choose(seen, lb, bb))
-    keep(depth_, normal_, look_, light_, lanes_)
+            store_three(light, 0, choose(seen, lr, br), choose(seen, lg, bg), choose(seen, lb, bb))
+            if not whole_:
+                _unload(light_, far_, thing_, y, g * WIDTH, tail_light, tail_far, tail_thing)
+    keep(depth_, normal_, look_, light_, far_, thing_, lanes_, tail_light, tail_far, tail_thing)

@@ -21,9 +21,13 @@ from vistel.implicit.scanline.along import (
     CONE,
     F,
     HALF,
+    HIGH_Q,
+    HIGH_SLOPE,
     K,
     KIND,
     LARGE,
+    LOW_Q,
+    LOW_SLOPE,
     NEAR,
     ONE,
     PEAK,
@@ -49,10 +53,11 @@ from vistel.implicit.scanline.lanes import (
     root,
     size,
     spread,
+    store,
 )
 
 EXACT = F(2e-6)
-ROUNDS = 5
+ROUNDS, BACK = 4, 2
 STEPS = 200
 FLOOR = F(1e-3)
 
@@ -75,25 +80,96 @@ def _field(table, corners, order, count, terms, s, reach):
 
 
 @inner
-def _coherent(table, corners, order, count, terms, threshold, close, s, todo):
-    """Newton from s; the roots and which lanes' are certain.
+def _coherent(table, corners, order, count, terms, threshold, resolution, s, todo):
+    """Newton from s; which lanes came to a root, and whose is certain to be the first.
 
-    After a step smaller than `close` the error is of the second order, and no further field is asked for.
+    After a small step the error is of the second order, and no further field is asked for.
     """
-    done = nowhere()
+    found, sure = nowhere(), nowhere()
     for _ in range(ROUNDS):
         f, df, low = _field(table, corners, order, count, terms, s, highest(choose(todo, s, -LARGE)))
         steep = df > FLOOR
-        gap = f - threshold
-        step = gap / choose(steep, df, ONE)
+        step = (f - threshold) / choose(steep, df, ONE)
         todo = todo & steep
-        new = todo & (size(step) < close) & (low >= ZERO)
+        new = todo & (size(step) < F(8.0) * resolution)
         s = choose(todo, s - step, s)
-        done = done | new
-        todo = todo & ~new & (size(step) < F(0.25))
+        found, sure = found | new, sure | (new & (low >= ZERO))
+        todo = todo & ~new & (size(step) < F(256.0) * resolution)
         if bits(todo) == 0:
             break
-    return s, done
+    return s, found, sure
+
+
+@inner
+def _slopes(p, a, da, b, db, least_slope, most_slope):
+    """Add what a primitive can do to dF/ds, halved, between q = a and b with slopes da and db, no summit in between.
+
+    q is monotone there, and concave: its slope lies between those at the ends. Of a cone-sphere's, which need not be
+    concave, that range is taken half as wide again to both sides.
+    """
+    w, under, over = p[WEIGHT], least(da, db), most(da, db)
+    if p[KIND] == CONE:
+        more = HALF * (over - under)
+        under, over = under - more, over + more
+    small, large = least(a, b), most(a, b)
+    least_slope = least_slope + w * under * choose(under > ZERO, small, large)
+    return least_slope, most_slope + w * over * choose(over > ZERO, large, small)
+
+
+@inner
+def _certain(table, corners, order, count, terms, threshold, s, todo):
+    """Which roots s are sure to be the first although primitives with a summit before s have begun to fall.
+
+    From s back: on intervals [p, s] F must only rise or be bounded below T, until at some p the fallen with all of
+    their peaks and the others with what they have at p, the most they had so far, stay below T.
+    """
+    reach = highest(s)
+    peaks, fallen, slope = spread(ZERO), spread(ZERO), spread(ZERO)
+    used = 0
+    for j in range(count):
+        p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
+        if p[NEAR] > reach:
+            break
+        used += 1
+        w, peak = p[WEIGHT], most(load(t, PEAK), ZERO)
+        falls = load(t, SUMMIT) < s
+        q, dq = along(p, corners, t, s)
+        q = choose(peak > ZERO, most(q, ZERO), ZERO)
+        store(t, HIGH_Q, q)
+        store(t, HIGH_SLOPE, dq)
+        wq = w * q
+        peaks, fallen = peaks + choose(falls, w * peak * peak, ZERO), fallen + choose(falls, wq * q, ZERO)
+        slope = slope + choose(falls, ZERO, wq * dq)
+    stride = F(0.65) * (peaks - fallen) / most(slope, TINY)
+    sure = nowhere()
+    for _ in range(BACK):
+        low = s - stride
+        bound, top, end = spread(ZERO), spread(ZERO), spread(ZERO)
+        least_slope, most_slope = spread(ZERO), spread(ZERO)
+        for j in range(used):
+            p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
+            w, x, peak = p[WEIGHT], load(t, SUMMIT), most(load(t, PEAK), ZERO)
+            b, db = load(t, HIGH_Q), load(t, HIGH_SLOPE)
+            a, da = along(p, corners, t, low)
+            a = choose(peak > ZERO, most(a, ZERO), ZERO)
+            until = choose(x < low, peak, a)
+            # With its summit in between q has been up to its peak.
+            a = choose((x < s) & (x > low), peak, a)
+            most_q = choose(x < s, a, b)
+            bound, top, end = bound + w * until * until, top + w * most_q * most_q, end + w * b * b
+            least_slope, most_slope = _slopes(p, a, da, b, db, least_slope, most_slope)
+        proven = (least_slope >= ZERO) | (top < threshold)
+        sure = sure | (todo & proven & (bound < threshold))
+        todo = todo & proven & ~sure
+        if bits(todo) == 0:
+            break
+        s = choose(todo, low, s)
+        for j in range(used):
+            p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
+            b, db = along(p, corners, t, s)
+            store(t, HIGH_Q, choose(load(t, PEAK) > ZERO, most(b, ZERO), ZERO))
+            store(t, HIGH_SLOPE, db)
+    return sure
 
 
 @inner
@@ -119,80 +195,84 @@ def _bracketed(table, corners, order, count, terms, threshold, low, high, s, tod
 
 
 @inner
-def _next_summit(count, terms, low, to):
-    """The nearest summit beyond `low` of a primitive that the ray comes into reach of; `to` where there is none."""
-    found = spread(to)
+def _in_reach(order, count, terms, few, todo):
+    """The primitives that any of some rays comes into reach of: their places among `count`, into few; how many."""
+    n = 0
     for j in range(count):
-        t = at(terms, TERMS * j)
-        x = load(t, SUMMIT)
-        found = choose((x > low) & (load(t, PEAK) > ZERO), least(found, x), found)
-    return found
+        if bits(todo & (load(terms, TERMS * j + PEAK) > ZERO)) != 0:
+            few[n] = j
+            n += 1
+    return n
 
 
 @inner
-def _bounds(table, corners, order, count, terms, low, high):
-    """On intervals without a summit inside: the most F can be, F at the end, and whether F is sure to rise.
-
-    A primitive's q is monotone there, and concave: its slope lies between those at the ends. Of a cone-sphere's, which
-    need not be concave, that range is taken half as wide again to both sides.
-    """
+def _step(table, corners, order, few, count, terms, low, high, moved):
+    """On intervals without a summit inside: the most F can be, F at the end, whether F is sure to rise, and the next
+    summit. moved: where `low` is the `high` of the last call; elsewhere it is what it was."""
     top, begin, end = spread(ZERO), spread(ZERO), spread(ZERO)
-    least_slope, most_slope = spread(ZERO), spread(ZERO)
-    for j in range(count):
+    least_slope, most_slope, after = spread(ZERO), spread(ZERO), spread(LARGE)
+    for k in range(count):
+        j = few[k]
         p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
-        w, reached = p[WEIGHT], load(t, PEAK) > ZERO
-        a, da = along(p, corners, t, low)
+        a, da = choose(moved, load(t, HIGH_Q), load(t, LOW_Q)), choose(moved, load(t, HIGH_SLOPE), load(t, LOW_SLOPE))
+        store(t, LOW_Q, a)
+        store(t, LOW_SLOPE, da)
+        x, reached = load(t, SUMMIT), load(t, PEAK) > ZERO
         b, db = along(p, corners, t, high)
-        a, b = choose(reached, most(a, ZERO), ZERO), choose(reached, most(b, ZERO), ZERO)
-        under, over = least(da, db), most(da, db)
-        if p[KIND] == CONE:
-            more = HALF * (over - under)
-            under, over = under - more, over + more
-        small, large = least(a, b), most(a, b)
+        b = choose(reached, most(b, ZERO), ZERO)
+        store(t, HIGH_Q, b)
+        store(t, HIGH_SLOPE, db)
+        after = choose(reached & (x > high), least(after, x), after)
+        large = most(a, b)
+        w = p[WEIGHT]
         top, begin, end = top + w * large * large, begin + w * a * a, end + w * b * b
-        least_slope = least_slope + w * under * choose(under > ZERO, small, large)
-        most_slope = most_slope + w * over * choose(over > ZERO, large, small)
-    reach = TWO * (high - low)
-    top = least(top, least(begin + reach * most(most_slope, ZERO), end + reach * most(-least_slope, ZERO)))
-    return top, end, least_slope >= ZERO
+        least_slope, most_slope = _slopes(p, a, da, b, db, least_slope, most_slope)
+    # Below a line that rises from the start as steeply as F may and one that comes down to the end.
+    reach, up, down = TWO * (high - low), most(most_slope, ZERO), most(-least_slope, ZERO)
+    over = most((end - begin + reach * down) / most(up + down, TINY), ZERO)
+    top = least(top, begin + up * least(over, reach))
+    return top, end, least_slope >= ZERO, after
 
 
 @inner
-def _search(table, corners, order, count, terms, threshold, low, high, resolution, todo):
-    """Intervals that hold the first root and nothing else, from the first summit on; which lanes have one."""
-    found = nowhere()
-    stride = spread(LARGE)
+def _search(table, corners, order, few, count, terms, threshold, low, resolution, todo):
+    """Intervals that hold the first root and nothing else, beyond `low`, the first summit; which lanes have one."""
+    # The first call only asks for q at `low` and for the summit after it.
+    count = _in_reach(order, count, terms, few, todo)
+    _t, _e, _r, limit = _step(table, corners, order, few, count, terms, low, low, nowhere())
+    todo = todo & (limit < LARGE)
+    found, safe, stride, high = nowhere(), todo, spread(LARGE), limit
     for _ in range(STEPS):
-        bound, end, rising = _bounds(table, corners, order, count, terms, low, high)
-        above = end >= threshold
-        small = high - low < resolution
-        new = todo & above & (rising | small)
-        found = found | new
-        todo = todo & ~new
-        safe = todo & ((bound < threshold) | ((rising | small) & ~above))
-        low = choose(safe, high, low)
-        stride = choose(todo, choose(safe, TWO * stride, HALF * (high - low)), stride)
-        after = _next_summit(count, terms, low, LARGE)
-        # Past the last summit F only falls.
-        todo = todo & ~(safe & (after >= LARGE))
-        high = choose(todo, least(low + stride, after), high)
         if bits(todo) == 0:
             break
+        top, end, rising, after = _step(table, corners, order, few, count, terms, low, high, safe)
+        above = end >= threshold
+        rising = rising | (high - low < resolution)
+        new = todo & above & rising
+        found = found | new
+        todo = todo & ~new
+        safe = todo & ((top < threshold) | (rising & ~above))
+        stride = choose(safe, TWO * stride, HALF * (high - low))
+        limit = choose(safe & (high >= limit), after, limit)
+        low = choose(safe, high, low)
+        # Past the last summit F only falls.
+        todo = todo & (limit < LARGE)
+        high = choose(todo, least(low + stride, limit), high)
     return low, high, found
 
 
 @inner
-def first_root(table, corners, order, count, terms, threshold, guess, known, live, e2, resolution):
+def first_root(table, corners, order, few, count, terms, threshold, guess, known, live, e2, resolution):
     """Depth s of the first root of each lane and the mask of those that have one.
 
-    order: places in the table of the `count` primitives whose terms are prepared, nearest realm first; guess: depths
+    order: places in the table of the `count` primitives whose terms are prepared, nearest realm first; few: room for as many; guess: depths
     to begin from where `known`; live: lanes that matter; e2: |E|^2; resolution: intervals smaller than this hold one
     root at most [m].
     """
-    s = choose(known, guess, spread(ZERO))
-    hit = nowhere()
+    s = choose(known, guess, ZERO)
+    hit, maybe = nowhere(), nowhere()
     if bits(known & live) != 0:
-        s, hit = _coherent(table, corners, order, count, terms, threshold, F(4.0) * resolution, s, known & live)
+        s, maybe, hit = _coherent(table, corners, order, count, terms, threshold, resolution, s, known & live)
     todo = live & ~hit
     if bits(todo) == 0:
         return s, hit
@@ -208,18 +288,20 @@ def first_root(table, corners, order, count, terms, threshold, guess, known, liv
     todo = todo & (total >= threshold)
     if bits(todo) == 0:
         return s, hit
+    maybe = maybe & todo
+    if bits(maybe) != 0:
+        hit = hit | _certain(table, corners, order, count, terms, threshold, choose(maybe, s, -LARGE), maybe)
+        todo = todo & ~hit
+        if bits(todo) == 0:
+            return s, hit
     low, high = spread(at(table, ROW * order[0])[NEAR]), choose(todo, first, ZERO)
     f, _df, _low = _field(table, corners, order, count, terms, high, highest(choose(todo, high, -LARGE)))
     sure = todo & (f >= threshold)
     rest = todo & ~sure
     if bits(rest) != 0:
-        after = _next_summit(count, terms, high, LARGE)
-        rest = rest & (after < LARGE)
-        if bits(rest) != 0:
-            from_, to, found = _search(table, corners, order, count, terms, threshold, choose(rest, high, low),
-                                       choose(rest, after, high), resolution, rest)  # fmt: skip
-            low, high = choose(found, from_, low), choose(found, to, high)
-            sure = sure | found
+        from_, to, found = _search(table, corners, order, few, count, terms, threshold, high, resolution, rest)
+        low, high = choose(found, from_, low), choose(found, to, high)
+        sure = sure | found
     if bits(sure) != 0:
         inside = known & (guess > low) & (guess < high)
         # As if sqrt(F) were a parabola with its top at the summit, as it is for one sphere.

@@ -124,7 +124,7 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
     starts = np.empty(groups + 1, np.int64)
     lists = np.empty(64, np.int32)
     room = 16
-    kept_, terms_ = np.empty(room, np.int32), np.empty(room * TERMS, np.float32)
+    kept_, terms_ = np.empty(2 * room, np.int32), np.empty(room * TERMS, np.float32)
     lanes_ = np.empty(2 * columns, np.float32)
     perspective = view[PERSPECTIVE] != 0.0
     for c in range(columns):
@@ -189,7 +189,7 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
                 continue
             if many > room:
                 room = 2 * many
-                kept_, terms_ = np.empty(room, np.int32), np.empty(room * TERMS, np.float32)
+                kept_, terms_ = np.empty(2 * room, np.int32), np.empty(room * TERMS, np.float32)
             kept, terms = pointer(kept_), pointer(terms_)
             ax, ex = load(lanes, g * WIDTH), load(lanes, columns + g * WIDTH)
             e2 = ex * ex + (ey * ey + ONE)
@@ -209,7 +209,7 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
             turn = above - before
             guess = above + choose(size(turn) < resolution * F(64.0), turn, ZERO)
             within = mask_of((1 << min(width - g * WIDTH, WIDTH)) - 1)
-            s, hit = first_root(table, corners, kept, count, terms, threshold, guess, known, within, e2, resolution)
+            s, hit = first_root(table, corners, kept, at(kept, room), count, terms, threshold, guess, known, within, e2, resolution)
             store(depth, here, choose(hit, s, LARGE))
             if bits(hit) == 0:
                 continue

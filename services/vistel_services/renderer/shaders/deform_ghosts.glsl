@@ -60,10 +60,11 @@ vec2 total_field(vec2 own, vec2 shown, float contact, Sums acc) {
 
 // -- effects beside the collision; their parameters begin at texel `list` with number `k` ---------------------------
 
-void fading(float gain, vec2 field, float contact, inout Sums acc) {
-    float y = T - contact * field.x;
-    float inside = y < 0.0 ? gain : 0.0;
-    lower(vec2(inside * y, -inside * contact * field.y), acc.least);
+void fading(float gain, vec2 field, float contact, float q, float ye, inout Sums acc) {
+    vec2 y = vec2(T - contact * field.x, -contact * field.y);
+    acc.raised += gain * q * propagation(y, 1.0 / max(ye, LEAST_LENGTH));
+    if (y.x < 0.0) // outside it holds nothing back: its maker is not there
+        lower(gain * q * y, acc.least);
 }
 
 vec3 triple(int list, int k) {

@@ -71,7 +71,7 @@ void main() {
                 add_neighbour(field, contact, pair.share, acc);
             else if (pair.rule == COLLIDES) {
                 if (pair.effect == FADING)
-                    fading(number(at.parameters, pair.parameters), field, contact, acc);
+                    fading(number(at.parameters, pair.parameters), field, contact, pair.q, pair.ye, acc);
                 else if (pair.effect == PULLED)
                     pulled(at.parameters, pair.parameters, p, n, s, field, contact, pair.q, pair.ye, acc);
                 else if (pair.q < 0.0)
