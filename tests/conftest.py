@@ -5,6 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# The first call of a kernel may compile it, and no test is about time.
+settings.register_profile("vistel", deadline=None)
+settings.load_profile("vistel")
 
 ROOT = Path(__file__).resolve().parents[1]
 

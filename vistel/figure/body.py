@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import JointPose
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints
+from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -56,7 +56,7 @@ def pose_body(body: Body, pose: JointPose) -> PosedBody:
     return PosedBody(a, b, body.radius_a, body.radius_b)
 
 
-@nb.njit(cache=True)
+@compiled
 def _pose_ends(joint: NDArray[np.int32], rotation: F64, position: F64, points: F64, out: F64) -> None:
     for i in range(len(joint)):
         j = joint[i]

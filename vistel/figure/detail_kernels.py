@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
+
+from vistel.implicit.kernel_jit import compiled
 
 _RING = 32
 """Most triangles round a vertex that is considered."""
@@ -13,7 +14,7 @@ _VALENCE = 14
 _NEVER = np.inf
 
 
-@nb.njit(cache=True)
+@compiled
 def add_quadric(q, normal, offset, weight) -> None:
     """Add weight * (normal . x + offset)^2 to the ten coefficients q of a quadric."""
     x, y, z = normal
@@ -29,7 +30,7 @@ def add_quadric(q, normal, offset, weight) -> None:
     q[9] += weight * offset * offset
 
 
-@nb.njit(cache=True)
+@compiled
 def quadric_at(q, p) -> float:
     """Value of a quadric at p, in m^2 times its weight."""
     x, y, z = p
@@ -38,7 +39,7 @@ def quadric_at(q, p) -> float:
     return max(0.0, value)
 
 
-@nb.njit(cache=True)
+@compiled
 def face_quadrics(p, tri, quadric, weight) -> None:
     """Planes of the triangles, weighted by area, summed at the vertices."""
     for f in range(len(tri)):
@@ -53,7 +54,7 @@ def face_quadrics(p, tri, quadric, weight) -> None:
             weight[tri[f, k]] += 0.5 * size
 
 
-@nb.njit(cache=True)
+@compiled
 def seam_quadrics(p, tri, seam, quadric) -> None:
     """Walls along texture seams (seam: (F, 3), 1 where the edge k, k + 1 is one), so that charts keep their outline."""
     for f in range(len(tri)):
@@ -74,7 +75,7 @@ def seam_quadrics(p, tri, seam, quadric) -> None:
             add_quadric(quadric[v], wall, -(wall * p[u]).sum(), square)
 
 
-@nb.njit(cache=True)
+@compiled
 def _edge_corners(u, v, tri, corner, fan, first, last, out) -> int:
     """Corners of u and v in the triangles they share: out (2, 2), a row per triangle; how many there are."""
     count = 0
@@ -93,7 +94,7 @@ def _edge_corners(u, v, tri, corner, fan, first, last, out) -> int:
     return count
 
 
-@nb.njit(cache=True)
+@compiled
 def _corner_count(u, tri, corner, fan, first, last) -> int:
     """Drawn vertices of u: 1 inside a chart, 2 on a seam, more (given as 3) where seams meet."""
     one = two = -1
@@ -110,7 +111,7 @@ def _corner_count(u, tri, corner, fan, first, last) -> int:
     return 1 if two < 0 else 2
 
 
-@nb.njit(cache=True)
+@compiled
 def _spoils(p, u, v, tri, fan, first, last, limit) -> bool:
     """Whether a triangle of u turns over, becomes a sliver or gets an edge of limit [m^2] when u goes to v."""
     for i in range(first, last):
@@ -129,7 +130,7 @@ def _spoils(p, u, v, tri, fan, first, last, limit) -> bool:
     return False
 
 
-@nb.njit(cache=True)
+@compiled
 def cheapest(p, tri, corner, start, fan, quadric, weight, limit, to, cost) -> None:
     """For each vertex the neighbour to collapse to and its cost: mean square distance to the planes left [m^2].
 
@@ -166,7 +167,7 @@ def cheapest(p, tri, corner, start, fan, quadric, weight, limit, to, cost) -> No
                 to[u], cost[u] = v, price
 
 
-@nb.njit(cache=True)
+@compiled
 def collapse(order, to, cost, tri, corner, start, fan, quadric, weight, left) -> int:
     """Make the collapses in `order` that do not touch one another, until `left` triangles are left; gives how many are.
 

@@ -26,7 +26,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,6 +42,7 @@ from vistel.figure.rotation import (
     turn,
 )
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, SPINE_SEGMENTS, Skeleton
+from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 
@@ -139,7 +139,7 @@ def _quaternion(rotvec: F64) -> F64:
     return quaternion_from_matrix(matrix_from_rotvec(np.ascontiguousarray(rotvec)))
 
 
-@nb.njit(cache=True)
+@compiled
 def spine_rotations(rotvec: F64) -> F64:
     """(9, 3, 3) rotations of the spine's levels 0 (hips) to 8 (top), relative to the hips (spec_maths §6.2).
 
@@ -162,13 +162,13 @@ def spine_rotations(rotvec: F64) -> F64:
     return out
 
 
-@nb.njit(cache=True)
+@compiled
 def spine_chord(rotvec: F64, segment: float) -> F64:
     """(9, 3) points of the spine's levels relative to the hips, without the shift; `segment` is l = L/8 [m]."""
     return _chord(_spine_segments(spine_rotations(rotvec)), segment)
 
 
-@nb.njit(cache=True)
+@compiled
 def _spine_segments(levels: F64) -> F64:
     """(8, 3, 3) rotations of the segments between the levels."""
     out = np.empty((8, 3, 3))
@@ -177,7 +177,7 @@ def _spine_segments(levels: F64) -> F64:
     return out
 
 
-@nb.njit(cache=True)
+@compiled
 def _chord(segments: F64, length: float) -> F64:
     out = np.zeros((9, 3))
     for k in range(8):
@@ -186,7 +186,7 @@ def _chord(segments: F64, length: float) -> F64:
     return out
 
 
-@nb.njit(cache=True)
+@compiled
 def _halfway(a: F64, b: F64) -> F64:
     """The rotation in the middle of the shorter arc between two."""
     p, q = quaternion_from_matrix(a), quaternion_from_matrix(b)
@@ -201,7 +201,7 @@ def _halfway(a: F64, b: F64) -> F64:
     return matrix_from_quaternion(p)
 
 
-@nb.njit(cache=True)
+@compiled
 def collar_scale(shoulder: F64, side: float) -> float:
     """Collar bone length / its length in the T-pose, for a shoulder rotation matrix; side +1 left, -1 right."""
     along = side * shoulder[1, 0]  # y of the upper arm's direction in the chest frame
@@ -218,7 +218,7 @@ _I_LEG = (JOINT_INDEX["left_upper_leg"], JOINT_INDEX["right_upper_leg"])  # uppe
 _I_FINGERS = (JOINT_INDEX["left_thumb_metacarpal"], JOINT_INDEX["right_thumb_metacarpal"])  # 15 follow, thumb first
 
 
-@nb.njit(cache=True)
+@compiled
 def _pose(
     offsets: F64, parents: NDArray[np.int32], dofs: F64, hands: F64, gaze: F64, stance: F64, heading: float,
     shank: float, thigh: float, rest: F64, segment: float, rotation: F64, position: F64,

@@ -6,17 +6,17 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from vistel.figure.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix
+from vistel.implicit.kernel_jit import compiled
 
 WITH_TWIST_OF, WITHOUT_TWIST_FROM = 0, 1
 """Kinds of added bones: the joint turned by the twist of another (its child); the joint without its twist
 relative to another (its parent)."""
 
 
-@nb.njit(cache=True)
+@compiled
 def twist_about_x(m):
     """(4,) quaternion (x, y, z, w) of the part of a rotation that turns about X: m = swing @ twist."""
     q = quaternion_from_matrix(m)
@@ -29,7 +29,7 @@ def twist_about_x(m):
     return out
 
 
-@nb.njit(cache=True)
+@compiled
 def bone_transforms(rotation, position, centres, twist, dual, matrix):
     """Dual quaternions (x, y, z, w, then the dual part) and 3x4 matrices of rest to room, joints then added
     bones."""
@@ -62,7 +62,7 @@ def bone_transforms(rotation, position, centres, twist, dual, matrix):
         dual[b, 7] = 0.5 * (-tx * x - ty * y - tz * z)
 
 
-@nb.njit(cache=True, fastmath=True, nogil=True)
+@compiled(fastmath=True, nogil=True)
 def skin_dual_quaternion(rest, rest_normal, bone, weight, single, dual, matrix, vertices, normals):
     """Vertices with one bone by its matrix, the others by blended dual quaternions (Kavan 2008), shortest
     arcs."""
@@ -113,7 +113,7 @@ def skin_dual_quaternion(rest, rest_normal, bone, weight, single, dual, matrix, 
         normals[v, 2] = uz + two * (x * hy - y * hx)
 
 
-@nb.njit(cache=True, fastmath=True, nogil=True)
+@compiled(fastmath=True, nogil=True)
 def skin_parts(parts, index, rest, rest_normal, bone, weight, single, dual, matrix, room, room_normal, vertices, normals):
     """As `skin_dual_quaternion` for the vertices index[p] (n,) of some `parts` p; rest .. single by part. room,
     room_normal: (n, 3) to work in."""

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
+
+from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 
 
-@nb.njit(cache=True)
+@compiled
 def multiply(a: F64, b: F64) -> F64:
     """a b of (3, 3) matrices: written out, since `@` calls BLAS, which takes ten times as long for so few numbers and
     rounds as it likes on another processor."""
@@ -22,7 +23,7 @@ def multiply(a: F64, b: F64) -> F64:
     return out
 
 
-@nb.njit(cache=True)
+@compiled
 def turn(m: F64, v: F64) -> F64:
     """m v of a (3, 3) matrix and a (3,) vector."""
     out = np.empty(3)
@@ -31,7 +32,7 @@ def turn(m: F64, v: F64) -> F64:
     return out
 
 
-@nb.njit(cache=True)
+@compiled
 def matrix_from_rotvec(v: F64) -> F64:
     """(3, 3) matrix of the rotation by |v| about v."""
     angle2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
@@ -48,7 +49,7 @@ def matrix_from_rotvec(v: F64) -> F64:
     return out
 
 
-@nb.njit(cache=True)
+@compiled
 def quaternion_from_matrix(m: F64) -> F64:
     """(4,) unit quaternion (x, y, z, w) with w >= 0 (Shepperd's branch of the largest component)."""
     q = np.empty(4)
@@ -72,7 +73,7 @@ def quaternion_from_matrix(m: F64) -> F64:
     return q / math.sqrt((q * q).sum())
 
 
-@nb.njit(cache=True)
+@compiled
 def matrix_from_quaternion(q: F64) -> F64:
     """(3, 3) matrix of a quaternion (x, y, z, w), normalised here."""
     n = 2.0 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
@@ -84,7 +85,7 @@ def matrix_from_quaternion(q: F64) -> F64:
     return out
 
 
-@nb.njit(cache=True)
+@compiled
 def rotvec_from_quaternion(q: F64) -> F64:
     """(3,) rotation vector, shortest arc, of a unit quaternion (x, y, z, w)."""
     sign = -1.0 if q[3] < 0.0 else 1.0
@@ -93,13 +94,13 @@ def rotvec_from_quaternion(q: F64) -> F64:
     return q[:3] * scale
 
 
-@nb.njit(cache=True)
+@compiled
 def rotvec_from_matrix(m: F64) -> F64:
     """(3,) rotation vector of a rotation matrix, angle in [0, pi]."""
     return rotvec_from_quaternion(quaternion_from_matrix(m))
 
 
-@nb.njit(cache=True)
+@compiled
 def slerp(a: F64, b: F64, t: float) -> F64:
     """(4,) quaternion between `a` (t = 0) and `b` (t = 1) on the shorter arc."""
     dot = (a * b).sum()
@@ -114,25 +115,25 @@ def slerp(a: F64, b: F64, t: float) -> F64:
     return out / math.sqrt((out * out).sum())
 
 
-@nb.njit(cache=True)
+@compiled
 def rotation_x(angle: float) -> F64:
     """(3, 3) rotation about +X."""
     return matrix_from_rotvec(np.array([angle, 0.0, 0.0]))
 
 
-@nb.njit(cache=True)
+@compiled
 def rotation_y(angle: float) -> F64:
     """(3, 3) rotation about +Y."""
     return matrix_from_rotvec(np.array([0.0, angle, 0.0]))
 
 
-@nb.njit(cache=True)
+@compiled
 def rotation_z(angle: float) -> F64:
     """(3, 3) rotation about +Z."""
     return matrix_from_rotvec(np.array([0.0, 0.0, angle]))
 
 
-@nb.njit(cache=True)
+@compiled
 def move_points(
     points: NDArray[np.float32], normals: NDArray[np.float32], rotation: F64, position: F64,
     out_points: NDArray[np.float32], out_normals: NDArray[np.float32],

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import collar_scale
 from vistel.figure.rotation import quaternion_from_matrix, rotation_y, rotvec_from_matrix
+from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ MAX_FLEXION = math.radians(152.0)
 """Elbow flexion at which upper arm and forearm meet."""
 
 
-@nb.njit(cache=True)
+@compiled
 def clamp_reach(shoulder: F64, wrist: F64, upper: float, lower: float) -> F64:
     """(3,) the point the wrist can take that is nearest to `wrist` on the ray from the shoulder."""
     d = wrist - shoulder
@@ -36,7 +36,7 @@ def clamp_reach(shoulder: F64, wrist: F64, upper: float, lower: float) -> F64:
     return shoulder + d * (min(highest, max(lowest, distance)) / distance)
 
 
-@nb.njit(cache=True)
+@compiled
 def elbow_circle(shoulder: F64, wrist: F64, upper: float, lower: float) -> tuple[F64, float, float]:
     """Axis (3,) from shoulder to wrist, distance of the elbow's circle along it, radius of the circle.
 
@@ -48,7 +48,7 @@ def elbow_circle(shoulder: F64, wrist: F64, upper: float, lower: float) -> tuple
     return d / distance, along, math.sqrt(max(0.0, upper * upper - along * along))
 
 
-@nb.njit(cache=True)
+@compiled
 def across(direction: F64, axis: F64) -> F64:
     """(3,) unit part of `direction` at right angles to the unit `axis`; some such direction where it has none."""
     e = direction - (direction * axis).sum() * axis
@@ -64,7 +64,7 @@ def across(direction: F64, axis: F64) -> F64:
     return e / n
 
 
-@nb.njit(cache=True)
+@compiled
 def elbow_at(shoulder: F64, wrist: F64, upper: float, lower: float, ref: F64, psi: float) -> F64:
     """(3,) the elbow at swivel `psi` about the axis shoulder-wrist, counted from the direction `ref`."""
     axis, along, radius = elbow_circle(shoulder, wrist, upper, lower)
@@ -73,7 +73,7 @@ def elbow_at(shoulder: F64, wrist: F64, upper: float, lower: float, ref: F64, ps
     return shoulder + along * axis + radius * (math.cos(psi) * e1 + math.sin(psi) * e2)
 
 
-@nb.njit(cache=True)
+@compiled
 def elbow_flexion(shoulder: F64, wrist: F64, upper: float, lower: float) -> float:
     """Flexion of the elbow, 0 = straight [rad]."""
     d = wrist - shoulder
@@ -81,7 +81,7 @@ def elbow_flexion(shoulder: F64, wrist: F64, upper: float, lower: float) -> floa
     return math.pi - math.acos(min(1.0, max(-1.0, c)))
 
 
-@nb.njit(cache=True)
+@compiled
 def arm_frames(shoulder: F64, elbow: F64, wrist: F64, toward: F64, side: float, flexion: float) -> tuple[F64, F64]:
     """Rotations (3, 3) of upper arm and forearm in the chest's frame.
 
@@ -99,7 +99,7 @@ def arm_frames(shoulder: F64, elbow: F64, wrist: F64, toward: F64, side: float, 
     return upper, upper @ rotation_y(-side * flexion)
 
 
-@nb.njit(cache=True)
+@compiled
 def arm_dofs(
     wrist: F64, hand: F64, collar: F64, side: float, upper: float, lower: float, ref: F64, psi: float, scale: float
 ) -> tuple[F64, F64, float]:
@@ -138,7 +138,7 @@ def arm_dofs(
     return out, toward, scale
 
 
-@nb.njit(cache=True)
+@compiled
 def twist_about_x(rotation: F64) -> float:
     """Angle of the twist part of a (3, 3) rotation about its own +X, in (-pi, pi]."""
     q = quaternion_from_matrix(rotation)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +22,7 @@ from vistel.figure.solve_arm import (
     elbow_circle,
     elbow_flexion,
 )
+from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ FLEXION_LIMIT = math.radians(70.0)
 AXIAL_LIMIT = math.radians(80.0)
 
 
-@nb.njit(cache=True)
+@compiled
 def wrist_angles(rotation: F64, side: float) -> tuple[float, float, float]:
     """Twist of the forearm, deviation (towards the thumb positive), flexion (towards the palm positive) [rad].
 
@@ -82,7 +82,7 @@ def wrist_angles(rotation: F64, side: float) -> tuple[float, float, float]:
     return twist, -side * y * scale, -side * z * scale
 
 
-@nb.njit(cache=True)
+@compiled
 def _over(x: float, low: float, high: float) -> float:
     if x > high:
         return (x - high) * (x - high)
@@ -91,7 +91,7 @@ def _over(x: float, low: float, high: float) -> float:
     return 0.0
 
 
-@nb.njit(cache=True)
+@compiled
 def swivel_energy(
     psi: float, shoulder: F64, wrist: F64, hand: F64, side: float, upper: float, lower: float,
     e1: F64, e2: F64, axis: F64, along: float, radius: float, flexion: float, up: F64, rest: F64,
@@ -118,7 +118,7 @@ def swivel_energy(
     return energy
 
 
-@nb.njit(cache=True)
+@compiled
 def solve_arm(
     wrist: F64, hand: F64, collar: F64, side: float, upper: float, lower: float, up: F64, rest: F64,
     toward: F64, scale: float, most: float, keep: bool, weights: F64,
@@ -158,7 +158,7 @@ def solve_arm(
     return out, new_toward, new_scale
 
 
-@nb.njit(cache=True)
+@compiled
 def _golden(
     low: float, high: float, shoulder: F64, wrist: F64, hand: F64, side: float, upper: float, lower: float,
     e1: F64, e2: F64, axis: F64, along: float, radius: float, flexion: float, up: F64, rest: F64, weights: F64,

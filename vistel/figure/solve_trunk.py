@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import spine_chord
 from vistel.figure.rotation import rotvec_from_matrix
+from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ KNEE_LIMIT = math.radians(145.0)
 ANKLE_LIMITS = (math.radians(-35.0), math.radians(45.0))
 
 
-@nb.njit(cache=True)
+@compiled
 def leg_angles(forward: float, up: float, shank: float, thigh: float) -> tuple[float, float]:
     """Ankle (shank from vertical, knee forward) and knee flexion [rad] that bring the hip to (forward, up).
 
@@ -35,7 +35,7 @@ def leg_angles(forward: float, up: float, shank: float, thigh: float) -> tuple[f
     return min(ANKLE_LIMITS[1], max(ANKLE_LIMITS[0], ankle)), knee
 
 
-@nb.njit(cache=True)
+@compiled
 def hips_below(chest: F64, top: F64, spine_base: F64, segment: float) -> F64:
     """(3,) where the hips are under a chest, spine unshifted; everything in the stance's frame.
 
@@ -44,7 +44,7 @@ def hips_below(chest: F64, top: F64, spine_base: F64, segment: float) -> F64:
     return top - spine_base - spine_chord(rotvec_from_matrix(chest), segment)[8]
 
 
-@nb.njit(cache=True)
+@compiled
 def solve_trunk(
     chest: F64, top: F64, ankle_rest: F64, hip_rest: F64, hips_rest: F64, spine_base: F64, shank: float,
     thigh: float, segment: float,

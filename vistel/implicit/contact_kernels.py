@@ -6,18 +6,18 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from vistel.implicit.contact_set import ROUNDED_POLYGON
 from vistel.implicit.contact_surface import T, cone_sphere_foot, field_of_ratio, perpendicular, probes, surface
+from vistel.implicit.kernel_jit import compiled
 from vistel.implicit.pointers import at
 
 _TINY = 1e-12
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
-@nb.njit(cache=True)
+@compiled
 def cone_pair(a, b, row):
     """Contact of two cone-spheres in the room; row: point, normal, depth, field depth. Returns the depth.
     Pointers, all three."""
@@ -68,7 +68,7 @@ def cone_pair(a, b, row):
     return row[6]
 
 
-@nb.njit(cache=True)
+@compiled
 def _along(cone, s, kind, p, rotation, position, out):
     """Distance of the sphere at fraction s of a cone-sphere (room) to a primitive; `out` as in `surface`."""
     x = cone[0] + s * (cone[3] - cone[0]) - position[0]
@@ -83,7 +83,7 @@ def _along(cone, s, kind, p, rotation, position, out):
     return out[0] - cone[6] - s * (cone[7] - cone[6])
 
 
-@nb.njit(cache=True)
+@compiled
 def cone_against(cone, kind, p, rotation, position, row):
     """Contact of a cone-sphere (room) with a primitive of any kind; `row` as in `cone_pair`."""
     out = np.empty(5)
@@ -141,7 +141,7 @@ def cone_against(cone, kind, p, rotation, position, row):
     return -gap
 
 
-@nb.njit(cache=True)
+@compiled
 def by_probes(kind_a, p_a, rotation_a, position_a, kind_b, p_b, rotation_b, position_b, row):
     """Contact of two primitives neither of which is a cone-sphere: the deepest probe of a in b."""
     points = np.empty((64, 3))

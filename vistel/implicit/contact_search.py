@@ -5,16 +5,16 @@ float64."""
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from vistel.implicit.contact_kernels import by_probes, cone_against, cone_pair
 from vistel.implicit.contact_set import CONE_SPHERE
 from vistel.implicit.contact_surface import box_of
+from vistel.implicit.kernel_jit import compiled
 from vistel.implicit.pointers import at, pointer
 
 
-@nb.njit(cache=True)
+@compiled
 def place(kind, start, params, rotation, position, cones, boxes):
     """Boxes (N, 6) of the primitives in the room; of spheres and cone-spheres also their parameters there,
     cones (N, 8)."""
@@ -38,7 +38,7 @@ def place(kind, start, params, rotation, position, cones, boxes):
             boxes[i, 3 + axis] = max(a + cones[i, 6], b + cones[i, 7])
 
 
-@nb.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _apart(a, i, b, j, margin):
     """Whether boxes a[i] and b[j] are farther apart than `margin`."""
     return (
@@ -48,7 +48,7 @@ def _apart(a, i, b, j, margin):
     )  # fmt: skip
 
 
-@nb.njit(cache=True)
+@compiled
 def hulls(boxes, first, out):
     """Boxes (B, 6) round the primitives first[b] : first[b + 1] of every body."""
     for b in range(len(out)):
@@ -59,7 +59,7 @@ def hulls(boxes, first, out):
                 out[b, 3 + axis] = max(out[b, 3 + axis], boxes[i, 3 + axis])
 
 
-@nb.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _contact(i, kind_a, start_a, params_a, rotation_a, position_a, cones_a,
              j, kind_b, start_b, params_b, rotation_b, position_b, cones_b, row):  # fmt: skip
     """Narrow phase of one pair; returns the depth."""
@@ -78,7 +78,7 @@ def _contact(i, kind_a, start_a, params_a, rotation_a, position_a, cones_a,
     )  # fmt: skip
 
 
-@nb.njit(cache=True)
+@compiled
 def find_pairs(
     kind_a, start_a, params_a, rotation_a, position_a, kind_b, start_b, params_b, rotation_b, position_b,
     skip, margin, pairs, rows,
@@ -118,7 +118,7 @@ def find_pairs(
     return count
 
 
-@nb.njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def find_among(
     first, kind, start, params, rotation, position, margin, cones, boxes, hull, near, row, pairs, rows
 ):  # fmt: skip

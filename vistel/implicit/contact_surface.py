@@ -6,9 +6,8 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
-
 from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SPHERE, SUPERELLIPSOID, SUPERTOROID
+from vistel.implicit.kernel_jit import compiled
 
 T = 0.5
 INVERSE_T = math.sqrt(1.0 - math.sqrt(T))
@@ -17,12 +16,12 @@ INVERSE_T = math.sqrt(1.0 - math.sqrt(T))
 _TINY = 1e-12
 
 
-@nb.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _signed_power(x, e):
     return math.copysign(abs(x) ** e, x) if x != 0.0 else 0.0
 
 
-@nb.njit(cache=True)
+@compiled
 def cone_sphere_foot(px, py, pz, c):
     """(fraction of the axis in [0, 1], distance to the foot, radius there): a cone-sphere's nearest ball."""
     ux, uy, uz = c[3] - c[0], c[4] - c[1], c[5] - c[2]
@@ -42,7 +41,7 @@ def cone_sphere_foot(px, py, pz, c):
     return s / length, math.sqrt((x - s) * (x - s) + rho * rho), c[6] + k * s
 
 
-@nb.njit(cache=True)
+@compiled
 def _polygon(px, py, pz, p, out):
     """Distance to a filled planar convex polygon (params without r), unit vector from it in out[1:4]."""
     n = len(p) // 3
@@ -84,7 +83,7 @@ def _polygon(px, py, pz, p, out):
     return distance
 
 
-@nb.njit(cache=True)
+@compiled
 def surface(px, py, pz, kind, p, out):
     """A primitive seen from a point of its own frame.
 
@@ -145,7 +144,7 @@ def surface(px, py, pz, kind, p, out):
         _ratio(d, gx, gy, gz, out)
 
 
-@nb.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _ratio(d, gx, gy, gz, out):
     g = math.sqrt(gx * gx + gy * gy + gz * gz)
     if g < _TINY:
@@ -154,7 +153,7 @@ def _ratio(d, gx, gy, gz, out):
     out[0], out[1], out[2], out[3], out[4] = (d - 1.0) / g, gx / g, gy / g, gz / g, d
 
 
-@nb.njit(cache=True)
+@compiled
 def perpendicular(ux, uy, uz, out):
     """A unit vector across (ux, uy, uz) in out[1:4]."""
     if abs(ux) <= abs(uy) and abs(ux) <= abs(uz):
@@ -169,7 +168,7 @@ def perpendicular(ux, uy, uz, out):
     out[1], out[2], out[3] = x / m, y / m, z / m
 
 
-@nb.njit(cache=True)
+@compiled
 def field_of_ratio(d):
     """Quartic field at a ratio relative to the surface."""
     x = d * INVERSE_T
@@ -177,7 +176,7 @@ def field_of_ratio(d):
     return q * q if q > 0.0 else 0.0
 
 
-@nb.njit(cache=True)
+@compiled
 def box_of(kind, p, rotation, position, out):
     """Axis-aligned box of a primitive in the room: out[0:3] low, out[3:6] high [m]."""
     if kind in (CONE_SPHERE, ROUNDED_POLYGON):
@@ -208,7 +207,7 @@ def box_of(kind, p, rotation, position, out):
         out[axis], out[3 + axis] = position[axis] - h, position[axis] + h
 
 
-@nb.njit(cache=True)
+@compiled
 def probes(kind, p, out):
     """Points on the surface of a primitive that is no cone-sphere, in its frame; returns how many (<= 64)."""
     n = 0

@@ -1,50 +1,81 @@
-"""How the kernels of the deformation are compiled, and when a compiled one on disk is too old.
+"""How kernels are compiled, and when a compiled one on disk is too old.
 
-Numba takes a cached kernel for current as long as its own file has not changed, although it holds the code and
-the constants of the files it calls. These kernels share a layout and leaves across files, so each is stamped
-with the state of all of them.
+Numba takes a cached kernel for current as long as its own file has not changed, although it holds the code and the
+constants of the files it calls. Here a kernel is stamped with the contents of its file and of every file of this
+project that it imports, and those import: two machines with the same files run the same code.
 """
 
 # pyright: basic
 
 from __future__ import annotations
 
+import hashlib
+import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, overload
 
 import numba as nb
 
-_PATTERNS = (
-    "kernel*.py", "ghost_effects*.py", "deform_table.py", "addresses.py", "pointers.py", "contact_set.py", "wide.py",
-    "lanes.py",
-)  # fmt: skip
+F = TypeVar("F", bound=Callable[..., Any])
 _FLAGS = {"nsz", "arcp", "contract", "afn", "reassoc"}
+_IMPORT = re.compile(r"^(?:from\s+(vistel[\w.]*)\s+import\s+(\([^)]*\)|[^\n#]*)|import\s+(vistel[\w.]*))", re.MULTILINE)
+_ROOT = Path(__file__).parents[2]
 
 
-def _stamp(folder: Path, *patterns: str) -> tuple[tuple[str, int, int], ...]:
-    files = sorted({f for pattern in patterns for f in folder.glob(pattern)})
-    return tuple((f.name, f.stat().st_mtime_ns, f.stat().st_size) for f in files)
+def _file_of(module: str, root: Path) -> Path | None:
+    """The file of a module, by its dotted name; None where it is a package or no file under `root`."""
+    path = root.joinpath(*module.split(".")).with_suffix(".py")
+    return path if path.is_file() else None
 
 
-_HERE = Path(__file__).parent
-_STAMP = _stamp(_HERE, *_PATTERNS)
+def imported_files(source: str, root: Path) -> set[Path]:
+    """Files of this project that a source text imports."""
+    found: set[Path | None] = set()
+    for package, names, module in _IMPORT.findall(source):
+        found.add(_file_of(module or package, root))
+        for name in re.findall(r"(\w+)(?:\s+as\s+\w+)?", names):
+            found.add(_file_of(f"{package}.{name}", root))
+    return {file for file in found if file is not None}
 
 
 @cache
-def _stamp_of(folder: Path) -> tuple[tuple[str, int, int], ...]:
-    """The state of what kernels of a folder are compiled from: in rooms inside this one, theirs and all of ours."""
-    return _STAMP if folder == _HERE else _stamp(_HERE, "*.py") + _stamp(folder, "kernel*.py")
+def _read(file: Path, root: Path) -> tuple[str, frozenset[Path]]:
+    text = file.read_text()
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest(), frozenset(imported_files(text, root))
+
+
+@cache
+def stamp_of(file: Path, root: Path = _ROOT) -> str:
+    """The state of a file and of all it imports from this project, itself or through others."""
+    seen: set[Path] = set()
+    left = [file]
+    while left:
+        each = left.pop()
+        if each not in seen:
+            seen.add(each)
+            left += _read(each, root)[1]
+    return hashlib.blake2b("".join(sorted(_read(f, root)[0] for f in seen)).encode(), digest_size=16).hexdigest()
+
+
+@overload
+def compiled(function: F) -> F: ...
+@overload
+def compiled(**options: Any) -> Callable[[F], F]: ...
+def compiled(function: Any = None, **options: Any) -> Any:
+    """`numba.njit` with a cache on disk that knows what the kernel is made of. Options as there."""
+    if function is None:
+        return lambda f: compiled(f, **options)  # pyright: ignore[reportUnknownLambdaType]
+    kernel: Any = nb.njit(cache=True, **options)(function)
+    file = getattr(kernel._cache, "_cache_file", None)
+    if file is not None:
+        file._source_stamp = (file._source_stamp, stamp_of(Path(function.__code__.co_filename)))
+    return kernel
 
 
 def _compile(function: Callable[..., Any], flags: Any, inline: bool = False) -> Any:
-    kernel: Any = nb.njit(cache=True, fastmath=flags, error_model="numpy", nogil=True, forceinline=inline)(function)
-    file = getattr(kernel._cache, "_cache_file", None)
-    if file is not None:
-        folder = Path(function.__code__.co_filename).parent
-        file._source_stamp = (file._source_stamp, _stamp_of(folder))
-    return kernel
+    return compiled(fastmath=flags, error_model="numpy", nogil=True, forceinline=inline)(function)
 
 
 def fast(function: Callable[..., Any]) -> Any:

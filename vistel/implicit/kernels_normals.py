@@ -4,14 +4,15 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
+
+from vistel.implicit.kernel_jit import compiled
 
 GAP = -1
 """In a fan: the next neighbour begins a new chain."""
 
 
-@nb.njit(cache=True)
+@compiled
 def build_fans(triangles, vertices):
     """The neighbours of every vertex in the order of its triangles, so that a triangle lies between each two
     of them: (start (V + 1,), fan), fan[start[v] : start[v + 1]] with GAP between chains. A closed chain ends
@@ -73,7 +74,7 @@ _FEW = 16
 of memory."""
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
+@compiled(nogil=True, error_model="numpy", fastmath=_FAST)
 def _normal(v, start, fan, vertices, normals):
     zero = np.float32(0.0)
     x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
@@ -94,7 +95,7 @@ def _normal(v, start, fan, vertices, normals):
         normals[v, 0], normals[v, 1], normals[v, 2] = nx * inverse, ny * inverse, nz * inverse
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
+@compiled(nogil=True, error_model="numpy", fastmath=_FAST)
 def update_normals(start, fan, vertices, moved, mark, touched, normals):
     """Area-weighted unit normals of the moved vertices and their neighbours. mark: (V,) zeros, and zeros
     again afterwards; touched: room for every vertex."""

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contact_kernels import surface
+from vistel.implicit.kernel_jit import compiled
 
 GRAVITY = 9.81
 FRICTION = 0.5
@@ -30,7 +30,7 @@ WIDTH = 29
 """Numbers of one contact."""
 
 
-@nb.njit(cache=True)
+@compiled
 def inertia(kind, start, params, rotation, position, first, end, radius, grid):
     """(3, 3) inertia per kilogram about the thing's origin, by sampling its inside."""
     out = np.zeros((3, 3))
@@ -54,7 +54,7 @@ def inertia(kind, start, params, rotation, position, first, end, radius, grid):
     return out / max(1, count) + 0.01 * radius * radius * np.eye(3)
 
 
-@nb.njit(cache=True)
+@compiled
 def pose(owner, local_r, local_p, body_r, body_p, out_r, out_p):
     for k in range(len(owner)):
         n = owner[k]
@@ -69,20 +69,20 @@ def pose(owner, local_r, local_p, body_r, body_p, out_r, out_p):
                 )
 
 
-@nb.njit(cache=True)
+@compiled
 def _turned(r, k, v):
     """Row k of r @ v."""
     return r[k, 0] * v[0] + r[k, 1] * v[1] + r[k, 2] * v[2]
 
 
-@nb.njit(cache=True)
+@compiled
 def _cross(a, b, out):
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@nb.njit(cache=True)
+@compiled
 def _add(pairs, contacts, count, a, b, primitive, x, y, z, nx, ny, nz, gap, position):
     """Append one contact; returns the new count. b: other thing, -1 the floor, -2 a pusher."""
     if count >= len(contacts) or not (gap > -0.5 and gap < 1.0):
@@ -105,7 +105,7 @@ def _add(pairs, contacts, count, a, b, primitive, x, y, z, nx, ny, nz, gap, posi
     return count + 1
 
 
-@nb.njit(cache=True)
+@compiled
 def _speed_at(velocity, spin, position, n, x, y, z):
     """Speed of thing n at a point of the room."""
     rx, ry, rz = x - position[n, 0], y - position[n, 1], z - position[n, 2]
@@ -115,7 +115,7 @@ def _speed_at(velocity, spin, position, n, x, y, z):
     return math.sqrt(vx * vx + vy * vy + vz * vz)
 
 
-@nb.njit(cache=True)
+@compiled
 def detect(
     first, kind, start, params, rotation, position_p, probe_first, probe, probe_radius, radius, bound, body_r, centre,
     position, velocity, spin, mode, still, push_thing, push_point, push_normal, push_gap, push_velocity, dt, pairs,
@@ -215,7 +215,7 @@ def detect(
     return count, woken
 
 
-@nb.njit(cache=True)
+@compiled
 def _relative(c, a, b, velocity, spin, axis):
     """Velocity of a against b at the contact, along c[axis : axis + 3]."""
     ax = velocity[a, 0] + spin[a, 1] * c[14] - spin[a, 2] * c[13]
@@ -230,7 +230,7 @@ def _relative(c, a, b, velocity, spin, axis):
     return ax * c[axis] + ay * c[axis + 1] + az * c[axis + 2]
 
 
-@nb.njit(cache=True)
+@compiled
 def _apply(c, a, b, im, ii, velocity, spin, axis, j):
     """An impulse of j newton seconds along c[axis : axis + 3] on a, and its opposite on b."""
     d = c[axis : axis + 3]
@@ -248,7 +248,7 @@ def _apply(c, a, b, im, ii, velocity, spin, axis, j):
             spin[n, k] += s * (ii[n, k, 0] * tx + ii[n, k, 1] * ty + ii[n, k, 2] * tz)
 
 
-@nb.njit(cache=True)
+@compiled
 def _mass(c, a, b, im, ii, axis):
     """Effective mass of the two along c[axis : axis + 3]."""
     d = c[axis : axis + 3]
@@ -268,7 +268,7 @@ def _mass(c, a, b, im, ii, axis):
     return 1.0 / total if total > 0.0 else 0.0
 
 
-@nb.njit(cache=True)
+@compiled
 def _iterate(pairs, contacts, im, ii, velocity, spin, rounds, biased, rate, mass_scale, impulse_scale, h):
     for _ in range(rounds):
         for i in range(len(contacts)):
@@ -292,7 +292,7 @@ def _iterate(pairs, contacts, im, ii, velocity, spin, rounds, biased, rate, mass
             c[22] = total
 
 
-@nb.njit(cache=True)
+@compiled
 def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mode, still, pairs, contacts, dt):
     n = len(mode)
     im = np.zeros(n)
@@ -366,14 +366,14 @@ def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mod
             spin[a] = 0.0
 
 
-@nb.njit(cache=True)
+@compiled
 def _limit(v, most):
     m = math.sqrt((v * v).sum())
     if m > most:
         v *= most / m
 
 
-@nb.njit(cache=True)
+@compiled
 def _turn(q, spin, h):
     """Turns quaternion q by spin for h seconds, in place."""
     x, y, z, w = q[0], q[1], q[2], q[3]

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from vistel.implicit.contact_kernels import surface
+from vistel.implicit.kernel_jit import compiled
 
 T = 0.5
 INVERSE_T = math.sqrt(1.0 - math.sqrt(T))
@@ -31,7 +31,7 @@ AREA, NORMAL_FORCE, MEAN, GREATEST = 15, 16, 17, 18
 FORCE, TORQUE, FRICTION, CENTRE, NORMAL = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12), slice(12, 15)
 
 
-@nb.njit(cache=True)
+@compiled
 def value(x, i, kind, start, params, rotation, position, seen):
     """Field of primitive i at x (3,)."""
     r = rotation[i]
@@ -44,14 +44,14 @@ def value(x, i, kind, start, params, rotation, position, seen):
     return (1.0 - u) * (1.0 - u)
 
 
-@nb.njit(cache=True)
+@compiled
 def _both(x, i, j, sa, sb, a, b, seen, out):
     """P_a and P_b at x into out; sa, sb: 1 / compliances."""
     out[0] = sa * (value(x, i, a[0], a[1], a[2], a[3], a[4], seen) - T)
     out[1] = sb * (value(x, j, b[0], b[1], b[2], b[3], b[4], seen) - T)
 
 
-@nb.njit(cache=True)
+@compiled
 def _column(base, n, h, size, i, j, sa, sb, a, b, seen, x, out):
     """Height over `base` along n where P_a = P_b, near h; the pressure there is in out[2], -1 where there is none."""
     step = 0.02 * size
@@ -110,7 +110,7 @@ def _column(base, n, h, size, i, j, sa, sb, a, b, seen, x, out):
     return middle
 
 
-@nb.njit(cache=True)
+@compiled
 def _frame(n, u, v):
     """Two unit vectors across n."""
     k = 0
@@ -129,7 +129,7 @@ def _frame(n, u, v):
     v[2] = n[0] * u[1] - n[1] * u[0]
 
 
-@nb.njit(cache=True)
+@compiled
 def _edge(centre, e, n, size, h0, i, j, sa, sb, a, b, seen, x, base, out):
     """How far from the centre along e the pressure reaches."""
     near, far, h = 0.0, 0.1 * size, h0
@@ -169,7 +169,7 @@ def _edge(centre, e, n, size, h0, i, j, sa, sb, a, b, seen, x, base, out):
     return 0.5 * (near + far)
 
 
-@nb.njit(cache=True)
+@compiled
 def _owned(x, i, first, last, s, seen):
     """Whether primitive i has the largest field of its body at x: each point of a patch counts once."""
     own = value(x, i, s[0], s[1], s[2], s[3], s[4], seen)
@@ -181,7 +181,7 @@ def _owned(x, i, first, last, s, seen):
     return True
 
 
-@nb.njit(cache=True)
+@compiled
 def patch(
     i, j, range_a, range_b, c_a, c_b, a, b, point, normal, size, pressure, friction, damping, creep, motion_a, motion_b,
     angles, result,
@@ -288,7 +288,7 @@ def patch(
     return result[AREA]
 
 
-@nb.njit(cache=True)
+@compiled
 def _speed(motion, x, m):
     """Component m of a body's velocity at x."""
     k, q = (m + 1) % 3, (m + 2) % 3

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from vistel.implicit.contact_set import CONE_SPHERE, SUPERELLIPSOID
 from vistel.implicit.contact_surface import INVERSE_T, T, surface
+from vistel.implicit.kernel_jit import compiled
 from vistel.space.patch_kernels import _frame
 
 RAYS = 8
@@ -33,13 +33,13 @@ FELT = 16
 b (3), area, normal force without friction, mean and greatest pressure."""
 
 
-@nb.njit(cache=True)
+@compiled
 def _one(s, i):
     """Primitive i of a set, its views made once: they cost more than what is done with them."""
     return s[0][i], s[2][s[1][i] : s[1][i + 1]], s[3][i], s[4][i]
 
 
-@nb.njit(cache=True)
+@compiled
 def _field(x, s, seen):
     kind, params, r, at = s
     dx, dy, dz = x[0] - at[0], x[1] - at[1], x[2] - at[2]
@@ -51,12 +51,12 @@ def _field(x, s, seen):
     return (1.0 - u) * (1.0 - u)
 
 
-@nb.njit(cache=True)
+@compiled
 def _pressures(x, sa, sb, a, b, seen, out):
     out[0], out[1] = sa * (_field(x, a, seen) - T), sb * (_field(x, b, seen) - T)
 
 
-@nb.njit(cache=True)
+@compiled
 def _shared(base, n, h, rise, most, sa, sb, a, b, seen, x, out):
     """Height over `base` along n where P_a = P_b, from the guess h; that pressure in out[2], d(P_b - P_a)/dh in out[3].
 
@@ -87,7 +87,7 @@ def _shared(base, n, h, rise, most, sa, sb, a, b, seen, x, out):
     return h
 
 
-@nb.njit(cache=True)
+@compiled
 def _at(centre, e, way, n, h, rise, most, sa, sb, a, b, seen, x, base, out):
     """As `_shared`, `way` along e from the centre."""
     for m in range(3):
@@ -95,7 +95,7 @@ def _at(centre, e, way, n, h, rise, most, sa, sb, a, b, seen, x, base, out):
     return _shared(base, n, h, rise, most, sa, sb, a, b, seen, x, out)
 
 
-@nb.njit(cache=True)
+@compiled
 def _top(centre, u, v, n, reach, rise, most, long, sa, sb, a, b, seen, x, base, e, out):
     """Move the centre to the peak of the pressure, u and v to the axes of the ellipse there, whose half sizes are
     `reach`. Returns the peak, 0 where there is none, and d(P_b - P_a)/dh there."""
@@ -159,7 +159,7 @@ def _top(centre, u, v, n, reach, rise, most, long, sa, sb, a, b, seen, x, base, 
     return peak, rise
 
 
-@nb.njit(cache=True)
+@compiled
 def _end(centre, e, peak, n, rise, most, sa, sb, a, b, seen, x, base, out):
     """How far along e (near 1) the pressure reaches."""
     near, p_near, far, p_far = 0.0, peak, -1.0, 0.0
@@ -185,7 +185,7 @@ def _end(centre, e, peak, n, rise, most, sa, sb, a, b, seen, x, base, out):
     return math.sqrt(t)
 
 
-@nb.njit(cache=True)
+@compiled
 def _share(x, i, chosen, count, own, s, seen):
     """Primitive i's part of the point x, among all of its body that lie over it."""
     mine = max(own - T, 0.0)
@@ -197,7 +197,7 @@ def _share(x, i, chosen, count, own, s, seen):
     return mine / total if total > 0.0 else 1.0
 
 
-@nb.njit(cache=True)
+@compiled
 def _over(x, i, s, used, chosen, seen):
     """Which others of a body's primitives `used` have x in their realm; how many."""
     count = 0
@@ -208,7 +208,7 @@ def _over(x, i, s, used, chosen, seen):
     return count
 
 
-@nb.njit(cache=True)
+@compiled
 def _radius(s):
     """A length that a primitive knows: its least radius [m]."""
     kind, p = s[0], s[1]
@@ -217,7 +217,7 @@ def _radius(s):
     return min(p[0], p[1], p[2]) if kind >= SUPERELLIPSOID else p[0]
 
 
-@nb.njit(cache=True)
+@compiled
 def feel(pairs, point, normal, field_depth, c_a, c_b, all_a, all_b, pressure, friction, creep, velocity, motion, out_rows):
     """What b's primitives do to a's: one row (FELT) per pair, all 0 where there is no patch.
 

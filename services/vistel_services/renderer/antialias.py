@@ -7,9 +7,10 @@ multisampling, costs in software GL.
 from __future__ import annotations
 
 import cv2
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
+
+from vistel.implicit.kernel_jit import compiled
 
 U8 = NDArray[np.uint8]
 
@@ -29,7 +30,7 @@ def antialias(picture: U8) -> U8:
     return out
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def _tap(p: U8, fx: float, fy: float) -> tuple[float, float, float]:
     """Bilinear colour at a place."""
     x, y = np.uint32(fx), np.uint32(fy)  # unsigned: no test for indices that count from the end
@@ -42,7 +43,7 @@ def _tap(p: U8, fx: float, fy: float) -> tuple[float, float, float]:
     )
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def _smooth(picture: U8, luma: U8, out: U8) -> None:
     h, w = luma.shape
     edge = np.empty(w, np.uint8)

@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
+
+from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
@@ -14,7 +15,7 @@ I64 = NDArray[np.int64]
 I32 = NDArray[np.int32]
 
 
-@nb.njit(cache=True)
+@compiled
 def rasterise(uv: F64, triangles: I64, size: int) -> tuple[I32, F32]:
     """(size, size) triangle at each texel centre (-1: none), (size, size, 2) barycentric weights of its corners 0, 1.
 
@@ -42,7 +43,7 @@ def rasterise(uv: F64, triangles: I64, size: int) -> tuple[I32, F32]:
     return owner, weight
 
 
-@nb.njit(cache=True)
+@compiled
 def spread(image: NDArray[np.uint8], filled: NDArray[np.bool_], steps: int) -> None:
     """Grows the filled texels outwards by `steps`, in place, so that filtering over a seam meets no foreign colour."""
     h, w, _ = image.shape

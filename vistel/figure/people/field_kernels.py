@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
+
+from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -27,7 +28,7 @@ CELL = 0.03  # of the grid that finds the primitives near a point [m]
 MARGIN = 0.002  # how far beyond its cell a point may look [m]
 
 
-@nb.njit(cache=True)
+@compiled
 def fill_index(shape, first, last):
     counts = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
     items = np.empty(0, np.int64)
@@ -51,7 +52,7 @@ def fill_index(shape, first, last):
     return starts, items
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def _section(table, at: float, x: float, z: float):
     """Superellipse ratio k at level `at` of a loft and its x and z derivatives."""
     level = min(len(table) - 1.000001, max(0.0, at))
@@ -70,7 +71,7 @@ def _section(table, at: float, x: float, z: float):
     return k, math.copysign((qx / k) ** (n - 1.0), x) / a, math.copysign((qz / k) ** (n - 1.0), dz) / b
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def _loft(row, tables, x: float, y: float, z: float) -> float:
     table = tables[int(row[RA])]
     y0, y1, shear, rounding = row[A], row[A + 1], row[A + 2], row[RB]
@@ -90,7 +91,7 @@ def _loft(row, tables, x: float, y: float, z: float) -> float:
     return max(side, end)
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def _distance(row, tables, x: float, y: float, z: float) -> float:
     """Distance from the primitive's surface, negative inside (first order where the primitive is stretched)."""
     kind = int(row[KIND])
@@ -145,7 +146,7 @@ def _distance(row, tables, x: float, y: float, z: float) -> float:
     return s / max(1e-9, math.sqrt(hx * hx + hy * hy + hz * hz))
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def _blend(row, s: float) -> float:
     d = RATIO_AT_SURFACE + s / row[WIDTH]
     if d >= 1.0:
@@ -156,7 +157,7 @@ def _blend(row, s: float) -> float:
     return u * u
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def _field(rows, tables, active, x: float, y: float, z: float, sums) -> float:
     """Field at a point; `active` lists the rows that may reach it, ascending (the rows of a chain are neighbours)."""
     common = 0.0
@@ -193,7 +194,7 @@ def _field(rows, tables, active, x: float, y: float, z: float, sums) -> float:
     return min(common - carved, 1.0 - cut)
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def field_block(rows: F64, tables: F64, active: I64, xs: F64, ys: F64, zs: F64, out: NDArray[np.float32]) -> bool:
     """Fields of the rows `active` at the grid xs x ys x zs into out; says whether both sides of T occur."""
     sums = np.empty(GROUPS)
@@ -207,7 +208,7 @@ def field_block(rows: F64, tables: F64, active: I64, xs: F64, ys: F64, zs: F64, 
     return low < THRESHOLD <= high
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def field_block_rows(rows: F64, tables: F64, active: I64, low: F64, high: F64) -> I64:
     """Which of the rows `active` can shape the surface inside the box low..high; none where it cannot be there."""
     c = 0.5 * (low + high)
@@ -233,7 +234,7 @@ def field_block_rows(rows: F64, tables: F64, active: I64, low: F64, high: F64) -
     return kept[:count]
 
 
-@nb.njit(cache=True)
+@compiled
 def _near(origin, shape, starts, items, x, y, z):
     i, j, k = int((x - origin[0]) / CELL), int((y - origin[1]) / CELL), int((z - origin[2]) / CELL)
     if not (0 <= i < shape[0] and 0 <= j < shape[1] and 0 <= k < shape[2]):
@@ -242,7 +243,7 @@ def _near(origin, shape, starts, items, x, y, z):
     return items[starts[cell] : starts[cell + 1]]
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def fields_at(rows, tables, origin, shape, starts, items, points):
     out = np.empty(len(points))
     sums = np.empty(GROUPS)
@@ -252,7 +253,7 @@ def fields_at(rows, tables, origin, shape, starts, items, points):
     return out
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def gradients_at(rows, tables, origin, shape, starts, items, points, step):
     out = np.empty((len(points), 3))
     sums = np.empty(GROUPS)
@@ -272,7 +273,7 @@ def gradients_at(rows, tables, origin, shape, starts, items, points, step):
     return out
 
 
-@nb.njit(cache=True, fastmath=True)
+@compiled(fastmath=True)
 def materials_at(rows, tables, origin, shape, starts, items, points):
     first = np.zeros(len(points), np.int32)
     second = np.zeros(len(points), np.int32)

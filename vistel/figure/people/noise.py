@@ -6,14 +6,15 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
+
+from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 
 
-@nb.njit(cache=True)
+@compiled
 def _lattice(i: int, j: int, k: int, seed: int) -> float:
     """Pseudo-random value in [-1, 1] of a lattice point (integer hash after Wang)."""
     h = (i * 73856093) ^ (j * 19349663) ^ (k * 83492791) ^ (seed * 2654435)
@@ -26,7 +27,7 @@ def _lattice(i: int, j: int, k: int, seed: int) -> float:
     return h / 2147483647.5 - 1.0
 
 
-@nb.njit(cache=True)
+@compiled
 def _value(x: float, y: float, z: float, seed: int) -> float:
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
     u, v, w = x - i, y - j, z - k
@@ -39,7 +40,7 @@ def _value(x: float, y: float, z: float, seed: int) -> float:
     return total
 
 
-@nb.njit(cache=True)
+@compiled
 def noise(points: F64, octaves: int, seed: int) -> F64:
     """(N,) noise in about [-1, 1] at points (N, 3) with features of size 1, halved and halved in weight per octave."""
     out = np.empty(len(points))

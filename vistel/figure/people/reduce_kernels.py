@@ -4,14 +4,15 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
+
+from vistel.implicit.kernel_jit import compiled
 
 _BENDING = 0.42
 """Turn of the normal along an edge that counts as much as one wanted length [rad]."""
 
 
-@nb.njit(cache=True)
+@compiled
 def _fan(u, head, following, t, out) -> int:
     """Living triangles round vertex u into out; drops the dead from its list."""
     count = 0
@@ -33,7 +34,7 @@ def _fan(u, head, following, t, out) -> int:
     return count
 
 
-@nb.njit(cache=True)
+@compiled
 def _keeps_facing(v, t, fan, count, moved, other, place) -> bool:
     """Whether the triangles of `fan` without `other` keep their side when vertex `moved` goes to `place`."""
     for i in range(count):
@@ -57,7 +58,7 @@ def _keeps_facing(v, t, fan, count, moved, other, place) -> bool:
     return True
 
 
-@nb.njit(cache=True)
+@compiled
 def collapse(v, n, h, t, limit, left, target) -> int:
     """Collapses edges shorter than sqrt(limit) in the metric, in place; dead triangles get -1. Gives vertices left."""
     head = np.full(len(v), -1, np.int64)
@@ -134,7 +135,7 @@ def collapse(v, n, h, t, limit, left, target) -> int:
     return left
 
 
-@nb.njit(cache=True)
+@compiled
 def _sharpest(a, b, c) -> float:
     """Largest cosine of a triangle's angles (1: degenerate)."""
     u, v, w = b - a, c - b, a - c
@@ -144,7 +145,7 @@ def _sharpest(a, b, c) -> float:
     return max(-(u * w).sum() / (lu * lw), -(u * v).sum() / (lu * lv), -(v * w).sum() / (lv * lw))
 
 
-@nb.njit(cache=True)
+@compiled
 def flip(v, t) -> None:
     """Flips edges, in place, where that makes the smallest angle larger and the surface hardly bends there."""
     count = len(t)
