@@ -88,7 +88,8 @@ class Participant(_Model):
     tracker: TrackerConfig | None = TrackerConfig()
     gloves: dict[Literal["left", "right"], GloveConfig] = {"left": GloveConfig(), "right": GloveConfig()}
     motion: str | None = None
-    """What the simulated devices feel: a file (.bvh, a folder of 6-DOF recordings) or a built-in choreography."""
+    """What the simulated devices feel: a file (.bvh, a folder of 6-DOF recordings) or a built-in choreography ("meeting",
+    "clay")."""
 
 
 class PropTracker(_Fastrak):

@@ -35,7 +35,7 @@ from vistel.implicit.layout import (
     SUM,
     VALUE,
 )
-from vistel.implicit.pointers import ROW, at, copy_row, keep, pointer
+from vistel.implicit.pointers import ROW, at, copy_row, keep, pointer, sphere_slope_row
 from vistel.implicit.rows import (
     F32,
     FAST,
@@ -171,9 +171,12 @@ def _add_leaf(table, scale, attribute, params, x, y, z, w, acc, channels, n, slo
     value, rate, spare = at(w, 4 * LANES), at(w, 5 * LANES), at(w, 6 * LANES)
     weight, family, f = scale[0], table[FAMILY], table[FRAME]
     p = at(params, table[START])
-    if table[KIND] == 0 and channels == 1 and family == 2 and f < 0 and scale[1] == ONE:
+    if table[KIND] == 0 and (channels == 1 or (slope and channels == 4)) and family == 2 and f < 0 and scale[1] == ONE:
         # The commonest leaf, in one pass.
-        if rowed:
+        if slope:
+            for i in range(0, n, ROW):
+                sphere_slope_row(at(acc, i), at(x, i), at(y, i), at(z, i), p[0], p[1], p[2], p[3], weight)
+        elif rowed:
             accumulate_sphere_rows(acc, x, y, z, p[0], p[1], p[2], p[3], weight, n)
         else:
             accumulate_sphere(acc, x, y, z, p[0], p[1], p[2], p[3], weight, n)

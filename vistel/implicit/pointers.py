@@ -17,6 +17,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
+from vistel.implicit.layout import LANES
+
 
 @intrinsic
 def pointer(_context: Any, array: Any) -> Any:
@@ -96,6 +98,32 @@ def sphere_row(_context: Any, acc: Any, z: Any, base: Any, c: Any, k: Any, w: An
         return context.get_dummy_value()
 
     return types.void(acc, z, base, c, k, w), codegen
+
+
+@intrinsic
+def sphere_slope_row(_context: Any, acc: Any, x: Any, y: Any, z: Any, a: Any, b: Any, c: Any, k: Any, w: Any) -> Any:
+    """For ROW points: acc += w q^2 with q = max(1 - k |P - (a, b, c)|^2, 0), its gradient into the three rows after
+    acc, LANES floats apart. a, b, c, k, w are float32."""
+
+    def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        _prefer_wide(builder)
+        flags = ("contract",)
+        centre, (k_, w_) = [_spread(builder, n) for n in args[4:7]], (_spread(builder, n) for n in args[7:])
+        d = [builder.fsub(_load(builder, p), c_) for p, c_ in zip(args[1:4], centre, strict=True)]
+        d2 = builder.fmul(d[0], d[0], flags=flags)
+        for e in d[1:]:
+            d2 = builder.fadd(d2, builder.fmul(e, e, flags=flags), flags=flags)
+        zero, one = ir.Constant(_LINE, [0.0] * ROW), ir.Constant(_LINE, [1.0] * ROW)
+        q = builder.fsub(one, builder.fmul(k_, d2, flags=flags), flags=flags)
+        q = builder.select(builder.fcmp_ordered(">", q, zero), q, zero)
+        wq = builder.fmul(w_, q, flags=flags)
+        rate = builder.fmul(builder.fmul(k_, wq), ir.Constant(_LINE, [-4.0] * ROW))
+        for row, add in enumerate([builder.fmul(wq, q, flags=flags), *(builder.fmul(rate, e, flags=flags) for e in d)]):
+            into = builder.gep(args[0], [ir.Constant(ir.IntType(64), row * LANES)])
+            _store(builder, builder.fadd(_load(builder, into), add, flags=flags), into)
+        return _context.get_dummy_value()
+
+    return types.void(acc, x, y, z, a, b, c, k, w), codegen
 
 
 @nb.njit

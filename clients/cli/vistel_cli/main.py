@@ -8,7 +8,7 @@ import sys
 
 import typer
 
-from vistel_cli import bench, devices, doctor, log, polygonise, record, replay, sim, site, trace, up
+from vistel_cli import bench, devices, doctor, log, polygonise, record, replay, scanline, sim, site, trace, up
 
 app = typer.Typer(
     name="vistel",
@@ -25,6 +25,7 @@ app.command("sim")(sim.sim)
 app.command("doctor")(doctor.doctor)
 app.command("devices")(devices.devices)
 app.command("trace")(trace.trace)
+app.command("scanline")(scanline.scanline)
 app.command("bench")(bench.bench)
 app.command("polygonise")(polygonise.polygonise)
 app.add_typer(site.app, name="site")

@@ -36,6 +36,7 @@ from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel_cli.terminal import err, fail
 from vistel_services.renderer.antialias import antialias
+from vistel_services.world.service import warm_up
 from vistel_sim.motion import open_motion
 
 INTERRUPTED = 130
@@ -126,13 +127,14 @@ def _compile_posture(conference: Conference) -> None:
 def _compile_world(conference: Conference) -> None:
     """Two steps with everybody at the table, from what the motion source says."""
     motion = open_motion(conference)
-    world = World(meeting_room(conference.room.seats))
+    world = World(meeting_room(conference.room.seats, conference.room.extras()))
     people = [p for s in conference.sites for p in s.participants]
     persons = tuple(Person(p.name, p.height) for p in people)
     for step in (1, 2):
         motions = tuple(MotionInput(p.name, motion.posture(p.name, 0.0), step, step) for p in people)
         world.step(StepInputs(step, step, persons if step == 1 else (), motions))
     World.restore(world.snapshot())
+    warm_up()
 
 
 def _compile_figures(conference: Conference) -> None:

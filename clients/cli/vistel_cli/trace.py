@@ -45,7 +45,7 @@ def trace(
     from vistel.implicit.trace import render  # noqa: PLC0415
     from vistel.implicit.trace.report import report, warnings  # noqa: PLC0415
 
-    pixels = _size(size)
+    pixels = picture_size(size)
     try:
         check_writable(output)
         read = load(scene)
@@ -85,7 +85,8 @@ def trace(
                 out.print(f"  {key.replace('_', ' '):22}{value:>12}")
 
 
-def _size(text: str | None) -> tuple[int, int] | None:
+def picture_size(text: str | None) -> tuple[int, int] | None:
+    """Pixels of an option such as 800x600; ends the command where it is none."""
     if text is None:
         return None
     try:

@@ -36,7 +36,7 @@ F64 = NDArray[np.float64]
 
 SOFT_FROM = 0.1
 """Compliance under which nobody would see a thing give way."""
-SPACING = 0.002
+SPACING = 0.0028
 """Between vertices, at least, where a dent is as wide as a finger [m]."""
 DRAWN = 0.004
 """How far a bond is drawn out before it shows in full [m]."""

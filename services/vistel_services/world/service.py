@@ -15,6 +15,7 @@ from vistel.conference.paths import RunPaths
 from vistel.figure.posture import standing
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import Extra, meeting_room
+from vistel.space.things import Matter
 from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot
@@ -210,8 +211,9 @@ def _inputs_message(inputs: StepInputs, arrived: Arrived, before: bytes) -> Worl
 
 def warm_up() -> None:
     """Make the kernels (the first time this takes half a minute), so that no step waits for them."""
-    world = World(meeting_room(2))
-    people = (Person("a"), Person("b"))
+    soft = Extra("clay", "clay", "ball", 0.04, 1.0, 0.3, 0, 0.0, 0.0, Matter("plastic", sticky=0.02))
+    world = World(meeting_room(2, [soft]))
+    people = (Person("a"), Person("b"))  # in one place, so that their hands meet
     for step in range(1, 4):
         motions = tuple(MotionInput(p.participant, standing(), step, step * STEP_NS) for p in people)
         world.step(StepInputs(step, step * STEP_NS, people if step == 1 else (), motions))

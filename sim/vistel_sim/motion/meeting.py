@@ -7,7 +7,7 @@ file adds what people do without thinking: breathing, swaying, gesturing while t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,14 +39,16 @@ class Meeting:
     """The built-in motion source (see the module)."""
 
     def __init__(
-        self, people: Sequence[Place], seats: int, seed: int, watch: Callable[[float], F64] | None = None
-    ) -> None:
-        """watch: what everybody looks at instead of each other, as a point (3,) of the room at a time [s]."""
+        self, people: Sequence[Place], seats: int, seed: int, watch: Callable[[float], F64] | None = None,
+        write: Callable[[Mapping[str, Sitter], int], Script] = write_script,
+    ) -> None:  # fmt: skip
+        """watch: what everybody looks at instead of each other, as a point (3,) of the room at a time [s]; write: makes
+        the script of people and seats."""
         self._watch = watch
         self._people = {p.name: p for p in people}
         self._sitters = {p.name: Sitter(p) for p in people}
         self._talk = Conversation(tuple(self._people), seed)
-        self._script: Script = write_script(self._sitters, seats)
+        self._script: Script = write(self._sitters, seats)
         self._habits = {name: _Habits(seed * 1009 + i) for i, name in enumerate(self._people)}
         self._ticks: dict[tuple[str, int], _Tick] = {}
         self._attention: dict[tuple[str, int], Attention] = {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from vistel.figure.posture import Posture
 from vistel.figure.sensors import Placement
 from vistel.space.room import BATON
 from vistel_sim.motion.bvh import load_bvh
+from vistel_sim.motion.clay import write_clay
 from vistel_sim.motion.hand_over import play_hand_over
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.played import PlayedFile, play_alone
@@ -26,12 +28,14 @@ FACE_HEIGHT = 1.6
 """Of people who stand [m]."""
 MEETING = "meeting"
 """The name of the built-in choreography; also what a participant without `motion` does."""
+CLAY = "clay"
+"""Another: the one nearest to the room's first thing that takes dents presses it."""
 
 
 def open_motion(conference: Conference) -> MotionSource:
     """The motion of every participant. Raises MotionError (one line) for a file that cannot be played.
 
-    `motion` of a participant: "meeting" (or nothing), a .bvh file, or the folder of a two-person hand-over, whose
+    `motion` of a participant: "meeting" (or nothing), "clay", a .bvh file, or the folder of a two-person hand-over, whose
     giver and taker are its first two participants; further ones watch them from their seats.
     """
     everyone = places(conference)
@@ -41,6 +45,12 @@ def open_motion(conference: Conference) -> MotionSource:
             wanted.setdefault(person.motion or MEETING, []).append(everyone[person.name])
     meeting = wanted.pop(MEETING, [])
     sources: list[MotionSource] = []
+    if CLAY in wanted:
+        thing = next((e for e in conference.room.extras() if e.matter.remembers), None)
+        if thing is None:
+            raise MotionError("clay: needs a [[room.things]] whose material is plastic or viscoelastic, or that is sticky")
+        write = partial(write_clay, thing=thing)
+        sources.append(Meeting(wanted.pop(CLAY), conference.room.seats, conference.seed, write=write))
     for name, people in wanted.items():
         path = Path(name)
         if path.is_dir() and is_hand_over(path):
@@ -54,7 +64,7 @@ def open_motion(conference: Conference) -> MotionSource:
             sources.append(PlayedFile({p.name: play_alone(p, take) for p in people}))
         else:
             raise MotionError(
-                f"{name}: no such motion; expected {MEETING!r}, a .bvh file or a folder with *_pose_saved.csv files"
+                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, a .bvh file or a folder with *_pose_saved.csv files"
             )
         log.info("motion from file path=%s participants=%s", path, ",".join(p.name for p in people))
     if meeting:

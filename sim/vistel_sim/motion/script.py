@@ -67,7 +67,7 @@ class Script:
 def write_script(sitters: Mapping[str, Sitter], seats: int) -> Script:
     """The script for the people that are there."""
     by_seat = {s.place.seat: s for s in sitters.values()}
-    desk = {(name, side): _Hand(s, side) for name, s in sitters.items() for side in SIDES}
+    desk = {(name, side): Hand(s, side) for name, s in sitters.items() for side in SIDES}
     first, second, last = by_seat.get(0), by_seat.get(1), by_seat.get(seats - 1) if seats > 2 else None
     looks: dict[str, list[tuple[float, float, str]]] = {name: [] for name in sitters}
     points: dict[str, F64] = {}
@@ -91,7 +91,7 @@ def write_script(sitters: Mapping[str, Sitter], seats: int) -> Script:
     return Script(tracks, tuple(holds), (baton.position, baton.rotation), scale, points, looks)
 
 
-class _Hand:
+class Hand:
     """A hand while its track is being written."""
 
     def __init__(self, sitter: Sitter, side: str) -> None:
@@ -108,6 +108,11 @@ class _Hand:
         """(3,) about where the shoulder is, upright, room frame."""
         height = self.sitter.place.skeleton.height
         return self.sitter.out_of_seat(np.array([self.sign * 0.18 * self.scale, 0.57 * height, 0.0]))
+
+    def rest_at(self, wrist: F64) -> None:
+        """Rest there instead, from the beginning on."""
+        self.home = (wrist, self.home[1])
+        self.keys[0] = HandKey(0.0, *self.home, RELAXED, free=1.0)
 
     def rest(self, t: float, lift: float = 0.02) -> None:
         self.keys.append(HandKey(t, *self.home, RELAXED, lift, 1.0))
@@ -145,7 +150,7 @@ def _between(a: Sitter, b: Sitter, towards_centre: float) -> F64:
 
 
 def _hand_over(
-    desk: dict[tuple[str, str], _Hand], a: Sitter, b: Sitter, baton: F64
+    desk: dict[tuple[str, str], Hand], a: Sitter, b: Sitter, baton: F64
 ) -> list[tuple[float, str | None, str, float]]:
     """`a` takes the baton with the right hand and gives it to `b`'s left; `b` gives it back; `a` puts it down."""
     giver, taker = desk[a.place.name, "right"], desk[b.place.name, "left"]
@@ -217,7 +222,7 @@ def _hand_over(
     ]
 
 
-def _hand_on_hand(desk: dict[tuple[str, str], _Hand], a: Sitter, c: Sitter) -> F64:
+def _hand_on_hand(desk: dict[tuple[str, str], Hand], a: Sitter, c: Sitter) -> F64:
     """`a` rests the left hand on the table, `c` lays the right hand on it. Returns where (3,)."""
     under, over = desk[a.place.name, "left"], desk[c.place.name, "right"]
     spot = _between(a, c, 0.05) + np.array([0.0, TABLE_HEIGHT, 0.0])
@@ -241,7 +246,7 @@ def _hand_on_hand(desk: dict[tuple[str, str], _Hand], a: Sitter, c: Sitter) -> F
     return spot
 
 
-def _palm_to_palm(desk: dict[tuple[str, str], _Hand], b: Sitter, c: Sitter) -> F64:
+def _palm_to_palm(desk: dict[tuple[str, str], Hand], b: Sitter, c: Sitter) -> F64:
     """`b`'s right and `c`'s left palm meet over the table. Returns where (3,)."""
     one, two = desk[b.place.name, "right"], desk[c.place.name, "left"]
     spot = _between(b, c, 0.0) + np.array([0.0, TABLE_HEIGHT + 0.30, 0.0])

@@ -9,8 +9,9 @@ See docs/how-to/polygonise.md.
 """
 
 from vistel.implicit.polygonise.formats import FORMATS, save
+from vistel.implicit.polygonise.incremental import Polygonisation
 from vistel.implicit.polygonise.lattice import Lattice
 from vistel.implicit.polygonise.mesh import SurfaceMesh
 from vistel.implicit.polygonise.surface import polygonise
 
-__all__ = ["FORMATS", "Lattice", "SurfaceMesh", "polygonise", "save"]
+__all__ = ["FORMATS", "Lattice", "Polygonisation", "SurfaceMesh", "polygonise", "save"]

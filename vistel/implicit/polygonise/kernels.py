@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numba as nb
 import numpy as np
 
-from vistel.implicit.layout import FAR, LANES, REGISTER
+from vistel.implicit.layout import FAR, LANES, NODE_WORDS, REGISTER
 from vistel.implicit.machine import DI, DJ, DK, _across, block, collect, narrow
 from vistel.implicit.pointers import at, keep, pointer
 from vistel.implicit.polygonise.bits import NONE, ONE_BIT, TOP, U64, apart, keep_row, lowest, ones
@@ -33,11 +33,25 @@ BITS = 20
 """Bits of each index in the number of a lattice edge."""
 LOW16 = U64(0xFFFF)
 
-EDGE_AXIS = np.array([e >> 2 for e in range(12)], np.int64)
-EDGE_ROW = np.array([(0, 2, 0, 2, 0, 1, 0, 1, 0, 1, 2, 3)[e] for e in range(12)], np.int64)
-"""Row (x, y), x + 2 y, at which each edge of a cell starts."""
-EDGE_UP = np.array([(0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 0, 0)[e] for e in range(12)], np.int64)
-"""1 for the edges at the cell's upper z."""
+class Tables(NamedTuple):
+    """Pointers to a program's arrays, see `vistel.implicit.layout`; how many nodes, leaves and boxes there are."""
+
+    leaf: Any
+    scale: Any
+    box: Any
+    capsule: Any
+    attribute: Any
+    params: Any
+    node: Any
+    number: Any
+    child: Any
+    child_weight: Any
+    tree_box: Any
+    tree_link: Any
+    tree_order: Any
+    nodes: Any
+    leaves: Any
+    branches: Any
 
 
 class Ring(NamedTuple):
@@ -68,9 +82,8 @@ def _evaluate(P, leaves, count, x, y, z, w, regs, live, channels, n, slope, laye
     """`machine.block` on a program's arrays."""
     apart()
     return block(
-        pointer(P.leaf), pointer(P.scale), pointer(P.attribute), pointer(P.params), pointer(P.node), P.node.shape[0],
-        pointer(P.number), pointer(P.child), pointer(P.child_weight), leaves, count, x, y, z, w, regs, live,
-        channels, n, slope, pointer(P.box), layers, layer,
+        P.leaf, P.scale, P.attribute, P.params, P.node, P.nodes, P.number, P.child, P.child_weight,
+        leaves, count, x, y, z, w, regs, live, channels, n, slope, P.box, layers, layer,
     )  # fmt: skip
 
 
@@ -85,9 +98,9 @@ def _more(array, needed):
 @row
 def _sample(P, ring, xs, ys, zs, slab, ny, nz, level, far, found, kept, lists, begin, x, w, regs, live, box):
     """Values and bits of a slab's points; the leaves of its columns, from begin[c] on in `lists`, which may grow."""
-    leaf_box, capsule = pointer(P.box), pointer(P.capsule)
+    leaf_box, capsule = P.box, P.capsule
     y, z = at(x, LANES), at(x, 2 * LANES)
-    root = P.node[P.node.shape[0] - 1, REGISTER] * LANES
+    root = P.node[NODE_WORDS * (P.nodes - 1) + REGISTER] * LANES
     values, inside, dirty = pointer(ring.values), pointer(ring.inside), pointer(ring.dirty)
     half, blocks_z = (slab // DI) & 1, nz // DK
     blocks = (ny // DJ) * blocks_z
@@ -100,9 +113,7 @@ def _sample(P, ring, xs, ys, zs, slab, ny, nz, level, far, found, kept, lists, b
             box[0], box[3] = xs[max(slab - 1, 0)], xs[slab + DI - 1]
             box[1], box[4] = ys[bj], ys[min(ej, ny - 1)]
             box[2], box[5] = zs[bk], zs[min(ek, nz - 1)]
-            count = collect(
-                pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order), P.tree_box.shape[0], leaf_box, box, found
-            )
+            count = collect(P.tree_box, P.tree_link, P.tree_order, P.branches, leaf_box, box, found)
             count = narrow(leaf_box, capsule, box, found, count, found)
             begin[column] = used
             if used + count > lists.shape[0]:
@@ -183,6 +194,20 @@ def _cross(ring, from_plane, to_plane, ny, nz, vertices):
 
 
 @row
+def _count(ring, from_plane, to_plane, ny, nz, j0, k0):
+    """How many crossed edges start in a block."""
+    crossed, words = pointer(ring.crossed), nz // 64
+    shift = U64(k0 & 63)
+    n = 0
+    for p in range(from_plane, to_plane):
+        for j in range(j0, min(j0 + DJ, ny - 1)):
+            e = 3 * (_row_of(p, j, ny) * words + k0 // 64)
+            for axis in range(3):
+                n += ones((crossed[e + axis] >> shift) & LOW16)
+    return n
+
+
+@row
 def _gather(ring, xs, ys, zs, from_plane, to_plane, ny, nz, j0, k0, axis, n, x, y, z, start, stop, ids, edges):
     """The crossed edges along `axis` that start in a block, from lane n on; the lane after the last."""
     crossed, first, values = pointer(ring.crossed), pointer(ring.first), pointer(ring.values)
@@ -257,8 +282,8 @@ def _refine(P, ring, lists, begin, xs, ys, zs, from_plane, to_plane, ny, nz, lev
     px, py, pz = at(x, 3 * LANES), at(x, 4 * LANES), at(x, 5 * LANES)
     start, stop, t = at(x, 6 * LANES), at(x, 7 * LANES), at(x, 8 * LANES)
     low, high = at(x, 9 * LANES), at(x, 10 * LANES)
-    leaf_box, capsule, busy = pointer(P.box), pointer(P.capsule), pointer(ring.busy)
-    field = at(regs, P.node[P.node.shape[0] - 1, REGISTER] * CHANNELS * LANES)
+    leaf_box, capsule, busy = P.box, P.capsule, pointer(ring.busy)
+    field = at(regs, P.node[NODE_WORDS * (P.nodes - 1) + REGISTER] * CHANNELS * LANES)
     hx, hy, hz = xs[1] - xs[0], ys[1] - ys[0], zs[1] - zs[0]
     blocks_z, columns_z = nz // DK, (nz + COLUMN - 1) // COLUMN
     worst = ZERO
@@ -267,9 +292,12 @@ def _refine(P, ring, lists, begin, xs, ys, zs, from_plane, to_plane, ny, nz, lev
             continue
         j0, k0 = b // blocks_z * DJ, b % blocks_z * DK
         column = j0 // COLUMN * columns_z + k0 // COLUMN
-        # So many planes at a time as surely fit the lanes: a point has three edges.
-        for p in range(from_plane, to_plane, 2):
-            q = min(p + 2, to_plane)
+        # Usually all fit the lanes; two planes surely do, for a point has three edges.
+        planes = 2
+        if _count(ring, from_plane, to_plane, ny, nz, j0, k0) <= LANES:
+            planes = to_plane - from_plane
+        for p in range(from_plane, to_plane, planes):
+            q = min(p + planes, to_plane)
             nx_ = _gather(ring, xs, ys, zs, p, q, ny, nz, j0, k0, 0, 0, x, y, z, start, stop, ids, edges)
             ny_ = _gather(ring, xs, ys, zs, p, q, ny, nz, j0, k0, 1, nx_, x, y, z, start, stop, ids, edges)
             n = _gather(ring, xs, ys, zs, p, q, ny, nz, j0, k0, 2, ny_, x, y, z, start, stop, ids, edges)
@@ -325,26 +353,21 @@ def _join(ring, from_plane, to_plane, ny, nz, table, many, triangles, cells, fac
     bits_ = ring.inside.view(np.uint64)
     bits, crossed, first = pointer(bits_), pointer(ring.crossed), pointer(ring.first)
     words = nz // 64
-    rows_, ids_ = np.empty(4, np.int64), np.empty(12, np.int32)
-    rows, ids = pointer(rows_), pointer(ids_)
-    axis, at_row, up = pointer(EDGE_AXIS), pointer(EDGE_ROW), pointer(EDGE_UP)
-    out = pointer(triangles)
+    ids_ = np.empty(12, np.int32)
+    ids, out = pointer(ids_), pointer(triangles)
     for p in range(from_plane, to_plane):
         for j in range(ny - 2):
-            for i in range(4):
-                rows[i] = _row_of(p + (i & 1), j + (i >> 1), ny) * words
+            r0, r1 = _row_of(p, j, ny) * words, _row_of(p + 1, j, ny) * words
+            r2, r3 = _row_of(p, j + 1, ny) * words, _row_of(p + 1, j + 1, ny) * words
             for v in range(words):
-                a, b, c, d = bits[rows[0] + v], bits[rows[2] + v], bits[rows[1] + v], bits[rows[3] + v]
-                a1, b1, c1, d1 = a >> ONE_BIT, b >> ONE_BIT, c >> ONE_BIT, d >> ONE_BIT
+                a, b, c, d = bits[r0 + v], bits[r2 + v], bits[r1 + v], bits[r3 + v]
                 if v + 1 < words:
-                    a1 |= bits[rows[0] + v + 1] << TOP
-                    b1 |= bits[rows[2] + v + 1] << TOP
-                    c1 |= bits[rows[1] + v + 1] << TOP
-                    d1 |= bits[rows[3] + v + 1] << TOP
+                    a1, b1, c1, d1 = bits[r0 + v + 1], bits[r2 + v + 1], bits[r1 + v + 1], bits[r3 + v + 1]
                 else:
                     # Beyond the rim all is as at the rim.
-                    last = ONE_BIT << TOP
-                    a1, b1, c1, d1 = a1 | (a & last), b1 | (b & last), c1 | (c & last), d1 | (d & last)
+                    a1, b1, c1, d1 = a >> TOP, b >> TOP, c >> TOP, d >> TOP
+                a1, b1 = (a >> ONE_BIT) | (a1 << TOP), (b >> ONE_BIT) | (b1 << TOP)
+                c1, d1 = (c >> ONE_BIT) | (c1 << TOP), (d >> ONE_BIT) | (d1 << TOP)
                 active = (a | b | c | d | a1 | b1 | c1 | d1) & ~(a & b & c & d & a1 & b1 & c1 & d1)
                 if active == NONE:
                     continue
@@ -353,6 +376,12 @@ def _join(ring, from_plane, to_plane, ny, nz, table, many, triangles, cells, fac
                     out = pointer(triangles)
                     if want_cells:
                         cells = _more(cells, faces + 5 * 64)
+                # The words in which a cell's edges start: x00 x01, y00 y10, z00 z10 z01 z11.
+                e0, e1, e2, e3 = 3 * (r0 + v), 3 * (r1 + v), 3 * (r2 + v), 3 * (r3 + v)
+                x0, x1, y0, y1 = crossed[e0], crossed[e2], crossed[e0 + 1], crossed[e1 + 1]
+                z0, z1, z2, z3 = crossed[e0 + 2], crossed[e1 + 2], crossed[e2 + 2], crossed[e3 + 2]
+                fx0, fx1, fy0, fy1 = first[e0], first[e2], first[e0 + 1], first[e1 + 1]
+                fz0, fz1, fz2, fz3 = first[e0 + 2], first[e1 + 2], first[e2 + 2], first[e3 + 2]
                 while active != NONE:
                     bit = lowest(active)
                     active &= active - ONE_BIT
@@ -363,22 +392,28 @@ def _join(ring, from_plane, to_plane, ny, nz, table, many, triangles, cells, fac
                         | (((c1 >> s) & ONE_BIT) << U64(5)) | (((b1 >> s) & ONE_BIT) << U64(6))
                         | (((d1 >> s) & ONE_BIT) << U64(7))
                     )  # fmt: skip
-                    line = at(table, 32 * np.int64(case))
-                    # First the crossed edges of the case and their numbers, then the triangles between them.
-                    for k in range(line[16]):
-                        edge = line[17 + k]
-                        place = bit + up[edge]
-                        e = 3 * (rows[at_row[edge]] + v + (place >> 6)) + axis[edge]
-                        before = crossed[e] & ((ONE_BIT << U64(place & 63)) - ONE_BIT)
-                        ids[edge] = first[e] + ones(before)
+                    # The numbers of all twelve edges, crossed or not, and room for five triangles: no guesses for the
+                    # processor to get wrong.
+                    below = (ONE_BIT << s) - ONE_BIT
+                    upto = (below << ONE_BIT) | ONE_BIT
+                    ids[0], ids[1] = fx0 + ones(x0 & below), fx1 + ones(x1 & below)
+                    ids[2], ids[3] = fx0 + ones(x0 & upto), fx1 + ones(x1 & upto)
+                    ids[4], ids[5] = fy0 + ones(y0 & below), fy1 + ones(y1 & below)
+                    ids[6], ids[7] = fy0 + ones(y0 & upto), fy1 + ones(y1 & upto)
+                    ids[8], ids[9] = fz0 + ones(z0 & below), fz1 + ones(z1 & below)
+                    ids[10], ids[11] = fz2 + ones(z2 & below), fz3 + ones(z3 & below)
+                    if bit == 63 and v + 1 < words:
+                        ids[2], ids[3], ids[6], ids[7] = first[e0 + 3], first[e2 + 3], first[e0 + 4], first[e1 + 4]
+                    line = at(table, 16 * np.int64(case))
+                    triangle = at(out, 3 * faces)
+                    for k in range(15):
+                        triangle[k] = ids[line[k]]
                     new = many[case]
-                    for k in range(3 * new):
-                        out[3 * faces + k] = ids[line[k]]
                     if want_cells:
                         for k in range(new):
                             cells[faces + k] = (((p << BITS) | j) << BITS) | (64 * v + bit)
                     faces += new
-    keep(bits_, rows_, ids_)
+    keep(bits_, ids_)
     return triangles, cells, faces
 
 
@@ -411,14 +446,21 @@ def march(stamp, P, xs_, ys_, zs_, level, tolerance, table_, many_, want_cells, 
     w, x, ids = pointer(rows_), at(pointer(rows_), 10 * LANES), pointer(ids_)
 
     lists = np.empty(1024, np.int32)
-    points, normals, edges = np.empty((8192, 3), np.float32), np.empty((8192, 3), np.float32), np.empty(8192, np.int64)
-    triangles, cells = np.empty((16384, 3), np.int32), np.empty(16384 if want_cells else 1, np.int64)
+    # Room for a surface as large as the lattice's outside; what is not written to costs nothing.
+    room = 2 * (nx * ny + ny * nz + nz * nx)
+    points, normals, edges = np.empty((room, 3), np.float32), np.empty((room, 3), np.float32), np.empty(room, np.int64)
+    triangles, cells = np.empty((2 * room, 3), np.int32), np.empty(2 * room if want_cells else 1, np.int64)
     vertices = faces = sampled = 0
     worst = ZERO
+    Q = Tables(
+        pointer(P.leaf), pointer(P.scale), pointer(P.box), pointer(P.capsule), pointer(P.attribute), pointer(P.params),
+        pointer(P.node), pointer(P.number), pointer(P.child), pointer(P.child_weight), pointer(P.tree_box),
+        pointer(P.tree_link), pointer(P.tree_order), P.node.shape[0], P.leaf.shape[0], P.tree_box.shape[0],
+    )  # fmt: skip
     for slab in range(0, nx, DI):
         if progress[1] != 0:
             break
-        lists, more = _sample(P, ring, xs, ys, zs, slab, ny, nz, level, far, found, kept, lists, begin, x, w, regs, live, box)
+        lists, more = _sample(Q, ring, xs, ys, zs, slab, ny, nz, level, far, found, kept, lists, begin, x, w, regs, live, box)
         sampled += more
         from_plane, to_plane = max(slab - 1, 0), min(slab + DI - 1, nx - 1)
         old = vertices
@@ -426,11 +468,11 @@ def march(stamp, P, xs_, ys_, zs_, level, tolerance, table_, many_, want_cells, 
         if vertices > points.shape[0]:
             points, normals, edges = _more(points, vertices), _more(normals, vertices), _more(edges, vertices)
         if vertices > old:
-            left = _refine(P, ring, lists, begin, xs, ys, zs, from_plane, to_plane, ny, nz, level, tolerance, far,
+            left = _refine(Q, ring, lists, begin, xs, ys, zs, from_plane, to_plane, ny, nz, level, tolerance, far,
                            x, w, regs, live, box, found, ids, pointer(edges), pointer(points), pointer(normals))  # fmt: skip
             worst = max(worst, left)
         triangles, cells, faces = _join(ring, max(from_plane - 1, 0), to_plane - 1, ny, nz, table, many,
                                         triangles, cells, faces, want_cells)  # fmt: skip
         progress[0] = slab + DI
-    keep(regs_, rows_, live_, box_, found_, ids_, begin_, lists)
+    keep(regs_, rows_, live_, box_, found_, ids_, begin_, lists, P)
     return points[:vertices], normals[:vertices], edges[:vertices], worst, triangles[:faces], cells[:faces], sampled

@@ -79,7 +79,7 @@ class Retained:
         self.program, self.threshold, self.residual = program, threshold, residual
         self.cell = lattice.cell
         span = lattice.span(program.bounds)
-        refuse_beyond(limit, PER_CELL * float(np.prod((span[1] - span[0]).astype(float))), "the lattice")
+        refuse_beyond(limit, PER_CELL * float(np.prod(span[1] - span[0], dtype=np.float64)), "the lattice")
         axes = lattice.axes(span)
         self.low: F64 = np.array([float(a[0]) for a in axes])
         found = owners(program, threshold)

@@ -103,13 +103,6 @@ def case_table() -> tuple[NDArray[np.int8], NDArray[np.int8]]:
 
 @cache
 def kernel_table() -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """(256, 32) for each case the corners of its triangles [0:15], how many edges are crossed [16] and which [17:29];
-    and how many triangles (256,)."""
+    """(256, 16) `case_table` filled up with edge 0, and how many triangles (256,)."""
     table, count = case_table()
-    wide = np.zeros((256, 32), np.int32)
-    wide[:, :16] = table
-    for case in range(256):
-        crossed = [e for e, (a, b) in enumerate(EDGE_ENDS) if (case >> a & 1) != (case >> b & 1)]
-        wide[case, 16] = len(crossed)
-        wide[case, 17 : 17 + len(crossed)] = crossed
-    return wide, count.astype(np.int32)
+    return np.maximum(table, 0).astype(np.int32), count.astype(np.int32)

@@ -57,7 +57,7 @@ from vistel.implicit.scanline.lanes import (
 )
 
 EXACT = F(2e-6)
-ROUNDS, BACK = 4, 2
+ROUNDS, BACK = 4, 6
 STEPS = 200
 FLOOR = F(1e-3)
 
@@ -101,17 +101,18 @@ def _coherent(table, corners, order, count, terms, threshold, resolution, s, tod
 
 
 @inner
-def _slopes(p, a, da, b, db, least_slope, most_slope):
-    """Add what a primitive can do to dF/ds, halved, between q = a and b with slopes da and db, no summit in between.
+def _slopes(p, a, da, b, db, large, least_slope, most_slope):
+    """Add the range of what a primitive does to dF/ds, halved, between q = a and b with slopes da and db, q at most
+    `large`.
 
-    q is monotone there, and concave: its slope lies between those at the ends. Of a cone-sphere's, which need not be
-    concave, that range is taken half as wide again to both sides.
+    q is concave: its slope lies between those at the ends. Of a cone-sphere's, which need not be, that range is taken
+    half as wide again to both sides.
     """
     w, under, over = p[WEIGHT], least(da, db), most(da, db)
     if p[KIND] == CONE:
         more = HALF * (over - under)
         under, over = under - more, over + more
-    small, large = least(a, b), most(a, b)
+    small = least(a, b)
     least_slope = least_slope + w * under * choose(under > ZERO, small, large)
     return least_slope, most_slope + w * over * choose(over > ZERO, large, small)
 
@@ -144,31 +145,32 @@ def _certain(table, corners, order, count, terms, threshold, s, todo):
     sure = nowhere()
     for _ in range(BACK):
         low = s - stride
-        bound, top, end = spread(ZERO), spread(ZERO), spread(ZERO)
+        bound, top = spread(ZERO), spread(ZERO)
         least_slope, most_slope = spread(ZERO), spread(ZERO)
         for j in range(used):
             p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
             w, x, peak = p[WEIGHT], load(t, SUMMIT), most(load(t, PEAK), ZERO)
-            b, db = load(t, HIGH_Q), load(t, HIGH_SLOPE)
             a, da = along(p, corners, t, low)
             a = choose(peak > ZERO, most(a, ZERO), ZERO)
+            store(t, LOW_Q, a)
+            store(t, LOW_SLOPE, da)
+            b, db = load(t, HIGH_Q), load(t, HIGH_SLOPE)
             until = choose(x < low, peak, a)
             # With its summit in between q has been up to its peak.
-            a = choose((x < s) & (x > low), peak, a)
-            most_q = choose(x < s, a, b)
-            bound, top, end = bound + w * until * until, top + w * most_q * most_q, end + w * b * b
-            least_slope, most_slope = _slopes(p, a, da, b, db, least_slope, most_slope)
-        proven = (least_slope >= ZERO) | (top < threshold)
-        sure = sure | (todo & proven & (bound < threshold))
-        todo = todo & proven & ~sure
+            large = choose(x < s, choose(x > low, peak, a), b)
+            bound, top = bound + w * until * until, top + w * large * large
+            least_slope, most_slope = _slopes(p, a, da, b, db, large, least_slope, most_slope)
+        proven = todo & ((least_slope >= ZERO) | (top < threshold))
+        sure = sure | (proven & (bound < threshold))
+        todo = todo & ~sure
         if bits(todo) == 0:
             break
-        s = choose(todo, low, s)
+        proven = proven & todo
+        s, stride = choose(proven, low, s), choose(proven, TWO * stride, F(0.35) * stride)
         for j in range(used):
-            p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
-            b, db = along(p, corners, t, s)
-            store(t, HIGH_Q, choose(load(t, PEAK) > ZERO, most(b, ZERO), ZERO))
-            store(t, HIGH_SLOPE, db)
+            t = at(terms, TERMS * j)
+            store(t, HIGH_Q, choose(proven, load(t, LOW_Q), load(t, HIGH_Q)))
+            store(t, HIGH_SLOPE, choose(proven, load(t, LOW_SLOPE), load(t, HIGH_SLOPE)))
     return sure
 
 
@@ -207,56 +209,56 @@ def _in_reach(order, count, terms, few, todo):
 
 @inner
 def _step(table, corners, order, few, count, terms, low, high, moved):
-    """On intervals without a summit inside: the most F can be, F at the end, whether F is sure to rise, and the next
-    summit. moved: where `low` is the `high` of the last call; elsewhere it is what it was."""
+    """On intervals: the most F can be, F at the end, whether F is sure to rise; and the last summit of all.
+
+    moved: where `low` is the `high` of the last call; elsewhere it is what it was.
+    """
     top, begin, end = spread(ZERO), spread(ZERO), spread(ZERO)
-    least_slope, most_slope, after = spread(ZERO), spread(ZERO), spread(LARGE)
+    least_slope, most_slope, last = spread(ZERO), spread(ZERO), spread(-LARGE)
     for k in range(count):
         j = few[k]
         p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
         a, da = choose(moved, load(t, HIGH_Q), load(t, LOW_Q)), choose(moved, load(t, HIGH_SLOPE), load(t, LOW_SLOPE))
         store(t, LOW_Q, a)
         store(t, LOW_SLOPE, da)
-        x, reached = load(t, SUMMIT), load(t, PEAK) > ZERO
+        w, x, peak = p[WEIGHT], load(t, SUMMIT), load(t, PEAK)
+        reached = peak > ZERO
         b, db = along(p, corners, t, high)
         b = choose(reached, most(b, ZERO), ZERO)
         store(t, HIGH_Q, b)
         store(t, HIGH_SLOPE, db)
-        after = choose(reached & (x > high), least(after, x), after)
-        large = most(a, b)
-        w = p[WEIGHT]
+        last = choose(reached, most(last, x), last)
+        large = choose(reached & (x > low) & (x < high), peak, most(a, b))
         top, begin, end = top + w * large * large, begin + w * a * a, end + w * b * b
-        least_slope, most_slope = _slopes(p, a, da, b, db, least_slope, most_slope)
+        least_slope, most_slope = _slopes(p, a, da, b, db, large, least_slope, most_slope)
     # Below a line that rises from the start as steeply as F may and one that comes down to the end.
     reach, up, down = TWO * (high - low), most(most_slope, ZERO), most(-least_slope, ZERO)
     over = most((end - begin + reach * down) / most(up + down, TINY), ZERO)
     top = least(top, begin + up * least(over, reach))
-    return top, end, least_slope >= ZERO, after
+    return top, end, least_slope >= ZERO, last
 
 
 @inner
 def _search(table, corners, order, few, count, terms, threshold, low, resolution, todo):
     """Intervals that hold the first root and nothing else, beyond `low`, the first summit; which lanes have one."""
-    # The first call only asks for q at `low` and for the summit after it.
     count = _in_reach(order, count, terms, few, todo)
+    # The first call only asks for q at `low` and for the last summit, past which F only falls.
     _t, _e, _r, limit = _step(table, corners, order, few, count, terms, low, low, nowhere())
-    todo = todo & (limit < LARGE)
-    found, safe, stride, high = nowhere(), todo, spread(LARGE), limit
+    todo = todo & (low < limit)
+    found, safe, high = nowhere(), todo, choose(todo, F(0.75) * low + F(0.25) * limit, low)
     for _ in range(STEPS):
         if bits(todo) == 0:
             break
-        top, end, rising, after = _step(table, corners, order, few, count, terms, low, high, safe)
+        top, end, rising, _l = _step(table, corners, order, few, count, terms, low, high, safe)
         above = end >= threshold
         rising = rising | (high - low < resolution)
         new = todo & above & rising
         found = found | new
         todo = todo & ~new
         safe = todo & ((top < threshold) | (rising & ~above))
-        stride = choose(safe, TWO * stride, HALF * (high - low))
-        limit = choose(safe & (high >= limit), after, limit)
+        stride = choose(safe, TWO, HALF) * (high - low)
         low = choose(safe, high, low)
-        # Past the last summit F only falls.
-        todo = todo & (limit < LARGE)
+        todo = todo & (low < limit)
         high = choose(todo, least(low + stride, limit), high)
     return low, high, found
 

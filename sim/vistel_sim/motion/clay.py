@@ -1,0 +1,88 @@
+"""The script of a session with a soft thing: somebody presses it, pokes it and squeezes it, the others watch.
+
+One cycle of it: the palm on its top, the forefinger into it twice, both palms on its ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.hands import FLAT, OPEN, POINT, PRESSED, hand_rotation
+from vistel.figure.posture import Posture, pose_joints
+from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton
+from vistel.space.room import BATON, TABLE_HEIGHT, Extra, meeting_room
+from vistel_sim.motion.script import SIDES, UP, Hand, Script
+from vistel_sim.motion.sitter import Sitter
+from vistel_sim.motion.tracks import HandTrack
+
+F64 = NDArray[np.float64]
+
+PALM_BELOW = 0.010
+"""The palm's skin lies so far above the place where a bar would be held [m]."""
+ASIDE = 0.07
+"""How much further apart than else the hands rest, clear of the thing [m]."""
+LENGTH = {"ball": 1.0, "lump": 2.0, "bar": 6.0}
+"""Half lengths of things, in radii."""
+
+
+def write_clay(sitters: Mapping[str, Sitter], seats: int, thing: Extra) -> Script:
+    """The script for the people that are there: who sits nearest to the thing works on it."""
+    place = np.array([thing.x, TABLE_HEIGHT + thing.size, thing.z])
+    desk = {(name, side): Hand(s, side) for name, s in sitters.items() for side in SIDES}
+    worker = min(sitters.values(), key=lambda s: (float(np.linalg.norm(s.place.seat_position - place * (1, 0, 1))), s.place.name))
+    left, right = desk[worker.place.name, "left"], desk[worker.place.name, "right"]
+    ahead = worker.direction_in_room(np.array([0.0, 0.0, 1.0]))
+
+    across = np.array([1.0, 0.0, 0.0])
+    if float(across @ np.cross(UP, ahead)) < 0.0:
+        across = -across  # from the worker's right to their left
+    left.rest_at(left.home[0] + ASIDE * across)
+    right.rest_at(right.home[0] - ASIDE * across)
+
+    down = hand_rotation(SIDES["right"], ahead, -UP)
+    top = place + thing.size * UP
+    lain = right.wrist_for(top - PALM_BELOW * UP - 0.02 * ahead, down)
+    deep = min(0.4 * thing.size, 0.018)
+    right.leave(0.9)
+    right.hold(2.2, lain + 0.09 * UP, down, OPEN, 0.06)
+    right.hold(2.9, lain - deep * UP, down, FLAT)
+    right.hold(3.5, lain - deep * UP, down, FLAT)
+    right.hold(4.2, lain + 0.10 * UP, down, OPEN)
+
+    steep = hand_rotation(SIDES["right"], 0.35 * ahead - UP, -ahead - 0.35 * UP)
+    tip = fingertip(worker.place.skeleton)
+    for t, aside in ((5.6, -0.6), (7.6, 0.5)):
+        target = top + aside * thing.size * np.cross(UP, ahead)
+        poke = target - steep @ tip
+        right.hold(t, poke + 0.06 * UP, steep, POINT)
+        right.hold(t + 0.5, poke - deep * UP, steep, POINT)
+        right.hold(t + 0.8, poke - deep * UP, steep, POINT)
+        right.hold(t + 1.3, poke + 0.06 * UP, steep, POINT)
+
+    end = LENGTH[thing.shape] * thing.size
+    left.leave(8.6)
+    for hand, out in ((left, across), (right, -across)):
+        flat = hand_rotation(hand.sign, ahead + 0.3 * UP, -out)
+        at = hand.wrist_for(place + (end - PALM_BELOW) * out + 0.01 * UP, flat)
+        hand.hold(10.4, at + 0.08 * out, flat, PRESSED, 0.03)
+        hand.hold(11.2, at - 0.7 * deep * out, flat, PRESSED)
+        hand.hold(11.9, at - 0.7 * deep * out, flat, PRESSED)
+        hand.hold(12.6, at + 0.08 * out, flat, PRESSED)
+        hand.rest(13.9)
+
+    baton = meeting_room(seats).thing(BATON)
+    looks = {name: [(1.0, 13.0, "point:clay")] for name in sitters}
+    scale = {name: s.place.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
+    tracks = {key: HandTrack(hand.keys) for key, hand in desk.items()}
+    return Script(tracks, (), (baton.position, baton.rotation), scale, {"clay": top}, looks)
+
+
+def fingertip(skeleton: Skeleton) -> F64:
+    """(3,) of a pointing right forefinger in the hand's frame [m]."""
+    pose = pose_joints(skeleton, Posture(Posture().dofs, np.stack([POINT, POINT])))
+    hand, last = JOINT_INDEX["right_hand"], JOINT_INDEX["right_index_distal"]
+    tip = pose.position[last] + pose.rotation[last] @ skeleton.tip[last]
+    return pose.rotation[hand].T @ (tip - pose.position[hand])
