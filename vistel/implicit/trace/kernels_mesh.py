@@ -102,6 +102,36 @@ def cast(box, child, span, corner, edge1, edge2, origins, directions, near, far,
 
 
 @fast
+def span(box, child, _span, origins, directions, far, first, last):
+    """From where to where rays are in the bottom boxes of a tree, before far (n,): first and last (n,) are widened."""
+    stack = np.empty(2 * DEPTH, np.int32)
+    for i in range(origins.shape[0]):
+        ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
+        dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
+        ix = 1.0 / dx if abs(dx) > 1e-300 else 1e300
+        iy = 1.0 / dy if abs(dy) > 1e-300 else 1e300
+        iz = 1.0 / dz if abs(dz) > 1e-300 else 1e300
+        stack[0] = 0
+        top = 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            u, v = (box[node, 0] - ox) * ix, (box[node, 3] - ox) * ix
+            a, b = min(u, v), max(u, v)
+            u, v = (box[node, 1] - oy) * iy, (box[node, 4] - oy) * iy
+            a, b = max(a, min(u, v)), min(b, max(u, v))
+            u, v = (box[node, 2] - oz) * iz, (box[node, 5] - oz) * iz
+            a, b = max(a, min(u, v), 0.0), min(b, max(u, v), far[i])
+            if a > b or (a >= first[i] and b <= last[i]):
+                continue
+            if child[node, 1] >= 0:
+                stack[top], stack[top + 1] = child[node, 0], child[node, 1]
+                top += 2
+            else:
+                first[i], last[i] = min(first[i], a), max(last[i], b)
+
+
+@fast
 def grow(low, high, order, box, child, span, bottom):
     """A tree over boxes (n, 3), (n, 3): halves at the median of the longest axis of the centres; its nodes.
 

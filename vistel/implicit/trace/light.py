@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from vistel.implicit.scene import Scene
 from vistel.implicit.scene.surface import AMBIENT, DIFFUSE, REFLECTION, SHININESS, SPECULAR
 from vistel.implicit.trace.caster import RayCaster
+from vistel.implicit.trace.exact import Exact
 from vistel.implicit.trace.looks import ImplicitLook, Look, MeshLook, merged
-from vistel.implicit.trace.mesh_tree import MeshTree
+from vistel.implicit.trace.mesh_tree import BoxTree, MeshTree
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -35,7 +36,8 @@ class Seen:
 class Tracer:
     """A scene made ready for rays.
 
-    depth: how often a ray is mirrored; shadows: whether lamps that cast them do; method, samples: see RayCaster.
+    depth: how often a ray is mirrored; shadows: whether lamps that cast them do; method, samples: see RayCaster;
+    retain: whether polygons of primitives that act alone are traced as such (see `exact`).
     """
 
     scene: Scene
@@ -43,6 +45,7 @@ class Tracer:
     shadows: bool = True
     method: str = "auto"
     samples: int = 8
+    retain: bool = True
 
     @cached_property
     def caster(self) -> RayCaster | None:
@@ -56,17 +59,37 @@ class Tracer:
         return ImplicitLook(self.scene.program)
 
     @cached_property
+    def exact(self) -> Exact | None:
+        """The polygons of primitives that are the surface themselves, and where the field has to be solved; None where
+        it has to be solved everywhere."""
+        caster = self.caster
+        if caster is None or not self.retain or caster.way == "march":
+            return None
+        return Exact.of(caster.program, self.scene.threshold)
+
+    @cached_property
+    def _boxes(self) -> BoxTree:
+        assert self.exact is not None
+        return self.exact.tree()
+
+    @cached_property
     def _meshes(self) -> MeshLook:
-        return MeshLook(tuple(self.scene.meshes))
+        """The polygons of the implicit surface first, then the polygon objects."""
+        return MeshLook((*(self.exact.meshes if self.exact else ()), *self.scene.meshes))
+
+    @cached_property
+    def _own(self) -> int:
+        """How many triangles belong to the implicit surface."""
+        return sum(len(m.triangles) for m in self.exact.meshes) if self.exact else 0
 
     @cached_property
     def tree(self) -> MeshTree:
-        """The polygon objects' triangles."""
+        """The triangles of the polygon objects and of the surface."""
         return MeshTree.of(self._meshes.corners)
 
     def prepare(self) -> Tracer:
         """Compile and build all that rays need, so that threads share it."""
-        _ = self.tree
+        _ = self.tree, self.exact and self._boxes
         if self.caster is not None:
             self.caster.prepare()
             _ = self._implicit.constants
@@ -111,17 +134,29 @@ class Tracer:
         """Distance to the first surface, infinite for none, and its triangle, -1 for the implicit surface."""
         t, triangle = self.tree.cast(origins, directions, np.zeros(len(origins)), far)
         if self.caster is not None:
-            own = self.caster.first(origins, directions, 0.0, np.minimum(t, far))
+            own = self._solved(origins, directions, np.minimum(t, far))
             nearer = own < t
             t, triangle = np.where(nearer, own, t), np.where(nearer, -1, triangle)
         return t, triangle
+
+    def _solved(self, origins: F64, directions: F64, far: F64) -> F64:
+        """Distance to the implicit surface before far (n,), infinite for none; its own polygons are left out."""
+        assert self.caster is not None
+        if self.exact is None:
+            return self.caster.first(origins, directions, 0.0, far)
+        first, last = self._boxes.span(origins, directions, far)
+        some = np.flatnonzero(first < last)
+        t = np.full(len(origins), np.inf)
+        if len(some):
+            t[some] = self.caster.first(origins[some], directions[some], first[some], last[some])
+        return t
 
     def blocked(self, origins: F64, directions: F64, far: F64) -> Bool:
         """Whether anything lies on rays (n, 3) before `far` (n,)."""
         near = np.zeros(len(origins))
         dark = np.isfinite(self.tree.cast(origins, directions, near, far, any_hit=True)[0])
         if self.caster is not None:
-            dark |= np.isfinite(self.caster.first(origins, directions, near, np.where(dark, -1.0, far)))
+            dark |= np.isfinite(self._solved(origins, directions, np.where(dark, -1.0, far)))
         return dark
 
     def look(self, points: F64, triangle: I64, directions: F64) -> Look:
@@ -142,7 +177,7 @@ class Tracer:
         hit = np.isfinite(t)
         colour = np.empty((n, 3))
         colour[:] = self.scene.background
-        thing = np.where(hit, np.where(triangle >= 0, 2, 1), 0).astype(np.int8)
+        thing = np.where(hit, np.where(triangle >= self._own, 2, 1), 0).astype(np.int8)
         if hit.any():
             along = directions[hit]
             points = origins[hit] + t[hit, None] * along
