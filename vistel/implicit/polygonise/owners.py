@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +23,21 @@ NOBODY, SHARED = -1, -2
 
 @dataclass(frozen=True, eq=False)
 class Owner:
-    """A primitive whose polygons are the surface where it acts alone. leaf: its number in the program; surface: W in the
-    world's frame; placed: the primitive and where it is."""
+    """A primitive whose polygons are the surface where it acts alone. leaf: its number in the program; placed: the
+    primitive and where it is; surface: W in the primitive's own frame; vertices: (n, 3) of W in the world's; triangles:
+    (m, 3) those of W, counter-clockwise seen from outside there."""
 
     leaf: int
-    surface: Polyhedron
     placed: Leaf
+    surface: Polyhedron
+    vertices: F64
+    triangles: I64
+
+    @cached_property
+    def normals(self) -> F64:
+        """(m, 3) of the triangles, of no given length."""
+        a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
+        return np.cross(b - a, c - a)
 
 
 def owners(program: FieldProgram, threshold: float) -> list[Owner]:
@@ -36,25 +46,29 @@ def owners(program: FieldProgram, threshold: float) -> list[Owner]:
     clear = _clear_leaves(program)
     found: list[Owner] = []
     for number, leaf in enumerate(leaves):
-        surface = _surface(leaf) if clear[number] else None
-        if surface is not None and _lies_at(leaf, surface, threshold):
-            found.append(Owner(number, surface.transformed(leaf.world), leaf))
+        surface = _surface(leaf, threshold) if clear[number] else None
+        if surface is not None:
+            world = leaf.world
+            triangles = surface.triangles if np.linalg.det(world[:, :3]) > 0 else surface.triangles[:, ::-1]
+            found.append(Owner(number, leaf, surface, surface.vertices @ world[:, :3].T + world[:, 3], triangles))
     return found
 
 
-def _surface(leaf: Leaf) -> Polyhedron | None:
+def _surface(leaf: Leaf, threshold: float) -> Polyhedron | None:
+    """W of a leaf that has it at the threshold and sees all of it from its centres."""
     primitive = leaf.primitive
-    if isinstance(primitive, Pointblob) and isinstance(primitive.volume, Polyhedron):
-        return primitive.volume
-    if isinstance(primitive, PointSetblob) and isinstance(primitive.surface, Polyhedron):
-        return primitive.surface
-    return None
-
-
-def _lies_at(leaf: Leaf, surface: Polyhedron, threshold: float) -> bool:
-    """Whether the field is the threshold at the corners and on the faces of W."""
-    points = np.concatenate([surface.vertices, surface.corners.mean(axis=1)])
-    return bool(np.abs(leaf.weight * leaf.primitive.field(points) - threshold).max() < 1e-6)
+    if isinstance(primitive, PointSetblob):
+        surface, level = primitive.surface, [leaf.weight * primitive.weight * primitive.threshold]
+        centres = list(primitive.centres)
+    elif isinstance(primitive, Pointblob):
+        surface, centres = primitive.volume, [np.array(primitive.centre)]
+        blends, reaches = primitive.vertex_blends or (primitive.blend,), primitive.vertex_reaches or (primitive.reach,)
+        level = [leaf.weight * primitive.weight * float(b(r)) for b, r in zip(blends, reaches, strict=True)]
+    else:
+        return None
+    if not isinstance(surface, Polyhedron) or max(abs(value - threshold) for value in level) > 1e-9:
+        return None
+    return None if primitive.relaxed and any(surface.hidden_faces(c) for c in centres) else surface
 
 
 def _clear_leaves(program: FieldProgram) -> NDArray[np.bool_]:

@@ -87,8 +87,8 @@ class Retained:
         self.solids: list[_Solid] = []
         edge = vertex = 0
         for owner in found:
-            x = (owner.surface.vertices - self.low) / self.cell
-            triangles: I64 = owner.surface.triangles
+            x = (owner.vertices - self.low) / self.cell
+            triangles = owner.triangles
             edges = MeshEdges.of_triangles(triangles)
             cut = sections(x, triangles, edges, edge)
             self.solids.append(_Solid(owner, x, triangles, edges, edge, vertex, cut))
@@ -130,8 +130,8 @@ class Retained:
                 kinds += [np.full(len(lower), along)] * 2
         edges = np.unique(edge_key(pack(np.concatenate(starts)), np.concatenate(kinds)))
         start, axis = unpack(edges >> 2), edges & 3
-        f = self._field(np.stack([start, start + _UNIT[axis]], axis=1))
-        inside = f >= self.threshold
+        points, place = np.unique(pack(np.stack([start, start + _UNIT[axis]], axis=1)), return_inverse=True)
+        inside = (self._field(unpack(points)) >= self.threshold)[place.reshape(-1, 2)]
         expected = edges[inside[:, 0] != inside[:, 1]]
         met = [c.ends[c.ends & 3 == ON_LATTICE] >> 2 for c in self.cuts]
         who = [np.repeat(c.triangle, 2).reshape(-1, 2)[c.ends & 3 == ON_LATTICE] for c in self.cuts]
@@ -347,7 +347,8 @@ class Retained:
         corner = solid.triangles[t]
         origin, e1 = solid.x[corner[0]], solid.x[corner[1]] - solid.x[corner[0]]
         e1 = e1 / np.linalg.norm(e1)
-        e2 = np.cross(solid.owner.surface.normals[t], e1)
+        e2 = np.cross(solid.owner.normals[t], e1)
+        e2 = e2 / max(float(np.linalg.norm(e2)), 1e-30)
         at: dict[int, tuple[float, float]] = {}
 
         def put(number: int, point: F64) -> None:
