@@ -24,6 +24,9 @@ Polygon corners are pairs of float32 in the own frame, anticlockwise.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numba as nb
 import numpy as np
 
@@ -42,7 +45,11 @@ F = np.float32
 ZERO, ONE, TWO, HALF = F(0.0), F(1.0), F(2.0), F(0.5)
 TINY, LARGE = F(1e-20), F(1e30)
 
-inner = nb.njit(nogil=True, error_model="numpy")
+
+def inner(function: Callable[..., Any]) -> Any:
+    """A function that kernels call."""
+    return nb.njit(nogil=True, error_model="numpy")(function)
+
 
 
 @inner
@@ -82,17 +89,21 @@ def prepare(p, ax, ay, ex, ey, e2, t):
         return bits(reached) != 0
     fx, fy, fz, gx, gy, gz = _own(p, ax, ay, ex, ey)
     if kind == POLYGON:
-        store(t, 0, fx), store(t, WIDTH, fy), store(t, 2 * WIDTH, fz)
-        store(t, 3 * WIDTH, gx), store(t, 4 * WIDTH, gy), store(t, 5 * WIDTH, gz)
+        for k, lane in enumerate((fx, fy, fz, gx, gy, gz)):
+            store(t, k * WIDTH, lane)
         return True
     m0, m1, m2 = fx * fx + fy * fy + fz * fz, fx * gx + fy * gy + fz * gz, gx * gx + gy * gy + gz * gz
     if kind == CONE:
-        store(t, 0, m0), store(t, WIDTH, m1), store(t, 2 * WIDTH, m2)
+        store(t, 0, m0)
+        store(t, WIDTH, m1)
+        store(t, 2 * WIDTH, m2)
         store(t, 3 * WIDTH, fx * p[U] + fy * p[U + 1] + fz * p[U + 2])
         store(t, 4 * WIDTH, gx * p[U] + gy * p[U + 1] + gz * p[U + 2])
         return True
     k = p[K]
-    store(t, 0, ONE - k * m0), store(t, WIDTH, (-TWO * k) * m1), store(t, 2 * WIDTH, -k * m2)
+    store(t, 0, ONE - k * m0)
+    store(t, WIDTH, (-TWO * k) * m1)
+    store(t, 2 * WIDTH, -k * m2)
     if kind == SPHYLINDER:
         store(t, 3 * WIDTH, p[L] * (fx * p[U] + fy * p[U + 1] + fz * p[U + 2]))
         store(t, 4 * WIDTH, p[L] * (gx * p[U] + gy * p[U + 1] + gz * p[U + 2]))
@@ -197,7 +208,7 @@ def summit(p, corners, t):
         for k in range(3):
             c = foot if k == 0 else spread(p[L] if k == 1 else ZERO)
             s = (c * x1 - m1) / m2
-            foot_, d2, over = _cone_at(p, m0, m1, m2, x0, x1, s)
+            _again, d2, over = _cone_at(p, m0, m1, m2, x0, x1, s)
             found = _better(found, s, ONE - d2 * over)
         s, q = found
     else:
@@ -241,7 +252,7 @@ def gradient(p, corners, t, ax, ay, ex, ey, s):
         x, y = _polygon_at(p, corners, x, y)
         over = spread(p[K])
     elif kind == CONE:
-        foot, d2, over = _cone_at(p, load(t, 0), load(t, WIDTH), load(t, 2 * WIDTH), load(t, 3 * WIDTH),
+        foot, _d2, over = _cone_at(p, load(t, 0), load(t, WIDTH), load(t, 2 * WIDTH), load(t, 3 * WIDTH),
                                   load(t, 4 * WIDTH), s)  # fmt: skip
         x, y, z = x - foot * p[U], y - foot * p[U + 1], z - foot * p[U + 2]
     else:

@@ -13,12 +13,17 @@ for each metre: a sphere has l = 0, a sphylinder k = 0. All functions are compil
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numba as nb
 
-scalar = nb.njit(cache=True, nogil=True, error_model="numpy")
 INF = math.inf
-NONE = (INF, -INF)
+
+
+def scalar(function: Callable[..., Any]) -> Any:
+    """A function of single numbers, kept compiled on disk."""
+    return nb.njit(cache=True, nogil=True, error_model="numpy")(function)
 
 
 @scalar

@@ -6,16 +6,23 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from vistel.implicit.layout import FRAME as FRAME_AT
 from vistel.implicit.layout import KIND as KIND_AT
 from vistel.implicit.layout import START
 from vistel.implicit.scanline import along as row
-from vistel.implicit.scanline.extents import edges_y, mesh_x, mesh_z, polygon_x, polygon_z, tapered_x, tapered_y, tapered_z
-
-inner = nb.njit(nogil=True, error_model="numpy")
+from vistel.implicit.scanline.along import inner
+from vistel.implicit.scanline.extents import (
+    edges_y,
+    mesh_x,
+    mesh_z,
+    polygon_x,
+    polygon_z,
+    tapered_x,
+    tapered_y,
+    tapered_z,
+)
 
 FORM, PLACE, AXIS, LENGTH, RADIUS, GROWTH, FIRST, COUNT, EDGES, EDGE_COUNT, DEPTH, FACES, FACE_COUNT = (
     0, 1, 4, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16
@@ -178,8 +185,8 @@ def _pixels(low, high, start, step, count):
         a, b = b, a
     if not b >= a or b < -0.5 or a > count - 0.5:
         return 0, -1
-    first = 0 if a <= 0.0 else int(math.ceil(a - SLACK))
-    last = count - 1 if b >= count - 1 else int(math.floor(b + SLACK))
+    first = 0 if a <= 0.0 else math.ceil(a - SLACK)
+    last = count - 1 if b >= count - 1 else math.floor(b + SLACK)
     return first, last
 
 

@@ -16,7 +16,8 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.imputils import lower_cast
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.core.typing import templates
+from numba.core.typing.templates import AbstractTemplate, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
 WIDTH = 16
@@ -42,6 +43,7 @@ class MaskType(types.Type):
 
 
 LANES, MASK = LanesType(), MaskType()
+infer_global: Any = templates.infer_global
 
 
 @register_model(LanesType)

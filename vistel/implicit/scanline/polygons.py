@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from vistel.implicit.scanline.along import LARGE, inner
+from vistel.implicit.scanline.along import inner
 from vistel.implicit.scanline.eye import DX, DY, OZ, PERSPECTIVE, X0, Y0, z_extent
 from vistel.implicit.scanline.sweep import kernel
 
@@ -57,7 +57,7 @@ def draw_triangles(stamp, corners, view, width, depth, owner):
             low, high = min(low, v[k]), max(high, v[k])
         if not (low < height and high >= 0.0):
             continue
-        first, last = int(math.ceil(max(low, 0.0))), int(math.ceil(min(high, float(height)))) - 1
+        first, last = math.ceil(max(low, 0.0)), math.ceil(min(high, float(height))) - 1
         for y in range(first, last + 1):
             a, b = math.inf, -math.inf
             for k in range(count):
@@ -70,7 +70,7 @@ def draw_triangles(stamp, corners, view, width, depth, owner):
             if not (a < width and b > -1.0):
                 continue
             ey = view[Y0] + y * view[DY]
-            for x in range(int(math.ceil(max(a, 0.0))), int(math.ceil(min(b, float(width))))):
+            for x in range(math.ceil(max(a, 0.0)), math.ceil(min(b, float(width)))):
                 ex = view[X0] + x * view[DX]
                 if perspective:
                     along = nx * ex + ny * ey + nz

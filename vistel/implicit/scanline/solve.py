@@ -13,17 +13,12 @@ Three ways, each for the lanes the one before leaves over:
 
 from __future__ import annotations
 
-import numba as nb
-import numpy as np
-
 from vistel.implicit.pointers import at
 from vistel.implicit.scanline.along import (
     CONE,
-    F,
     HALF,
     HIGH_Q,
     HIGH_SLOPE,
-    K,
     KIND,
     LARGE,
     LOW_Q,
@@ -38,6 +33,8 @@ from vistel.implicit.scanline.along import (
     TWO,
     WEIGHT,
     ZERO,
+    F,
+    K,
     along,
     inner,
     summit,
@@ -267,7 +264,8 @@ def _search(table, corners, order, few, count, terms, threshold, low, resolution
 def first_root(table, corners, order, few, count, terms, threshold, guess, known, live, e2, resolution):
     """Depth s of the first root of each lane and the mask of those that have one.
 
-    order: places in the table of the `count` primitives whose terms are prepared, nearest realm first; few: room for as many; guess: depths
+    order: places in the table of the `count` primitives whose terms are prepared, nearest realm first; few: room for as many;
+    guess: depths
     to begin from where `known`; live: lanes that matter; e2: |E|^2; resolution: intervals smaller than this hold one
     root at most [m].
     """

@@ -128,6 +128,11 @@ class Surface:
         self._solve(dirty)
         return dirty
 
+    @property
+    def swept(self) -> bool:
+        """Whether the last drawing was the sweep's own and not left to the ray caster."""
+        return self._sums is not None
+
     def _planned(self, changed: NDArray[np.uint8], old: Plan | None) -> Plan:
         a, lines, n = self.program.arrays, self._outlines, len(changed)
         kept = (old.rows, old.span_at, old.spans) if old else (
@@ -156,9 +161,10 @@ class Surface:
         # One surface for each sum, the nearest of them is the union's.
         while len(self._parts) < len(self._sums):
             self._parts.append(self._buffers())
-        self._clear(dirty)
-        for leaves, (depth, normal) in zip(self._sums, self._parts, strict=True):
+        for leaves, (depth, normal) in zip(self._sums, self._parts, strict=False):
             self._sweep(leaves, dirty, depth, normal)
+        self._clear(dirty)
+        for depth, normal in self._parts[: len(self._sums)]:
             keep_nearer(stamp(), self.depth, self.normal, depth, normal, dirty)
 
     def _sweep(self, leaves: slice, dirty: NDArray[np.uint8], depth: F32, normal: F32) -> None:
@@ -228,7 +234,8 @@ class Surface:
         """Rows and columns of the pixels of `dirty` groups where the surface is."""
         width = self.view.size[0]
         seen = (self.depth[2:, :width] < MISS) & np.repeat(dirty != 0, 16, axis=1)[:, :width]
-        return np.nonzero(seen)
+        rows, columns = np.nonzero(seen)
+        return rows, columns
 
 
 def _alike(a: FieldProgram, b: FieldProgram) -> bool:

@@ -1,18 +1,22 @@
 """The scanline sweep: rows from the top, in each the active primitives, in groups of sixteen columns their roots.
 
 A root is looked for from those of the two rows above in the same columns, so a group depends on its primitives and on
-the picture above it and on nothing else: redoing the groups a moved primitive covers gives what a new picture would.
+those two and on nothing else: redoing the groups that a moved primitive covers, and those below a group that came out
+other than it was, gives what a new picture would, bit for bit.
 """
 
 # pyright: basic, reportCallIssue=false
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numba as nb
 import numpy as np
 
 from vistel.implicit.pointers import at, keep, pointer
-from vistel.implicit.scanline.along import NEAR, ROW, TERMS, WEIGHT, F, LARGE, ONE, ZERO, gradient, inner, prepare
+from vistel.implicit.scanline.along import LARGE, NEAR, ONE, ROW, TERMS, WEIGHT, ZERO, F, gradient, inner, prepare
 from vistel.implicit.scanline.eye import (
     DX,
     DY,
@@ -30,14 +34,19 @@ from vistel.implicit.scanline.eye import (
 from vistel.implicit.scanline.lanes import WIDTH, bits, choose, highest, load, mask_of, most, size, spread, store
 from vistel.implicit.scanline.solve import first_root
 
-kernel = nb.njit(cache=True, nogil=True, error_model="numpy")
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """A function that Python calls, kept compiled on disk."""
+    return nb.njit(cache=True, nogil=True, error_model="numpy")(function)
+
 
 GROUPS, PAIRS, COHERENT, SOLVED, SEARCHED = range(5)
 """Counts of a sweep: groups, primitives in groups, lanes solved from the row above, lanes with a root."""
 
 
 @kernel
-def plan(stamp, leaf, scale, params, outline, hull, edges, frame, view, width, height, changed, old_rows, old_at, old_spans):  # fmt: skip
+def plan(stamp, leaf, scale, params, outline, hull, edges, frame, view, width, height, changed, old_rows, old_at,
+         old_spans):  # fmt: skip
     """Primitives in eye space, the rows each covers (n, 2), and its columns in each: spans (k, 2) from span_at (n + 1).
 
     Spans of primitives that are not `changed` are taken over.
@@ -92,6 +101,14 @@ def _starts(rows, order, height):
 
 
 @inner
+def _set(depth, here, value):
+    """Write lanes of depth; whether they were others before."""
+    old = load(depth, here)
+    store(depth, here, value)
+    return bits((old < value) | (old > value)) != 0
+
+
+@inner
 def _surface(table, corners, order, count, terms, ax, ay, ex, ey, s):
     """Sum of the primitives' gradients at s: eye space, three lanes."""
     gx, gy, gz = spread(ZERO), spread(ZERO), spread(ZERO)
@@ -109,7 +126,7 @@ def _surface(table, corners, order, count, terms, ax, ay, ex, ey, s):
 @kernel
 def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, threshold, resolution, dirty, depth_, normal_,
           counts):  # fmt: skip
-    """Draw the dirty groups of a picture.
+    """Draw the dirty groups of a picture, and mark and draw those below groups whose depths change.
 
     order: (n,) leaves by least depth; dirty: (height, groups); depth: (height + 2, groups * WIDTH) depth from the
     program's origin, LARGE where there is no surface, after two rows of LARGE; normal: (3, height, groups * WIDTH) unit
@@ -133,6 +150,8 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
         lanes_[columns + c] = F(x) if perspective else ZERO
     table, corners, depth, normal = pointer(table_), pointer(corners_), pointer(depth_), pointer(normal_)
     lanes, plane = pointer(lanes_), height * columns
+    # Of each column of groups: 2 where it changed in the row above, 1 in the one before.
+    changed = np.zeros(groups, np.uint8)
     for y in range(height):
         # Primitives whose realm begins in this row come in, nearest first; those that have ended go.
         for k in range(begin[y], begin[y + 1]):
@@ -151,9 +170,9 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
         live = m
         if live == 0:
             for g in range(groups):
-                if dirty[y, g]:
-                    for c in range(WIDTH):
-                        depth_[y + 2, g * WIDTH + c] = LARGE
+                changed[g] >>= 1
+                if dirty[y, g] and _set(depth, (y + 2) * columns + g * WIDTH, spread(LARGE)):
+                    changed[g] |= 2
             continue
         # Their spans into buckets of groups.
         starts[:] = 0
@@ -181,11 +200,16 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
             many = end_at - begin_at
             from_ = begin_at
             begin_at = end_at
+            above_changed = changed[g] != 0
+            changed[g] >>= 1
             if not dirty[y, g]:
-                continue
+                if not above_changed or many == 0:
+                    continue
+                dirty[y, g] = 1
             here = (y + 2) * columns + g * WIDTH
             if many == 0:
-                store(depth, here, spread(LARGE))
+                if _set(depth, here, spread(LARGE)):
+                    changed[g] |= 2
                 continue
             if many > room:
                 room = 2 * many
@@ -202,7 +226,8 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
             counts[GROUPS] += 1
             counts[PAIRS] += count
             if count == 0:
-                store(depth, here, spread(LARGE))
+                if _set(depth, here, spread(LARGE)):
+                    changed[g] |= 2
                 continue
             above, before = load(depth, here - columns), load(depth, here - 2 * columns)
             known = above < LARGE
@@ -210,7 +235,8 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
             guess = above + choose(size(turn) < resolution * F(64.0), turn, ZERO)
             within = mask_of((1 << min(width - g * WIDTH, WIDTH)) - 1)
             s, hit = first_root(table, corners, kept, at(kept, room), count, terms, threshold, guess, known, within, e2, resolution)
-            store(depth, here, choose(hit, s, LARGE))
+            if _set(depth, here, choose(hit, s, LARGE)):
+                changed[g] |= 2
             if bits(hit) == 0:
                 continue
             s = choose(hit, s, -LARGE)

@@ -88,7 +88,7 @@ class Outlines:
             found = _polygon(leaf[i], params) if leaf[i, KIND] == KIND_INDEX["rounded_polygon"] else None
             faces_here = triangles[0]
             if found is None:
-                found, faces_here = _polyhedron(shapes[i], program.arrays["box"][i])
+                found, faces_here = _polyhedron(shapes[int(i)], program.arrays["box"][i])
             edges_here = _edges(faces_here)
             rows[i] = size, len(found), sides, len(edges_here), faces, len(faces_here)
             points.append(found)
