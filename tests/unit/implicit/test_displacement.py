@@ -7,7 +7,7 @@ import pytest
 from test_mesh_ghosts import RADIUS, ROD, ball
 
 from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deform import DeformReport
+from vistel.implicit.deform import Deformer, DeformReport
 from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.implicit.mesh_ghosts import faded
 
@@ -102,3 +102,22 @@ def test_what_is_no_number_moves_nothing(bad: float) -> None:
 def test_a_displacement_of_another_mesh_is_refused() -> None:
     with pytest.raises(ValueError, match=r"displacement: expected shape \(3072,\), got \(5,\)"):
         under([], np.zeros(5, np.float32))
+
+
+def test_degenerate_meshes_with_wrinkles_stay_finite_and_tell() -> None:
+    """Vertices on top of each other, triangles without area, normals that point inwards, are zero or no numbers."""
+    rest, normals = ROD.rest.copy(), ROD.normals.copy()
+    rest[100:140] = rest[100]
+    normals[200:400] *= -1.0
+    normals[500:520] = 0.0
+    normals[600] = np.nan
+    rest[700] = np.nan
+    triangles = np.concatenate([np.arange(0, 3072 - 3, 3)[:, None] + (0, 1, 2), np.zeros((50, 3), int)]).astype(np.int32)
+    deformer = Deformer(triangles, ROD.embedding)
+    for ghosts in ([], [thing(-0.01)], [thing(-0.05, 0.0), thing(-0.15)], [thing(-0.01)] * 50):
+        laid, turned = rest.copy(), normals.copy()
+        report = deformer.deform(laid, turned, ROD.limbs.a, ROD.limbs.b, ghosts, WRINKLES)
+        given = np.isfinite(rest).all(axis=1) & np.isfinite(normals).all(axis=1)
+        assert np.isfinite(laid[given]).all()
+        assert np.abs(laid[given] - rest[given]).max() < 0.25
+        assert report.lost == deformer.lost.sum()
