@@ -61,15 +61,18 @@ class Figure:
             for mesh, joint in zip(avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False)
         ]
 
-    def pose(self, posture: Posture, ghosts: Sequence[GhostSource] = ()) -> FigureState:
+    def pose(
+        self, posture: Posture, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None
+    ) -> FigureState:
         """The figure in `posture`, deformed by its own limbs and by the ghosts of other bodies.
 
-        Make ghosts with `Figure.ghosts` of another figure and `vistel.implicit.ghost.ghosts_of` of things.
+        displacement: (V,) of the skin along its normal [m], wrinkles; flattened where something presses. Make ghosts with
+        `Figure.ghosts` of another figure and `vistel.implicit.ghost.ghosts_of` of things.
         """
         joints = pose_joints(self.avatar.skeleton, posture)
         self.skin.pose(joints, self._vertices, self._normals)
         posed = pose_body(self.avatar.body, joints)
-        report = self.deformer.deform(self._vertices, self._normals, posed.a, posed.b, ghosts)
+        report = self.deformer.deform(self._vertices, self._normals, posed.a, posed.b, ghosts, displacement)
         return FigureState(self._vertices, self._normals, self._pose_eyes(joints), joints, posed, report)
 
     def ghosts(self, posed: PosedBody, *, target: NDArray[np.bool_] | None = None) -> GhostSource:

@@ -42,7 +42,9 @@ class FigurePlanner:
         self._middles, self._blocks = skin.parts(self.planner.middles[None]), skin.parts(self.planner.index)
         self._vertices, self._normals = np.zeros_like(mesh.vertices), np.zeros_like(mesh.vertices)
 
-    def plan(self, posture: Posture, ghosts: Sequence[GhostSource] = ()) -> PlannedPose:
+    def plan(
+        self, posture: Posture, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None
+    ) -> PlannedPose:
         """What `Figure.pose` would do, as a plan."""
         figure, planner = self.figure, self.planner
         joints = pose_joints(figure.avatar.skeleton, posture)
@@ -50,6 +52,6 @@ class FigurePlanner:
         bones = figure.skin.bones(joints)
         vertices, normals = self._vertices, self._normals
         self._middles.pose(_ONLY, vertices, normals)
-        self._blocks.pose(planner.begin(vertices, posed.a, posed.b, ghosts), vertices, normals)
+        self._blocks.pose(planner.begin(vertices, posed.a, posed.b, ghosts, displacement), vertices, normals)
         self._blocks.pose(planner.touch(vertices, normals), vertices, normals)
         return PlannedPose(joints, posed, planner.end(vertices, normals, bones))

@@ -17,6 +17,10 @@ from vistel.implicit.embedding import JOINT_REACH, JOINT_WEIGHT, Embedding
 from vistel.implicit.ghost import MOST_PRIMITIVES, GhostSource
 from vistel.implicit.ghost_effects import OWN_EFFECT
 from vistel.implicit.kernels_deform import deform_frame  # pyright: ignore[reportUnknownVariableType]
+from vistel.implicit.kernels_displace import (
+    lay_on,  # pyright: ignore[reportUnknownVariableType]
+    pressed,  # pyright: ignore[reportUnknownVariableType]
+)
 from vistel.implicit.kernels_field import LANES, ROW
 from vistel.implicit.kernels_pose import (
     load_source,  # pyright: ignore[reportUnknownVariableType]
@@ -98,19 +102,28 @@ class Deformer:
         ):  # fmt: skip
             self._table[slot] = size
         self._own_primitives, self._own_groups = len(limbs.group), limbs.groups
+        self._pressed: tuple[F32, I32] | None = None
         self._reserve(len(limbs.group), limbs.groups, 1, 1)
         self._reserve_pairs(256)
         measure_rest(self._table, np.ascontiguousarray(limbs.a), np.ascontiguousarray(limbs.b))
 
-    def deform(self, vertices: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = ()) -> DeformReport:
+    def deform(
+        self, vertices: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = (),
+        displacement: F32 | None = None,
+    ) -> DeformReport:  # fmt: skip
         """Move the vertices (V, 3), given by the rigid component, to the implicit surface, in place.
 
         normals: (V, 3) unit, recomputed round what moved. a, b: (P, 3) own posed skeletons in the order of
         `Limbs` [m]. Vertices nothing touches stay exactly where they are. Of vertices or ghosts that are not
-        finite nothing moves; `lost` tells.
+        finite nothing moves; `lost` tells. displacement: (V,) along the normal [m], wrinkles: laid on where nothing
+        presses, less and less the nearer another body's surface is, not at all in contact.
         """
+        self._table[table.FLATTENS] = displacement is not None
         groups = self.solve(vertices, normals, a, b, ghosts)
-        self.update_normals(vertices, normals)
+        if displacement is None:
+            self.update_normals(vertices, normals)
+        else:
+            self._displace(vertices, normals, displacement)
         stats = self._stats
         moved, solved = int(stats[table.MOVED_COUNT]), int(stats[table.SOLVED])
         return DeformReport(
@@ -124,6 +137,21 @@ class Deformer:
         while not deform_frame(self._table, a, b, vertices, normals):
             self._reserve_pairs(2 * int(self._stats[table.PAIR_NEED]))
         return groups
+
+    def _displace(self, vertices: F32, normals: F32, displacement: F32) -> None:
+        """Lay a displacement on after `solve`, then the normals round everything that moved."""
+        if self._pressed is None:
+            self._pressed = np.zeros(len(vertices), np.float32), np.zeros(len(vertices), np.int32)
+        press, out = self._pressed
+        press[:] = 0.0
+        pressed(self._table, vertices, normals, press)
+        moved = self._moved_list[: int(self._stats[table.MOVED_COUNT])]
+        given = np.ascontiguousarray(displacement, np.float32)
+        if given.shape != press.shape:
+            raise ValueError(f"displacement: expected shape {press.shape}, got {given.shape}")
+        count = lay_on(vertices, normals, given, press, self._moved, moved, out)
+        if count:
+            self._normals.update(vertices, normals, out[:count])
 
     def update_normals(self, vertices: F32, normals: F32) -> None:
         """The normals' part of `deform`: those round the vertices the last `solve` moved."""

@@ -52,10 +52,11 @@ HEADER_TEXELS = 3
 @dataclass(frozen=True)
 class FramePlan:
     """words: (texels, 4) int32, the planner's own memory, valid until its next frame; acts: whether anything can
-    move."""
+    move; displacement: (V,) along the normals, in the order of `Places.vertex` [m], None: none."""
 
     words: I32
     acts: bool
+    displacement: F32 | None = None
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,8 @@ class Planner(Deformer):
         self._count: I32 = self._arrays[table.COUNT].astype(np.int32)
         self._middles = np.unique(self._arrays[table.CENTRE]).astype(np.int32)
         self._triangles, self._size = triangles, len(embedding.group)
+        self._vertex: I32 = self._index[np.arange(LANES)[None] < self._count[:, None]]
+        self._given: F32 | None = None
         self._blocks = np.zeros((len(self._index), BLOCK_WORDS), np.int32)
         self._seen = np.zeros(max(1, len(self._index)), np.int32)
         self._pair_words = np.zeros((256, PAIR_WORDS), np.int32)
@@ -120,10 +123,15 @@ class Planner(Deformer):
             place[np.concatenate(spans)] if spans else np.zeros(0, np.int32),
         )  # fmt: skip
 
-    def begin(self, vertices: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = ()) -> I32:
+    def begin(
+        self, vertices: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None
+    ) -> I32:
         """List what may meet; a, b, ghosts as for `deform`. vertices: (V, 3) rigid, of which only `middles` need be
-        right. Returns the blocks (N,) that may be touched, whose vertices and normals `touch` reads."""
+        right; displacement: as for `deform`.
+        Returns the blocks (N,) that may be touched, whose vertices and normals `touch` reads."""
         self._load(ghosts)
+        self._table[table.FLATTENS] = displacement is not None
+        self._given = None if displacement is None else np.ascontiguousarray(displacement, np.float32)[self._vertex]
         self._corner_count = sum(len(g.corners) for g in ghosts)
         self._parameter_count = sum(0 if g.parameters is None else len(g.parameters) for g in ghosts)
         while True:
@@ -154,7 +162,8 @@ class Planner(Deformer):
                 self._members[:members], self._arrays[table.CORNERS][: self._corner_count],
                 self._arrays[table.PARAMETERS][: self._parameter_count],
             ]  # fmt: skip
-        return FramePlan(self._pack(acting > 0, sections), acting > 0)
+        acts = acting > 0 or self._given is not None
+        return FramePlan(self._pack(acts, sections), acts, self._given)
 
     def _write(self, vertices: F32) -> tuple[int, int, int]:
         words = self._pair_words

@@ -74,8 +74,9 @@ from __future__ import annotations
     GROUPS,
     ALL_GROUPS,  # room for groups: the stride of CANDIDATES
     PAIR_ROOM,
+    FLATTENS,  # 1 where a displacement lies on the skin, which others flatten before they touch it
     TABLE_LENGTH,
-) = range(63)  # fmt: skip
+) = range(64)  # fmt: skip
 
 WEIGHT, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD, CAL_ROWS = range(8)
 """Rows of a patch's calibration."""
@@ -90,5 +91,6 @@ that pushes by its share; it collides like anyone; it is a force field."""
 NO_OVERLAP = -2
 """Overlap row of a neighbour that shares all of a block's skin: it does not collide."""
 
-EVALUATIONS, MOVED_COUNT, LOST_COUNT, SOLVED, PAIR_NEED, REPEATS, STAT_COUNT = range(7)
-"""Columns of STATS; REPEATS: evaluations after a block's first, by lanes that were still open."""
+EVALUATIONS, MOVED_COUNT, LOST_COUNT, SOLVED, PAIR_NEED, REPEATS, LISTED, STAT_COUNT = range(8)
+"""Columns of STATS; REPEATS: evaluations after a block's first, by lanes that were still open; LISTED:
+rows of TODO."""

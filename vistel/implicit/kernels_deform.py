@@ -10,6 +10,7 @@ from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs, octets
 from vistel.implicit.ghost_effects import COLLISION
 from vistel.implicit.kernel_jit import fast
+from vistel.implicit.kernels_displace import FLATTEN
 from vistel.implicit.kernels_field import LANES, ONE, PATCHES, RAY_SIZE, ZERO, T
 from vistel.implicit.kernels_meet import (
     counting_threshold,
@@ -61,6 +62,8 @@ def _set_zones(t):
         cap = LONE_ZONE / quotient[k] if quotient[k] > ZERO else LONE_ZONE
         zone[k] = min(T, cap, BETA * max(ZERO, d) / max(ONE, quotient[k]))
         reach[k] = FELT * zone[k] if effect[k] == COLLISION else T
+        if t[table.FLATTENS]:
+            reach[k] = max(reach[k], FLATTEN)
 
 
 @fast
@@ -117,6 +120,7 @@ def deform_frame(t, a, b, vertices, normals):
     _set_zones(t)
     _evaluate_near(t, count, vertices, normals)
     todo = ints(t[table.TODO])
+    stats[table.LISTED] = count
     for c in range(count):
         if todo[3 * c] >= 0:
             solve(t, todo[3 * c], todo[3 * c + 1], todo[3 * c + 2], vertices)

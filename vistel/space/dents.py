@@ -32,6 +32,8 @@ SPACING = 0.5
 """A maker that has slid by so much of its radius makes another dent."""
 MOST = 48
 """Dents one thing keeps, the deepest."""
+MOST_IN_ROOM = 240
+"""Dents all things keep together, so that a state stays a message."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +89,7 @@ def remember(
             else:
                 kept.append(Dent(next_number, thing, *key, press.shape, press.depth))
                 next_number += 1
-        while len(kept) > MOST:
-            kept.remove(min(kept, key=lambda d: (d.depth, d.number)))
-        return tuple(kept), next_number
+        return deepest(kept, MOST), next_number
     out: list[Dent] = []
     for d in kept:
         press = now.pop((d.maker, d.primitive), None)
@@ -100,7 +100,15 @@ def remember(
         if press.depth > LEAST:
             out.append(Dent(next_number, thing, *key, press.shape, press.depth))
             next_number += 1
-    return tuple(out), next_number
+    return deepest(out, MOST), next_number
+
+
+def deepest(dents: Sequence[Dent], most: int) -> tuple[Dent, ...]:
+    """No more than `most` of the dents, in their order; the shallowest go first, of equals the younger."""
+    if len(dents) <= most:
+        return tuple(dents)
+    kept = {d.number for d in sorted(dents, key=lambda d: (-d.depth, d.number))[:most]}
+    return tuple(d for d in dents if d.number in kept)
 
 
 def imprints(shapes: Sequence[Primitive]) -> PrimitiveSet:

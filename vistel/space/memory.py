@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contact import find_contacts
 from vistel.space.bonds import NEAR, Bond, Frame, Grip, stick
-from vistel.space.dents import Dent, Press, remember
+from vistel.space.dents import MOST_IN_ROOM, Dent, Press, deepest, remember
 from vistel.space.people import Posed
 from vistel.space.solids import Solids
 from vistel.space.state import State
@@ -50,7 +50,7 @@ def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -
 
             stuck, number = stick(held, thing.id, thing.matter.sticky, frame, grips, frame_of, number, state.t_ns)
             bonds += stuck
-    return replace(state, dents=tuple(dents), bonds=tuple(bonds), marks=number)
+    return replace(state, dents=deepest(dents, MOST_IN_ROOM), bonds=tuple(bonds), marks=number)
 
 
 def _touches(

@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 from vistel.figure.figure import vertex_normals
 from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit import contact_set, deform_table, ghost_effects, kernels_field, kernels_ghost, kernels_solve
+from vistel.implicit import (
+    contact_set,
+    deform_table,
+    ghost_effects,
+    kernels_displace,
+    kernels_field,
+    kernels_ghost,
+    kernels_solve,
+)
 from vistel.implicit.deform_plan import BONE, FramePlan, Places
 from vistel.implicit.kernels_normals import GAP
 from vistel_services.renderer.gl_context import Capability, Surface
@@ -49,7 +57,7 @@ def constants() -> str:
     real = {
         **{k: getattr(kernels_field, k) for k in ("T", "TINY", "SMALL", "HUGE")},
         **{k: getattr(kernels_ghost, k) for k in ("CAP", "SOFT2")},
-        **{k: getattr(kernels_solve, k) for k in ("TOLERANCE", "NEAR", "SHORT")},
+        **{k: getattr(kernels_solve, k) for k in ("TOLERANCE", "NEAR", "SHORT")}, "FLATTEN": kernels_displace.FLATTEN,
         # Literals of `ghost_effects` and `kernels_normals`; the last as the least a GPU does not take for 0.
         "MOST_FORCE": 0.9, "LEAST_LENGTH": 1e-6, "LEAST_SQUARE": 1.2e-38,
     }  # fmt: skip
@@ -156,22 +164,35 @@ class GpuDeformer:
         self.skin = feedback(ctx, "deform_skin", ("position", "normal"), head)
         self.solve = feedback(ctx, "deform_solve", ("placed",), head)
         self.corner = feedback(ctx, "deform_corner", ("position", "normal"), head, interleaved=True)
+        self._displaced: moderngl.Program | None = None
         for program in (self.skin, self.solve, self.corner):
-            for name, unit in (
-                ("plan", PLAN), ("overlap", OVERLAP), ("placed", PLACED), ("rigid_normals", NORMALS), ("fans", FANS),
-            ):  # fmt: skip
-                if name in program and isinstance(program[name], moderngl.Uniform):
-                    program[name].value = unit  # type: ignore[union-attr]
+            self._bind(program)
         # Without a framebuffer (surfaceless EGL has none) transform feedback silently does nothing.
         self._target = ctx.simple_framebuffer((4, 4))
+
+    @property
+    def displaced(self) -> moderngl.Program:
+        """The solve for skins with a displacement; made when the first one comes."""
+        if self._displaced is None:
+            self._displaced = feedback(self.ctx, "deform_solve", ("placed",), "#define DISPLACED\n" + constants())
+            self._bind(self._displaced)
+        return self._displaced
+
+    def _bind(self, program: moderngl.Program) -> None:
+        for name, unit in (
+            ("plan", PLAN), ("overlap", OVERLAP), ("placed", PLACED), ("rigid_normals", NORMALS), ("fans", FANS),
+        ):  # fmt: skip
+            if name in program and isinstance(program[name], moderngl.Uniform):
+                program[name].value = unit  # type: ignore[union-attr]
 
     def use(self) -> None:
         """Make ready for passes; whoever draws next binds their own target."""
         self._target.use()
 
     def release(self) -> None:
-        for part in (self.skin, self.solve, self.corner, self._target):
-            part.release()
+        for part in (self.skin, self.solve, self.corner, self._target, self._displaced):
+            if part is not None:
+                part.release()
 
 
 class GpuSkin:
@@ -192,13 +213,12 @@ class GpuSkin:
         self._skin = ctx.vertex_array(
             engine.skin, [(fixed, "3f 3f 4f", "rest", "rest_normal", "weight"), (bones, "4i", "bone")]
         )
-        self._solve = ctx.vertex_array(
-            engine.solve,
-            [
-                (self._rigid, "4f", "position"), (self._normal, "4f", "normal"), (places, "2i", "place"),
-                (calibration, "4f 3f", "calibration_a", "calibration_b"),
-            ],
-        )  # fmt: skip
+        self._inputs = [
+            (self._rigid, "4f", "position"), (self._normal, "4f", "normal"), (places, "2i", "place"),
+            (calibration, "4f 3f", "calibration_a", "calibration_b"),
+        ]  # fmt: skip
+        self._solve = ctx.vertex_array(engine.solve, self._inputs)
+        self._displacement: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
         self._corner = ctx.vertex_array(engine.corner, [(corner, "3i", "fan")])
         self._plan = ctx.texture((TABLE_WIDTH, 1), 4, dtype="i4")
         self._overlap = _table(ctx, shape.overlap.reshape(-1), "f4")
@@ -220,12 +240,23 @@ class GpuSkin:
         placed = self._rigid
         if plan.acts:
             placed = self._placed
-            self._solve.transform(placed, moderngl.POINTS, self._count)
+            solve = self._solve if plan.displacement is None else self._displaced(plan.displacement)
+            solve.transform(placed, moderngl.POINTS, self._count)
         self._at.write(placed)
         self._normals.write(self._normal)
         self._at.use(PLACED)
         self._normals.use(NORMALS)
         self._corner.transform(out, moderngl.POINTS, self._corners)
+
+    def _displaced(self, displacement: F32) -> moderngl.VertexArray:
+        """The solve with a displacement per vertex; vertices that follow one joint have none."""
+        ctx = self.engine.ctx
+        if self._displacement is None:
+            buffer = ctx.buffer(bytes(4 * self._count))
+            inputs = [*self._inputs, (buffer, "1f", "displacement")]
+            self._displacement = buffer, ctx.vertex_array(self.engine.displaced, inputs)
+        self._displacement[0].write(np.ascontiguousarray(displacement, np.float32))
+        return self._displacement[1]
 
     def placed(self, plan: FramePlan) -> tuple[F32, I32]:
         """For measuring: positions (V, 3) [m] after `run`, in the order of the shape, and flags (V,): 1 moved + 2 no
@@ -235,7 +266,7 @@ class GpuSkin:
         return rows[:, :3].copy(), rows[:, 3].astype(np.int32)
 
     def release(self) -> None:
-        for part in (*self._parts, self._plan):
+        for part in (*self._parts, self._plan, *(self._displacement or ())):
             part.release()
 
     def _upload(self, plan: FramePlan) -> None:

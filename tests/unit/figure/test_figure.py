@@ -45,6 +45,22 @@ def rigid_only(figure, posture, monkeypatch):
         return figure.pose(posture).vertices.copy()
 
 
+def test_wrinkles_survive_on_a_figure_but_not_where_it_is_touched(figure):
+    high = np.full(len(figure.avatar.mesh.vertices), 0.003, np.float32)
+    plain = figure.pose(Posture()).vertices.copy()
+    laid = figure.pose(Posture(), (), high).vertices
+    assert np.linalg.norm(laid - plain, axis=1) == pytest.approx(0.003, abs=1e-6)
+    chest = figure.pose(Posture()).joints.position[JOINT_INDEX["head"]] - (0.0, 0.3, 0.0)
+    touching = [ball(np.add(chest, (0.0, 0.0, 0.14)))]
+    pressed = figure.pose(Posture(), touching).vertices.copy()
+    assert figure.moved.sum() > 10
+    moved = figure.moved > 0
+    extra = np.linalg.norm(figure.pose(Posture(), touching, high).vertices - pressed, axis=1)
+    assert extra[moved].min() < 1e-4
+    assert extra.max() == pytest.approx(0.003, abs=1e-5)
+    np.testing.assert_array_equal(figure.pose(Posture()).vertices, plain)  # and it leaves nothing behind
+
+
 def test_the_rest_posture_moves_nothing(figure, person):
     state = figure.pose(Posture())
     assert state.report.moved == 0

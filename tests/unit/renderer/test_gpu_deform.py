@@ -94,10 +94,12 @@ class Arm:
     def both(self, ghosts: Sequence[GhostSource] = (), angle: float = 0.0) -> Outcome:
         return self.solve(*self.fold(angle), ghosts)
 
-    def solve(self, rigid: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource]) -> Outcome:
+    def solve(
+        self, rigid: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource], displacement: F32 | None = None
+    ) -> Outcome:
         vertices, turned = rigid.copy(), normals.copy()
-        self.cpu.deform(vertices, turned, a, b, ghosts)
-        self.planner.begin(rigid, a, b, ghosts)
+        self.cpu.deform(vertices, turned, a, b, ghosts, displacement)
+        self.planner.begin(rigid, a, b, ghosts, displacement)
         self.planner.touch(rigid, normals)
         plan = self.planner.end(rigid, normals, IDENTITY)
         n = len(rigid)
@@ -260,6 +262,24 @@ def test_every_effect_moves_alike(arm: Arm, ghost: GhostSource) -> None:
         seen = arm.both(ghosts, angle)
         assert seen.deepest > 0.001
         seen.agree()
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.9])
+@pytest.mark.parametrize("near", [None, 0.03, 0.01, -0.005], ids=["alone", "far", "near", "pressed"])
+def test_wrinkles_survive_and_are_flattened_alike(arm: Arm, near: float | None, angle: float) -> None:
+    wrinkles = (0.002 * np.sin(np.arange(len(arm.rest)))).astype(np.float32)
+    wrinkles[::3] = 0.0
+    ghosts = [] if near is None else [ball((0.12, 0.11 + near, 0.0))]
+    rigid, normals, a, b = arm.fold(angle)
+    seen = arm.solve(rigid, normals, a, b, ghosts, wrinkles)
+    assert np.isfinite(seen.gpu_vertices).all()
+    found = (seen.lost | seen.gpu_lost) == 0
+    assert_close(seen.gpu_vertices[found], seen.vertices[found])
+    assert np.quantile(np.linalg.norm(seen.gpu_normals - seen.normals, axis=1), 0.99) < 3e-3
+    if near is None and angle == 0.0:
+        along = ((seen.gpu_vertices - rigid) * normals).sum(axis=1)
+        np.testing.assert_allclose(along, wrinkles, atol=1e-6)
+        np.testing.assert_array_equal(seen.gpu_vertices[::3], rigid[::3])
 
 
 def test_penetrations_and_zones_come_from_the_same_vertices(arm: Arm) -> None:

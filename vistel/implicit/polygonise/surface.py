@@ -72,13 +72,18 @@ def polygonise(
 
 def finished(program: FieldProgram, marched: Marched) -> SurfaceMesh:
     """The mesh of what was marched, with attributes, and normals also where the field is flat."""
+    found = program.attributes(marched.points) if program.layout.channels else {}
+    return SurfaceMesh(marched.points, marched.triangles, pointed(marched), attributes=found, residual=marched.residual)
+
+
+def pointed(marched: Marched) -> F32:
+    """Normals (n, 3); where the field is flat those of the triangles."""
     normals = marched.normals
     flat = ~normals.any(axis=1)
     if flat.any():
         normals = normals.copy()
         normals[flat] = corner_normals(marched.points, marched.triangles)[flat]
-    found = program.attributes(marched.points) if program.layout.channels else {}
-    return SurfaceMesh(marched.points, marched.triangles, normals, attributes=found, residual=marched.residual)
+    return normals
 
 
 def _check_cost(program: FieldProgram, lattice: Lattice, threshold: float, limit: int | None) -> None:

@@ -13,7 +13,7 @@ Row of a primitive, float32 (all of eye space, relative to that fixed point):
 | A | centre; start of the axis; origin of the polygon |
 | U | axis: of a sphylinder the whole vector, of a cone-sphere its direction |
 | K | 1 / r^2 of sphere, sphylinder and polygon; radius at the start of a cone-sphere |
-| L | 1 / length^2 of a sphylinder; length of a cone-sphere; first corner of a polygon |
+| L | r^2 / 2 of a sphere (HALF_SQUARE); 1 / length^2 of a sphylinder; length of a cone-sphere; first corner of a polygon |
 | M | length^2 / r^2 of a sphylinder; growth of a cone-sphere's radius; number of corners |
 | FRAME | nine numbers of the map into the own frame, row by row |
 
@@ -35,6 +35,7 @@ from vistel.implicit.scanline.lanes import WIDTH, bits, choose, least, load, mos
 
 ROW = 24
 KIND, WEIGHT, NEAR, FRAMED, A, U, K, L, M, FRAME = 0, 1, 2, 3, 4, 7, 10, 11, 12, 13
+HALF_SQUARE = L
 SPHERE, SPHYLINDER, CONE, POLYGON = 0, 1, 2, 3
 TERMS = 12 * WIDTH
 """Floats kept for one primitive: six lanes of the ray's numbers, then its summit and its q there; q and its slope at
@@ -186,10 +187,15 @@ def _better(found, s, q):
 
 
 @inner
-def summit(p, corners, t):
-    """Where q is highest along each ray, and how high; also kept in the terms."""
+def summit(p, corners, t, over_e2):
+    """Where q is highest along each ray, and how high; also kept in the terms. over_e2: 1 / |E|^2."""
     kind = p[KIND]
-    if kind == SPHERE:
+    if kind == SPHERE and p[FRAMED] == ZERO:
+        a, b = load(t, 0), load(t, WIDTH)
+        s = b * (p[HALF_SQUARE] * over_e2)
+        q = a + HALF * s * b
+        s = choose(q > ZERO, s, LARGE)
+    elif kind == SPHERE:
         a, b, c = load(t, 0), load(t, WIDTH), load(t, 2 * WIDTH)
         s = choose(c < ZERO, b / (F(-2.0) * c), LARGE)
         q = choose(c < ZERO, a + HALF * s * b, -ONE)

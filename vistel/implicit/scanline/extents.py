@@ -68,6 +68,25 @@ def sphere_x(cx, cy, cz, r, y, perspective):
 
 
 @scalar
+def sphere_rows(cx, cy, cz, r):
+    """What the X-extents of a sphere before the eye have in common for all rows under perspective; see `sphere_row`."""
+    m = cx * cx + cy * cy + cz * cz - r * r
+    return m, cx * cx - m, 1.0 / (cx * cx - m)
+
+
+@scalar
+def sphere_row(cx, cy, cz, y, m, a, over):
+    """`sphere_x` under perspective for a sphere all of which is before the eye: the rays (x, y, 1) whose angle with C
+    is that of the tangents, (C.D)^2 = (|C|^2 - r^2) |D|^2, solved for x."""
+    b = cy * y + cz
+    root = m * (b * b + a * (1.0 + y * y))
+    if root < 0.0:
+        return INF, -INF
+    root = math.sqrt(root)
+    return (-cx * b + root) * over, (-cx * b - root) * over
+
+
+@scalar
 def sphere_z(ox, oy, oz, dx, dy, dz, cx, cy, cz, r):
     """Z-extent of a sphere along the ray O + t D (A.1.4): the two t."""
     fx, fy, fz = cx - ox, cy - oy, cz - oz

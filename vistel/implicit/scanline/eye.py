@@ -19,6 +19,8 @@ from vistel.implicit.scanline.extents import (
     mesh_z,
     polygon_x,
     polygon_z,
+    sphere_row,
+    sphere_rows,
     tapered_x,
     tapered_y,
     tapered_z,
@@ -66,7 +68,7 @@ def to_eye(leaf, scale, params, outline, hull, frame, view, forms, points, table
         form[FORM] = MESH if outline[i, 3] > 0 else (ROUNDED if outline[i, 1] > 0 else TAPERED)
         if kind == row.SPHERE:
             form[RADIUS] = 1.0 / math.sqrt(p[3])
-            out[row.K] = p[3]
+            out[row.K], out[row.HALF_SQUARE] = p[3], 0.5 / p[3]
         elif kind == row.SPHYLINDER:
             form[RADIUS] = 1.0 / math.sqrt(p[7])
             out[row.K], out[row.L] = p[7], p[6]
@@ -206,6 +208,17 @@ def cover_rows(forms, points, view, height, rows):
 def cover_columns(form, points, edges, view, width, first, last, spans):
     """First and last column of a form in each of the rows `first` to `last`, into spans (rows, 2)."""
     perspective = view[PERSPECTIVE] != 0.0
+    if perspective and form[FORM] == TAPERED and form[LENGTH] == 0.0 and form[DEPTH] > 0.0:
+        cx, cy, cz = form[PLACE], form[PLACE + 1], form[PLACE + 2]
+        m, a, over = sphere_rows(cx, cy, cz, form[RADIUS])
+        # Where |C_x| is at least the tangents' length the extent is open on one side.
+        if a < 0.0:
+            for y in range(first, last + 1):
+                low, high = sphere_row(cx, cy, cz, view[Y0] + y * view[DY], m, a, over)
+                spans[y - first, 0], spans[y - first, 1] = 0, -1
+                if low <= high:
+                    spans[y - first, 0], spans[y - first, 1] = _pixels(low, high, view[X0], view[DX], width)
+            return
     for y in range(first, last + 1):
         low, high = x_extent(form, points, edges, view[Y0] + y * view[DY], perspective)
         k = y - first

@@ -277,9 +277,10 @@ def first_root(table, corners, order, few, count, terms, threshold, guess, known
     if bits(todo) == 0:
         return s, hit
     first, total, bend = spread(LARGE), spread(ZERO), spread(ONE)
+    over_e2 = ONE / e2
     for j in range(count):
         p = at(table, ROW * order[j])
-        x, q = summit(p, corners, at(terms, TERMS * j))
+        x, q = summit(p, corners, at(terms, TERMS * j), over_e2)
         q = most(q, ZERO)
         nearer = (q > ZERO) & (x < first)
         first = choose(nearer, x, first)

@@ -10,6 +10,9 @@ in vec4 normal;
 in ivec2 place;              // block (-1 none) and lane
 in vec4 calibration_a;       // weight, offset, contact, mu
 in vec3 calibration_b;       // alpha, room inwards, outwards [m]
+#ifdef DISPLACED
+in float displacement;       // along the normal [m]
+#endif
 out vec4 placed;             // w: 0 untouched, 1 moved; 2 more: no root found
 
 struct Pair { int rule, effect, parameters, first, last; float share, q, ye; };
@@ -24,7 +27,7 @@ bool finite(vec3 v) {
     return !(any(isnan(v)) || any(isinf(v)));
 }
 
-void main() {
+void solve() {
     placed = vec4(position.xyz, 0.0);
     if (place.x < 0)
         return;
@@ -129,4 +132,35 @@ void main() {
     if (moves)
         placed.xyz = to;
     placed.w = (moves ? 1.0 : 0.0) + (solved ? 0.0 : 2.0);
+}
+
+#ifdef DISPLACED
+// The largest field of others where the vertex has come to lie (vistel.implicit.kernels_displace).
+float pressed() {
+    if (place.x < 0)
+        return 0.0;
+    Starts at = starts();
+    ivec4 mine = words(at.blocks + 2 * place.x);
+    float press = 0.0;
+    if (words(at.blocks + 2 * place.x + 1).w != 0)
+        for (int k = mine.x; k < mine.y; k++) {
+            Pair pair = pair_of(at, k);
+            if (pair.rule == COLLIDES && pair.effect != FADING) {
+                float field = group_field(at, pair.first, pair.last, placed.xyz, normal.xyz, 0.0).x;
+                press = max(press, (pair.q < 0.0 ? 1.0 : calibration_a.z) * field);
+            }
+        }
+    return press;
+}
+#endif
+
+void main() {
+    solve();
+#ifdef DISPLACED
+    if (displacement == 0.0 || isnan(displacement) || isinf(displacement))
+        return;
+    float u = clamp((pressed() - (T - FLATTEN)) / FLATTEN, 0.0, 1.0);
+    placed.xyz += displacement * (1.0 - u * u * (3.0 - 2.0 * u)) * normal.xyz;
+    placed.w += mod(placed.w, 2.0) == 0.0 ? 1.0 : 0.0;
+#endif
 }
