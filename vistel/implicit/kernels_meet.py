@@ -110,27 +110,33 @@ def evaluate(kind, s, c, p, corners, work):
 
 
 @leaf
-def height_at_rest(first, last, mask, kind, rows, corners, block, contact, share, neighbour, work):
-    """Largest weighted field, in one patch at its rigid positions, of the union of the primitives of `mask` (bits from
-    `first`); of a neighbour T + the most it pushes. work: room for a primitive's rays and 3 rows."""
+def height_at_rest(first, last, mask, kind, rows, corners, block, cal, shares, neighbour, work):
+    """Largest weighted field, in a block at its rigid positions, of the union of the primitives of `mask` (bits from
+    `first`); of a neighbour T + the most it pushes. cal: calibration of the block; work: room for a primitive's rays and
+    3 rows."""
     wide()
-    v, zero = load_normals(block), spread(ZERO)
-    f, df, total, slope = zero, zero, zero, zero
+    zero, high = spread(ZERO), spread(-HUGE)
     several = mask & (mask - 1) != 0
-    for k in range(first, last):
-        if (mask >> (k - first)) & 1:
-            p = at(rows, k * ROW)
-            if kind[k] == CONE_SPHERE:
-                f, df = cone_at_rest(v, p)
-            else:
-                local_ray(v, p, work)
-                f, df = evaluate(kind[k], zero, work, p, corners, at(work, RAY_SIZE))
-            if several:
-                total, slope = union_add(f, df, total, slope)
-    if several:
-        f, df = union_end(total, slope)
-    f = load(contact) * f
-    return T + largest(most(load(share) * (f - T), ZERO)) if neighbour else largest(f)
+    for c in range(PATCHES):
+        v = load_normals(at(block, c * RAY_SIZE))
+        f, df, total, slope = zero, zero, zero, zero
+        for k in range(first, last):
+            if (mask >> (k - first)) & 1:
+                p = at(rows, k * ROW)
+                if kind[k] == CONE_SPHERE:
+                    f, df = cone_at_rest(v, p)
+                else:
+                    local_ray(v, p, work)
+                    f, df = evaluate(kind[k], zero, work, p, corners, at(work, RAY_SIZE))
+                if several:
+                    total, slope = union_add(f, df, total, slope)
+        if several:
+            f, df = union_end(total, slope)
+        f = load(at(cal, (c * table.CAL_ROWS + table.CONTACT) * WIDTH)) * f
+        if neighbour:
+            f = T + most(load(at(shares, c * WIDTH)) * (f - T), ZERO)
+        high = most(f, high)
+    return largest(high)
 
 
 @fast
@@ -249,15 +255,12 @@ def evaluate_pair(t, n, vertices, normals):
         gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, block)
         gathered[b] = 1
     start, kind, rows = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS])
-    corners, work, high = floats(t[table.CORNERS]), floats(t[table.WORK]), -HUGE
+    corners, work = floats(t[table.CORNERS]), floats(t[table.WORK])
+    cal = at(floats(t[table.CALIBRATION]), b * PATCHES * table.CAL_ROWS * WIDTH)
     shares = at(floats(t[table.OVERLAP]), max(0, pair[table.PAIR_OVERLAP]) * LANES)
-    neighbour = pair[table.PAIR_RULE] == table.NEIGHBOUR
-    for c in range(PATCHES):
-        contact = at(floats(t[table.CALIBRATION]), ((b * PATCHES + c) * table.CAL_ROWS + table.CONTACT) * WIDTH)
-        share = at(shares, c * WIDTH)
-        high = max(high, height_at_rest(
-            start[k], start[k + 1], mask, kind, rows, corners, at(block, c * RAY_SIZE), contact, share, neighbour, work,
-        ))  # fmt: skip
+    high = height_at_rest(
+        start[k], start[k + 1], mask, kind, rows, corners, block, cal, shares, pair[table.PAIR_RULE] == table.NEIGHBOUR, work,
+    )  # fmt: skip
     floats(t[table.HEIGHT])[n], floats(t[table.LOW])[n] = high, high
     if pair[table.PAIR_RULE] == table.COLLIDES:
         delta = floats(t[table.DELTA])
