@@ -135,20 +135,6 @@ def set_up(first, last, members, v, rows, rays):
 
 
 @inlined
-def own_field(first, last, members, rows, s, rays):
-    """As `group_field`, cone-spheres only: a body's own primitives are."""
-    zero = spread(ZERO)
-    f, df, total, slope = zero, zero, zero, zero
-    for m in range(first, last):
-        f, df = cone(s, at(rays, m * RAY_SIZE), at(rows, np.int64(members[2 * m]) * ROW))
-        if last - first > 1:
-            total, slope = union_add(f, df, total, slope)
-    if last - first > 1:
-        f, df = union_end(total, slope)
-    return f, df
-
-
-@inlined
 def group_field(first, last, members, rows, corners, s, rays, work):
     """F and dF/ds of the union of members first..last along their rays."""
     zero = spread(ZERO)
@@ -271,12 +257,12 @@ def solve_patch(t, b, c, own_end, joint_end, acting, forces, count, result):
     v = load_normals(block)
     where = start_search(cal, count)
     set_up(0, own_end, members, v, rows, rays)
-    own, own_slope = own_field(0, own_end, members, rows, where.s, rays)
+    own, own_slope = group_field(0, own_end, members, rows, corners, where.s, rays, work)
     inward = own_slope > ZERO
     if some(inward):
         v = turned(v, inward, block)
         set_up(0, own_end, members, v, rows, rays)
-        own, own_slope = own_field(0, own_end, members, rows, where.s, rays)
+        own, own_slope = group_field(0, own_end, members, rows, corners, where.s, rays, work)
     set_up(own_end, last, members, v, rows, rays)
     if h >= 0:
         ray(v, sphere_row, at_sphere)
@@ -287,11 +273,11 @@ def solve_patch(t, b, c, own_end, joint_end, acting, forces, count, result):
         s = where.s
         evaluations += 1
         if evaluation > 0:
-            own, own_slope = own_field(0, own_end, members, rows, s, rays)
+            own, own_slope = group_field(0, own_end, members, rows, corners, s, rays, work)
         sums = nothing()
         df, slope, shown, shown_slope = own, own_slope, own, own_slope
         if h >= 0:
-            other, other_slope = own_field(own_end, joint_end, members, rows, s, rays)
+            other, other_slope = group_field(own_end, joint_end, members, rows, corners, s, rays, work)
             sphere, sphere_slope = cone(s, at_sphere, sphere_row)
             df, slope = joint_field(own, own_slope, other, other_slope, sphere, sphere_slope, mu)
             sums = add_neighbour(other, other_slope, contact, ONE - mu, sums)
