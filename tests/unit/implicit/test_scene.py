@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +27,7 @@ from vistel.implicit.scene import (
     read_polygons,
     write_png,
 )
-from vistel.implicit.scene.file import MOST_SHAPES
+from vistel.implicit.scene.file import _KINDS, MOST_SHAPES
 
 ROOT = Path(__file__).resolve().parents[3]
 VIEW = {"camera": {"position": [0, 0, 5]}}
@@ -62,6 +64,15 @@ def test_every_kind_makes_the_library_s_primitive(kind: str) -> None:
 def test_the_examples_are_valid(name: str) -> None:
     read = load(ROOT / "examples/scenes" / name)
     assert read.program is not None or read.meshes
+
+
+def test_the_reference_shows_a_valid_file_with_every_kind_of_shape() -> None:
+    text = (ROOT / "docs/reference/scene-file.md").read_text("utf-8")
+    shown = tomllib.loads(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0])
+    assert parse(shown).program is not None
+    assert set(EVERY_KIND) <= {shape["kind"] for shape in shown["shapes"].values()}
+    for name in _KINDS:
+        assert f'"{name}"' in text
 
 
 def test_surface_sizes_are_those_of_the_surface_and_influence_sizes_those_of_the_realm() -> None:
