@@ -68,7 +68,10 @@ def mannequin() -> list[vi.Primitive]:
     """A figure of 2 spheres, 20 sphylinders (four fingers and a thumb to each hand, arms, shins, feet, spine) and 4
     cone-spheres (thighs, chest, neck)."""
     bones: list[tuple[Vec3, Vec3, float]] = []
-    tapered: list[tuple[Vec3, Vec3, float, float]] = [((0, -0.02, 0), (0, 0.16, 0), 0.09, 0.12), ((0, 0.2, 0), (0, 0.3, 0), 0.06, 0.04)]
+    tapered: list[tuple[Vec3, Vec3, float, float]] = [
+        ((0, -0.02, 0), (0, 0.16, 0), 0.09, 0.12),
+        ((0, 0.2, 0), (0, 0.3, 0), 0.06, 0.04),
+    ]
     for side in (-1.0, 1.0):
         bones += [
             ((0.13 * side, 0.18, 0), (0.28 * side, 0.08, 0.02), 0.04),

@@ -72,19 +72,25 @@ def direction_cube(inverse: F64, side: int) -> tuple[F64, F64]:
     axis_of = corner.sum(axis=1)
     axis_of /= np.linalg.norm(axis_of, axis=1, keepdims=True)
     spread = np.arccos(np.clip(np.einsum("mkc,mc->mk", corner, axis_of).min(axis=1), -1, 1))
+    cos_spread, sin_spread = np.cos(spread), np.sin(spread)
     for axis in range(3):
         for sign in (1.0, -1.0):
             for i in range(side):
-                for j in range(side):
-                    d = np.zeros((4, 3))
-                    d[:, axis] = sign
-                    d[:, (axis + 1) % 3] = edges[[i, i, i + 1, i + 1]]
-                    d[:, (axis + 2) % 3] = edges[[j, j + 1, j, j + 1]]
-                    outside = (np.einsum("mkc,dc->mkd", inverse, d) < 0).all(axis=2).any(axis=1)
-                    unit = d / np.linalg.norm(d, axis=1, keepdims=True)
-                    middle = unit.sum(axis=0) / np.linalg.norm(unit.sum(axis=0))
-                    own = np.arccos(np.clip((unit @ middle).min(), -1, 1))
-                    apart = np.arccos(np.clip(axis_of @ middle, -1, 1)) > own + spread + 1e-6
-                    lists.append(np.flatnonzero(usable & ~outside & ~apart))
+                # All cells of a column at once: four corners each, (side, 4, 3).
+                d = np.zeros((side, 4, 3))
+                d[:, :, axis] = sign
+                d[:, :, (axis + 1) % 3] = edges[[i, i, i + 1, i + 1]]
+                d[:, :, (axis + 2) % 3] = np.stack([edges[:-1], edges[1:], edges[:-1], edges[1:]], axis=1)
+                unit = d / np.linalg.norm(d, axis=2, keepdims=True)
+                middle = unit.sum(axis=1)
+                middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+                own = np.arccos(np.clip(np.einsum("jdc,jc->jd", unit, middle).min(axis=1), -1, 1)) + 1e-6
+                # Cones farther apart than their half angles; those as wide as a half space are apart from none.
+                limit = np.cos(own)[:, None] * cos_spread - np.sin(own)[:, None] * sin_spread
+                near = (middle @ axis_of.T >= limit - 1e-12) | (own[:, None] + spread >= np.pi)
+                cell, triangle = np.nonzero(near & usable)
+                inside = (np.einsum("nkc,ndc->nkd", inverse[triangle], d[cell]) >= 0).any(axis=2).all(axis=1)
+                found = np.split(triangle[inside], np.searchsorted(cell[inside], np.arange(1, side)))
+                lists.extend(found)
     bounds = np.concatenate([[0], np.cumsum([len(x) for x in lists])])
     return bounds.astype(np.float64), np.concatenate(lists).astype(np.float64)

@@ -73,7 +73,7 @@ def _convex(p: F32) -> bool:
 class Surface:
     """depth: (height + 2, columns) float32 from the program's origin along the line of sight [m], after two rows of
     MISS, MISS where nothing is met; normal: (3, height, columns) in eye space, of any length; columns are whole groups
-    of sixteen. counts: of the last drawing, see `sweep`."""
+    of sixteen. counts: of the last drawing, see `sweep`; drawn: (height, groups) which groups it drew."""
 
     view: View
     threshold: float
@@ -81,11 +81,13 @@ class Surface:
     depth: F32 = field(init=False)
     normal: F32 = field(init=False)
     counts: NDArray[np.int64] = field(init=False)
+    drawn: NDArray[np.uint8] = field(init=False)
 
     def __post_init__(self) -> None:
         self._parts: list[tuple[F32, F32]] = []
         self.depth, self.normal = self._buffers()
-        self.counts = np.zeros(8, np.int64)
+        self.counts = np.zeros(2, np.int64)
+        self.drawn = np.zeros((self.view.size[1], self.view.groups), np.uint8)
         self._plan: Plan | None = None
         self._sums: list[slice] | None = None
 
@@ -152,6 +154,7 @@ class Surface:
 
     def _solve(self, dirty: NDArray[np.uint8]) -> None:
         self.counts[:] = 0
+        self.drawn = dirty
         if self._sums is None:
             self._cast(dirty)
             return

@@ -40,8 +40,8 @@ def kernel(function: Callable[..., Any]) -> Any:
     return nb.njit(cache=True, nogil=True, error_model="numpy")(function)
 
 
-GROUPS, PAIRS, COHERENT, SOLVED, SEARCHED = range(5)
-"""Counts of a sweep: groups, primitives in groups, lanes solved from the row above, lanes with a root."""
+GROUPS, PAIRS = range(2)
+"""Counts of a sweep: groups with primitives, and z-spans: primitives in groups."""
 
 
 @kernel

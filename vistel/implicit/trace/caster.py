@@ -94,11 +94,11 @@ class RayCaster:
             from vistel.implicit.trace.kernels_march import trace_march  # noqa: PLC0415 - brings Numba
 
             trace_march(*rays, hits, count)
-        elif self.way == "analytic" and (hits.shape[1] == 1 or self._pieces.groups <= 1):
+        elif self.way == "analytic" and (hits.shape[1] == 1 or len(self._pieces.member) <= 1):
             from vistel.implicit.trace.kernels_pieces import trace_pieces  # noqa: PLC0415
 
             p = self._pieces
-            trace_pieces(*rays, p.group, p.groups, p.neighbours, p.first_triangle, hits, count)
+            trace_pieces(*rays, p.member, p.neighbours, p.first_triangle, hits, count)
         else:
             from vistel.implicit.trace.kernels_numeric import trace_numeric  # noqa: PLC0415
 

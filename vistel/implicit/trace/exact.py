@@ -50,8 +50,8 @@ class Exact:
     def of(cls, program: FieldProgram, threshold: float) -> Exact | None:
         """The polygons and boxes of a program; None where it is not a union of sums with weights above 0, or no
         primitive's polygons are its surface."""
-        group = sums(program)
-        if group is None or np.any(program.arrays["scale"][:, 0] <= 0):
+        member = sums(program)
+        if member is None or np.any(program.arrays["scale"][:, 0] <= 0):
             return None
         placed = [leaf for node in lower(program.shape, program.origin) for leaf in node.leaves]
         if not any(isinstance(leaf.primitive, Pointblob | PointSetblob) for leaf in placed):
@@ -60,8 +60,7 @@ class Exact:
         kept = [leaf for leaf in leaves if leaf.is_surface]
         if not kept:
             return None
-        groups = range(int(group.max()) + 1)
-        added = [[leaf for leaf, g in zip(leaves, group, strict=True) if g == k] for k in groups]
+        added = [[leaf for leaf, own in zip(leaves, row, strict=True) if own] for row in member]
         boxes: list[F64] = []
         reached = {id(leaf): np.zeros(leaf.count, bool) for leaf in leaves}
         pairs = 0

@@ -237,10 +237,10 @@ def first_root(c, begin, b, stack):
 
 
 @fast
-def trace_pieces(P, origin, centre, radius, origins, directions, near, far, threshold, group, groups, neighbours,
-                 first_triangle, hits, found_hits):  # fmt: skip
+def trace_pieces(P, origin, centre, radius, origins, directions, near, far, threshold, member, neighbours, first_triangle,
+                 hits, found_hits):  # fmt: skip
     """As `kernels_numeric.trace_numeric`, for the union of sums of quartic spheres, sphylinders and pointblobs (these
-    with quad2 too). group: (n,) the sum of each leaf, of `groups`; several allow only the first hit from outside.
+    with quad2 too). member: (g, n) which leaves each sum has; several sums allow only the first hit from outside.
 
     neighbours: (m, 3) of each triangle the ones opposite its corners; first_triangle: (n,) where each leaf's begin.
     """
@@ -257,7 +257,7 @@ def trace_pieces(P, origin, centre, radius, origins, directions, near, far, thre
     room = 64
     states_ = np.empty(room * STATE)
     o_, d_, c_, b_, v, stack = np.empty(3), np.empty(3), np.empty(5), np.empty(5), np.empty(7), np.empty((64, 7))
-    limit = hits.shape[1]
+    limit, groups = hits.shape[1], member.shape[0]
     swept = 0
     for first in range(0, origins.shape[0], RAYS):
         n = min(RAYS, origins.shape[0] - first)
@@ -288,7 +288,7 @@ def trace_pieces(P, origin, centre, radius, origins, directions, near, far, thre
                 t_first, t_last = END, -END
                 for c in range(count):
                     leaf = found[c]
-                    if groups > 1 and group[leaf] != g:
+                    if not member[g, leaf]:
                         continue
                     ball = at(capsule, 7 * leaf)
                     mx, my, mz = 0.5 * (ball[0] + ball[3]), 0.5 * (ball[1] + ball[4]), 0.5 * (ball[2] + ball[5])

@@ -15,17 +15,17 @@ from vistel.implicit.pointblob import Pointblob
 from vistel.implicit.polyhedron import Polyhedron
 from vistel.implicit.program import FieldProgram
 
+MOST_MEMBERS = 10_000_000
 I64 = NDArray[np.int64]
 I32 = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """group: (n,) the sum each leaf belongs to, of `groups`; neighbours: (m, 3) triangles across the edges opposite each
+    """member: (g, n) which leaves each of the sums has; neighbours: (m, 3) triangles across the edges opposite each
     one's corners; first_triangle: (n,) where each leaf's begin; leaves: the placed primitives, as the program has them."""
 
-    group: I64
-    groups: int
+    member: NDArray[np.bool_]
     neighbours: I32
     first_triangle: I64
     leaves: tuple[Leaf, ...]
@@ -33,8 +33,8 @@ class Pieces:
     @classmethod
     def of(cls, program: FieldProgram) -> Pieces | None:
         """The pieces of a program; None where the field along a ray is not made of quartics that can be followed."""
-        group = sums(program)
-        if group is None:
+        member = sums(program)
+        if member is None:
             return None
         leaf, scale = program.arrays["leaf"], program.arrays["scale"]
         round_ = np.isin(leaf[:, KIND], [KIND_INDEX["sphere"], KIND_INDEX["sphylinder"]]) & (leaf[:, FRAME] < 0)
@@ -60,25 +60,32 @@ class Pieces:
                 at += len(rows[-1])
             first[i] = known[id(primitive.volume)]
         table = np.concatenate(rows) if rows else np.zeros((1, 3), np.int32)
-        return cls(group, int(group.max(initial=-1)) + 1, table, first, leaves)
+        return cls(member, table, first, leaves)
 
 
-def sums(program: FieldProgram) -> I64 | None:
-    """(n,) which sum each leaf belongs to, where the program is the union of sums of leaves, else None."""
-    node, child = program.arrays["node"], program.arrays["child"]
-    group = np.zeros(len(program.arrays["leaf"]), np.int64)
-    pending, count = [len(node) - 1], 0
+def sums(program: FieldProgram) -> NDArray[np.bool_] | None:
+    """(g, n) which leaves each sum has, where the program is the union of g sums of leaves, else None."""
+    node, child, weight = program.arrays["node"], program.arrays["child"], program.arrays["child_weight"]
+    n = len(program.arrays["leaf"])
+    rows: list[NDArray[np.bool_]] = []
+    pending = [len(node) - 1]
     while pending:
         row = node[pending.pop()]
-        if row[OP] == SUM and row[CHILD0] == row[CHILD1]:
-            group[row[LEAF0] : row[LEAF1]] = count
-            count += 1
-        elif row[OP] == MAX:
-            pending += child[row[CHILD0] : row[CHILD1]].tolist()
+        below = slice(int(row[CHILD0]), int(row[CHILD1]))
+        if row[OP] == MAX:
+            pending += child[below].tolist()
+        elif row[OP] == SUM and (len(rows) + 1) * n <= MOST_MEMBERS:
+            own = np.zeros(n, bool)
+            own[row[LEAF0] : row[LEAF1]] = True
+            for number, factor in zip(child[below].tolist(), weight[below].tolist(), strict=True):
+                inner = node[number]  # a primitive that several sums share is a sum of its own
+                if inner[OP] != SUM or inner[CHILD0] != inner[CHILD1] or factor != 1.0:
+                    return None
+                own[inner[LEAF0] : inner[LEAF1]] = True
+            rows.append(own)
         else:
             return None
-    # A leaf below two sums is in the program twice, a sum below two unions once: then the groups are not a partition.
-    return group if count == int(np.count_nonzero(node[:, OP] == SUM)) else None
+    return np.array(rows)
 
 
 def neighbours(shape: Polyhedron) -> I32:

@@ -8,14 +8,24 @@ from vistel.implicit.combine import Combination, Complement, Sum
 from vistel.implicit.primitive import Primitive
 from vistel.implicit.scene import Scene
 from vistel.implicit.shape import Shape
+from vistel.implicit.trace.exact import Exact
 
 LATTICE = 24
 
 
 def report(scene: Scene) -> dict[str, int]:
-    """primitives, and how many triangles the polygon objects have."""
-    leaves = 0 if scene.program is None else len(scene.program.arrays["leaf"])
-    return {"primitives": leaves, "mesh_triangles": sum(len(m.triangles) for m in scene.meshes)}
+    """primitives; polygons of the polyhedral ones; candidate_polygons: those of them that can define the field inside an
+    intersection box; intersection_boxes: pairs of primitives that have one; mesh_triangles of the polygon objects."""
+    program = scene.program
+    facts = {"primitives": 0 if program is None else len(program.arrays["leaf"])}
+    exact = None if program is None or program.far >= scene.threshold else Exact.of(program, scene.threshold)
+    facts |= {
+        "polygons": exact.polygons if exact else 0,
+        "candidate_polygons": exact.candidates if exact else 0,
+        "intersection_boxes": exact.pairs if exact else 0,
+        "mesh_triangles": sum(len(m.triangles) for m in scene.meshes),
+    }
+    return facts
 
 
 def warnings(scene: Scene) -> list[str]:
