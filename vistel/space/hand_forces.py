@@ -7,9 +7,9 @@ the skin, so a picture of the contact and the force of it agree.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,40 +48,45 @@ class _Felt:
 
 
 @dataclass(frozen=True)
-class _Room:
-    """primitives: of all things, posed, fixed ones first."""
+class Reached:
+    """What is known of a figure's contacts: rest: with fixed things, by their primitive among those; near: with loose
+    things within reach, before they moved."""
 
+    rest: ContactArray
+    near: ContactArray
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Contacts of a hand with the primitives of some things; owner: (len(primitives),) thing of each."""
+
+    found: ContactArray
     primitives: PrimitiveSet
-    solids: Solids
-    motions: Motions
-
-    @cached_property
-    def owner(self) -> I64:
-        s = self.solids
-        return s.owner[np.concatenate([s.fixed_rows, s.loose_rows])]
-
-    def motion(self, n: int) -> F64:
-        """(9,) of thing n; all 0 for a fixed one."""
-        m = self.motions
-        return np.zeros(9) if m.mode[n] == FIXED else np.concatenate([m.velocity[n], m.spin[n], m.position[n]])
+    owner: I64
 
 
 def hand_forces(
-    posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], s: Solids, m: Motions,
-    held: Iterable[Holding], let_go: Iterable[Holding] = (),
+    posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], reached: Mapping[str, Reached],
+    s: Solids, m: Motions, held: Iterable[Holding], let_go: Iterable[Holding] = (),
 ) -> tuple[HandForce, ...]:  # fmt: skip
     """What every hand that touches something feels, by participant, the left one first.
 
-    skin: contacts of every two people, by their names in order; held: participant, right, thing of each grasp: what a
-    hand holds does not slide in it; let_go: the same of hands that have let go of a thing and are not off it yet, which do
-    not push it either.
+    skin: contacts of every two people, by their names in order; reached: what is known of each figure's other contacts;
+    held: participant, right, thing of each grasp: what a hand holds does not slide in it; let_go: the same of hands that
+    have let go of a thing and are not off it yet, which do not push it either.
     """
     felt: list[_Felt] = []
     sticks, free = frozenset(held), frozenset(let_go)
     names = sorted(posed)
-    room = _Room(PrimitiveSet.join([s.fixed, s.loose(m.matrices(), m.position)]), s, m)
+    loose: PrimitiveSet | None = None
     for name in names:
-        felt += _of_things(posed[name], room, sticks, free)
+        p, known, digit = posed[name], reached[name], posed[name].build.digit
+        parts = [_Part(known.rest, s.fixed, s.owner[s.fixed_rows])]
+        if (digit[known.near.a] >= 0).any():
+            loose = loose if loose is not None else s.loose(m.matrices(), m.position)
+            parts.append(_Part(_of_hands(p, loose), loose, s.owner[s.loose_rows]))
+        for part in parts:
+            felt += _of_things(p, part, s, m, sticks, free)
     for i, name in enumerate(names):
         for other in names[i + 1 :]:
             felt += _of_people(posed[name], posed[other], skin[name, other])
@@ -97,27 +102,38 @@ def nothing(hand: Hand) -> HandForce:
     return HandForce(hand[0], hand[1], np.zeros(3), np.zeros(3), ())
 
 
-def _of_things(p: Posed, room: _Room, sticks: frozenset[Holding], free: frozenset[Holding]) -> list[_Felt]:
-    mine = p.build.hands
-    b = p.body
-    hand = PrimitiveSet.of_cone_spheres(b.a[mine], b.b[mine], b.radius_a[mine], b.radius_b[mine])
-    found = find_contacts(hand, room.primitives)
-    if len(found) == 0:
-        return []
-    owner, side = room.owner[found.b], p.build.digit[mine[found.a]] // DIGITS
+def _of_hands(p: Posed, things: PrimitiveSet) -> ContactArray:
+    """Contacts of both hands, by primitive of the body."""
+    mine, b = p.build.hands, p.body
+    found = find_contacts(
+        PrimitiveSet.of_cone_spheres(b.a[mine], b.b[mine], b.radius_a[mine], b.radius_b[mine]), things
+    )
+    return replace(found, a=mine[found.a].astype(np.int32))
+
+
+def _of_things(
+    p: Posed, part: _Part, s: Solids, m: Motions, sticks: frozenset[Holding], free: frozenset[Holding]
+) -> list[_Felt]:
+    found, digit = part.found, p.build.digit[part.found.a]
+    pressed = (digit >= 0) & (found.field_depth > 0.0)
     out: list[_Felt] = []
+    if not pressed.any():
+        return out
+    owner, side = part.owner[found.b], digit // DIGITS
     for right in (False, True):
-        for n in np.unique(owner[side == int(right)]):
-            body = room.solids.things[int(n)]
-            if (p.name, right, body.id) in free:
+        for n in np.unique(owner[pressed & (side == int(right))]):
+            body = s.things[int(n)]
+            hold = p.name, right, body.id
+            if hold in free:
                 continue
-            of = _contacts(found, (side == int(right)) & (owner == n))
-            motion, speed = np.zeros((len(room.primitives), 9)), np.zeros((len(hand), 3))
-            if (p.name, right, body.id) not in sticks:
-                speed = p.velocity[mine]
-                motion[:] = room.motion(int(n))
-            rows = _feel(of, hand, room.primitives, FLESH_COMPLIANCE, body.compliance, speed, motion)
-            out.append(_Felt((p.name, right), body.id, p.build.digit[mine[of.a]] % DIGITS, of.depth, rows))
+            of = _contacts(found, pressed & (side == int(right)) & (owner == n))
+            motion, speed = np.zeros((len(part.primitives), 9)), np.zeros_like(p.velocity)
+            if hold not in sticks:
+                speed = p.velocity
+                if m.mode[n] != FIXED:
+                    motion[:] = np.concatenate([m.velocity[n], m.spin[n], m.position[n]])
+            rows = _feel(of, p.primitives, part.primitives, FLESH_COMPLIANCE, body.compliance, speed, motion)
+            out.append(_Felt((p.name, right), body.id, p.build.digit[of.a] % DIGITS, of.depth, rows))
     return out
 
 
@@ -149,28 +165,41 @@ def _feel(of: ContactArray, a: PrimitiveSet, b: PrimitiveSet, c_a: float, c_b: f
 
 
 def _whole(hand: Hand, felt: list[_Felt], wrist: F64) -> HandForce:
-    touches: list[DigitTouch] = []
-    force, torque = np.zeros(3), np.zeros(3)
+    """All that a hand feels, summed by digit and body. Plain numbers: arrays of so few cost more than they save."""
+    sums: dict[tuple[int, str], list[float]] = {}
+    moment = [0.0, 0.0, 0.0]
     for f in felt:
-        for digit in range(DIGITS):
-            chosen = (f.digit == digit) & (f.rows[:, 12] > 0.0)
-            if not chosen.any():
+        for digit, depth, r in zip(f.digit.tolist(), f.depth.tolist(), f.rows.tolist(), strict=True):
+            if not r[12] > 0.0:
                 continue
-            r = f.rows[chosen]
-            load = r[:, 12] * r[:, 14]
-            total, normal = r[:, 0:3].sum(axis=0), (r[:, 13, None] * r[:, 9:12]).sum(axis=0)
-            length, area = float(np.sqrt(normal @ normal)), float(r[:, 12].sum())
-            force = force + total
-            torque = torque + r[:, 3:6].sum(axis=0)
-            touches.append(
-                DigitTouch(
-                    digit, f.body, (load[:, None] * r[:, 6:9]).sum(axis=0) / load.sum(),
-                    normal / max(length, 1e-12), total, length, area, float(load.sum()) / area,
-                    float(r[:, 15].max()), float(f.depth[chosen].max()),
-                )
-            )  # fmt: skip
-    touches.sort(key=lambda t: (t.digit, t.body))
-    return HandForce(hand[0], hand[1], force, torque - np.cross(wrist, force), tuple(touches))
+            load = r[12] * r[14]
+            s = sums.setdefault((digit, f.body), [0.0] * 13)
+            for m in range(3):
+                s[m] += r[m]
+                s[3 + m] += load * r[6 + m]
+                s[6 + m] += r[13] * r[9 + m]
+                moment[m] += r[3 + m]
+            s[9], s[10] = s[9] + r[12], s[10] + load
+            s[11], s[12] = max(s[11], r[15]), max(s[12], depth)
+    touches: list[DigitTouch] = []
+    force = np.zeros(3)
+    for (digit, body), s in sorted(sums.items()):
+        normal = np.array(s[6:9])
+        thrust = math.sqrt(s[6] * s[6] + s[7] * s[7] + s[8] * s[8])
+        total = np.array(s[0:3])
+        force = force + total
+        touches.append(
+            DigitTouch(
+                digit, body, np.array(s[3:6]) / s[10], normal / max(thrust, 1e-12), total, thrust, s[9], s[10] / s[9],
+                s[11], s[12],
+            )
+        )  # fmt: skip
+    return HandForce(hand[0], hand[1], force, np.array(moment) - _cross(wrist, force), tuple(touches))
+
+
+def _cross(a: F64, b: F64) -> F64:
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def _contacts(c: ContactArray, chosen: NDArray[np.bool_]) -> ContactArray:

@@ -21,7 +21,7 @@ from vistel.space import snapshot
 from vistel.space.commands import objection
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance, wake_around
 from vistel.space.grasp import Grasp
-from vistel.space.hand_forces import hand_forces, nothing
+from vistel.space.hand_forces import Reached, hand_forces, nothing
 from vistel.space.inputs import CommandInput, Delete, Move, Release, StepInputs, usable
 from vistel.space.kernels import MAX_SPEED, MAX_SPIN
 from vistel.space.memory import remembered
@@ -47,6 +47,8 @@ LET_GO_STEPS = 45
 """... or after so many steps."""
 LATELY_NS = 100_000_000
 """A hand and a tracked thing are compared when both were measured within this long."""
+LYING, FLAT = 0.05, 0.8
+"""What takes dents and moves up or down no faster than this [m/s] keeps this share of its motion in each step."""
 PUSH_OUT = 0.05
 """Held things are kept out of the furniture by moving them this far at most [m]."""
 
@@ -124,11 +126,13 @@ class World:
         self._take_hold(posed, near)
         self._forget_let_go(near, posed)
         skin = _between_people(posed)
-        touches = self._touches(posed, near, skin)
+        rest = {name: find_contacts(p.primitives, self._solids.fixed) for name, p in posed.items()}
+        touches = self._touches(posed, near, rest, skin)
         self._advance(posed, near)
         self._bring_back()
         self._state = remembered(self._state, self._solids, posed, DT)
-        return self._view(before, outcomes, touches, self._feel(posed, skin))
+        reached = {name: Reached(rest[name], near[name]) for name in posed}
+        return self._view(before, outcomes, touches, self._feel(posed, skin, reached))
 
     # -- people ------------------------------------------------------------------------------------------------
 
@@ -365,24 +369,26 @@ class World:
     # -- contacts and motion -----------------------------------------------------------------------------------
 
     def _touches(
-        self, posed: dict[str, Posed], near: dict[str, ContactArray], skin: dict[tuple[str, str], ContactArray]
-    ) -> list[Touch]:
+        self, posed: dict[str, Posed], near: dict[str, ContactArray], rest: dict[str, ContactArray],
+        skin: dict[tuple[str, str], ContactArray],
+    ) -> list[Touch]:  # fmt: skip
         kinds = [(t.id, t.compliance) for t in self._solids.things]
         names = sorted(posed)
         out: list[Touch] = []
         for i, name in enumerate(names):
             for other in names[i + 1 :]:
                 out += touch_of_people(posed[name], posed[other], skin[name, other])
-            at_rest = _renamed(find_contacts(posed[name].primitives, self._solids.fixed), self._solids.fixed_rows)
-            for found in (at_rest, near[name]):
+            for found in (_renamed(rest[name], self._solids.fixed_rows), near[name]):
                 out += touches_of_things(posed[name], found, self._solids.owner, self._solids.first, kinds)
         return out
 
-    def _feel(self, posed: dict[str, Posed], skin: dict[tuple[str, str], ContactArray]) -> tuple[HandForce, ...]:
+    def _feel(
+        self, posed: dict[str, Posed], skin: dict[tuple[str, str], ContactArray], reached: dict[str, Reached]
+    ) -> tuple[HandForce, ...]:
         """What hands feel now that everything is where it is."""
         held = [(g.participant, g.right, g.thing) for g in self._state.grasps]
         let_go = [(e.participant, e.right, e.thing) for e in self._state.let_go]
-        hands_now = hand_forces(posed, skin, self._solids, self._state.motions, held, let_go)
+        hands_now = hand_forces(posed, skin, reached, self._solids, self._state.motions, held, let_go)
         felt = tuple((h.participant, h.right) for h in hands_now)
         ended = [nothing(hand) for hand in self._state.felt if hand not in felt]
         self._state = replace(self._state, felt=felt)
@@ -404,7 +410,7 @@ class World:
             parts.append((thing[chosen], c.point[chosen], c.normal[chosen], gap, p.velocity[c.a[chosen]]))
         pushes = Pushes(*(np.concatenate(x) for x in zip(*parts, strict=True))) if parts else Pushes.none()
         moved, _ = advance(self._solids, self._state.motions, pushes, DT)
-        self._state = replace(self._state, motions=moved)
+        self._state = replace(self._state, motions=_settled(moved, self._solids))
 
     def _bring_back(self) -> None:
         """Things that left the room, or whose numbers went astray, return to where they began."""
@@ -504,6 +510,18 @@ def _begin(things: tuple[Thing, ...]) -> Motions:
         np.array([t.position for t in things]), np.array([t.rotation for t in things]), np.zeros((n, 3)),
         np.zeros((n, 3)), np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64), np.zeros(n, np.int64),
     )  # fmt: skip
+
+
+def _settled(m: Motions, s: Solids) -> Motions:
+    """What takes dents lies flat where it lies: it does not roll on, as the hard shape of it would."""
+    soft = (s.give > 0.0) & (m.mode == FREE)
+    if not soft.any():
+        return m
+    lying = soft & (np.abs(m.velocity[:, 1]) < LYING)
+    out = m.copy()
+    out.spin[lying] *= FLAT
+    out.velocity[lying] *= FLAT
+    return out
 
 
 def _guide(m: Motions, n: int, position: F64, rotation: F64) -> None:
