@@ -165,6 +165,18 @@ def test_programs_far_from_the_origin_and_cameras_far_away_keep_their_accuracy()
         assert residual(shape, o, np.array([[0, 0, -1.0]]), t) <= 1e-5
 
 
+@pytest.mark.parametrize("size", [1e-4, 1e-2, 1e3, 1e5])
+def test_the_size_of_the_scene_does_not_matter(size: float) -> None:
+    parts = [vi.Sphere.of_surface((0, 0, 0), 0.3), vi.Sphylinder.of_surface((0.2, 0, 0), (0.5, 0.2, 0), 0.15)]
+    blob = vi.Pointblob.of_surface(vi.sphere_mesh(0.25, 6, 9, (-0.3, 0.1, 0)), (-0.3, 0.1, 0))
+    o, d = rays(3, 1000)
+    for shape, methods in ((vi.total(*parts), ("march", "analytic")), (vi.total(*parts, blob), ("analytic", "numeric"))):
+        expected = RayCaster(vi.compile(shape), method=methods[0]).first(o, d)
+        for method in methods:
+            t = RayCaster(vi.compile(shape.scaled(size)), method=method).first(o * size, d)
+            assert np.nan_to_num(t / size, posinf=9) == pytest.approx(np.nan_to_num(expected, posinf=9), abs=1e-4)
+
+
 def test_a_method_that_does_not_know_a_shape_says_so() -> None:
     program = vi.compile(vi.Superellipsoid((0, 0, 0), (1, 1, 1), 0.5, 0.5))
     for method in ("march", "analytic"):
