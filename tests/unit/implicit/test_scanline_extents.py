@@ -155,6 +155,8 @@ def hulls(draw: st.DrawFn) -> tuple[str, Any, Any]:
         corners = np.array([a, b, c])
         assume(np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0])) > 0.1)
         return kind, (corners, ra), vi.RoundedPolygon(corners, ra)
+    if kind == "cone_sphere" and draw(st.booleans()):
+        rb = ra * (1 + draw(st.sampled_from([1e-9, 1e-6, -1e-4])))  # an apex far away
     rb = ra if kind == "sphylinder" else rb
     assume(math.dist(a, b) > 0.05)
     shape = vi.Sphylinder(a, b, ra) if kind == "sphylinder" else vi.ConeSphere(a, b, ra, rb)

@@ -142,19 +142,14 @@ def tapered_x(ax, ay, az, ux, uy, uz, length, r, k, y, perspective):
     if perspective and (az - r <= 0.0 or bz - rb <= 0.0):
         return (-INF, INF) if max(az + r, bz + rb) > 0.0 else (INF, -INF)
     low, high = _union(first, sphere_x(bx, by, bz, rb, y, perspective))
-    # The surface between: (X - A)' M (X - A) + q = 0, M = u u' - g I, A on the axis (the apex of a cone).
-    g, q = 1.0 - k * k, 0.0
-    px, py, pz = ax, ay, az
-    if k == 0.0:
-        q = r * r
-    else:
-        back = r / k
-        px, py, pz = ax - back * ux, ay - back * uy, az - back * uz
+    # The surface between: with W = X - A and x = W.u its points have x^2 - g |W|^2 + 2 r k x + r^2 = 0. (About the apex
+    # the cone's equation is shorter, but the apex of one that hardly tapers is far away.)
+    g, rk = 1.0 - k * k, r * k
     # A row's ray is w + x e: (x, y, 1) t under perspective, (x, y, t) without. Tangent where its discriminant is 0.
     if perspective:
-        along = ux * px + uy * py + uz * pz
-        bx_, by_, bz_ = along * ux - g * px, along * uy - g * py, along * uz - g * pz
-        c = px * bx_ + py * by_ + pz * bz_ + q
+        along = ux * ax + uy * ay + uz * az
+        bx_, by_, bz_ = (along - rk) * ux - g * ax, (along - rk) * uy - g * ay, (along - rk) * uz - g * az
+        c = along * along - g * (ax * ax + ay * ay + az * az) - 2.0 * rk * along + r * r
         eb, wb = bx_, y * by_ + bz_
         eu, wu = ux, y * uy + uz
         a2 = eb * eb - c * (eu * eu - g)
@@ -162,13 +157,12 @@ def tapered_x(ax, ay, az, ux, uy, uz, length, r, k, y, perspective):
         a0 = wb * wb - c * (wu * wu - g * (y * y + 1.0))
     else:
         m = uz * uz - g
-        vy, vz = y - py, -pz
-        eu, wu = ux, uy * vy + uz * vz - ux * px
-        # D'M(O - A) = uz (u.(O - A)) - g (O - A)_z, (O - A)'M(O - A) = (u.(O - A))^2 - g |O - A|^2.
-        e1, w1 = uz * eu, uz * wu - g * vz
+        vy, vz = y - ay, -az
+        eu, wu = ux, uy * vy + uz * vz - ux * ax
+        e1, w1 = uz * eu, uz * (wu + rk) - g * vz
         a2 = e1 * e1 - m * (eu * eu - g)
-        a1 = e1 * w1 - m * (eu * wu + g * px)
-        a0 = w1 * w1 - m * (wu * wu - g * (px * px + vy * vy + vz * vz) + q)
+        a1 = e1 * w1 - m * (eu * (wu + rk) + g * ax)
+        a0 = w1 * w1 - m * (wu * wu - g * (ax * ax + vy * vy + vz * vz) + 2.0 * rk * wu + r * r)
     root = a1 * a1 - a2 * a0
     if a2 == 0.0 or root < 0.0:
         return low, high

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.layout import CHILD0, CHILD1, FAMILY, KIND, LEAF0, LEAF1, MAX, OP, START, SUM, VALUE
+from vistel.implicit.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, START, SUM, VALUE
 from vistel.implicit.program import FieldProgram
 from vistel.implicit.scanline import along, eye, sweep
 from vistel.implicit.scanline.polygons import cover_depths, keep_nearer
@@ -255,13 +255,11 @@ def changed_leaves(a: FieldProgram, b: FieldProgram) -> NDArray[np.uint8]:
     if x["attribute"].shape != y["attribute"].shape or a.layout.textures or b.layout.textures:
         return np.ones(len(changed), np.uint8)
     changed |= (x["attribute"] != y["attribute"]).any(axis=1)
-    ends = [np.append(z["leaf"][1:, START], len(z["params"])) for z in (x, y)]
-    for i in np.flatnonzero(~changed):
-        first = [z["leaf"][i, START] for z in (x, y)]
-        rows = [z["params"][f : e[i]] for z, f, e in zip((x, y), first, ends, strict=True)]
-        frames = [z["leaf"][i, 3] for z in (x, y)]
-        differs = not np.array_equal(*rows) or (frames[0] >= 0) != (frames[1] >= 0)
-        if not differs and frames[0] >= 0:
-            differs = not np.array_equal(*(z["params"][f : f + 12] for z, f in zip((x, y), frames, strict=True)))
-        changed[i] = differs
+    frames = [z["leaf"][:, FRAME] for z in (x, y)]
+    starts = [z["leaf"][:, START] for z in (x, y)]
+    if not (np.array_equal(*frames) and np.array_equal(*starts) and len(x["params"]) == len(y["params"])):
+        return np.ones(len(changed), np.uint8)
+    if len(changed):
+        begins = np.where(frames[0] >= 0, frames[0], starts[0])
+        changed |= np.add.reduceat(x["params"] != y["params"], begins, dtype=np.int64) > 0
     return changed.astype(np.uint8)
