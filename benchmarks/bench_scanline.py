@@ -70,6 +70,7 @@ def _edits(here: str) -> Iterator[Row]:
         turn += 1
         return line.edit(shapes[turn % 2])
 
+    edit()
     picture = edit()
     assert line.surface is not None and line.program is not None
     programs = [compile(Scene(row.scene.camera, shape).solid or shape, origin=line.program.origin) for shape in shapes]
