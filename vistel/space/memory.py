@@ -53,6 +53,16 @@ def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -
     return replace(state, dents=deepest(dents, MOST_IN_ROOM), bonds=tuple(bonds), marks=number)
 
 
+def changes(before: State, now: State) -> tuple[frozenset[int], tuple[int, ...]]:
+    """Numbers of dents and bonds that are new or changed, and of those that are no more. What stays is the same object."""
+    if not (before.dents or before.bonds or now.dents or now.bonds):
+        return frozenset(), ()
+    old = {mark.number: mark for mark in (*before.dents, *before.bonds)}
+    new = {mark.number: mark for mark in (*now.dents, *now.bonds)}
+    fresh = frozenset(k for k, mark in new.items() if old.get(k) is not mark)
+    return fresh, tuple(sorted(old.keys() - new.keys()))
+
+
 def _touches(
     n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame: Frame
 ) -> tuple[list[Press], list[Grip]]:

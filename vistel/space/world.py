@@ -24,14 +24,14 @@ from vistel.space.grasp import Grasp
 from vistel.space.hand_forces import Reached, hand_forces, nothing
 from vistel.space.inputs import CommandInput, Delete, Move, Release, StepInputs, usable
 from vistel.space.kernels import MAX_SPEED, MAX_SPIN
-from vistel.space.memory import remembered
+from vistel.space.memory import changes, remembered
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.props import heard
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.solids import Solids, solids
 from vistel.space.state import LetGo, State
 from vistel.space.things import Thing
-from vistel.space.touch import Touch, contacts_of, ghosts_of, touch_of_people, touches_of_things
+from vistel.space.touch import Touch, between_people, contacts_of, ghosts_of, touch_of_people, touches_of_things
 from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, ThingView, WorldView
 
 F64 = NDArray[np.float64]
@@ -125,7 +125,7 @@ class World:
         self._carry(posed)
         self._take_hold(posed, near)
         self._forget_let_go(near, posed)
-        skin = _between_people(posed)
+        skin = between_people(posed)
         rest = {name: find_contacts(p.primitives, self._solids.fixed) for name, p in posed.items()}
         touches = self._touches(posed, near, rest, skin)
         self._advance(posed, near)
@@ -465,7 +465,7 @@ class World:
         return WorldView(
             s.step, s.t_ns, self._solids.things, s.things != before.things, tuple(states),
             tuple(contacts[:MAX_CONTACTS]), tuple(ghosts), grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
-            s.dents, s.bonds, *_changes(before, s),
+            s.dents, s.bonds, *changes(before, s),
         )  # fmt: skip
 
     # -- small things ------------------------------------------------------------------------------------------
@@ -478,24 +478,6 @@ class World:
         m = self._state.motions
         woken = wake_around(self._solids, m, m.position[n], float(self._solids.radius[n]))
         self._state = replace(self._state, motions=woken)
-
-
-def _changes(before: State, now: State) -> tuple[frozenset[int], tuple[int, ...]]:
-    """Numbers of dents and bonds that are new or changed, and of those that are no more. What stays is the same object."""
-    if not (before.dents or before.bonds or now.dents or now.bonds):
-        return frozenset(), ()
-    old = {mark.number: mark for mark in (*before.dents, *before.bonds)}
-    new = {mark.number: mark for mark in (*now.dents, *now.bonds)}
-    fresh = frozenset(k for k, mark in new.items() if old.get(k) is not mark)
-    return fresh, tuple(sorted(old.keys() - new.keys()))
-
-
-def _between_people(posed: dict[str, Posed]) -> dict[tuple[str, str], ContactArray]:
-    """Contacts of every two people, by their names in order."""
-    names = sorted(posed)
-    return {
-        (a, b): find_contacts(posed[a].primitives, posed[b].primitives) for i, a in enumerate(names) for b in names[i + 1 :]
-    }
 
 
 def _renamed(near: ContactArray, rows: NDArray[np.int64]) -> ContactArray:
