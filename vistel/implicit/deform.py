@@ -21,13 +21,12 @@ from vistel.implicit.kernels_displace import (
     lay_on,  # pyright: ignore[reportUnknownVariableType]
     pressed,  # pyright: ignore[reportUnknownVariableType]
 )
-from vistel.implicit.kernels_field import LANES, ROW
+from vistel.implicit.kernels_field import LANES, ROW, WIDTH
 from vistel.implicit.kernels_pose import (
     load_source,  # pyright: ignore[reportUnknownVariableType]
     measure_rest,  # pyright: ignore[reportUnknownVariableType]
     pose_ghosts,  # pyright: ignore[reportUnknownVariableType]
 )
-from vistel.implicit.lanes import WIDTH
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

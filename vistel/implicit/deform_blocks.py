@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from vistel.implicit.deform_table import COLLIDES, NEIGHBOUR, NO_OVERLAP
 from vistel.implicit.embedding import Embedding
-from vistel.implicit.kernels_field import LANES, PATCHES
-from vistel.implicit.lanes import WIDTH
+from vistel.implicit.kernels_field import LANES, PATCHES, WIDTH
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vistel.implicit.kernel_jit import inlined
-from vistel.implicit.kernels_field import FOUR, HUGE, ONE, TINY, TWO, ZERO, T
-from vistel.implicit.lanes import absolute, choose, least, most, root, spread
+from vistel.implicit.kernels_field import FOUR, HUGE, ONE, TINY, TWO, ZERO, T, spread
+from vistel.implicit.lanes import absolute, choose, least, most, root
 
 COLLISION = 0
 FADING = 1

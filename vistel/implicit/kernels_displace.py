@@ -22,16 +22,19 @@ from vistel.implicit.kernels_field import (
     PATCHES,
     RAY_SIZE,
     ROW,
+    WIDTH,
     ZERO,
     T,
     cone_at_rest,
+    load,
     load_normals,
     local_ray,
+    spread,
     union_add,
     union_end,
 )
 from vistel.implicit.kernels_meet import evaluate, gather
-from vistel.implicit.lanes import WIDTH, load, most, spread, store
+from vistel.implicit.lanes import most, store
 from vistel.implicit.pointers import at, pointer
 from vistel.implicit.wide import wide
 

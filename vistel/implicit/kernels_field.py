@@ -19,9 +19,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vistel.implicit.kernel_jit import fast, inlined
-from vistel.implicit.lanes import WIDTH, choose, inverse_root, least, load, most, spread, store
+from vistel.implicit.lanes import choose, inverse_root, least, most, of_width, store
 from vistel.implicit.pointers import at
 
+WIDTH = 32
+"""Vertices that are worked on at once: a patch."""
+load, spread, first_lanes, _ = of_width(WIDTH)
 LANES = 64
 """Vertices of a block: for who meets whom."""
 PATCHES = LANES // WIDTH

@@ -24,14 +24,17 @@ from vistel.implicit.kernels_field import (
     PATCHES,
     RAY_SIZE,
     ROW,
+    WIDTH,
     ZERO,
     T,
     cone,
     cone_at_rest,
+    load,
     load_field,
     load_normals,
     local_ray,
     rounded_polygon,
+    spread,
     store_field,
     superellipsoid,
     supertoroid,
@@ -39,7 +42,7 @@ from vistel.implicit.kernels_field import (
     union_end,
 )
 from vistel.implicit.kernels_pose import find_candidates
-from vistel.implicit.lanes import WIDTH, largest, load, most, spread, store
+from vistel.implicit.lanes import largest, most, store
 from vistel.implicit.pointers import at, pointer
 from vistel.implicit.wide import wide
 

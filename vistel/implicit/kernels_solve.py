@@ -22,32 +22,23 @@ from vistel.implicit.kernels_field import (
     ROW,
     SMALL,
     TINY,
+    WIDTH,
     ZERO,
     Normals,
     T,
     cone,
+    first_lanes,
+    load,
     load_normals,
     local_ray,
     ray,
+    spread,
     union_add,
     union_end,
 )
 from vistel.implicit.kernels_ghost import add_neighbour, add_rigid, add_soft, join_shown, joint_field, total_field
 from vistel.implicit.kernels_meet import evaluate, own_mask
-from vistel.implicit.lanes import (
-    WIDTH,
-    absolute,
-    bits,
-    choose,
-    first_lanes,
-    how_many,
-    least,
-    load,
-    most,
-    some,
-    spread,
-    store,
-)
+from vistel.implicit.lanes import absolute, bits, choose, how_many, least, most, some, store
 from vistel.implicit.pointers import at, pointer
 from vistel.implicit.wide import wide
 

@@ -1,11 +1,17 @@
-"""Thirty-two float32 numbers as one value inside Numba kernels.
+"""Vectors of float32 numbers as values inside Numba kernels.
 
 A kernel that loops over vertices leaves it to LLVM to find out that the loop is vector instructions, and keeps every
-intermediate number in memory between two such loops. `Lanes` says it outright: `load` makes one of them from WIDTH
-floats in a row, `+ - * /`, `<` and `>` work lane by lane (a float32 beside it counts for every lane), and
-values stay in registers through calls of functions compiled with `kernel_jit.inlined`. Comparisons give a `Mask`, which
-`choose` reads; masks combine by `&`, `|` and `~`. Float64 numbers do not mix with lanes: that is an error when a
-kernel is compiled.
+intermediate number in memory between two such loops. Lanes say it outright: `+ - * /`, `<` and `>` work lane by lane (a
+float32 beside them counts for every lane), and values stay in registers through calls of functions compiled with
+`kernel_jit.inlined`. Comparisons give a mask, which `choose` reads; masks combine by `&`, `|` and `~`. Float64 numbers do
+not mix with lanes: that is an error when a kernel is compiled.
+
+How many lanes a value has is part of its type. What makes one of nothing but numbers is made for a width:
+
+    load, spread, first_lanes, lanes_of_bits = of_width(32)
+
+Sixteen fill a 512-bit register; with thirty-two, one register is worked on while the other waits for its last result.
+LLVM takes several narrower registers where there are no wide ones.
 """
 
 # pyright: basic, reportCallIssue=false, reportOptionalCall=false
@@ -21,113 +27,158 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
-WIDTH = 32
-"""Lanes of a value: two 512-bit registers, so that one is worked on while the other waits for its last result; LLVM
-takes four of 256 bits where there are no wider ones."""
+REGISTER = 16
+"""Float32 numbers in the widest register there is."""
 
 
 class LanesType(types.Type):
-    """Numba's type of WIDTH float32 numbers."""
+    """Numba's type of `width` float32 numbers."""
 
-    def __init__(self) -> None:
-        super().__init__("Lanes")
+    def __init__(self, width: int) -> None:
+        super().__init__(f"Lanes({width})")
+        self.width = width
 
 
 class MaskType(types.Type):
-    """Numba's type of WIDTH truth values."""
+    """Numba's type of `width` truth values."""
 
-    def __init__(self) -> None:
-        super().__init__("Mask")
+    def __init__(self, width: int) -> None:
+        super().__init__(f"Mask({width})")
+        self.width = width
 
 
-LANES_TYPE, MASK_TYPE = LanesType(), MaskType()
-_FLOATS = ir.VectorType(ir.FloatType(), WIDTH)
-_BITS = ir.VectorType(ir.IntType(1), WIDTH)
+def floats(width: int) -> Any:
+    """LLVM's type of lanes."""
+    return ir.VectorType(ir.FloatType(), width)
+
+
+def words(width: int) -> Any:
+    """LLVM's type of as many 32-bit integers."""
+    return ir.VectorType(ir.IntType(32), width)
 
 
 @register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, _FLOATS)
+        super().__init__(manager, kind, floats(kind.width))
 
 
 @register_model(MaskType)
 class _MaskModel(models.PrimitiveModel):
+    """In memory a mask is the bits of an integer: vectors of bits have no certain layout there."""
+
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, _BITS)
+        super().__init__(manager, kind, ir.VectorType(ir.IntType(1), kind.width))
+        self._width = kind.width
+
+    def get_data_type(self) -> Any:
+        return ir.IntType(self._width)
+
+    def as_data(self, builder: Any, value: Any) -> Any:
+        return builder.bitcast(value, ir.IntType(self._width))
+
+    def from_data(self, builder: Any, value: Any) -> Any:
+        return builder.bitcast(value, ir.VectorType(ir.IntType(1), self._width))
 
 
-_ESTIMATES = ("nsz", "arcp", "contract", "afn", "reassoc", "ninf")
-"""Leave to take estimates in place of roots, which Numba's own flags do not reach in calls."""
+def _spread(builder: Any, number: Any, width: int) -> Any:
+    none = ir.Constant(floats(width), ir.Undefined)
+    first = builder.insert_element(none, number, ir.Constant(ir.IntType(32), 0))
+    return builder.shuffle_vector(first, none, ir.Constant(words(width), [0] * width))
 
 
-def _spread(builder: Any, number: Any) -> Any:
-    first = builder.insert_element(ir.Constant(_FLOATS, ir.Undefined), number, ir.Constant(ir.IntType(32), 0))
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(first, ir.Constant(_FLOATS, ir.Undefined), zeros)
+def _width(*kinds: Any) -> int:
+    """How many lanes the operands have; 0 where they do not go together."""
+    found = {k.width for k in kinds if isinstance(k, LanesType)}
+    whole = all(isinstance(k, LanesType) or k == types.float32 for k in kinds)
+    return found.pop() if whole and len(found) == 1 else 0
 
 
-def _widened(builder: Any, value: Any, kind: Any) -> Any:
-    return _spread(builder, value) if kind == types.float32 else value
-
-
-_PAIRS = ((LANES_TYPE, LANES_TYPE), (LANES_TYPE, types.float32), (types.float32, LANES_TYPE))
+def _both(builder: Any, values: Any, kinds: Any) -> tuple[Any, ...]:
+    width = _width(*kinds)
+    return tuple(_spread(builder, v, width) if k == types.float32 else v for v, k in zip(values, kinds, strict=True))
 
 
 def _define(of: Any, result: Any, pairs: Any, emit: Any) -> None:
-    """Type and code of one operator over lanes or masks."""
+    """Type and code of an operator over lanes, or over masks where `pairs` are of those."""
 
     @infer_global(of)
     class _Typed(AbstractTemplate):  # pyright: ignore[reportUnusedClass]
         def generic(self, args: Any, kws: Any) -> Any:
-            return signature(result, *args) if not kws and tuple(args) in pairs else None
+            if kws or len(args) != len(pairs[0]):
+                return None
+            if pairs[0][0] is MaskType:
+                same = all(isinstance(a, MaskType) and a == args[0] for a in args)
+                return signature(args[0], *args) if same else None
+            return signature(result(_width(*args)), *args) if _width(*args) else None
+
+    def lower(_context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return emit(builder, *(args if isinstance(sig.args[0], MaskType) else _both(builder, args, sig.args)))
 
     for pair in pairs:
-
-        @lower_builtin(of, *pair)
-        def _lower(_context: Any, builder: Any, sig: Any, args: Any) -> Any:  # pyright: ignore[reportUnusedFunction]
-            return emit(builder, *(_widened(builder, a, k) for a, k in zip(args, sig.args, strict=True)))
+        lower_builtin(of, *pair)(lower)
 
 
+_PAIRS = ((LanesType, LanesType), (LanesType, types.Float), (types.Float, LanesType))
 for _of, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul"), (operator.truediv, "fdiv")):
-    _define(_of, LANES_TYPE, _PAIRS, lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
+    _define(_of, LanesType, _PAIRS, lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
 for _of, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
-    _define(_of, MASK_TYPE, _PAIRS, lambda builder, a, b, sign=_sign: builder.fcmp_ordered(sign, a, b))
+    _define(_of, MaskType, _PAIRS, lambda builder, a, b, sign=_sign: builder.fcmp_ordered(sign, a, b))
 for _of, _name in ((operator.and_, "and_"), (operator.or_, "or_")):
-    _define(_of, MASK_TYPE, ((MASK_TYPE, MASK_TYPE),), lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
-_define(operator.neg, LANES_TYPE, ((LANES_TYPE,),), lambda builder, a: builder.fneg(a))
-_define(operator.invert, MASK_TYPE, ((MASK_TYPE,),), lambda builder, a: builder.not_(a))
+    _define(_of, MaskType, ((MaskType, MaskType),), lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
+_define(operator.neg, LanesType, ((LanesType,),), lambda builder, a: builder.fneg(a))
+_define(operator.invert, MaskType, ((MaskType,),), lambda builder, a: builder.not_(a))
 
 
-@intrinsic
-def load(_context: Any, pointer: Any) -> Any:
-    """WIDTH floats from `pointer` on."""
+def of_width(width: int) -> tuple[Any, Any, Any, Any]:
+    """Functions for kernels that make values of `width` lanes: load (that many floats from a pointer on), spread (a
+    float32 in every lane), first_lanes (the mask of the lanes below a count), lanes_of_bits (the mask of an integer's
+    lowest bits)."""
 
-    def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        return builder.load(builder.bitcast(args[0], _FLOATS.as_pointer()), align=4)
+    @intrinsic
+    def load(_context: Any, pointer: Any) -> Any:
+        def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+            return builder.load(builder.bitcast(args[0], floats(width).as_pointer()), align=4)
 
-    return LANES_TYPE(pointer), codegen
+        return LanesType(width)(pointer), codegen
+
+    @intrinsic
+    def spread(_context: Any, number: Any) -> Any:
+        def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+            return _spread(builder, args[0], width)
+
+        return LanesType(width)(types.float32), codegen
+
+    @intrinsic
+    def first_lanes(_context: Any, count: Any) -> Any:
+        def codegen(context: Any, builder: Any, signature_: Any, args: Any) -> Any:
+            number, none = context.cast(builder, args[0], signature_.args[0], types.int32), ir.Constant(words(width), ir.Undefined)
+            first = builder.insert_element(none, number, ir.Constant(ir.IntType(32), 0))
+            every = builder.shuffle_vector(first, none, ir.Constant(words(width), [0] * width))
+            return builder.icmp_signed("<", ir.Constant(words(width), list(range(width))), every)
+
+        return MaskType(width)(count), codegen
+
+    @intrinsic
+    def lanes_of_bits(_context: Any, word: Any) -> Any:
+        def codegen(context: Any, builder: Any, signature_: Any, args: Any) -> Any:
+            whole = context.cast(builder, args[0], signature_.args[0], types.int64)
+            return builder.bitcast(builder.trunc(whole, ir.IntType(width)), ir.VectorType(ir.IntType(1), width))
+
+        return MaskType(width)(word), codegen
+
+    return load, spread, first_lanes, lanes_of_bits
 
 
 @intrinsic
 def store(_context: Any, pointer: Any, value: Any) -> Any:
-    """Lay a value's WIDTH floats down from `pointer` on."""
+    """Lay a value's floats down from `pointer` on."""
 
     def codegen(context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        builder.store(args[1], builder.bitcast(args[0], _FLOATS.as_pointer()), align=4)
+        builder.store(args[1], builder.bitcast(args[0], floats(value.width).as_pointer()), align=4)
         return context.get_dummy_value()
 
-    return types.void(pointer, LANES_TYPE), codegen
-
-
-@intrinsic
-def spread(_context: Any, number: Any) -> Any:
-    """The same float32 in every lane."""
-
-    def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        return _spread(builder, args[0])
-
-    return LANES_TYPE(types.float32), codegen
+    return types.void(pointer, value), codegen
 
 
 @intrinsic
@@ -135,19 +186,22 @@ def choose(_context: Any, mask: Any, yes: Any, no: Any) -> Any:
     """Lanes of `yes` where the mask is true, of `no` elsewhere; either may be a float32."""
 
     def codegen(_context: Any, builder: Any, signature_: Any, args: Any) -> Any:
-        a, b = (_widened(builder, v, k) for v, k in zip(args[1:], signature_.args[1:], strict=True))
-        return builder.select(args[0], a, b)
+        parts = (
+            _spread(builder, v, mask.width) if k == types.float32 else v
+            for v, k in zip(args[1:], signature_.args[1:], strict=True)
+        )
+        return builder.select(args[0], *parts)
 
-    return LANES_TYPE(MASK_TYPE, yes, no), codegen
+    return LanesType(mask.width)(mask, yes, no), codegen
 
 
 def _extreme(sign: str) -> Any:
     def typed(_context: Any, a: Any, b: Any) -> Any:
         def codegen(_context: Any, builder: Any, signature_: Any, args: Any) -> Any:
-            a, b = (_widened(builder, v, k) for v, k in zip(args, signature_.args, strict=True))
+            a, b = _both(builder, args, signature_.args)
             return builder.select(builder.fcmp_ordered(sign, a, b), a, b)
 
-        return LANES_TYPE(a, b), codegen
+        return LanesType(_width(a, b))(a, b), codegen
 
     return typed
 
@@ -158,18 +212,15 @@ most = intrinsic(_extreme(">"))
 """The larger of two, lane by lane; the second where one is not a number."""
 
 
-def _call(builder: Any, name: str, value: Any) -> Any:
-    kind = ir.FunctionType(_FLOATS, [_FLOATS])
-    function = cgutils.get_or_insert_function(builder.module, kind, f"{name}.v{WIDTH}f32")
-    return builder.call(function, [value], fastmath=_ESTIMATES)
+def _call(builder: Any, name: str, value: Any, flags: Any = ()) -> Any:
+    kind = ir.FunctionType(value.type, [value.type])
+    function = cgutils.get_or_insert_function(builder.module, kind, f"{name}.v{value.type.count}f32")
+    return builder.call(function, [value], fastmath=flags)
 
 
 def _by_llvm(name: str) -> Any:
     def typed(_context: Any, value: Any) -> Any:
-        def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-            return _call(builder, name, args[0])
-
-        return LANES_TYPE(value), codegen
+        return value(value), lambda _context, builder, _signature, args: _call(builder, name, args[0])
 
     return typed
 
@@ -178,6 +229,8 @@ root = intrinsic(_by_llvm("llvm.sqrt"))
 """Square root of each lane."""
 absolute = intrinsic(_by_llvm("llvm.fabs"))
 """Absolute value of each lane."""
+whole = intrinsic(_by_llvm("llvm.floor"))
+"""Each lane rounded down."""
 
 
 @intrinsic
@@ -187,25 +240,25 @@ def inverse_root(_context: Any, value: Any) -> Any:
 
     def codegen(context: Any, builder: Any, _signature: Any, args: Any) -> Any:
         x = args[0]
-        if "+avx512f" not in context.codegen().magic_tuple()[2]:
-            return builder.fdiv(ir.Constant(_FLOATS, [1.0] * WIDTH), _call(builder, "llvm.sqrt", x))
+        if "+avx512f" not in context.codegen().magic_tuple()[2] or value.width % REGISTER:
+            return builder.fdiv(ir.Constant(x.type, [1.0] * value.width), _call(builder, "llvm.sqrt", x))
         y = _estimate_inverse_roots(builder, x)
-        half, three = (ir.Constant(_FLOATS, [number] * WIDTH) for number in (-0.5, 1.5))
+        half, three = (ir.Constant(x.type, [number] * value.width) for number in (-0.5, 1.5))
         xyy = builder.fmul(builder.fmul(x, y), y)
         return builder.fmul(y, builder.fadd(builder.fmul(half, xyy), three))
 
-    return LANES_TYPE(value), codegen
+    return value(value), codegen
 
 
 def _estimate_inverse_roots(builder: Any, x: Any) -> Any:
     """AVX-512's estimates (14 bits), a register at a time."""
-    register, bits_ = ir.VectorType(ir.FloatType(), 16), ir.IntType(16)
+    register, bits_ = floats(REGISTER), ir.IntType(REGISTER)
     kind = ir.FunctionType(register, [register, register, bits_])
     function = cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.avx512.rsqrt14.ps.512")
-    none, every = ir.Constant(register, [0.0] * 16), ir.Constant(bits_, -1)
+    none, every = ir.Constant(register, [0.0] * REGISTER), ir.Constant(bits_, -1)
     parts = [
-        builder.call(function, [builder.shuffle_vector(x, x, _order(range(first, first + 16))), none, every])
-        for first in range(0, WIDTH, 16)
+        builder.call(function, [builder.shuffle_vector(x, x, _order(range(first, first + REGISTER))), none, every])
+        for first in range(0, x.type.count, REGISTER)
     ]
     while len(parts) > 1:
         size = 2 * parts[0].type.count
@@ -216,22 +269,7 @@ def _estimate_inverse_roots(builder: Any, x: Any) -> Any:
 
 
 def _order(lanes: Any) -> Any:
-    return ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), list(lanes))
-
-
-@intrinsic
-def first_lanes(_context: Any, count: Any) -> Any:
-    """The mask of the lanes below `count`."""
-
-    def codegen(context: Any, builder: Any, signature_: Any, args: Any) -> Any:
-        number = context.cast(builder, args[0], signature_.args[0], types.int32)
-        whole = ir.VectorType(ir.IntType(32), WIDTH)
-        first = builder.insert_element(ir.Constant(whole, ir.Undefined), number, ir.Constant(ir.IntType(32), 0))
-        zeros = ir.Constant(whole, [0] * WIDTH)
-        every = builder.shuffle_vector(first, ir.Constant(whole, ir.Undefined), zeros)
-        return builder.icmp_signed("<", ir.Constant(whole, list(range(WIDTH))), every)
-
-    return MASK_TYPE(count), codegen
+    return ir.Constant(words(len(lanes)), list(lanes))
 
 
 @intrinsic
@@ -239,9 +277,9 @@ def how_many(_context: Any, mask: Any) -> Any:
     """How many lanes of a mask are true."""
 
     def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
-        function = builder.module.declare_intrinsic("llvm.ctpop", (ir.IntType(WIDTH),))
-        return builder.zext(builder.call(function, [bits]), ir.IntType(64))
+        bits_ = builder.bitcast(args[0], ir.IntType(mask.width))
+        function = builder.module.declare_intrinsic("llvm.ctpop", (ir.IntType(mask.width),))
+        return builder.zext(builder.call(function, [bits_]), ir.IntType(64))
 
     return types.int64(mask), codegen
 
@@ -251,8 +289,8 @@ def some(_context: Any, mask: Any) -> Any:
     """Whether any lane of a mask is true."""
 
     def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
-        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
+        bits_ = ir.IntType(mask.width)
+        return builder.icmp_unsigned("!=", builder.bitcast(args[0], bits_), ir.Constant(bits_, 0))
 
     return types.boolean(mask), codegen
 
@@ -262,7 +300,7 @@ def bits(_context: Any, mask: Any) -> Any:
     """A mask as an integer, lane i its bit i."""
 
     def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        return builder.zext(builder.bitcast(args[0], ir.IntType(WIDTH)), ir.IntType(64))
+        return builder.zext(builder.bitcast(args[0], ir.IntType(mask.width)), ir.IntType(64))
 
     return types.int64(mask), codegen
 
@@ -274,22 +312,25 @@ def lane(_context: Any, value: Any, index: Any) -> Any:
     def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
         return builder.extract_element(args[0], args[1])
 
-    return (types.float32 if value == LANES_TYPE else types.boolean)(value, index), codegen
+    return (types.float32 if isinstance(value, LanesType) else types.boolean)(value, index), codegen
 
 
-@intrinsic
-def largest(_context: Any, value: Any) -> Any:
-    """The largest lane, a float32."""
+def _across(sign: str) -> Any:
+    def typed(_context: Any, value: Any) -> Any:
+        def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+            best, half = args[0], value.width // 2
+            while half:
+                other = builder.shuffle_vector(best, best, _order([(i + half) % value.width for i in range(value.width)]))
+                best = builder.select(builder.fcmp_ordered(sign, best, other), best, other)
+                half //= 2
+            return builder.extract_element(best, ir.Constant(ir.IntType(32), 0))
 
-    def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        top, half = args[0], WIDTH // 2
-        while half:
-            order = [(i + half) % WIDTH for i in range(WIDTH)]
-            other = builder.shuffle_vector(
-                top, ir.Constant(_FLOATS, ir.Undefined), ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), order)
-            )
-            top = builder.select(builder.fcmp_ordered(">", top, other), top, other)
-            half //= 2
-        return builder.extract_element(top, ir.Constant(ir.IntType(32), 0))
+        return types.float32(value), codegen
 
-    return types.float32(value), codegen
+    return typed
+
+
+largest = intrinsic(_across(">"))
+"""The largest lane, a float32."""
+smallest = intrinsic(_across("<"))
+"""The smallest lane, a float32."""

@@ -10,22 +10,19 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from vistel.implicit import kernels_meet, kernels_solve
+from vistel.implicit.kernels_field import WIDTH, first_lanes, load, spread
 from vistel.implicit.lanes import (
-    WIDTH,
     absolute,
     bits,
     choose,
-    first_lanes,
     how_many,
     inverse_root,
     lane,
     largest,
     least,
-    load,
     most,
     root,
     some,
-    spread,
     store,
 )
 from vistel.implicit.pointers import at, pointer

@@ -14,9 +14,8 @@ from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIP
 from vistel.implicit.contact_surface import INVERSE_T, field_of_ratio, surface
 from vistel.implicit.embedding_fields import cone_sphere_ratio, quartic
 from vistel.implicit.ghost import T, collision, ghosts_of, propagation, zone
-from vistel.implicit.kernels_field import load_normals, local_ray, ray, store_field
+from vistel.implicit.kernels_field import WIDTH, load_normals, local_ray, ray, spread, store_field
 from vistel.implicit.kernels_meet import evaluate
-from vistel.implicit.lanes import WIDTH, spread
 from vistel.implicit.pointers import keep, pointer
 
 GOLDEN = {
