@@ -60,7 +60,9 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_work(scene: Path
         (('kind = "sphere"', 'kind = "spere"'), [], "shapes"),
     ],
 )
-def test_what_cannot_be_drawn_is_one_line(scene: Path, tmp_path: Path, changes: tuple[str, ...], options: list[str], said: str) -> None:
+def test_what_cannot_be_drawn_is_one_line(
+    scene: Path, tmp_path: Path, changes: tuple[str, ...], options: list[str], said: str
+) -> None:
     if changes:
         scene.write_text(SCENE.replace(*changes))  # type: ignore[arg-type]
     done = RUNNER.invoke(app, ["scanline", str(scene), "-o", str(tmp_path / "out.png"), *options])
