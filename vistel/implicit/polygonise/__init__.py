@@ -8,10 +8,21 @@
 See docs/how-to/polygonise.md.
 """
 
+from vistel.implicit.polygonise.back import pointblob_of, pointset_of, seeing_point
 from vistel.implicit.polygonise.formats import FORMATS, save
 from vistel.implicit.polygonise.incremental import Polygonisation
 from vistel.implicit.polygonise.lattice import Lattice
 from vistel.implicit.polygonise.mesh import SurfaceMesh
 from vistel.implicit.polygonise.surface import polygonise
 
-__all__ = ["FORMATS", "Lattice", "Polygonisation", "SurfaceMesh", "polygonise", "save"]
+__all__ = [
+    "FORMATS",
+    "Lattice",
+    "Polygonisation",
+    "SurfaceMesh",
+    "pointblob_of",
+    "pointset_of",
+    "polygonise",
+    "save",
+    "seeing_point",
+]

@@ -171,15 +171,14 @@ class Retained:
     def mesh(self) -> SurfaceMesh:
         """The whole surface."""
         triangles, vertices, at = self._inside()
-        polygon = [np.arange(len(triangles))]
         every, numbers, places = [triangles], [vertices], [at]
+        whole = [np.full(len(triangles), -1)]
         kept = 0
         for solid, cut in zip(self.solids, self.cuts, strict=True):
-            own, own_polygon, whole = self._outside(solid, cut)
+            own, label = self._outside(solid, cut)
             every.append(own)
-            # Whole polygons first, so that they can be told; see SurfaceMesh.retained.
-            polygon.append(own_polygon + int(polygon[-1].max(initial=-1)) + 1)
-            kept += whole
+            whole.append(np.where(label >= 0, label + kept, -1))
+            kept += int(label.max(initial=-1)) + 1
             numbers.append((np.arange(len(solid.x)) + solid.first_vertex) << 2 | CORNER)
             places.append(solid.x)
             for axis in range(3):
@@ -194,7 +193,8 @@ class Retained:
         used, index = np.unique(flat, return_inverse=True)
         unique, first = np.unique(known, return_index=True)
         points = self._world(place[first][np.searchsorted(unique, used)])
-        mesh_triangles, group = index.reshape(-1, 3).astype(np.int32), np.concatenate(polygon).astype(np.int32)
+        mesh_triangles, group = index.reshape(-1, 3).astype(np.int32), np.concatenate(whole)
+        group = np.where(group >= 0, group, kept + np.cumsum(group < 0) - 1).astype(np.int32)
         order = np.argsort(group, kind="stable")
         mesh_triangles, group = mesh_triangles[order], group[order]
         normals, normal_of = auto_smooth(points, mesh_triangles)
@@ -290,8 +290,9 @@ class Retained:
             found.append((own[which], start, stop))
         return tuple(np.concatenate([f[k] for f in found]) for k in range(3))  # type: ignore[return-value]
 
-    def _outside(self, solid: _Solid, cut: Sections) -> tuple[I64, I64, int]:
-        """Triangles of what is kept of a primitive's polygons, the polygon of each, and how many polygons are whole."""
+    def _outside(self, solid: _Solid, cut: Sections) -> tuple[I64, I64]:
+        """Triangles of what is kept of a primitive's polygons; the number of the polygon of each, among those that are
+        whole, or -1."""
         surface = solid.owner.surface
         boxed = self._boxed(solid.x)
         touched = np.zeros(len(solid.triangles), bool)
@@ -304,20 +305,17 @@ class Retained:
         number = (np.arange(len(solid.x)) + solid.first_vertex) << 2 | CORNER
         keep = np.flatnonzero(free)
         triangles = [number[solid.triangles[keep]]]
-        label = np.where(whole[face[keep]], np.cumsum(whole)[face[keep]] - 1, int(whole.sum()) + np.arange(len(keep)))
-        polygon = [label]
+        label = [np.where(whole[face[keep]], np.cumsum(whole)[face[keep]] - 1, -1)]
         directed, _ = self._directed(cut)
         rim_points = self._edge_points(solid)
-        following = int(label.max(initial=int(whole.sum()))) + 1
         order = np.argsort(cut.triangle, kind="stable")
         bounds = np.searchsorted(cut.triangle[order], np.arange(len(solid.triangles) + 1))
         for t in np.flatnonzero(touched):
             rows = order[bounds[t] : bounds[t + 1]]
             made = self._clip(solid, int(t), directed[rows], cut, rows, rim_points, boxed)
             triangles.append(np.array(made, np.int64).reshape(-1, 3))
-            polygon.append(following + np.arange(len(made)))
-            following += len(made)
-        return np.concatenate(triangles), np.concatenate(polygon), int(whole.sum())
+            label.append(np.full(len(made), -1))
+        return np.concatenate(triangles), np.concatenate(label)
 
     def _boxed(self, x: F64) -> Flags:
         return self.cells[tuple(np.floor(x).astype(np.int64).T)] == SHARED

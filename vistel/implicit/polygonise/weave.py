@@ -114,8 +114,13 @@ def fans(cell: I64, start: I64, stop: I64, points: F64) -> tuple[I64, I64, F64, 
     number = np.cumsum(wide) - 1
     middles = np.zeros((int(wide.sum()), 3))
     of_wide = wide[loop]
-    np.add.at(middles, number[loop[of_wide]], points[start[of_wide]])
-    middles /= np.maximum(size[wide], 1)[:, None]
+    # Lines count by their length, so that many short ones do not draw the middle to their side.
+    a, b = points[start[of_wide]], points[stop[of_wide]]
+    length = np.linalg.norm(b - a, axis=1) + 1e-12
+    total = np.zeros(len(middles))
+    np.add.at(middles, number[loop[of_wide]], 0.5 * length[:, None] * (a + b))
+    np.add.at(total, number[loop[of_wide]], length)
+    middles /= total[:, None]
     triangles.append(np.stack([start[of_wide], stop[of_wide], len(points) + number[loop[of_wide]]], axis=1))
     cells.append(cell[of_wide])
     return np.concatenate(triangles), np.concatenate(cells), middles, cell[first[wide]], start[first[wide]]

@@ -1,6 +1,6 @@
 """Marching packets of rays to the surface of a sum of quartic spheres and sphylinders, without passing a crossing.
 
-Along a ray q = 1 - d^2 of such a primitive lies below a known arc, so that F'' <= 8 w k A for its largest q, A, and
+Along a ray q = 1 - d^2 of such a primitive lies below a known arc, so that |F''| <= 8 |w| k A for its largest q, A, and
 1 / R^2 = k. With M the sum over the primitives in reach, F(t + s) <= F + F' s + M s^2 / 2: the step to where that
 parabola meets T cannot pass the surface and is Newton's when F' > 0, so that rays arrive as fast as his method does and
 grazing ones still stop at every crossing. The ray is cut into slabs, in each of which the sum of the largest q's tells
@@ -99,7 +99,7 @@ def chords(line, start, end, reach2):
 def sphere_bounds(line, s0, s1, k, w, most):
     """Add the largest field between s0 and s1 to most[:RAYS], and the bound of F'' to the row after it."""
     wide()
-    up, curve = max(w, ZERO), max(EIGHT * w, -FOUR * w) * k
+    up, curve = max(w, ZERO), EIGHT * abs(w) * k
     for i in range(RAYS):
         t, a = line[i], line[RAYS + i]
         d = min(max(t, s0), s1) - t
@@ -112,7 +112,7 @@ def sphere_bounds(line, s0, s1, k, w, most):
 def capsule_bounds(line, s0, s1, k, w, length, most):
     """As `sphere_bounds`."""
     wide()
-    up, curve = max(w, ZERO), max(EIGHT * w, -FOUR * w) * k
+    up, curve = max(w, ZERO), EIGHT * abs(w) * k
     for i in range(RAYS):
         t = line[i]
         d = min(max(t, s0), s1) - t
