@@ -7,29 +7,25 @@ from the same state give the same bytes; `World.snapshot` is that state, and `Wo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from hashlib import blake2b
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.implicit.contact import ContactArray, find_contacts
 from vistel.space import grasp as hands
-from vistel.space import snapshot
+from vistel.space import holding, snapshot
 from vistel.space.commands import objection
-from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance, wake_around
-from vistel.space.grasp import Grasp
+from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.hand_forces import Reached, hand_forces, nothing
 from vistel.space.inputs import CommandInput, Delete, Move, Release, StepInputs, usable
-from vistel.space.kernels import MAX_SPEED, MAX_SPIN
 from vistel.space.memory import changes, remembered
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.props import heard
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.solids import Solids, solids
-from vistel.space.state import LetGo, State
+from vistel.space.state import State
 from vistel.space.things import Thing
 from vistel.space.touch import Touch, between_people, contacts_of, ghosts_of, touch_of_people, touches_of_things
 from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, ThingView, WorldView
@@ -41,17 +37,8 @@ DT = 1.0 / 60.0
 HASH_STEPS = 60
 """Steps from one published hash to the next."""
 MAX_CONTACTS = 96
-LET_GO_GAP = 0.015
-"""A hand that let go pushes the thing again once it was this far off it [m]..."""
-LET_GO_STEPS = 45
-"""... or after so many steps."""
-LATELY_NS = 100_000_000
-"""A hand and a tracked thing are compared when both were measured within this long."""
 LYING, FLAT = 0.05, 0.8
 """What takes dents and moves up or down no faster than this [m/s] keeps this share of its motion in each step."""
-PUSH_OUT = 0.05
-"""Held things are kept out of the furniture by moving them this far at most [m]."""
-
 
 class World:
     """One room and everything in it."""
@@ -121,10 +108,11 @@ class World:
         near = {
             name: _renamed(find_contacts(p.primitives, loose, margin=hands.MARGIN), rows) for name, p in posed.items()
         }
-        self._let_go(posed, near)
-        self._carry(posed)
-        self._take_hold(posed, near)
-        self._forget_let_go(near, posed)
+        solids_ = self._solids
+        self._state = holding.let_go(self._state, solids_, posed, near)
+        self._state = holding.carry(self._state, solids_, posed, DT)
+        self._state = holding.take_hold(self._state, solids_, posed, near)
+        self._state = holding.forget_let_go(self._state, solids_, near, posed)
         skin = between_people(posed)
         rest = {name: find_contacts(p.primitives, self._solids.fixed) for name, p in posed.items()}
         touches = self._touches(posed, near, rest, skin)
@@ -148,7 +136,7 @@ class World:
                 figures[motion.participant] = figures[motion.participant].moved(motion)
         for name in inputs.left:
             if figures.pop(name, None) is not None:
-                self._drop(lambda g, name=name: g.participant == name)
+                self._state = holding.drop(self._state, lambda g, name=name: g.participant == name)
         self._state = replace(self._state, figures=tuple(figures[name] for name in sorted(figures)))
 
     # -- commands ----------------------------------------------------------------------------------------------
@@ -162,8 +150,8 @@ class World:
             return Outcome(command.id, command.participant, False, "too many commands; wait a second", step)
         things = {t.id: t for t in self._solids.things}
         present = frozenset(f.name for f in self._state.figures)
-        holders = {name: self._holders(name) for name in things}
-        reason = objection(command, things, present, holders, self._tracked)
+        holders = {name: holding.holders(self._state, name) for name in things}
+        reason = objection(command, things, present, holders, holding.tracked_things(self._state))
         if not reason:
             self._do(command)
         outcome = Outcome(command.id, command.participant, not reason, reason, step)
@@ -173,7 +161,7 @@ class World:
     def _do(self, command: CommandInput) -> None:
         action = command.action
         if isinstance(action, Release):
-            self._drop(lambda g: g.thing == action.thing and g.participant == command.participant)
+            self._state = holding.drop(self._state, lambda g: g.thing == action.thing and g.participant == command.participant)
         elif isinstance(action, Move):
             n = self._index(action.thing)
             self._wake(n)
@@ -185,13 +173,13 @@ class World:
             self._state = replace(self._state, motions=m)
             self._wake(n)
         elif isinstance(action, Delete):
-            self._drop(lambda g: g.thing == action.thing)
+            self._state = holding.drop(self._state, lambda g: g.thing == action.thing)
             n = self._index(action.thing)
             self._wake(n)
             rest = [k for k in range(len(self._state.things)) if k != n]
             self._set_things(tuple(self._solids.things[k] for k in rest), snapshot.chosen(self._state.motions, rest))
         else:
-            self._drop(lambda g: True)
+            self._state = holding.drop(self._state, lambda g: True)
             self._set_things(self._room.things, _begin(self._room.things))
             self._state = replace(self._state, dents=(), bonds=())
 
@@ -201,16 +189,12 @@ class World:
 
     # -- tracked things ----------------------------------------------------------------------------------------
 
-    @property
-    def _tracked(self) -> frozenset[str]:
-        return frozenset(t.thing for t in self._state.tracked)
-
     def _follow_props(self, inputs: StepInputs) -> None:
         """Tracked things go where their receivers are; what has fallen silent is left where it is."""
         if not (inputs.props or self._state.tracked):
             return
         loose = [t.id for t in self._solids.things if not t.fixed]
-        was = self._tracked
+        was = holding.tracked_things(self._state)
         tracked, silent = heard(self._state.tracked, inputs.props, loose, inputs.t_ns)
         for t in tracked:
             if t.thing not in was:
@@ -218,153 +202,16 @@ class World:
         m = self._state.motions.copy()
         for t in tracked:
             n = self._index(t.thing)
-            _guide(m, n, *t.at(inputs.t_ns))
+            holding.guide(m, n, *t.at(inputs.t_ns), DT)
             if t.thing not in was:
                 m.velocity[n], m.spin[n] = 0.0, 0.0  # where it lay before, it never was
             m.mode[n], m.still[n] = HELD, 0
         for name in silent:
             n = self._index(name)
             m.velocity[n], m.spin[n] = 0.0, 0.0
-            if not self._holders(name):
+            if not holding.holders(self._state, name):
                 m.mode[n], m.still[n] = FREE, 0
         self._state = replace(self._state, motions=m, tracked=tracked)
-
-    # -- grasps ------------------------------------------------------------------------------------------------
-
-    def _holders(self, thing: str) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(g.participant for g in self._state.grasps if g.thing == thing))
-
-    def _drop(self, gone: Callable[[Grasp], bool]) -> None:
-        """End grasps; a thing nobody holds any more falls."""
-        dropped = [g for g in self._state.grasps if gone(g)]
-        if not dropped:
-            return
-        kept = tuple(g for g in self._state.grasps if not gone(g))
-        m = self._state.motions.copy()
-        tracked = self._tracked
-        for g in dropped:
-            if g.thing not in tracked and not any(k.thing == g.thing for k in kept):
-                n = self._index(g.thing)
-                m.mode[n], m.still[n] = FREE, 0
-        let_go = tuple(LetGo(g.participant, g.right, g.thing, self._state.step) for g in dropped)
-        hands_off = {g.key for g in dropped}
-        # The hand must close anew, from how open it is now, to take hold again.
-        figures = tuple(
-            f.opened_now(tuple((f.name, right) in hands_off for right in (False, True))) for f in self._state.figures
-        )
-        self._state = replace(
-            self._state, grasps=kept, motions=m, let_go=self._state.let_go + let_go, figures=figures
-        )
-
-    def _let_go(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
-        """Hands that open, or have slipped off, let go; a further holder then carries."""
-        tracked = self._tracked
-        carried_by = {g.thing: g.key for g in reversed(self._state.grasps) if g.thing not in tracked}
-        followed: list[Grasp] = []
-        for g in self._state.grasps:
-            p = posed.get(g.participant)
-            followed.append(g if p is None else hands.follow(g, p, self._at(p, near[p.name], g) or self._unsure(p, g)))
-        self._state = replace(self._state, grasps=tuple(followed))
-
-        def over(g: Grasp) -> bool:
-            p = posed.get(g.participant)
-            patience = hands.PROP_SLIP_STEPS if g.thing in tracked else hands.SLIP_STEPS
-            slipped = g.key != carried_by.get(g.thing) and g.off > patience
-            return p is None or slipped or hands.opens(g, p)
-
-        self._drop(over)
-        grasps = list(self._state.grasps)
-        seen: set[str] = set()
-        for i, g in enumerate(grasps):
-            n = self._index(g.thing)
-            pose = self._state.motions.position[n], self._state.motions.rotation[n]
-            if g.thing in tracked:
-                grasps[i] = hands.lies(g, posed[g.participant], pose)
-            elif g.thing not in seen and carried_by[g.thing] != g.key:
-                grasps[i] = hands.restart(g, posed[g.participant], self._solids.things[n], pose, self._state.t_ns)
-            seen.add(g.thing)
-        self._state = replace(self._state, grasps=tuple(grasps))
-
-    def _at(self, p: Posed, near: ContactArray, g: Grasp) -> bool:
-        """The hand is within reach of the thing it holds."""
-        digit = p.build.digit[near.a] // 6
-        owner = self._solids.owner[near.b]
-        return bool(((digit == int(g.right)) & (owner == self._index(g.thing)) & (p.build.digit[near.a] >= 0)).any())
-
-    def _unsure(self, p: Posed, g: Grasp) -> bool:
-        """Nobody knows whether the hand still is at a tracked thing: one of them has not been heard of lately."""
-        news = [t.news.t_ns for t in self._state.tracked if t.thing == g.thing]
-        return bool(news) and self._state.t_ns - min(news[0], p.figure.t_ns) > LATELY_NS
-
-    def _carry(self, posed: dict[str, Posed]) -> None:
-        """Held things go where their first holder's hand is, unless they have a tracker of their own."""
-        m = self._state.motions.copy()
-        carried = set(self._tracked)
-        for g in self._state.grasps:
-            if g.thing in carried or g.participant not in posed:
-                continue
-            carried.add(g.thing)
-            n = self._index(g.thing)
-            position, rotation = hands.out_of_hand(posed[g.participant], g.right, g.lie(self._state.t_ns))
-            position = position + self._out_of_furniture(n, position, rotation)
-            _guide(m, n, position, rotation)
-        self._state = replace(self._state, motions=m)
-
-    def _out_of_furniture(self, n: int, position: F64, rotation: F64) -> F64:
-        """(3,) by which thing n must move not to stand in fixed things."""
-        s = self._solids
-        mine = s.part(n).moved(matrix_from_quaternion(rotation), position)
-        found = find_contacts(mine, s.fixed)
-        if len(found) == 0:
-            return np.zeros(3)
-        k = int(np.argmax(found.depth))
-        return -found.normal[k] * min(PUSH_OUT, max(0.0, float(found.depth[k])))
-
-    def _take_hold(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
-        held = {g.key for g in self._state.grasps}
-        held |= {(e.participant, e.right) for e in self._state.let_go if e.step == self._state.step}
-        tracked = self._tracked
-        just_let_go = {(e.participant, e.right, e.thing) for e in self._state.let_go}
-
-        def holds(p: Posed, right: bool, r: hands.Reach) -> bool:
-            name = self._solids.things[r.thing].id
-            if name in tracked and (p.name, right, name) not in just_let_go and hands.encloses(p, right, r):
-                return True
-            return hands.closes(p, right, r)
-
-        for name in sorted(posed):
-            p = posed[name]
-            for right in (False, True):
-                if (name, right) in held:
-                    continue
-                reach = [
-                    r
-                    for r in hands.reaches(p, near[name], self._solids.owner, right)
-                    if not self._solids.things[r.thing].fixed and holds(p, right, r)
-                ]
-                if not reach:
-                    continue
-                best = min(reach, key=lambda r: (r.nearest, r.thing))
-                thing, m = self._solids.things[best.thing], self._state.motions
-                pose = m.position[best.thing], m.rotation[best.thing]
-                new = hands.take(p, right, thing, pose, best, self._state.t_ns)
-                self._wake(best.thing)
-                m = self._state.motions.copy()
-                m.mode[best.thing], m.still[best.thing] = HELD, 0
-                self._state = replace(self._state, motions=m, grasps=(*self._state.grasps, new))
-
-    def _forget_let_go(self, near: dict[str, ContactArray], posed: dict[str, Posed]) -> None:
-        def still(entry: LetGo) -> bool:
-            if entry.thing not in self._state.things or self._state.step - entry.step > LET_GO_STEPS:
-                return False
-            p = posed.get(entry.participant)
-            if p is None:
-                return False
-            c = near[p.name]
-            mine = (p.build.digit[c.a] // 6 == int(entry.right)) & (p.build.digit[c.a] >= 0)
-            return bool((mine & (self._solids.owner[c.b] == self._index(entry.thing)) & (c.depth > -LET_GO_GAP)).any())
-
-        self._state = replace(self._state, let_go=tuple(e for e in self._state.let_go if still(e)))
 
     # -- contacts and motion -----------------------------------------------------------------------------------
 
@@ -439,7 +286,7 @@ class World:
         states: list[ThingView] = []
         for n, thing in enumerate(self._solids.things):
             k = old.get(thing.id)
-            holders = self._holders(thing.id)
+            holders = holding.holders(self._state, thing.id)
             moved = (
                 k is None
                 or not np.array_equal(m.position[n], before.motions.position[k])
@@ -474,10 +321,7 @@ class World:
         return self._state.things.index(thing)
 
     def _wake(self, n: int) -> None:
-        """What lies on or against thing n wakes."""
-        m = self._state.motions
-        woken = wake_around(self._solids, m, m.position[n], float(self._solids.radius[n]))
-        self._state = replace(self._state, motions=woken)
+        self._state = holding.woken_round(self._state, self._solids, n)
 
 
 def _renamed(near: ContactArray, rows: NDArray[np.int64]) -> ContactArray:
@@ -504,19 +348,3 @@ def _settled(m: Motions, s: Solids) -> Motions:
     out.spin[lying] *= FLAT
     out.velocity[lying] *= FLAT
     return out
-
-
-def _guide(m: Motions, n: int, position: F64, rotation: F64) -> None:
-    """Thing n is led to a pose within this step: `m` is changed."""
-    turn = matrix_from_quaternion(rotation) @ matrix_from_quaternion(m.rotation[n]).T
-    velocity = (position - m.position[n]) / DT
-    spin = rotvec_from_matrix(np.ascontiguousarray(turn)) / DT
-    # Half of the last value: trackers tremble, and a throw should not.
-    m.velocity[n] = 0.5 * m.velocity[n] + 0.5 * _limited(velocity, MAX_SPEED)
-    m.spin[n] = 0.5 * m.spin[n] + 0.5 * _limited(spin, MAX_SPIN)
-    m.position[n], m.rotation[n] = position, rotation
-
-
-def _limited(v: F64, most: float) -> F64:
-    length = float(np.sqrt(v @ v))
-    return v * (most / length) if length > most else v

@@ -1,0 +1,203 @@
+"""Who holds what: hands take things, carry them and let go (Singh §6.6). Each function gives the state that follows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
+from vistel.implicit.contact import ContactArray, find_contacts
+from vistel.space import grasp as hands
+from vistel.space.dynamics import FREE, HELD, Motions, wake_around
+from vistel.space.grasp import Grasp
+from vistel.space.kernels import MAX_SPEED, MAX_SPIN
+from vistel.space.people import Posed
+from vistel.space.solids import Solids
+from vistel.space.state import LetGo, State
+
+F64 = NDArray[np.float64]
+
+LET_GO_GAP = 0.015
+"""A hand that let go pushes the thing again once it was this far off it [m]..."""
+LET_GO_STEPS = 45
+"""... or after so many steps."""
+LATELY_NS = 100_000_000
+"""A hand and a tracked thing are compared when both were measured within this long."""
+PUSH_OUT = 0.05
+"""Held things are kept out of the furniture by moving them this far at most [m]."""
+
+
+def tracked_things(state: State) -> frozenset[str]:
+    """Things that have a tracker of their own."""
+    return frozenset(t.thing for t in state.tracked)
+
+
+def woken_round(state: State, solids: Solids, n: int) -> State:
+    """What lies on or against thing n wakes."""
+    m = state.motions
+    return replace(state, motions=wake_around(solids, m, m.position[n], float(solids.radius[n])))
+
+
+def holders(state: State, thing: str) -> tuple[str, ...]:
+    """Who holds a thing, in the order in which they took it."""
+    return tuple(dict.fromkeys(g.participant for g in state.grasps if g.thing == thing))
+
+
+def drop(state: State, gone: Callable[[Grasp], bool]) -> State:
+    """End grasps; a thing nobody holds any more falls."""
+    dropped = [g for g in state.grasps if gone(g)]
+    if not dropped:
+        return state
+    kept = tuple(g for g in state.grasps if not gone(g))
+    m = state.motions.copy()
+    tracked = tracked_things(state)
+    for g in dropped:
+        if g.thing not in tracked and not any(k.thing == g.thing for k in kept):
+            n = state.things.index(g.thing)
+            m.mode[n], m.still[n] = FREE, 0
+    ended = tuple(LetGo(g.participant, g.right, g.thing, state.step) for g in dropped)
+    hands_off = {g.key for g in dropped}
+    # The hand must close anew, from how open it is now, to take hold again.
+    figures = tuple(
+        f.opened_now(tuple((f.name, right) in hands_off for right in (False, True))) for f in state.figures
+    )
+    return replace(state, grasps=kept, motions=m, let_go=state.let_go + ended, figures=figures)
+
+
+def let_go(state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray]) -> State:
+    """Hands that open, or have slipped off, let go; a further holder then carries."""
+    tracked = tracked_things(state)
+    carried_by = {g.thing: g.key for g in reversed(state.grasps) if g.thing not in tracked}
+    followed: list[Grasp] = []
+    for g in state.grasps:
+        p = posed.get(g.participant)
+        followed.append(g if p is None else hands.follow(g, p, _at(state, solids, p, near[p.name], g) or _unsure(state, p, g)))
+    state = replace(state, grasps=tuple(followed))
+
+    def over(g: Grasp) -> bool:
+        p = posed.get(g.participant)
+        patience = hands.PROP_SLIP_STEPS if g.thing in tracked else hands.SLIP_STEPS
+        slipped = g.key != carried_by.get(g.thing) and g.off > patience
+        return p is None or slipped or hands.opens(g, p)
+
+    state = drop(state, over)
+    grasps = list(state.grasps)
+    seen: set[str] = set()
+    for i, g in enumerate(grasps):
+        n = state.things.index(g.thing)
+        pose = state.motions.position[n], state.motions.rotation[n]
+        if g.thing in tracked:
+            grasps[i] = hands.lies(g, posed[g.participant], pose)
+        elif g.thing not in seen and carried_by[g.thing] != g.key:
+            grasps[i] = hands.restart(g, posed[g.participant], solids.things[n], pose, state.t_ns)
+        seen.add(g.thing)
+    return replace(state, grasps=tuple(grasps))
+
+
+def _at(state: State, solids: Solids, p: Posed, near: ContactArray, g: Grasp) -> bool:
+    """The hand is within reach of the thing it holds."""
+    digit = p.build.digit[near.a] // 6
+    owner = solids.owner[near.b]
+    return bool(((digit == int(g.right)) & (owner == state.things.index(g.thing)) & (p.build.digit[near.a] >= 0)).any())
+
+
+def _unsure(state: State, p: Posed, g: Grasp) -> bool:
+    """Nobody knows whether the hand still is at a tracked thing: one of them has not been heard of lately."""
+    news = [t.news.t_ns for t in state.tracked if t.thing == g.thing]
+    return bool(news) and state.t_ns - min(news[0], p.figure.t_ns) > LATELY_NS
+
+
+def carry(state: State, solids: Solids, posed: dict[str, Posed], dt: float) -> State:
+    """Held things go where their first holder's hand is, unless they have a tracker of their own."""
+    m = state.motions.copy()
+    carried = set(tracked_things(state))
+    for g in state.grasps:
+        if g.thing in carried or g.participant not in posed:
+            continue
+        carried.add(g.thing)
+        n = state.things.index(g.thing)
+        position, rotation = hands.out_of_hand(posed[g.participant], g.right, g.lie(state.t_ns))
+        position = position + _out_of_furniture(solids, n, position, rotation)
+        guide(m, n, position, rotation, dt)
+    return replace(state, motions=m)
+
+
+def _out_of_furniture(solids: Solids, n: int, position: F64, rotation: F64) -> F64:
+    """(3,) by which thing n must move not to stand in fixed things."""
+    mine = solids.part(n).moved(matrix_from_quaternion(rotation), position)
+    found = find_contacts(mine, solids.fixed)
+    if len(found) == 0:
+        return np.zeros(3)
+    k = int(np.argmax(found.depth))
+    return -found.normal[k] * min(PUSH_OUT, max(0.0, float(found.depth[k])))
+
+
+def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray]) -> State:
+    """Hands that close round a thing take it."""
+    held = {g.key for g in state.grasps}
+    held |= {(e.participant, e.right) for e in state.let_go if e.step == state.step}
+    tracked = tracked_things(state)
+    just_let_go = {(e.participant, e.right, e.thing) for e in state.let_go}
+
+    def holds(p: Posed, right: bool, r: hands.Reach) -> bool:
+        name = solids.things[r.thing].id
+        if name in tracked and (p.name, right, name) not in just_let_go and hands.encloses(p, right, r):
+            return True
+        return hands.closes(p, right, r)
+
+    for name in sorted(posed):
+        p = posed[name]
+        for right in (False, True):
+            if (name, right) in held:
+                continue
+            reach = [
+                r
+                for r in hands.reaches(p, near[name], solids.owner, right)
+                if not solids.things[r.thing].fixed and holds(p, right, r)
+            ]
+            if not reach:
+                continue
+            best = min(reach, key=lambda r: (r.nearest, r.thing))
+            thing, m = solids.things[best.thing], state.motions
+            pose = m.position[best.thing], m.rotation[best.thing]
+            new = hands.take(p, right, thing, pose, best, state.t_ns)
+            state = woken_round(state, solids, best.thing)
+            m = state.motions.copy()
+            m.mode[best.thing], m.still[best.thing] = HELD, 0
+            state = replace(state, motions=m, grasps=(*state.grasps, new))
+    return state
+
+
+def forget_let_go(state: State, solids: Solids, near: dict[str, ContactArray], posed: dict[str, Posed]) -> State:
+    """Hands and what they let go push each other again, once they were apart or after a while."""
+
+    def still(entry: LetGo) -> bool:
+        if entry.thing not in state.things or state.step - entry.step > LET_GO_STEPS:
+            return False
+        p = posed.get(entry.participant)
+        if p is None:
+            return False
+        c = near[p.name]
+        mine = (p.build.digit[c.a] // 6 == int(entry.right)) & (p.build.digit[c.a] >= 0)
+        return bool((mine & (solids.owner[c.b] == state.things.index(entry.thing)) & (c.depth > -LET_GO_GAP)).any())
+
+    return replace(state, let_go=tuple(e for e in state.let_go if still(e)))
+
+
+def guide(m: Motions, n: int, position: F64, rotation: F64, dt: float) -> None:
+    """Thing n is led to a pose within a step of dt [s]: `m` is changed."""
+    turn = matrix_from_quaternion(rotation) @ matrix_from_quaternion(m.rotation[n]).T
+    velocity = (position - m.position[n]) / dt
+    spin = rotvec_from_matrix(np.ascontiguousarray(turn)) / dt
+    # Half of the last value: trackers tremble, and a throw should not.
+    m.velocity[n] = 0.5 * m.velocity[n] + 0.5 * _limited(velocity, MAX_SPEED)
+    m.spin[n] = 0.5 * m.spin[n] + 0.5 * _limited(spin, MAX_SPIN)
+    m.position[n], m.rotation[n] = position, rotation
+
+
+def _limited(v: F64, most: float) -> F64:
+    length = float(np.sqrt(v @ v))
+    return v * (most / length) if length > most else v
