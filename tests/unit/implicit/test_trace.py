@@ -55,8 +55,10 @@ def rays(seed: int, n: int = 256) -> tuple[np.ndarray, np.ndarray]:
 
 
 def residual(shape: vi.Shape, origins: np.ndarray, directions: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """|F - T| at hits, less what 0.4 micrometres make of it: float32 tells places in a scene of a metre no better."""
     hit = np.isfinite(t)
-    return np.abs(shape.field(origins[hit] + t[hit, None] * directions[hit]) - 0.5)
+    value, slope = shape.field_and_gradient(origins[hit] + t[hit, None] * directions[hit])
+    return np.maximum(np.abs(value - 0.5) - 4e-7 * np.linalg.norm(slope, axis=1), 0.0)
 
 
 def grazes(shape: vi.Shape, origins: np.ndarray, directions: np.ndarray, t: np.ndarray) -> np.ndarray:

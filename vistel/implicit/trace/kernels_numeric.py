@@ -335,9 +335,7 @@ def _close(leaf, scale, attribute, params, node_table, nodes, number, child, chi
             step = t - f / d if abs(d) > SMALL else b
             inside = step > a and step < b
             if inside and abs(step - t) <= HALF * tiny:
-                # Newton has arrived: the other end comes after it, so that the bracket closes.
-                a_[i] = min(step, t)
-                b_[i] = max(step, t)
+                a_[i] = b_[i] = step  # Newton has arrived
                 fb_[i], db_[i] = f, d
                 continue
             if not inside or (turn % 3 == 2 and h > HALF * before_[i]):
