@@ -35,8 +35,8 @@ SLAB = 16
 
 @dataclass(frozen=True, eq=False)
 class Marched:
-    """points: (n, 3) [m]; normals (n, 3); edge: (n,) lattice edge of each; triangles (m, 3); cell: (m,) of each, or
-    none; residual: the largest |F - T|; blocks: how many blocks of points were evaluated."""
+    """points: (n, 3) [m]; normals (n, 3); edge: (n,) lattice edge of each, or none; triangles (m, 3); cell:
+    (m,) of each, or none; residual: the largest |F - T|; blocks: how many blocks of points were evaluated."""
 
     points: F64
     normals: F32
@@ -81,10 +81,8 @@ def march(
     shift = np.int64(0)
     for k in range(3):
         shift = (shift << BITS) + int(span[0, k]) + OFFSET
-    return Marched(
-        points + program.origin, normals, edge + (shift << 2), triangles, cell + shift if cells else cell[:0],
-        float(worst), int(blocks),
-    )  # fmt: skip
+    edge, cell = (edge + (shift << 2), cell + shift) if cells else (edge[:0], cell[:0])
+    return Marched(points + program.origin, normals, edge, triangles, cell, float(worst), int(blocks))
 
 
 def cell_indices(cell: I64) -> I64:

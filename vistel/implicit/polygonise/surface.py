@@ -79,7 +79,7 @@ def finished(program: FieldProgram, marched: Marched) -> SurfaceMesh:
 def pointed(marched: Marched) -> F32:
     """Normals (n, 3); where the field is flat those of the triangles."""
     normals = marched.normals
-    flat = ~normals.any(axis=1)
+    flat = (normals[:, 0] == 0) & (normals[:, 1] == 0) & (normals[:, 2] == 0)
     if flat.any():
         normals = normals.copy()
         normals[flat] = corner_normals(marched.points, marched.triangles)[flat]
