@@ -116,7 +116,8 @@ def _slopes(p, a, da, b, db, large, least_slope, most_slope):
 
 @inner
 def _certain(table, corners, order, count, terms, threshold, s, todo):
-    """Which roots s are sure to be the first although primitives with a summit before s have begun to fall.
+    """Which roots s are sure to be the first although primitives with a summit before s have begun to fall; for the
+    others how far back no other root is.
 
     From s back: on intervals [p, s] F must only rise or be bounded below T, until at some p the fallen with all of
     their peaks and the others with what they have at p, the most they had so far, stay below T.
@@ -168,7 +169,7 @@ def _certain(table, corners, order, count, terms, threshold, s, todo):
             t = at(terms, TERMS * j)
             store(t, HIGH_Q, choose(proven, load(t, LOW_Q), load(t, HIGH_Q)))
             store(t, HIGH_SLOPE, choose(proven, load(t, LOW_SLOPE), load(t, HIGH_SLOPE)))
-    return sure
+    return sure, s
 
 
 @inner
@@ -236,11 +237,14 @@ def _step(table, corners, order, few, count, terms, low, high, moved):
 
 
 @inner
-def _search(table, corners, order, few, count, terms, threshold, low, resolution, todo):
-    """Intervals that hold the first root and nothing else, beyond `low`, the first summit; which lanes have one."""
+def _search(table, corners, order, few, count, terms, threshold, low, until, resolution, todo):
+    """Intervals that hold the first root and nothing else, beyond `low`, the first summit; which lanes have one, and
+    which have none before `until`."""
     count = _in_reach(order, count, terms, few, todo)
     # The first call only asks for q at `low` and for the last summit, past which F only falls.
     _t, _e, _r, limit = _step(table, corners, order, few, count, terms, low, low, nowhere())
+    limit = least(limit, until)
+    clear = todo & (low >= limit)
     todo = todo & (low < limit)
     found, safe, high = nowhere(), todo, choose(todo, F(0.75) * low + F(0.25) * limit, low)
     for _ in range(STEPS):
@@ -255,9 +259,10 @@ def _search(table, corners, order, few, count, terms, threshold, low, resolution
         safe = todo & ((top < threshold) | (rising & ~above))
         stride = choose(safe, TWO, HALF) * (high - low)
         low = choose(safe, high, low)
+        clear = clear | (safe & (low >= limit))
         todo = todo & (low < limit)
         high = choose(todo, least(low + stride, limit), high)
-    return low, high, found
+    return low, high, found, clear
 
 
 @inner
@@ -289,9 +294,11 @@ def first_root(table, corners, order, few, count, terms, threshold, guess, known
     todo = todo & (total >= threshold)
     if bits(todo) == 0:
         return s, hit
-    maybe = maybe & todo
+    maybe, until = maybe & todo, spread(LARGE)
     if bits(maybe) != 0:
-        hit = hit | _certain(table, corners, order, count, terms, threshold, choose(maybe, s, -LARGE), maybe)
+        sure, until = _certain(table, corners, order, count, terms, threshold, choose(maybe, s, -LARGE), maybe)
+        until = choose(maybe, until, LARGE)
+        hit = hit | sure
         todo = todo & ~hit
         if bits(todo) == 0:
             return s, hit
@@ -300,7 +307,8 @@ def first_root(table, corners, order, few, count, terms, threshold, guess, known
     sure = todo & (f >= threshold)
     rest = todo & ~sure
     if bits(rest) != 0:
-        from_, to, found = _search(table, corners, order, few, count, terms, threshold, high, resolution, rest)
+        from_, to, found, clear = _search(table, corners, order, few, count, terms, threshold, high, until, resolution, rest)
+        hit = hit | (clear & maybe)
         low, high = choose(found, from_, low), choose(found, to, high)
         sure = sure | found
     if bits(sure) != 0:

@@ -260,6 +260,6 @@ def changed_leaves(a: FieldProgram, b: FieldProgram) -> NDArray[np.uint8]:
     if not (np.array_equal(*frames) and np.array_equal(*starts) and len(x["params"]) == len(y["params"])):
         return np.ones(len(changed), np.uint8)
     if len(changed):
-        begins = np.where(frames[0] >= 0, frames[0], starts[0])
+        begins: NDArray[np.int64] = np.where(frames[0] >= 0, frames[0], starts[0]).astype(np.int64)
         changed |= np.add.reduceat(x["params"] != y["params"], begins, dtype=np.int64) > 0
     return changed.astype(np.uint8)
