@@ -12,10 +12,10 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba as nb
 import numpy as np
 
 from vistel.implicit.combine_kernels import combine
+from vistel.implicit.kernel_jit import compiled
 from vistel.implicit.kinds import dispatcher
 from vistel.implicit.layout import (
     CHILD0,
@@ -286,7 +286,7 @@ def _far(out, i, channels, far):
         out[i, c] = ZERO
 
 
-@nb.njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@compiled(nogil=True, fastmath=FAST, error_model="numpy")
 def evaluate_points(stamp, P, origin, points, out, slope):
     """Field (and gradient, attributes) at points (n, 3) in float64, into out (n, channels) float32.
 
@@ -454,7 +454,7 @@ def _store(out, r, di, dj, dk, stride_i, stride_j):
                     target[k] = source[k]
 
 
-@nb.njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@compiled(nogil=True, fastmath=FAST, error_model="numpy")
 def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
     """Field (and more) on the lattice xs x ys x zs, planes begin to end, into out (C, X, Y, Z).
 

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numba as nb
 import numpy as np
 
+from vistel.implicit.kernel_jit import compiled
 from vistel.implicit.layout import FAR, LANES, NODE_WORDS, REGISTER
 from vistel.implicit.machine import DI, DJ, DK, _across, block, collect, narrow
 from vistel.implicit.pointers import at, keep, pointer
@@ -417,7 +418,7 @@ def _join(ring, from_plane, to_plane, ny, nz, table, many, triangles, cells, fac
     return triangles, cells, faces
 
 
-@nb.njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@compiled(nogil=True, fastmath=FAST, error_model="numpy")
 def march(stamp, P, xs_, ys_, zs_, level, tolerance, table_, many_, want_cells, progress):
     """The surface F = level on the lattice xs x ys x zs of even float32 coordinates about the program's origin.
 
