@@ -50,6 +50,8 @@ Flags = NDArray[np.bool_]
 
 PER_CELL = 24
 """Bytes of a cell of the lattice."""
+PER_SHARED = 500
+"""Bytes of one in an intersection box while it is worked on."""
 GROW = 40
 """Times that the boxes are enlarged at most, where their faces cut a polyhedron more than once within a cell's edge."""
 
@@ -76,7 +78,7 @@ class Retained:
     def __init__(
         self, program: FieldProgram, lattice: Lattice, threshold: float, residual: float, limit: int | None
     ) -> None:
-        self.program, self.threshold, self.residual = program, threshold, residual
+        self.program, self.threshold, self.residual, self.limit = program, threshold, residual, limit
         self.cell = lattice.cell
         span = lattice.span(program.bounds)
         refuse_beyond(limit, PER_CELL * float(np.prod(span[1] - span[0], dtype=np.float64)), "the lattice")
@@ -205,6 +207,8 @@ class Retained:
 
     def _inside(self) -> tuple[I64, I64, F64]:
         """Triangles of the boxes as vertex numbers; numbers of vertices and where they are."""
+        count = int((self.cells == SHARED).sum())
+        refuse_beyond(self.limit, PER_SHARED * float(count), f"polygonising {count} cells of intersection boxes")
         shared = np.argwhere(self.cells == SHARED)
         corner = pack(shared[:, None] + CORNER_OFFSETS)
         points, place = np.unique(corner, return_inverse=True)

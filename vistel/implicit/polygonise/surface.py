@@ -57,7 +57,10 @@ def polygonise(
     if lattice is None:
         lattice = Lattice.over(program.bounds, int(within("polygonise", "resolution", resolution, 2, 65536)))
     if keep_polygons:
-        mesh = Retained(program, lattice, threshold, residual / 2, limit).mesh()
+        made = Retained(program, lattice, threshold, residual / 2, limit)
+        if progress is not None:
+            progress(0.2)
+        mesh = made.mesh()
         if not len(mesh.triangles):
             raise never_reached(program, threshold)
         return mesh

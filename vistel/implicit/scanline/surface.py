@@ -255,11 +255,12 @@ def changed_leaves(a: FieldProgram, b: FieldProgram) -> NDArray[np.uint8]:
     if x["attribute"].shape != y["attribute"].shape or a.layout.textures or b.layout.textures:
         return np.ones(len(changed), np.uint8)
     changed |= (x["attribute"] != y["attribute"]).any(axis=1)
-    frames = [z["leaf"][:, FRAME] for z in (x, y)]
-    starts = [z["leaf"][:, START] for z in (x, y)]
-    if not (np.array_equal(*frames) and np.array_equal(*starts) and len(x["params"]) == len(y["params"])):
+    frames: list[I32] = [z["leaf"][:, FRAME] for z in (x, y)]
+    starts: list[I32] = [z["leaf"][:, START] for z in (x, y)]
+    same = np.array_equal(frames[0], frames[1]) and np.array_equal(starts[0], starts[1])
+    if not (same and len(x["params"]) == len(y["params"])):
         return np.ones(len(changed), np.uint8)
     if len(changed):
-        begins: NDArray[np.int64] = np.where(frames[0] >= 0, frames[0], starts[0]).astype(np.int64)
+        begins: Any = np.where(frames[0] >= 0, frames[0], starts[0])
         changed |= np.add.reduceat(x["params"] != y["params"], begins, dtype=np.int64) > 0
     return changed.astype(np.uint8)
