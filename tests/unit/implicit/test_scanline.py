@@ -12,9 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vistel.implicit as vi
+from vistel.implicit.lanes import store
 from vistel.implicit.pointers import keep, pointer
 from vistel.implicit.scanline import Picture, Scanline, render
-from vistel.implicit.scanline.lanes import load, store
+from vistel.implicit.scanline.lanes import load
 from vistel.implicit.scanline.shade import power
 from vistel.implicit.scene import Camera, Checker, Light, Material, Ripples, Scene, SceneError, encoded, ground
 from vistel.implicit.trace import RayCaster
@@ -244,7 +245,7 @@ def test_an_offset_far_from_the_origin_keeps_its_precision() -> None:
 
 @nb.njit
 def _powers(base: np.ndarray, exponent: np.ndarray, out: np.ndarray) -> None:
-    store(pointer(out), 0, power(load(pointer(base), 0), load(pointer(exponent), 0)))
+    store(pointer(out), power(load(pointer(base)), load(pointer(exponent))))
     keep(base, exponent, out)
 
 

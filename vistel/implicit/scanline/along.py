@@ -30,8 +30,9 @@ from typing import Any
 import numba as nb
 import numpy as np
 
+from vistel.implicit.lanes import bits, choose, least, most, store
 from vistel.implicit.pointers import at
-from vistel.implicit.scanline.lanes import WIDTH, bits, choose, least, load, most, nowhere, spread, store
+from vistel.implicit.scanline.lanes import WIDTH, first_lanes, load, spread
 
 ROW = 24
 KIND, WEIGHT, NEAR, FRAMED, A, U, K, L, M, FRAME = 0, 1, 2, 3, 4, 7, 10, 11, 12, 13
@@ -49,7 +50,7 @@ TINY, LARGE = F(1e-20), F(1e30)
 
 def inner(function: Callable[..., Any]) -> Any:
     """A function that kernels call."""
-    return nb.njit(nogil=True, error_model="numpy")(function)
+    return nb.njit(nogil=True, error_model="numpy", fastmath={"contract"})(function)
 
 
 
@@ -84,30 +85,30 @@ def prepare(p, ax, ay, ex, ey, e2, t):
         b = (-TWO * k) * (ex * fx + (ey * fy + fz))
         c = -k * e2
         reached = b * b - F(4.0) * a * c > ZERO
-        store(t, 0, choose(reached, a, -ONE))
-        store(t, WIDTH, choose(reached, b, ZERO))
-        store(t, 2 * WIDTH, choose(reached, c, ZERO))
+        store(t, choose(reached, a, -ONE))
+        store(at(t, WIDTH), choose(reached, b, ZERO))
+        store(at(t, 2 * WIDTH), choose(reached, c, ZERO))
         return bits(reached) != 0
     fx, fy, fz, gx, gy, gz = _own(p, ax, ay, ex, ey)
     if kind == POLYGON:
         for k, lane in enumerate((fx, fy, fz, gx, gy, gz)):
-            store(t, k * WIDTH, lane)
+            store(at(t, k * WIDTH), lane)
         return True
     m0, m1, m2 = fx * fx + fy * fy + fz * fz, fx * gx + fy * gy + fz * gz, gx * gx + gy * gy + gz * gz
     if kind == CONE:
-        store(t, 0, m0)
-        store(t, WIDTH, m1)
-        store(t, 2 * WIDTH, m2)
-        store(t, 3 * WIDTH, fx * p[U] + fy * p[U + 1] + fz * p[U + 2])
-        store(t, 4 * WIDTH, gx * p[U] + gy * p[U + 1] + gz * p[U + 2])
+        store(t, m0)
+        store(at(t, WIDTH), m1)
+        store(at(t, 2 * WIDTH), m2)
+        store(at(t, 3 * WIDTH), fx * p[U] + fy * p[U + 1] + fz * p[U + 2])
+        store(at(t, 4 * WIDTH), gx * p[U] + gy * p[U + 1] + gz * p[U + 2])
         return True
     k = p[K]
-    store(t, 0, ONE - k * m0)
-    store(t, WIDTH, (-TWO * k) * m1)
-    store(t, 2 * WIDTH, -k * m2)
+    store(t, ONE - k * m0)
+    store(at(t, WIDTH), (-TWO * k) * m1)
+    store(at(t, 2 * WIDTH), -k * m2)
     if kind == SPHYLINDER:
-        store(t, 3 * WIDTH, p[L] * (fx * p[U] + fy * p[U + 1] + fz * p[U + 2]))
-        store(t, 4 * WIDTH, p[L] * (gx * p[U] + gy * p[U + 1] + gz * p[U + 2]))
+        store(at(t, 3 * WIDTH), p[L] * (fx * p[U] + fy * p[U + 1] + fz * p[U + 2]))
+        store(at(t, 4 * WIDTH), p[L] * (gx * p[U] + gy * p[U + 1] + gz * p[U + 2]))
     return True
 
 
@@ -128,7 +129,7 @@ def _polygon_at(p, corners, x, y):
     """Offset of points (x, y) from the closest points of a convex polygon, 0 inside it."""
     first, count = int(p[L]), int(p[M])
     best, dx, dy = spread(LARGE), spread(ZERO), spread(ZERO)
-    outside = nowhere()
+    outside = first_lanes(0)
     bx, by = corners[2 * (first + count - 1)], corners[2 * (first + count - 1) + 1]
     for j in range(first, first + count):
         cx, cy = corners[2 * j], corners[2 * j + 1]
@@ -149,23 +150,23 @@ def along(p, corners, t, s):
     """q and dq/ds at s."""
     kind = p[KIND]
     if kind == SPHERE:
-        sc = s * load(t, 2 * WIDTH)
-        b = load(t, WIDTH)
-        return load(t, 0) + s * (b + sc), b + (sc + sc)
+        sc = s * load(at(t, 2 * WIDTH))
+        b = load(at(t, WIDTH))
+        return load(t) + s * (b + sc), b + (sc + sc)
     if kind == SPHYLINDER:
-        sc = s * load(t, 2 * WIDTH)
-        b, f1 = load(t, WIDTH), load(t, 4 * WIDTH)
-        foot = load(t, 3 * WIDTH) + s * f1
+        sc = s * load(at(t, 2 * WIDTH))
+        b, f1 = load(at(t, WIDTH)), load(at(t, 4 * WIDTH))
+        foot = load(at(t, 3 * WIDTH)) + s * f1
         h = p[M] * _clamp(foot, ZERO, ONE)
         over = foot + foot - _clamp(foot, ZERO, ONE)
-        return load(t, 0) + s * (b + sc) + h * over, b + (sc + sc) + TWO * f1 * h
+        return load(t) + s * (b + sc) + h * over, b + (sc + sc) + TWO * f1 * h
     if kind == CONE:
-        m1, m2, x1 = load(t, WIDTH), load(t, 2 * WIDTH), load(t, 4 * WIDTH)
-        foot, d2, over = _cone_at(p, load(t, 0), m1, m2, load(t, 3 * WIDTH), x1, s)
+        m1, m2, x1 = load(at(t, WIDTH)), load(at(t, 2 * WIDTH)), load(at(t, 4 * WIDTH))
+        foot, d2, over = _cone_at(p, load(t), m1, m2, load(at(t, 3 * WIDTH)), x1, s)
         return ONE - d2 * over, -TWO * (m1 + s * m2 - foot * x1) * over
-    gx, gy, gz = load(t, 3 * WIDTH), load(t, 4 * WIDTH), load(t, 5 * WIDTH)
-    z = load(t, 2 * WIDTH) + s * gz
-    dx, dy = _polygon_at(p, corners, load(t, 0) + s * gx, load(t, WIDTH) + s * gy)
+    gx, gy, gz = load(at(t, 3 * WIDTH)), load(at(t, 4 * WIDTH)), load(at(t, 5 * WIDTH))
+    z = load(at(t, 2 * WIDTH)) + s * gz
+    dx, dy = _polygon_at(p, corners, load(t) + s * gx, load(at(t, WIDTH)) + s * gy)
     return ONE - p[K] * (dx * dx + dy * dy + z * z), (-TWO * p[K]) * (dx * gx + dy * gy + z * gz)
 
 
@@ -191,19 +192,20 @@ def summit(p, corners, t, over_e2):
     """Where q is highest along each ray, and how high; also kept in the terms. over_e2: 1 / |E|^2."""
     kind = p[KIND]
     if kind == SPHERE and p[FRAMED] == ZERO:
-        a, b = load(t, 0), load(t, WIDTH)
+        a, b = load(t), load(at(t, WIDTH))
         s = b * (p[HALF_SQUARE] * over_e2)
         q = a + HALF * s * b
         s = choose(q > ZERO, s, LARGE)
     elif kind == SPHERE:
-        a, b, c = load(t, 0), load(t, WIDTH), load(t, 2 * WIDTH)
+        a, b, c = load(t), load(at(t, WIDTH)), load(at(t, 2 * WIDTH))
         s = choose(c < ZERO, b / (F(-2.0) * c), LARGE)
         q = choose(c < ZERO, a + HALF * s * b, -ONE)
     elif kind == SPHYLINDER:
-        s, q = _segment_summit(load(t, 0), load(t, WIDTH), load(t, 2 * WIDTH), load(t, 3 * WIDTH), load(t, 4 * WIDTH), p[M])
+        m0, m1, m2 = load(t), load(at(t, WIDTH)), load(at(t, 2 * WIDTH))
+        s, q = _segment_summit(m0, m1, m2, load(at(t, 3 * WIDTH)), load(at(t, 4 * WIDTH)), p[M])
     elif kind == CONE:
-        m0, m1, m2 = load(t, 0), load(t, WIDTH), load(t, 2 * WIDTH)
-        x0, x1 = load(t, 3 * WIDTH), load(t, 4 * WIDTH)
+        m0, m1, m2 = load(t), load(at(t, WIDTH)), load(at(t, 2 * WIDTH))
+        x0, x1 = load(at(t, 3 * WIDTH)), load(at(t, 4 * WIDTH))
         d0, d1 = p[K] + p[M] * x0, p[M] * x1
         r0, r1, r2 = m0 - x0 * x0, m1 - x0 * x1, m2 - x1 * x1
         # rho / (r + k x)^2 is stationary where this linear function of s vanishes.
@@ -218,8 +220,8 @@ def summit(p, corners, t, over_e2):
             found = _better(found, s, ONE - d2 * over)
         s, q = found
     else:
-        fx, fy, fz = load(t, 0), load(t, WIDTH), load(t, 2 * WIDTH)
-        gx, gy, gz = load(t, 3 * WIDTH), load(t, 4 * WIDTH), load(t, 5 * WIDTH)
+        fx, fy, fz = load(t), load(at(t, WIDTH)), load(at(t, 2 * WIDTH))
+        gx, gy, gz = load(at(t, 3 * WIDTH)), load(at(t, 4 * WIDTH)), load(at(t, 5 * WIDTH))
         first, count, k = int(p[L]), int(p[M]), p[K]
         slant = gz * gz > TINY
         s = -fz / choose(slant, gz, ONE)
@@ -238,8 +240,8 @@ def summit(p, corners, t, over_e2):
                                    k * l2)  # fmt: skip
             found = _better(found, s, q)
         s, q = found
-    store(t, SUMMIT, s)
-    store(t, PEAK, q)
+    store(at(t, SUMMIT), s)
+    store(at(t, PEAK), q)
     return s, q
 
 
@@ -250,7 +252,7 @@ def gradient(p, corners, t, ax, ay, ex, ey, s):
     if kind == SPHERE and p[FRAMED] == ZERO:
         scale = -TWO * p[K]
         px, py, pz = ax + s * ex, ay + s * ey, s
-        q = load(t, 0) + s * (load(t, WIDTH) + s * load(t, 2 * WIDTH))
+        q = load(t) + s * (load(at(t, WIDTH)) + s * load(at(t, 2 * WIDTH)))
         return q, scale * (px - p[A]), scale * (py - p[A + 1]), scale * (pz - p[A + 2])
     fx, fy, fz, gx, gy, gz = _own(p, ax, ay, ex, ey)
     x, y, z = fx + s * gx, fy + s * gy, fz + s * gz
@@ -258,13 +260,13 @@ def gradient(p, corners, t, ax, ay, ex, ey, s):
         x, y = _polygon_at(p, corners, x, y)
         over = spread(p[K])
     elif kind == CONE:
-        foot, _d2, over = _cone_at(p, load(t, 0), load(t, WIDTH), load(t, 2 * WIDTH), load(t, 3 * WIDTH),
-                                  load(t, 4 * WIDTH), s)  # fmt: skip
+        foot, _d2, over = _cone_at(p, load(t), load(at(t, WIDTH)), load(at(t, 2 * WIDTH)), load(at(t, 3 * WIDTH)),
+                                  load(at(t, 4 * WIDTH)), s)  # fmt: skip
         x, y, z = x - foot * p[U], y - foot * p[U + 1], z - foot * p[U + 2]
     else:
         over = spread(p[K])
         if kind == SPHYLINDER:
-            h = _clamp(load(t, 3 * WIDTH) + s * load(t, 4 * WIDTH), ZERO, ONE)
+            h = _clamp(load(at(t, 3 * WIDTH)) + s * load(at(t, 4 * WIDTH)), ZERO, ONE)
             x, y, z = x - h * p[U], y - h * p[U + 1], z - h * p[U + 2]
     q = ONE - over * (x * x + y * y + z * z)
     over = -TWO * over

@@ -16,14 +16,14 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numba as nb
+from vistel.implicit.kernel_jit import compiled
 
 INF = math.inf
 
 
 def scalar(function: Callable[..., Any]) -> Any:
     """A function of single numbers, kept compiled on disk."""
-    return nb.njit(cache=True, nogil=True, error_model="numpy")(function)
+    return compiled(nogil=True, error_model="numpy", fastmath={"contract"})(function)
 
 
 @scalar

@@ -35,7 +35,7 @@ def _clipped(corners, out):
 
 
 @kernel
-def draw_triangles(stamp, corners, view, width, depth, owner):
+def draw_triangles(corners, view, width, depth, owner):
     """Triangles (m, 3, 3) of eye space into depth (height, columns), from the program's origin, LARGE where there is
     none, and owner (height, columns): which triangle is nearest, -1 for none. Only what lies beyond the eye is drawn."""
     height = depth.shape[0]
@@ -83,7 +83,7 @@ def draw_triangles(stamp, corners, view, width, depth, owner):
 
 
 @kernel
-def cover_depths(stamp, forms, points, triangles, rows, span_at, spans, view, wanted, near, far):
+def cover_depths(forms, points, triangles, rows, span_at, spans, view, wanted, near, far):
     """The z-span of each wanted pixel (height, width): from the first primitive's realm to where the last ends [m]."""
     perspective = view[PERSPECTIVE] != 0.0
     near[:] = math.inf
@@ -104,7 +104,7 @@ def cover_depths(stamp, forms, points, triangles, rows, span_at, spans, view, wa
 
 
 @kernel
-def keep_nearer(stamp, depth, normal, other_depth, other_normal, dirty):
+def keep_nearer(depth, normal, other_depth, other_normal, dirty):
     """Take over, in dirty groups, pixels of another surface that lie before this one's (depths as of `sweep`)."""
     height, groups = dirty.shape
     for y in range(height):

@@ -12,7 +12,6 @@ from vistel.implicit.program import FieldProgram, compile
 from vistel.implicit.scanline.along import LARGE
 from vistel.implicit.scanline.polygons import draw_triangles
 from vistel.implicit.scanline.shade import LAMP_WORDS, LOOKS, shade
-from vistel.implicit.scanline.stamp import stamp
 from vistel.implicit.scanline.surface import Surface
 from vistel.implicit.scanline.view import View
 from vistel.implicit.scene import Scene, SceneError
@@ -112,7 +111,7 @@ class Scanline:
             thing = np.empty((height, width), np.int8)
         else:
             light, far, thing = self._last.light.copy(), self._last.depth.copy(), self._last.thing.copy()
-        shade(stamp(), depth, normal, look, constants is not None, self.view.numbers, self._lamps,
+        shade(depth, normal, look, constants is not None, self.view.numbers, self._lamps,
               np.array(self.scene.background, np.float32), dirty, light, far, thing)  # fmt: skip
         if self.scene.meshes:
             thing += (thing == 1) & (self._meshes.depth[:, :width] <= depth[2:, :width])
@@ -146,7 +145,7 @@ class Scanline:
         if self.scene.meshes:
             corners = np.concatenate([m.vertices[m.triangles] for m in self.scene.meshes])
             corners = (corners - self._origin) @ self.view.frame.T + self.view.numbers[5:8]
-            draw_triangles(stamp(), corners, self.view.numbers, self.size[0], depth, owner)
+            draw_triangles(corners, self.view.numbers, self.size[0], depth, owner)
         return _Meshes(depth, owner)
 
     @cached_property

@@ -6,25 +6,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from vistel.implicit.lanes import bits, choose, inverse_root, most, store, whole
 from vistel.implicit.pointers import at, keep, pointer
 from vistel.implicit.scanline.along import LARGE, ONE, ZERO, F, inner
 from vistel.implicit.scanline.eye import DX, DY, OX, OY, OZ, PERSPECTIVE, X0, Y0
 from vistel.implicit.scanline.lanes import (
     WIDTH,
-    bits,
-    choose,
-    estimates,
     exponent,
-    inverse_root,
     load,
     mantissa,
-    most,
     power_of_two,
     spread,
-    store,
     store_bytes,
     store_three,
-    whole,
 )
 from vistel.implicit.scanline.sweep import kernel
 
@@ -82,13 +76,12 @@ def _unload(light, far, thing, y, first, tail_light, tail_far, tail_thing):
 
 
 @kernel
-def shade(stamp, depth_, normal_, look_, uniform, view, lamps, background, dirty, light_, far_, thing_):
+def shade(depth_, normal_, look_, uniform, view, lamps, background, dirty, light_, far_, thing_):
     """Light (height, width, 3), depth from the eye (height, width) and 1 for a surface, of the dirty groups.
 
     depth, normal: see `sweep`, the normal of any length and side; look: (LOOKS, height, columns), or (LOOKS, 1, 1) where
     `uniform`; lamps: (m, LAMP_WORDS) float32; background: (3,) float32.
     """
-    estimates()
     width = light_.shape[1]
     height, groups = dirty.shape
     columns = groups * WIDTH
@@ -116,21 +109,21 @@ def shade(stamp, depth_, normal_, look_, uniform, view, lamps, background, dirty
             light, far, thing = at(all_light, 3 * to), at(all_far, to), at(all_thing, to)
             if not whole_:
                 light, far, thing = pointer(tail_light), pointer(tail_far), pointer(tail_thing)
-            s = load(depth, here + 2 * columns)
+            s = load(at(depth, here + 2 * columns))
             seen = s < LARGE
             store_bytes(thing, 0, seen)
-            store(far, 0, choose(seen, s + F(view[OZ]), F(np.inf)))
+            store(far, choose(seen, s + F(view[OZ]), F(np.inf)))
             if bits(seen) == 0:
                 store_three(light, 0, br, bg, bb)
                 if not whole_:
                     _unload(light_, far_, thing_, y, g * WIDTH, tail_light, tail_far, tail_thing)
                 continue
             s = choose(seen, s, ZERO)
-            ax, ex = load(lanes, g * WIDTH), load(lanes, columns + g * WIDTH)
+            ax, ex = load(at(lanes, g * WIDTH)), load(at(lanes, columns + g * WIDTH))
             px, py, pz = ax + s * ex, ay + s * ey, s
             over = inverse_root(ex * ex + (ey * ey + ONE))
             vx, vy, vz = ex * over, ey * over, over
-            nx, ny, nz = load(normal, here), load(normal, plane + here), load(normal, 2 * plane + here)
+            nx, ny, nz = load(at(normal, here)), load(at(normal, plane + here)), load(at(normal, 2 * plane + here))
             over = inverse_root(most(_dot(nx, ny, nz, nx, ny, nz), F(1e-30)))
             over = choose(_dot(nx, ny, nz, vx, vy, vz) > ZERO, -over, over)
             nx, ny, nz = nx * over, ny * over, nz * over
@@ -140,9 +133,9 @@ def shade(stamp, depth_, normal_, look_, uniform, view, lamps, background, dirty
                 specular, shininess = spread(look[SPECULAR]), spread(look[SHININESS])
             else:
                 own = at(look, here)
-                r, gr, b = load(own, 0), load(own, plane), load(own, 2 * plane)
-                ambient, diffuse = load(own, AMBIENT * plane), load(own, DIFFUSE * plane)
-                specular, shininess = load(own, SPECULAR * plane), load(own, SHININESS * plane)
+                r, gr, b = load(own), load(at(own, plane)), load(at(own, 2 * plane))
+                ambient, diffuse = load(at(own, AMBIENT * plane)), load(at(own, DIFFUSE * plane))
+                specular, shininess = load(at(own, SPECULAR * plane)), load(at(own, SHININESS * plane))
             lr, lg, lb = ambient * r, ambient * gr, ambient * b
             shines = bits(specular > ZERO) != 0
             for k in range(lamps.shape[0]):

@@ -13,6 +13,7 @@ Three ways, each for the lanes the one before leaves over:
 
 from __future__ import annotations
 
+from vistel.implicit.lanes import absolute, bits, choose, largest, least, most, root, store
 from vistel.implicit.pointers import at
 from vistel.implicit.scanline.along import (
     CONE,
@@ -39,19 +40,7 @@ from vistel.implicit.scanline.along import (
     inner,
     summit,
 )
-from vistel.implicit.scanline.lanes import (
-    bits,
-    choose,
-    highest,
-    least,
-    load,
-    most,
-    nowhere,
-    root,
-    size,
-    spread,
-    store,
-)
+from vistel.implicit.scanline.lanes import first_lanes, load, spread
 
 EXACT = F(2e-6)
 ROUNDS, BACK = 4, 6
@@ -82,16 +71,16 @@ def _coherent(table, corners, order, count, terms, threshold, resolution, s, tod
 
     After a small step the error is of the second order, and no further field is asked for.
     """
-    found, sure = nowhere(), nowhere()
+    found, sure = first_lanes(0), first_lanes(0)
     for _ in range(ROUNDS):
-        f, df, low = _field(table, corners, order, count, terms, s, highest(choose(todo, s, -LARGE)))
+        f, df, low = _field(table, corners, order, count, terms, s, largest(choose(todo, s, -LARGE)))
         steep = df > FLOOR
         step = (f - threshold) / choose(steep, df, ONE)
         todo = todo & steep
-        new = todo & (size(step) < F(8.0) * resolution)
+        new = todo & (absolute(step) < F(8.0) * resolution)
         s = choose(todo, s - step, s)
         found, sure = found | new, sure | (new & (low >= ZERO))
-        todo = todo & ~new & (size(step) < F(256.0) * resolution)
+        todo = todo & ~new & (absolute(step) < F(256.0) * resolution)
         if bits(todo) == 0:
             break
     return s, found, sure
@@ -122,7 +111,7 @@ def _certain(table, corners, order, count, terms, threshold, s, todo):
     From s back: on intervals [p, s] F must only rise or be bounded below T, until at some p the fallen with all of
     their peaks and the others with what they have at p, the most they had so far, stay below T.
     """
-    reach = highest(s)
+    reach = largest(s)
     peaks, fallen, slope = spread(ZERO), spread(ZERO), spread(ZERO)
     used = 0
     for j in range(count):
@@ -130,29 +119,29 @@ def _certain(table, corners, order, count, terms, threshold, s, todo):
         if p[NEAR] > reach:
             break
         used += 1
-        w, peak = p[WEIGHT], most(load(t, PEAK), ZERO)
-        falls = load(t, SUMMIT) < s
+        w, peak = p[WEIGHT], most(load(at(t, PEAK)), ZERO)
+        falls = load(at(t, SUMMIT)) < s
         q, dq = along(p, corners, t, s)
         q = choose(peak > ZERO, most(q, ZERO), ZERO)
-        store(t, HIGH_Q, q)
-        store(t, HIGH_SLOPE, dq)
+        store(at(t, HIGH_Q), q)
+        store(at(t, HIGH_SLOPE), dq)
         wq = w * q
         peaks, fallen = peaks + choose(falls, w * peak * peak, ZERO), fallen + choose(falls, wq * q, ZERO)
         slope = slope + choose(falls, ZERO, wq * dq)
     stride = F(0.65) * (peaks - fallen) / most(slope, TINY)
-    sure = nowhere()
+    sure = first_lanes(0)
     for _ in range(BACK):
         low = s - stride
         bound, top = spread(ZERO), spread(ZERO)
         least_slope, most_slope = spread(ZERO), spread(ZERO)
         for j in range(used):
             p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
-            w, x, peak = p[WEIGHT], load(t, SUMMIT), most(load(t, PEAK), ZERO)
+            w, x, peak = p[WEIGHT], load(at(t, SUMMIT)), most(load(at(t, PEAK)), ZERO)
             a, da = along(p, corners, t, low)
             a = choose(peak > ZERO, most(a, ZERO), ZERO)
-            store(t, LOW_Q, a)
-            store(t, LOW_SLOPE, da)
-            b, db = load(t, HIGH_Q), load(t, HIGH_SLOPE)
+            store(at(t, LOW_Q), a)
+            store(at(t, LOW_SLOPE), da)
+            b, db = load(at(t, HIGH_Q)), load(at(t, HIGH_SLOPE))
             until = choose(x < low, peak, a)
             # With its summit in between q has been up to its peak.
             large = choose(x < s, choose(x > low, peak, a), b)
@@ -167,8 +156,8 @@ def _certain(table, corners, order, count, terms, threshold, s, todo):
         s, stride = choose(proven, low, s), choose(proven, TWO * stride, F(0.35) * stride)
         for j in range(used):
             t = at(terms, TERMS * j)
-            store(t, HIGH_Q, choose(proven, load(t, LOW_Q), load(t, HIGH_Q)))
-            store(t, HIGH_SLOPE, choose(proven, load(t, LOW_SLOPE), load(t, HIGH_SLOPE)))
+            store(at(t, HIGH_Q), choose(proven, load(at(t, LOW_Q)), load(at(t, HIGH_Q))))
+            store(at(t, HIGH_SLOPE), choose(proven, load(at(t, LOW_SLOPE)), load(at(t, HIGH_SLOPE))))
     return sure, s
 
 
@@ -176,17 +165,17 @@ def _certain(table, corners, order, count, terms, threshold, s, todo):
 def _bracketed(table, corners, order, count, terms, threshold, low, high, s, todo):
     """The root between `low` (F < T) and `high` (F >= T), Newton kept inside by bisection."""
     for _ in range(40):
-        f, df, _least = _field(table, corners, order, count, terms, s, highest(choose(todo, s, -LARGE)))
+        f, df, _least = _field(table, corners, order, count, terms, s, largest(choose(todo, s, -LARGE)))
         gap = f - threshold
         above = gap >= ZERO
         high, low = choose(todo & above, s, high), choose(todo & ~above, s, low)
-        near = size(gap) < EXACT
+        near = absolute(gap) < EXACT
         step = s - gap / choose(df > TINY, df, ONE)
         inside = (step >= low) & (step <= high) & (df > TINY)
         middle = HALF * (low + high)
         # Far below the root F is flat and Newton leaps past it: halve instead.
         step = choose(inside, step, middle)
-        moved = size(step - s) > F(1e-6)
+        moved = absolute(step - s) > F(1e-6)
         s = choose(todo, step, s)
         todo = todo & ~near & moved
         if bits(todo) == 0:
@@ -199,7 +188,7 @@ def _in_reach(order, count, terms, few, todo):
     """The primitives that any of some rays comes into reach of: their places among `count`, into few; how many."""
     n = 0
     for j in range(count):
-        if bits(todo & (load(terms, TERMS * j + PEAK) > ZERO)) != 0:
+        if bits(todo & (load(at(terms, TERMS * j + PEAK)) > ZERO)) != 0:
             few[n] = j
             n += 1
     return n
@@ -216,15 +205,16 @@ def _step(table, corners, order, few, count, terms, low, high, moved):
     for k in range(count):
         j = few[k]
         p, t = at(table, ROW * order[j]), at(terms, TERMS * j)
-        a, da = choose(moved, load(t, HIGH_Q), load(t, LOW_Q)), choose(moved, load(t, HIGH_SLOPE), load(t, LOW_SLOPE))
-        store(t, LOW_Q, a)
-        store(t, LOW_SLOPE, da)
-        w, x, peak = p[WEIGHT], load(t, SUMMIT), load(t, PEAK)
+        a = choose(moved, load(at(t, HIGH_Q)), load(at(t, LOW_Q)))
+        da = choose(moved, load(at(t, HIGH_SLOPE)), load(at(t, LOW_SLOPE)))
+        store(at(t, LOW_Q), a)
+        store(at(t, LOW_SLOPE), da)
+        w, x, peak = p[WEIGHT], load(at(t, SUMMIT)), load(at(t, PEAK))
         reached = peak > ZERO
         b, db = along(p, corners, t, high)
         b = choose(reached, most(b, ZERO), ZERO)
-        store(t, HIGH_Q, b)
-        store(t, HIGH_SLOPE, db)
+        store(at(t, HIGH_Q), b)
+        store(at(t, HIGH_SLOPE), db)
         last = choose(reached, most(last, x), last)
         large = choose(reached & (x > low) & (x < high), peak, most(a, b))
         top, begin, end = top + w * large * large, begin + w * a * a, end + w * b * b
@@ -242,11 +232,11 @@ def _search(table, corners, order, few, count, terms, threshold, low, until, res
     which have none before `until`."""
     count = _in_reach(order, count, terms, few, todo)
     # The first call only asks for q at `low` and for the last summit, past which F only falls.
-    _t, _e, _r, limit = _step(table, corners, order, few, count, terms, low, low, nowhere())
+    _t, _e, _r, limit = _step(table, corners, order, few, count, terms, low, low, first_lanes(0))
     limit = least(limit, until)
     clear = todo & (low >= limit)
     todo = todo & (low < limit)
-    found, safe, high = nowhere(), todo, choose(todo, F(0.75) * low + F(0.25) * limit, low)
+    found, safe, high = first_lanes(0), todo, choose(todo, F(0.75) * low + F(0.25) * limit, low)
     for _ in range(STEPS):
         if bits(todo) == 0:
             break
@@ -275,7 +265,7 @@ def first_root(table, corners, order, few, count, terms, threshold, guess, known
     root at most [m].
     """
     s = choose(known, guess, ZERO)
-    hit, maybe = nowhere(), nowhere()
+    hit, maybe = first_lanes(0), first_lanes(0)
     if bits(known & live) != 0:
         s, maybe, hit = _coherent(table, corners, order, count, terms, threshold, resolution, s, known & live)
     todo = live & ~hit
@@ -303,7 +293,7 @@ def first_root(table, corners, order, few, count, terms, threshold, guess, known
         if bits(todo) == 0:
             return s, hit
     low, high = spread(at(table, ROW * order[0])[NEAR]), choose(todo, first, ZERO)
-    f, _df, _low = _field(table, corners, order, count, terms, high, highest(choose(todo, high, -LARGE)))
+    f, _df, _low = _field(table, corners, order, count, terms, high, largest(choose(todo, high, -LARGE)))
     sure = todo & (f >= threshold)
     rest = todo & ~sure
     if bits(rest) != 0:

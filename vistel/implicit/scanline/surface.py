@@ -13,7 +13,6 @@ from vistel.implicit.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, L
 from vistel.implicit.program import FieldProgram
 from vistel.implicit.scanline import along, eye, sweep
 from vistel.implicit.scanline.polygons import cover_depths, keep_nearer
-from vistel.implicit.scanline.stamp import stamp
 from vistel.implicit.scanline.view import Outlines, View
 from vistel.implicit.trace import RayCaster
 
@@ -142,7 +141,7 @@ class Surface:
         )  # fmt: skip
         return Plan(
             *sweep.plan(
-                stamp(), a["leaf"], a["scale"], a["params"], lines.rows, lines.points, lines.edges, self.view.frame,
+                a["leaf"], a["scale"], a["params"], lines.rows, lines.points, lines.edges, self.view.frame,
                 self.view.numbers, *self.view.size, changed, *kept
             )
         )  # fmt: skip
@@ -168,7 +167,7 @@ class Surface:
             self._sweep(leaves, dirty, depth, normal)
         self._clear(dirty)
         for depth, normal in self._parts[: len(self._sums)]:
-            keep_nearer(stamp(), self.depth, self.normal, depth, normal, dirty)
+            keep_nearer(self.depth, self.normal, depth, normal, dirty)
 
     def _sweep(self, leaves: slice, dirty: NDArray[np.uint8], depth: F32, normal: F32) -> None:
         plan = self._plan
@@ -176,7 +175,7 @@ class Surface:
         order = np.arange(leaves.start, leaves.stop, dtype=np.int32)
         order = order[np.argsort(plan.table[leaves, along.NEAR], kind="stable")]
         sweep.sweep(
-            stamp(), plan.table, self._corners, order, plan.rows, plan.span_at, plan.spans, self.view.numbers,
+            plan.table, self._corners, order, plan.rows, plan.span_at, plan.spans, self.view.numbers,
             self.view.size[0], np.float32(self.threshold), np.float32(self._resolution), dirty, depth, normal,
             self.counts
         )  # fmt: skip
@@ -213,7 +212,7 @@ class Surface:
         width, height = view.size
         wanted = np.repeat(dirty != 0, 16, axis=1)[:, :width]
         near, far = np.empty((height, width)), np.empty((height, width))
-        cover_depths(stamp(), plan.forms, plan.points, self._outlines.triangles, plan.rows, plan.span_at, plan.spans,
+        cover_depths(plan.forms, plan.points, self._outlines.triangles, plan.rows, plan.span_at, plan.spans,
                      view.numbers, wanted, near, far)  # fmt: skip
         self._clear(dirty)
         rows, columns = np.nonzero(far >= np.maximum(near, 0.0))

@@ -12,9 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numba as nb
 import numpy as np
 
+from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.lanes import absolute, bits, choose, largest, most, store
 from vistel.implicit.pointers import at, keep, pointer
 from vistel.implicit.scanline.along import LARGE, NEAR, ONE, ROW, TERMS, WEIGHT, ZERO, F, gradient, inner, prepare
 from vistel.implicit.scanline.eye import (
@@ -31,13 +32,13 @@ from vistel.implicit.scanline.eye import (
     cover_rows,
     to_eye,
 )
-from vistel.implicit.scanline.lanes import WIDTH, bits, choose, highest, load, mask_of, most, size, spread, store
+from vistel.implicit.scanline.lanes import WIDTH, lanes_of_bits, load, spread
 from vistel.implicit.scanline.solve import first_root
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """A function that Python calls, kept compiled on disk."""
-    return nb.njit(cache=True, nogil=True, error_model="numpy")(function)
+    return compiled(nogil=True, error_model="numpy", fastmath={"contract"})(function)
 
 
 GROUPS, PAIRS = range(2)
@@ -45,7 +46,7 @@ GROUPS, PAIRS = range(2)
 
 
 @kernel
-def plan(stamp, leaf, scale, params, outline, hull, edges, frame, view, width, height, changed, old_rows, old_at,
+def plan(leaf, scale, params, outline, hull, edges, frame, view, width, height, changed, old_rows, old_at,
          old_spans):  # fmt: skip
     """Primitives in eye space, the rows each covers (n, 2), and its columns in each: spans (k, 2) from span_at (n + 1).
 
@@ -103,8 +104,8 @@ def _starts(rows, order, height):
 @inner
 def _set(depth, here, value):
     """Write lanes of depth; whether they were others before."""
-    old = load(depth, here)
-    store(depth, here, value)
+    old = load(at(depth, here))
+    store(at(depth, here), value)
     return bits((old < value) | (old > value)) != 0
 
 
@@ -112,7 +113,7 @@ def _set(depth, here, value):
 def _surface(table, corners, order, count, terms, ax, ay, ex, ey, s):
     """Sum of the primitives' gradients at s: eye space, three lanes."""
     gx, gy, gz = spread(ZERO), spread(ZERO), spread(ZERO)
-    reach = highest(s)
+    reach = largest(s)
     for j in range(count):
         p = at(table, ROW * order[j])
         if p[NEAR] > reach:
@@ -124,7 +125,7 @@ def _surface(table, corners, order, count, terms, ax, ay, ex, ey, s):
 
 
 @kernel
-def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, threshold, resolution, dirty, depth_, normal_,
+def sweep(table_, corners_, order, rows, span_at, spans, view, width, threshold, resolution, dirty, depth_, normal_,
           counts):  # fmt: skip
     """Draw the dirty groups of a picture, and mark and draw those below groups whose depths change.
 
@@ -215,7 +216,7 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
                 room = 2 * many
                 kept_, terms_ = np.empty(2 * room, np.int32), np.empty(room * TERMS, np.float32)
             kept, terms = pointer(kept_), pointer(terms_)
-            ax, ex = load(lanes, g * WIDTH), load(lanes, columns + g * WIDTH)
+            ax, ex = load(at(lanes, g * WIDTH)), load(at(lanes, columns + g * WIDTH))
             e2 = ex * ex + (ey * ey + ONE)
             count = 0
             for k in range(from_, end_at):
@@ -229,11 +230,11 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
                 if _set(depth, here, spread(LARGE)):
                     changed[g] |= 2
                 continue
-            above, before = load(depth, here - columns), load(depth, here - 2 * columns)
+            above, before = load(at(depth, here - columns)), load(at(depth, here - 2 * columns))
             known = above < LARGE
             turn = above - before
-            guess = above + choose(size(turn) < resolution * F(64.0), turn, ZERO)
-            within = mask_of((1 << min(width - g * WIDTH, WIDTH)) - 1)
+            guess = above + choose(absolute(turn) < resolution * F(64.0), turn, ZERO)
+            within = lanes_of_bits((1 << min(width - g * WIDTH, WIDTH)) - 1)
             s, hit = first_root(table, corners, kept, at(kept, room), count, terms, threshold, guess, known, within, e2, resolution)
             if _set(depth, here, choose(hit, s, LARGE)):
                 changed[g] |= 2
@@ -242,7 +243,7 @@ def sweep(stamp, table_, corners_, order, rows, span_at, spans, view, width, thr
             s = choose(hit, s, -LARGE)
             gx, gy, gz = _surface(table, corners, kept, count, terms, ax, ay, ex, ey, s)
             place = y * columns + g * WIDTH
-            store(normal, place, -gx)
-            store(normal, plane + place, -gy)
-            store(normal, 2 * plane + place, -gz)
+            store(at(normal, place), -gx)
+            store(at(normal, plane + place), -gy)
+            store(at(normal, 2 * plane + place), -gz)
     keep(table_, corners_, depth_, normal_, lanes_, kept_, terms_)
