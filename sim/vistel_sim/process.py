@@ -18,16 +18,26 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.conference.model import Conference, ConferenceError, Participant, Prop, Site, load
+from vistel.conference.model import (
+    Conference,
+    ConferenceError,
+    Participant,
+    Prop,
+    PropTracker,
+    Site,
+    TrackerConfig,
+    load,
+)
 from vistel.conference.paths import RunPaths
 from vistel.figure.sensors import Placement
 from vistel.space.room import meeting_room
 from vistel.wire import event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim.cyberglove import CyberGlove
-from vistel_sim.device import SimulatedDevice, run_devices
-from vistel_sim.fastrak import Fastrak
+from vistel_sim.device import Instrument, SimulatedDevice, run_devices
+from vistel_sim.fastrak import Fastrak, PoseSource
 from vistel_sim.faults import Fault, fault_from_text
+from vistel_sim.liberty import Liberty
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.source import prop_transmitter, receiver_on_prop
 
@@ -86,7 +96,7 @@ def _site_instruments(conference: Conference, site: Site, motion: BodyMotion):
             return receiver_on_prop(transmitter, prop.tracker, at)
 
         own = _seed(conference.seed, prop.device)
-        unit = Fastrak(pose, receivers=[prop.tracker.station], seed=own, restart_s=_RESTART_S)
+        unit = _tracker(prop.tracker, pose, [prop.tracker.station], own)
         yield prop.device, unit, prop.tracker.baud, own
 
 
@@ -99,7 +109,7 @@ def _instruments(person: Participant, seed: int, motion: BodyMotion):
             return motion.receivers(person.name, t_s)[roles[station]]
 
         own = _seed(seed, name)
-        unit = Fastrak(pose, receivers=sorted(roles), seed=own, restart_s=_RESTART_S)
+        unit = _tracker(person.tracker, pose, sorted(roles), own)
         yield name, unit, person.tracker.baud, own
     for side, glove in sorted(person.gloves.items()):
         if glove.port != "sim":
@@ -112,6 +122,14 @@ def _instruments(person: Participant, seed: int, motion: BodyMotion):
         own = _seed(seed, name)
         unit = CyberGlove(angles, sensors=glove.sensors, right=side == "right", seed=own, restart_s=_RESTART_S)
         yield name, unit, glove.baud, own
+
+
+def _tracker(config: TrackerConfig | PropTracker, pose: PoseSource, receivers: Sequence[int], seed: int) -> Instrument:
+    if config.kind == "fastrak":
+        return Fastrak(pose, receivers=receivers, seed=seed, restart_s=_RESTART_S)
+    return Liberty(
+        pose, model=config.kind, receivers=receivers, seed=seed, restart_s=_RESTART_S, baud=config.baud
+    )
 
 
 def _seed(seed: int, name: str) -> int:

@@ -41,10 +41,14 @@ class BusConfig(_Model):
     tls: Tls | None = None
 
 
-class _Fastrak(_Model):
-    """What is told of any Polhemus FASTRAK."""
+STATIONS = {"fastrak": 4, "liberty": 16, "patriot": 2}
+"""Receivers that a unit can have."""
 
-    kind: Literal["fastrak"] = "fastrak"
+
+class _Polhemus(_Model):
+    """What is told of any Polhemus tracker on a serial line."""
+
+    kind: Literal["fastrak", "liberty", "patriot"] = "fastrak"
     port: str = "sim"
     """Serial port, or "sim" for a simulated one."""
     baud: int = 115200
@@ -56,12 +60,21 @@ class _Fastrak(_Model):
     """The side of the transmitter on which the receivers stay, in its frame (+X forward, +Z down): above it."""
 
 
-class TrackerConfig(_Fastrak):
-    """A Polhemus FASTRAK on a person."""
+class TrackerConfig(_Polhemus):
+    """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person."""
 
     stations: dict[Literal["chest", "head", "left_hand", "right_hand"], int] = {
         "chest": 1, "head": 2, "left_hand": 3, "right_hand": 4,
     }  # fmt: skip
+
+    @model_validator(mode="after")
+    def _has_the_stations(self) -> TrackerConfig:
+        most = STATIONS[self.kind]
+        if any(not 1 <= n <= most for n in self.stations.values()):
+            raise ValueError(
+                f"stations: a {self.kind} has stations 1..{most}; got {', '.join(map(str, self.stations.values()))}"
+            )
+        return self
 
 
 class GloveConfig(_Model):
@@ -84,7 +97,8 @@ class Participant(_Model):
     """Which seat of the room; -1 takes the next free one."""
     height: float = Field(default=1.75, ge=0.5, le=2.6)
     avatar: str = "builtin"
-    """"builtin" (made from the name), "builtin:seed=3", or a file."""
+    """"builtin" (made from the name), "builtin:seed=3", or a file: .usda, .usdc or .usdz, beside the conference file or in
+    the avatar folder. Others hear its name only, and need the file too."""
     tracker: TrackerConfig | None = TrackerConfig()
     gloves: dict[Literal["left", "right"], GloveConfig] = {"left": GloveConfig(), "right": GloveConfig()}
     motion: str | None = None
@@ -92,8 +106,8 @@ class Participant(_Model):
     "clay")."""
 
 
-class PropTracker(_Fastrak):
-    """A Polhemus FASTRAK with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
+class PropTracker(_Polhemus):
+    """A Polhemus tracker with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
     site's first participant."""
 
     station: int = Field(default=1, ge=1, le=4)
@@ -299,10 +313,32 @@ def load(path: Path) -> Conference:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
         raise ConferenceError(f"{path}: not valid TOML: {e}") from e
     try:
-        return Conference.model_validate(data)
+        return _with_avatar_files(Conference.model_validate(data), path.parent)
     except ValidationError as e:
         lines = [f"{path}: {_key(err['loc'])}: {err['msg']}" for err in e.errors()]
         raise ConferenceError("\n".join(lines)) from e
+
+
+def _with_avatar_files(conference: Conference, folder: Path) -> Conference:
+    """Avatar files that lie in or below the conference file's folder by their whole path; others may be elsewhere."""
+    sites = tuple(
+        s.model_copy(update={"participants": tuple(
+            p.model_copy(update={"avatar": _avatar_file(p.avatar, folder)}) for p in s.participants
+        )})
+        for s in conference.sites
+    )  # fmt: skip
+    return conference.model_copy(update={"sites": type(conference.sites)(sites)})
+
+
+def public_avatar(avatar: str) -> str:
+    """What others are told of an avatar: a file's name without the folder it is in."""
+    return avatar if avatar.startswith("builtin") else Path(avatar).name
+
+
+def _avatar_file(avatar: str, folder: Path) -> str:
+    if avatar.startswith("builtin") or not (folder / avatar).is_file():
+        return avatar
+    return str((folder / avatar).resolve())
 
 
 def _key(loc: tuple[int | str, ...]) -> str:

@@ -23,12 +23,14 @@ U8 = NDArray[np.uint8]
 class Mesh:
     """A closed surface and its texture coordinates.
 
-    vertices: (V, 3) rest pose [m]; a closed 2-manifold, oriented outwards.
+    vertices: (V, 3) rest pose [m]; a closed 2-manifold, oriented outwards (imported ones may have holes).
     triangles: (F, 3) vertices, counter-clockwise seen from outside.
     corner_vertex: (R,) vertex of each drawn vertex (texture seams double vertices).
     uv: (R, 2) texture coordinates of the drawn vertices in [0, 1], origin bottom left.
     corner_triangles: (F, 3) the triangles again, as drawn vertices.
     limb: (V,) index into `Body.names` of the primitive each vertex belongs to.
+    bone, weight: (V, 4) bones (joints, then `vistel.figure.rigid_weights.TWIST_BONES`) that a vertex follows and their
+    shares, largest first; None: found from the joint chain.
     """
 
     vertices: F32
@@ -37,6 +39,8 @@ class Mesh:
     uv: F32
     corner_triangles: I32
     limb: I32
+    bone: I32 | None = None
+    weight: F32 | None = None
 
 
 @dataclass(frozen=True)

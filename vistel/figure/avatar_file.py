@@ -49,6 +49,8 @@ def save_avatar(avatar: Avatar, path: Path) -> None:
         for i, mesh in enumerate((level.mesh, *level.eyeballs)):
             for array in _MESH_ARRAYS:
                 arrays[f"level{k}.mesh{i}.{array}"] = getattr(mesh, array)
+            if mesh.bone is not None:
+                arrays[f"level{k}.mesh{i}.bone"], arrays[f"level{k}.mesh{i}.weight"] = mesh.bone, mesh.weight
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
     try:
         with os.fdopen(handle, "wb") as stream:
@@ -70,7 +72,10 @@ def load_avatar(path: Path) -> Avatar:
             levels: list[Avatar] = []
             for k in range(int(file["levels"])):
                 mesh, *eyeballs = (
-                    Mesh(*(file[f"level{k}.mesh{i}.{array}"] for array in _MESH_ARRAYS))
+                    Mesh(
+                        *(file[f"level{k}.mesh{i}.{array}"] for array in _MESH_ARRAYS),
+                        *(file[f"level{k}.mesh{i}.{array}"] for array in ("bone", "weight") if f"level{k}.mesh{i}.bone" in file),
+                    )
                     for i in range(1 + int(file["eyeballs"]))
                 )
                 levels.append(Avatar(name, skeleton, body, mesh, tuple(eyeballs), albedo))
@@ -92,6 +97,17 @@ def load_avatar(path: Path) -> Avatar:
         if isinstance(fault, AvatarFileError):
             raise
         raise AvatarFileError(f"{path}: not a whole avatar file ({fault})") from fault
+
+
+def load_any(path: Path) -> Avatar:
+    """An avatar file by its ending: USD (`vistel.figure.avatar_usd`) or the cache's .npz. Raises AvatarFileError, OSError."""
+    if path.suffix.lower() == ".npz":
+        return load_avatar(path)
+    if path.suffix.lower() not in (".usda", ".usdc", ".usd", ".usdz"):
+        raise AvatarFileError(f"{path}: no avatar file; expected .usda, .usdc, .usd or .usdz (make one: vistel avatar import)")
+    from vistel.figure.avatar_usd import load_usd  # noqa: PLC0415 - takes long to load
+
+    return load_usd(path)
 
 
 def export_obj(avatar: Avatar, path: Path) -> None:

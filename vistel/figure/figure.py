@@ -12,7 +12,7 @@ from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limbs_of
 from vistel.figure.posture import JointPose, Posture, pose_joints
-from vistel.figure.rigid import RigidSkin
+from vistel.figure.rigid import Influences, RigidSkin
 from vistel.figure.rotation import move_points
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.deform import Deformer, DeformReport
@@ -50,7 +50,9 @@ class Figure:
         self.avatar = avatar
         mesh = avatar.mesh
         normals = vertex_normals(mesh)
-        self.skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, avatar.body.joint[mesh.limb])
+        given = None if mesh.bone is None or mesh.weight is None else Influences(mesh.bone, mesh.weight)
+        limb_joint = avatar.body.joint[mesh.limb]
+        self.skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, limb_joint, given)
         limbs = limbs_of(avatar.skeleton, avatar.body)
         fit = same_body.embedding.fit if same_body is not None else None
         self.embedding = embed(mesh.vertices, mesh.limb, limbs, fit)

@@ -78,12 +78,15 @@ class RigidSkin:
     """Poses the vertices of one mesh; everything that does not depend on the posture is done once.
 
     vertices, normals: (V, 3) rest pose [m, unit]; triangles: (F, 3); limb_joint: (V,) joint of the primitive
-    each vertex belongs to.
+    each vertex belongs to; given: what the vertices follow, found from the joint chain where it is None.
     """
 
-    def __init__(self, skeleton: Skeleton, vertices: F32, normals: F32, triangles: I32, limb_joint: I32) -> None:
-        bone, weight = influences(skeleton, vertices, triangles, limb_joint)
-        self.influences = Influences(bone, weight)
+    def __init__(
+        self, skeleton: Skeleton, vertices: F32, normals: F32, triangles: I32, limb_joint: I32,
+        given: Influences | None = None,
+    ) -> None:  # fmt: skip
+        self.influences = given or Influences(*influences(skeleton, vertices, triangles, limb_joint))
+        weight = self.influences.weight
         self._vertices = np.ascontiguousarray(vertices, np.float32)
         self._normals = np.ascontiguousarray(normals, np.float32)
         self._lanes = _Lanes.of(self.influences, self._vertices, self._normals)

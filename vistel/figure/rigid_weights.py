@@ -43,18 +43,23 @@ _TRUNK = frozenset({"hips", "neck", "head", "jaw", *(f"spine_{k}" for k in range
 
 def influences(skeleton: Skeleton, vertices: F32, triangles: I32, limb_joint: I32) -> tuple[I32, F32]:
     """(V, 4) bones and (V, 4) weights, largest first; see `vistel.figure.rigid` for the arguments."""
+    weight = bone_weights(skeleton, vertices, triangles, limb_joint)
+    order = np.argsort(-weight, axis=1, kind="stable")[:, :4]
+    top = np.take_along_axis(weight, order, axis=1)
+    top[top < 2e-3] = 0.0
+    top /= top.sum(axis=1, keepdims=True)
+    return np.ascontiguousarray(order, np.int32), np.ascontiguousarray(top, np.float32)
+
+
+def bone_weights(skeleton: Skeleton, vertices: F32, triangles: I32, limb_joint: I32) -> F64:
+    """(V, B) shares of all joints and twist bones in each vertex."""
     p = np.asarray(vertices, np.float64)
     weight = np.zeros((len(p), len(JOINTS) + len(TWIST_BONES)))
     trunk = _trunk(skeleton, p)
     for joint in np.unique(limb_joint):
         rows = np.flatnonzero(limb_joint == joint)
         weight[rows] = _limb(skeleton, p[rows], int(joint), trunk[rows])
-    weight = _smooth(weight, triangles)
-    order = np.argsort(-weight, axis=1, kind="stable")[:, :4]
-    top = np.take_along_axis(weight, order, axis=1)
-    top[top < 2e-3] = 0.0
-    top /= top.sum(axis=1, keepdims=True)
-    return np.ascontiguousarray(order, np.int32), np.ascontiguousarray(top, np.float32)
+    return _smooth(weight, triangles)
 
 
 def zone_half_length(skeleton: Skeleton, joint: str) -> float:

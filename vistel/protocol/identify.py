@@ -5,9 +5,15 @@ from __future__ import annotations
 import re
 
 _FASTRAK = (
-    re.compile(rb"\*ERROR\*"),
+    re.compile(rb"2[ 1-4]E\*ERROR\*"),
     re.compile(rb"2[ 1-4]S[0-9A-F]{3}.{45,47}\r\n", re.DOTALL),  # status
     re.compile(rb"0[1-4][ A-Za-z].{28}\r\n0[1-4]", re.DOTALL),  # binary records
+)
+_POLHEMUS = (
+    ("a Polhemus LIBERTY", re.compile(rb"LY[\x00-\x10][\x15\x16CP].[\x00-\xff][\x00-\xff][\x00-\x02]", re.DOTALL)),
+    ("a Polhemus PATRIOT", re.compile(rb"PA[\x00-\x02][\x15\x16CP].[\x00-\xff][\x00-\xff][\x00-\x02]", re.DOTALL)),
+    ("a Polhemus LIBERTY", re.compile(rb"00v[\s\S]{0,120}LIBERTY")),
+    ("a Polhemus PATRIOT", re.compile(rb"00v[\s\S]{0,120}PATRIOT")),
 )
 _CYBERGLOVE = (
     re.compile(rb"CyberGlove"),
@@ -20,8 +26,11 @@ _CYBERGLOVE = (
 def identify(data: bytes) -> str | None:
     """A device's name, or None when its bytes could be anyone's.
 
-    FASTRAK first: two bytes of a float can look like a glove's "e?", hardly anything looks like two records.
+    Trackers first: two bytes of a float can look like a glove's "e?", hardly anything looks like their records.
     """
+    for name, pattern in _POLHEMUS:
+        if pattern.search(data):
+            return name
     if any(p.search(data) for p in _FASTRAK):
         return "a Polhemus FASTRAK"
     return "a CyberGlove" if any(p.search(data) for p in _CYBERGLOVE) else None

@@ -15,7 +15,9 @@ from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME, Topic
 from vistel_services.glove import CyberGloveDecoder
-from vistel_services.tracker import FastrakDecoder
+from vistel_services.tracker import FastrakDecoder, LibertyDecoder, decoder_of
+
+_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "command"),
@@ -45,9 +47,11 @@ class Feeder:
         self._reader, self._bus, self._clock = reader, bus, clock
         people = [p for s in conference.sites for p in s.participants]
         self._gloves = {f"{p.name}-glove-{side}": glove for p in people for side, glove in p.gloves.items()}
+        self._trackers = {f"{p.name}-tracker": p.tracker.kind for p in people if p.tracker is not None}
+        self._trackers |= {p.device: p.tracker.kind for s in conference.sites for p in s.props}
         self._topics = FED_TOPICS[source]
         self._publications: dict[str, Publication] = {}
-        self._decoders: dict[str, FastrakDecoder | CyberGloveDecoder] = {}
+        self._decoders: dict[str, _Decoder] = {}
         self.fed = 0
 
     async def feed(self, preroll_ns: int, begin_ns: int, end_ns: int) -> None:
@@ -90,20 +94,20 @@ class Feeder:
         if raw.direction != RawBytes.DIRECTION_FROM_DEVICE:
             return
         decoder = self._decoder(raw.device)
-        topic = BY_NAME["tracker" if isinstance(decoder, FastrakDecoder) else "glove"]
+        topic = BY_NAME["tracker" if isinstance(decoder, FastrakDecoder | LibertyDecoder) else "glove"]
         for t_ns, data in reads_of(raw):
             when_ns = min(record.log_ns, max(record.log_ns - GATHERED_NS, t_ns))
             for message in decoder.feed(data, t_ns):
                 yield when_ns, topic, message
 
-    def _decoder(self, device: str) -> FastrakDecoder | CyberGloveDecoder:
+    def _decoder(self, device: str) -> _Decoder:
         if device not in self._decoders:
             self._decoders[device] = self._new_decoder(device)
         return self._decoders[device]
 
-    def _new_decoder(self, device: str) -> FastrakDecoder | CyberGloveDecoder:
+    def _new_decoder(self, device: str) -> _Decoder:
         if "-glove-" not in device:
-            return FastrakDecoder(device)
+            return decoder_of(self._trackers.get(device, "fastrak"), device)
         right = device.endswith("-right")
         glove = self._gloves[device]
         calibration = open_calibration(glove.calibration)

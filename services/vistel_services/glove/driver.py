@@ -9,6 +9,7 @@ from vistel.protocol.identify import identify
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import DeviceError, Link, NoAnswerError
 from vistel_services.glove.decoder import CyberGloveDecoder
+from vistel_services.probe import who_answers
 
 RATE_HZ = 60.0
 _OWN_NAME = "a CyberGlove"
@@ -68,6 +69,7 @@ class CyberGloveDriver:
                 break
         else:
             link.set_baud(self._baud)
+            _refuse_others(await who_answers(link))
             link.send(cyberglove.RESTART)
             await self._wait(link, "^R", _RESTART_S)
             state = await self._greet(link)
@@ -86,9 +88,8 @@ class CyberGloveDriver:
         link.send(cyberglove.STOP)
         await link.quiet(0.05, 0.4)
         state = await self._ask(link, cyberglove.QUERY_STATE)
-        other = identify(bytes(link.recent))
-        if state is None and other not in (None, _OWN_NAME):
-            raise DeviceError(f"{other} answers on this port; a CyberGlove was expected")
+        if state is None:
+            _refuse_others(identify(bytes(link.recent)))
         return state.data[0] if state is not None and state.data else None
 
     async def _ask(self, link: Link, command: bytes, name: str | None = None) -> Answer | None:
@@ -101,3 +102,8 @@ class CyberGloveDriver:
             return next((a for a in self.decoder.take_answers() if a.name == name), None)
 
         return await link.wait_for(look, timeout_s)
+
+
+def _refuse_others(name: str | None) -> None:
+    if name not in (None, _OWN_NAME):
+        raise DeviceError(f"{name} answers on this port; a CyberGlove was expected")

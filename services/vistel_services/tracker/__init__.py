@@ -1,4 +1,4 @@
-"""The trackers of a site: FASTRAK bytes in, TrackerFrame messages out."""
+"""The trackers of a site: bytes of FASTRAK, LIBERTY and PATRIOT in, TrackerFrame messages out."""
 
 from __future__ import annotations
 
@@ -11,20 +11,22 @@ from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel_services.device import keep_running
+from vistel_services.device import Driver, keep_running
 from vistel_services.tracker.decoder import FastrakDecoder
 from vistel_services.tracker.driver import FastrakDriver
+from vistel_services.tracker.liberty import LibertyDecoder, LibertyDriver
 from vistel_services.transport import open_serial
 
-__all__ = ["Config", "FastrakDecoder", "TrackerDevice", "configure", "run"]
+__all__ = ["Config", "FastrakDecoder", "LibertyDecoder", "TrackerDevice", "configure", "decoder_of", "run"]
 log = logging.getLogger("vistel.tracker")
 
 
 @dataclass(frozen=True)
 class TrackerDevice:
-    """One unit. stations: role to station 1..4; hemisphere: the side the receivers stay on, transmitter frame."""
+    """One unit. stations: role to station, from 1; hemisphere: the side the receivers stay on, transmitter frame."""
 
     name: str
+    kind: str
     port: str
     baud: int
     stations: Mapping[str, int]
@@ -43,7 +45,7 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
     """From the conference file; a simulated device's port is a link among the run's files."""
     devices = [
         TrackerDevice(
-            name := f"{p.name}-tracker",
+            name := f"{p.name}-tracker", p.tracker.kind,
             str(paths.device(name)) if p.tracker.port == "sim" else p.tracker.port,
             p.tracker.baud, {str(role): n for role, n in p.tracker.stations.items()}, p.tracker.hemisphere,
         )
@@ -51,7 +53,7 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
     ]  # fmt: skip
     devices += [
         TrackerDevice(
-            p.device, str(paths.device(p.device)) if p.tracker.port == "sim" else p.tracker.port,
+            p.device, p.tracker.kind, str(paths.device(p.device)) if p.tracker.port == "sim" else p.tracker.port,
             p.tracker.baud, {p.thing: p.tracker.station}, p.tracker.hemisphere,
         )
         for p in site.props
@@ -63,7 +65,17 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """One task per tracker, until cancelled."""
     async with asyncio.TaskGroup() as group:
         for d in config.devices:
-            driver = FastrakDriver(d.name, d.stations, d.hemisphere, d.baud)
             opener = open_serial(d.port, d.baud, clock)
-            group.create_task(keep_running(driver, opener, bus, clock, log, raw=config.raw), name=d.name)
+            group.create_task(keep_running(_driver(d), opener, bus, clock, log, raw=config.raw), name=d.name)
         await asyncio.Event().wait()
+
+
+def _driver(d: TrackerDevice) -> Driver:
+    if d.kind == "fastrak":
+        return FastrakDriver(d.name, d.stations, d.hemisphere, d.baud)
+    return LibertyDriver(d.name, d.kind, d.stations, d.hemisphere, d.baud)
+
+
+def decoder_of(kind: str, device: str) -> FastrakDecoder | LibertyDecoder:
+    """What reads the recorded bytes of a tracker of this kind of the conference file."""
+    return FastrakDecoder(device) if kind == "fastrak" else LibertyDecoder(device)

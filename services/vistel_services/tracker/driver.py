@@ -10,6 +10,7 @@ from vistel.protocol.fastrak import Reply, Status
 from vistel.protocol.identify import identify
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import DeviceError, Link, NoAnswerError
+from vistel_services.probe import who_answers
 from vistel_services.tracker.decoder import FastrakDecoder
 
 T = TypeVar("T")
@@ -66,6 +67,7 @@ class FastrakDriver:
                 return status
         self._met = False
         link.set_baud(self._baud)
+        _refuse_others(await who_answers(link))
         link.send(fastrak.REINITIALISE)
         for _ in range(round(_RESTART_S / _ANSWER_S)):
             if (status := await self._greet(link)) is not None:
@@ -80,9 +82,8 @@ class FastrakDriver:
         self.decoder.take_replies()
         link.send(fastrak.STATUS)
         status = await self._reply(link, fastrak.parse_status, _ANSWER_S)
-        other = identify(bytes(link.recent))
-        if status is None and other not in (None, _OWN_NAME):
-            raise DeviceError(f"{other} answers on this port; a FASTRAK was expected")
+        if status is None:
+            _refuse_others(identify(bytes(link.recent)))
         return status
 
     async def _configure(self, link: Link) -> list[str]:
@@ -118,3 +119,8 @@ class FastrakDriver:
             return found
 
         return await link.wait_for(look, timeout_s)
+
+
+def _refuse_others(name: str | None) -> None:
+    if name not in (None, _OWN_NAME):
+        raise DeviceError(f"{name} answers on this port; a FASTRAK was expected")

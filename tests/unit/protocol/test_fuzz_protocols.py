@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from vistel.protocol.cyberglove import CyberGloveParser
 from vistel.protocol.fastrak import FastrakParser
 from vistel.protocol.identify import identify
+from vistel.protocol.liberty import LibertyParser
 
 EXAMPLES = int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "10000"))
 fuzz = settings(
@@ -19,6 +20,9 @@ fuzz = settings(
 )
 
 RECORD = b"02 " + struct.pack("<7f", 12.0, -3.5, 40.0, 0.8, 0.0, 0.6, 0.0) + b"\r\n"
+LIBERTY = b"LY\x02C \0\x22\0" + struct.pack("<7fI", 12.0, -3.5, 40.0, 0.8, 0.0, 0.6, 0.0, 77) + b"\r\n"
+WHO = b"LY\0\x16 \0\x10\0Polhemus LIBERTY"
+KNOWN = ("a Polhemus FASTRAK", "a Polhemus LIBERTY", "a Polhemus PATRIOT", "a CyberGlove")
 SAMPLE = b"S" + bytes(range(40, 58)) + b"\x81\0"
 
 
@@ -46,6 +50,26 @@ def test_fastrak_gives_only_true_poses_and_is_back_within_two_records(garbage: b
 @given(st.one_of(
     st.binary(max_size=200),
     st.lists(st.sampled_from(
+        [b"L", b"Y", b"LY", b"PA\1", b"\0\x16", b"\x22\0", b" ", LIBERTY[:8], LIBERTY[:30], LIBERTY[9:], LIBERTY, WHO, WHO[:9]]
+    )).map(b"".join),
+))  # fmt: skip
+def test_liberty_gives_only_true_poses_and_is_back_within_two_records(garbage: bytes) -> None:
+    parser = LibertyParser()
+    records = parser.feed(garbage[: len(garbage) // 3], 10**9) + parser.feed(garbage[len(garbage) // 3 :], 2 * 10**9)
+    for r in records:
+        assert all(math.isfinite(x) and abs(x) <= 15.0 for x in r.position)
+        assert abs(math.hypot(*r.rotation) - 1.0) < 1e-9
+        assert 1 <= r.station <= 16 and len(r.error) <= 1
+    after = [parser.feed(LIBERTY, 3 * 10**9 + k) for k in range(3)]
+    assert sum(map(len, after)) >= 2
+    assert len(after[2]) == 1
+    assert 42 * (len(records) + sum(map(len, after))) + parser.bytes_skipped <= len(garbage) + 126
+
+
+@fuzz
+@given(st.one_of(
+    st.binary(max_size=200),
+    st.lists(st.sampled_from(
         [b"S", b"G", b"\0", b"?M", b"?S", b"es", b"\x81", b"\x03", b"e?", SAMPLE, SAMPLE[:9], SAMPLE[7:]]
     )).map(b"".join),
 ))  # fmt: skip
@@ -63,4 +87,4 @@ def test_cyberglove_gives_only_whole_samples_and_is_back_within_two(garbage: byt
 @settings(deadline=None, max_examples=500)
 @given(st.binary(max_size=400))
 def test_any_bytes_can_be_asked_for_their_device(data: bytes) -> None:
-    assert identify(data) in (None, "a Polhemus FASTRAK", "a CyberGlove")
+    assert identify(data) in (None, *KNOWN)

@@ -1,0 +1,133 @@
+"""MakeHuman's own files: joint cubes in the mesh, rigs and weights as JSON (MPFB), morph targets."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.making.source import MakingError, Rig, Source
+
+F64 = NDArray[np.float64]
+
+_CUBES = {
+    "pelvis": "hips", "neck": "neck", "head": "head", "jaw": "jaw",
+    "clavicle": "shoulder", "shoulder": "upper_arm", "elbow": "lower_arm", "hand": "hand", "upper-leg": "upper_leg",
+    "knee": "lower_leg", "ankle": "foot", "foot-1": "toes", "eye": "eye",
+} | {
+    f"finger-{f}-{k + 1}": f"{finger}_{phalanx}"
+    for f, (finger, names) in enumerate(
+        (("thumb", ("metacarpal", "proximal", "distal")), *((n, ("proximal", "intermediate", "distal")) for n in
+         ("index", "middle", "ring", "little"))), 1)
+    for k, phalanx in enumerate(names)
+}  # fmt: skip
+
+
+def cubes_rig(source: Source) -> Rig | None:
+    """The joints that MakeHuman's base mesh marks by small cubes (groups joint-...), without weights."""
+    centre = _cube_centres(source)
+    names: list[str] = []
+    at: list[F64] = []
+    for cube, joint in _CUBES.items():
+        paired = joint not in ("hips", "neck", "head", "jaw")
+        for side in ("left", "right") if paired else ("",):
+            key = f"joint-{side[0]}-{cube}" if side else f"joint-{cube}"
+            if key in centre:
+                names.append(f"{side}_{joint}" if side else joint)
+                at.append(centre[key])
+    if len(names) < 12:
+        return None
+    return Rig(tuple(names), np.full(len(names), -1, np.int32), np.array(at))
+
+
+def read_rig(path: Path, weights: Path | None, source: Source) -> Rig:
+    """A rig of MPFB (rig.*.json) and its weights (weights.*.json, .gz), over the vertices of the mesh it was made for.
+    Raises MakingError."""
+    data = _json(path)
+    centre = _cube_centres(source)
+    try:
+        names = tuple(data)
+        at = np.array([_place(data[n]["head"], centre, source.points, path, n) for n in names])
+        index = {n: i for i, n in enumerate(names)}
+        parents = np.array([index.get(data[n].get("parent", ""), -1) for n in names], np.int32)
+    except (KeyError, TypeError, AttributeError) as fault:
+        raise MakingError(f"{path}: not a rig as MPFB writes them ({fault!r}); expected rig.*.json") from fault
+    return Rig(names, parents, at, None if weights is None else _weights(weights, names, len(source.points)))
+
+
+def _place(head: Any, centre: dict[str, F64], points: F64, path: Path, joint: str) -> F64:
+    if head["strategy"] == "CUBE" and head["cube_name"] in centre:
+        return centre[head["cube_name"]]
+    rows = head.get("vertex_indices") or [v for v in (head.get("vertex_index"),) if v is not None]
+    if rows and max(rows) < len(points):
+        return points[rows].mean(axis=0)
+    lacking = head.get("cube_name", "vertices")
+    raise MakingError(f"{path}: joint {joint} lies at {lacking}, which the mesh lacks; use the base mesh with its helpers")
+
+
+def _weights(path: Path, names: tuple[str, ...], count: int) -> NDArray[np.float32]:
+    out = np.zeros((count, len(names)), np.float32)
+    try:
+        table = _json(path)["weights"]
+        for j, name in enumerate(names):
+            pairs = np.array(table.get(name, []), np.float64).reshape(-1, 2)
+            rows = pairs[:, 0].astype(np.int64)
+            if len(rows) and (rows.min() < 0 or rows.max() >= count):
+                raise MakingError(f"{path}: weights of vertex {rows.max()} of {count}; use the mesh they were made for")
+            out[rows, j] = pairs[:, 1]
+    except (KeyError, TypeError, AttributeError, ValueError) as fault:
+        if isinstance(fault, MakingError):
+            raise
+        raise MakingError(f"{path}: not weights as MPFB writes them ({fault!r}); expected weights.*.json") from fault
+    return out
+
+
+def apply_target(source: Source, path: Path, share: float) -> Source:
+    """The mesh with a morph target (lines "vertex dx dy dz") added. Raises MakingError."""
+    points = source.points.copy()
+    for number, line in enumerate(_text(path).splitlines(), 1):
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            v = int(words[0])
+            delta = np.array([float(w) for w in words[1:4]])
+            if not 0 <= v < len(points) or len(delta) != 3:
+                raise ValueError(f"vertex {v} of {len(points)}")
+        except ValueError as fault:
+            raise MakingError(f"{path}:{number}: not a line of a morph target ({fault}); expected vertex dx dy dz") from fault
+        points[v] += share * delta
+    return replace(source, points=points)
+
+
+def _cube_centres(source: Source) -> dict[str, F64]:
+    out: dict[str, F64] = {}
+    for g, name in enumerate(source.groups):
+        if name.startswith("joint-"):
+            rows = np.unique(source.triangles[source.group == g])
+            if len(rows):
+                out[name] = source.points[rows].mean(axis=0)
+    return out
+
+
+def _json(path: Path) -> Any:
+    try:
+        return json.loads(_text(path))
+    except json.JSONDecodeError as fault:
+        raise MakingError(f"{path}: not JSON ({fault}); fetch the file again") from fault
+
+
+def _text(path: Path) -> str:
+    try:
+        data = path.read_bytes()
+        return (gzip.decompress(data) if data[:2] == b"\x1f\x8b" else data).decode()
+    except OSError as fault:
+        raise MakingError(f"{path}: cannot be read: {fault.strerror or fault}") from fault
+    except (zlib.error, EOFError, UnicodeDecodeError) as fault:
+        raise MakingError(f"{path}: damaged ({fault}); fetch the file again") from fault

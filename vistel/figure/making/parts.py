@@ -1,0 +1,114 @@
+"""Which faces of a file are the person's skin, which are eyeballs, which are not to be seen; and what is wrong with them."""
+
+# pyright: basic
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from vistel.figure.making.source import MakingError, Source
+
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+Mask = NDArray[np.bool_]
+
+_HIDDEN = ("helper-", "joint-")
+_INSIDE = ("teeth", "tongue", "lash")
+_FEWEST = 200
+"""Triangles below which nobody is to be recognised."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """skin, eyes: (F,) faces of the source."""
+
+    skin: Mask
+    eyes: Mask
+    notes: tuple[str, ...]
+
+
+def parts_of(source: Source) -> Parts:
+    """By the names of groups and materials. Raises MakingError where nothing is left."""
+    notes: list[str] = []
+    names = [g.lower() for g in source.groups]
+    materials = [m.name.lower() for m in source.materials]
+    eye_group = np.array([is_eye(n) for n in names])
+    eye_material = np.array([is_eye(n) for n in materials])
+    eyes = eye_group[source.group] | eye_material[source.material]
+    hidden = np.array([n.startswith(_HIDDEN) or any(w in n for w in _INSIDE) for n in names])[source.group] & ~eyes
+    skin = ~eyes & ~hidden
+    if hidden.any():
+        left_out = sorted({source.groups[g] for g in np.unique(source.group[hidden])})
+        kept = sorted({source.groups[g] or "(no name)" for g in np.unique(source.group[skin])})
+        shown = ", ".join(left_out[:4]) + (f" and {len(left_out) - 4} more" if len(left_out) > 4 else "")
+        notes.append(f"kept {', '.join(kept)}; left out {shown}")
+    if skin.sum() < _FEWEST:
+        raise MakingError(f"{int(skin.sum())} faces of a body, expected at least {_FEWEST}; is this the mesh of a person?")
+    if eyes.any():
+        notes.append(f"eyeballs: {int(eyes.sum())} faces, which gaze will turn")
+    return Parts(skin, eyes, tuple(notes))
+
+
+def is_eye(name: str) -> bool:
+    """Whether a group or material of that name (in small letters) is an eyeball."""
+    return "eye" in name and not any(w in name for w in ("lash", "brow", "lid", "target", "joint", "wear", "glass", "shadow"))
+
+
+def weld(points: F64, triangles: I32) -> tuple[I32, I32, int]:
+    """Vertices at one place made one: (V,) first vertex of each place, triangles with them, how many went.
+
+    Formats that store a vertex for each texture place double them along seams; a figure must not tear there.
+    """
+    size = float(np.ptp(points, axis=0).max())
+    grid = np.round(points / max(1e-7 * size, 1e-12)).astype(np.int64)
+    _, first, inverse = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    to = first[inverse.reshape(-1)].astype(np.int32)
+    return to, to[triangles], int(len(points) - len(first))
+
+
+@dataclass(frozen=True)
+class Soundness:
+    """Edges with one face, holes they make up, edges with more than two faces, separate pieces."""
+
+    border: int
+    holes: int
+    branching: int
+    pieces: int
+
+    @property
+    def manifold(self) -> bool:
+        return self.branching == 0
+
+    def notes(self) -> tuple[str, ...]:
+        out: list[str] = []
+        if self.border:
+            out.append(f"{self.holes} holes or open edges ({self.border} edges): they stay open")
+        if self.branching:
+            out.append(f"not manifold at {self.branching} edges: works, but without coarser levels of detail")
+        if self.pieces > 1:
+            out.append(f"{self.pieces} separate pieces (clothes, hair): they move with the body together")
+        return tuple(out)
+
+
+def soundness(triangles: I32, count: int) -> Soundness:
+    """What the edges of triangles over `count` vertices tell."""
+    ends = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1).astype(np.int64)
+    key, uses = np.unique(ends[:, 0] * count + ends[:, 1], return_counts=True)
+    border = key[uses == 1]
+    pieces = _components(key // count, key % count, np.unique(triangles))
+    holes = _components(border // count, border % count, np.unique(np.concatenate([border // count, border % count])))
+    return Soundness(len(border), holes, int(np.count_nonzero(uses > 2)), pieces)
+
+
+def _components(a: NDArray[np.int64], b: NDArray[np.int64], used: NDArray[np.integer]) -> int:
+    if not len(used):
+        return 0
+    place = np.full(int(used.max()) + 1, -1)
+    place[used] = np.arange(len(used))
+    graph = coo_array((np.ones(len(a)), (place[a], place[b])), shape=(len(used), len(used)))
+    return int(connected_components(graph, directed=False)[0])

@@ -1,0 +1,74 @@
+"""Pictures of textures: read, kept to a sensible size, and put side by side in one."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from vistel.figure.making.source import MakingError
+
+U8 = NDArray[np.uint8]
+
+LARGEST = 2048
+"""Texels along a side at most."""
+
+
+def read_picture(path: Path, notes: list[str]) -> U8 | None:
+    """(H, W, 3) sRGB of a picture file; None and a note where it is missing or no picture."""
+    try:
+        return decode(path.read_bytes())
+    except OSError:
+        notes.append(f"texture {path.name} is not there; a plain colour instead (put it beside the mesh, or --texture FILE)")
+    except MakingError as fault:
+        notes.append(f"texture {path.name}: {fault}; a plain colour instead")
+    return None
+
+
+def decode(data: bytes, largest: int = LARGEST) -> U8:
+    """(H, W, 3) sRGB of an encoded picture, at most `largest` texels along a side. Raises MakingError."""
+    try:
+        with Image.open(io.BytesIO(data)) as picture:
+            picture.load()
+            flat = Image.new("RGB", picture.size, (128, 128, 128))
+            if picture.mode in ("RGBA", "LA", "PA") or "transparency" in picture.info:
+                whole = picture.convert("RGBA")
+                # What is transparent shows nothing: the colour there only bleeds in at edges.
+                flat.paste(whole.convert("RGB"))
+            else:
+                flat = picture.convert("RGB")
+            if max(flat.size) > largest:
+                flat.thumbnail((largest, largest), Image.Resampling.LANCZOS)
+            return np.asarray(flat, np.uint8)
+    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as fault:
+        raise MakingError(f"not a picture that can be read ({fault})") from fault
+
+
+def atlas(pictures: list[U8]) -> tuple[U8, NDArray[np.float64]]:
+    """One picture that holds all of them, and (N, 4) where each lies: u0, v0, width, height in [0, 1], origin bottom
+    left. One picture alone stays as it is."""
+    if len(pictures) == 1:
+        return pictures[0], np.array([[0.0, 0.0, 1.0, 1.0]])
+    order = sorted(range(len(pictures)), key=lambda i: -pictures[i].shape[0])
+    width = max(p.shape[1] for p in pictures)
+    total = sum(p.shape[0] * p.shape[1] for p in pictures)
+    width = max(width, int(np.ceil(np.sqrt(0.5 * total) / 256.0)) * 256)
+    place: dict[int, tuple[int, int]] = {}
+    x = y = shelf = 0
+    for i in order:
+        h, w, _ = pictures[i].shape
+        if x + w > width:
+            x, y, shelf = 0, y + shelf, 0
+        place[i] = (x, y)
+        x, shelf = x + w, max(shelf, h)
+    height = y + shelf
+    out = np.full((height, width, 3), 128, np.uint8)
+    where = np.zeros((len(pictures), 4))
+    for i, (left, top) in place.items():
+        h, w, _ = pictures[i].shape
+        out[top : top + h, left : left + w] = pictures[i]
+        where[i] = left / width, 1.0 - (top + h) / height, w / width, h / height
+    return out, where

@@ -1,0 +1,60 @@
+"""A file's rig, told in the house's joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.making.names import SPINE, house_joint
+from vistel.figure.making.source import Rig
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Known:
+    """at: places of our joints, in the file's frame; joint_of: by the rig's names; joint_of_column: by its columns of
+    weights, joints without a name of ours going with the nearest above them that has one; unknown: their names."""
+
+    count: int
+    at: Mapping[str, F64]
+    joint_of: Mapping[str, str]
+    joint_of_column: Mapping[int, str]
+    unknown: tuple[str, ...]
+    weight: F32 | None
+
+    def left(self) -> F64 | None:
+        """(3,) from the right arm to the left one, None where the rig has none."""
+        if "left_upper_arm" in self.at and "right_upper_arm" in self.at:
+            return self.at["left_upper_arm"] - self.at["right_upper_arm"]
+        return None
+
+
+def mapped(rig: Rig | None) -> Known:
+    """What is known of a rig."""
+    if rig is None:
+        return Known(0, {}, {}, {}, (), None)
+    at: dict[str, F64] = {}
+    joint_of: dict[str, str] = {}
+    column: dict[int, str] = {}
+    unknown: list[str] = []
+    for i, name in enumerate(rig.names):
+        ours = house_joint(name)
+        if ours is None:
+            unknown.append(name)
+            continue
+        column[i] = ours
+        joint_of[name] = ours
+        if ours != SPINE and ours not in at:
+            at[ours] = rig.at[i]
+    for i in range(len(rig.names)):
+        j = i
+        while j >= 0 and j not in column:
+            j = int(rig.parents[j])
+        if i not in column and j >= 0:
+            column[i] = column[j]
+    return Known(len(rig.names), at, joint_of, column, tuple(unknown), rig.weight)

@@ -1,0 +1,65 @@
+"""What a file of a person's shape held, before anything is known about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+U8 = NDArray[np.uint8]
+
+
+class MakingError(ValueError):
+    """A mesh or rig that cannot become an avatar: what, where, and how to mend it."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """Colour of some faces: (3,) sRGB 0 to 255, and a picture (H, W, 3) where there is one."""
+
+    name: str
+    colour: tuple[int, int, int] | None = None
+    picture: U8 | None = None
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Joints of a file, in its frame and unit. names, parents (J,) (-1 none), at (J, 3); weight: (V, J) shares of the
+    joints in each vertex, None where the file has none."""
+
+    names: tuple[str, ...]
+    parents: I32
+    at: F64
+    weight: F32 | None = None
+
+
+@dataclass(frozen=True)
+class Source:
+    """A mesh as a file holds it. points: (V, 3) in the file's frame and unit; triangles: (F, 3); uv: (T, 2) origin
+    bottom left; uv_triangles: (F, 3), -1 where a face has none; group, material: (F,) indices into `groups`,
+    `materials`. unit: metres of one unit and up: "Y" or "Z", where the file says so. notes: what was remarkable."""
+
+    name: str
+    points: F64
+    triangles: I32
+    uv: F64
+    uv_triangles: I32
+    group: I32
+    groups: tuple[str, ...]
+    material: I32
+    materials: tuple[Material, ...]
+    rig: Rig | None = None
+    unit: float | None = None
+    up: str | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    def of_faces(self, keep: NDArray[np.bool_]) -> Source:
+        """The part with these faces only; points stay as they are."""
+        return Source(
+            self.name, self.points, self.triangles[keep], self.uv, self.uv_triangles[keep], self.group[keep],
+            self.groups, self.material[keep], self.materials, self.rig, self.unit, self.up, self.notes,
+        )  # fmt: skip

@@ -1,0 +1,65 @@
+"""Weights of a file's rig, told as shares of the house's bones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.making.names import SPINE
+from vistel.figure.rigid_weights import TWIST_BONES
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+
+_HEAD = ("jaw", "left_eye", "right_eye")
+
+
+def blended_weights(file: F32, joint_of: Mapping[int, str], own: F64) -> F64:
+    """(V, B) shares of joints and twist bones in each vertex.
+
+    file: (V, J) weights of the rig; joint_of: the house's joint (or SPINE) of each of its columns that has one; own:
+    (V, B) weights by the joint chain. A joint of ours that the rig does not have takes, with its nearest ancestor the rig
+    has, that one's share as ours are divided between them; so do the eight spine segments and the twist bones.
+    """
+    trunk = {j for j, name in enumerate(JOINTS) if name == "hips" or name.startswith("spine_")}
+    known = {JOINT_INDEX[name] for name in joint_of.values() if name != SPINE}
+    group = np.zeros(own.shape[1], np.int64)
+    for j in range(len(JOINTS)):
+        at = j
+        while at not in known and at not in trunk:
+            at = int(PARENTS[at])
+        group[j] = 0 if at in trunk else at
+        if JOINTS[j] in _HEAD:
+            group[j] = JOINT_INDEX["head"] if JOINT_INDEX["head"] in known else group[JOINT_INDEX["head"]]
+    for k, bone in enumerate(TWIST_BONES):
+        group[len(JOINTS) + k] = group[JOINT_INDEX[bone.joint]]
+    share = np.zeros((len(file), len(JOINTS)))
+    for column, name in joint_of.items():
+        target = 0 if name == SPINE else int(group[JOINT_INDEX[name]])
+        share[:, target] += file[:, column]
+    total = share.sum(axis=1)
+    bare = total < 1e-3
+    share /= np.maximum(total, 1e-3)[:, None]
+    out = np.zeros_like(own)
+    for g in np.unique(group):
+        members = np.flatnonzero(group == g)
+        inside = own[:, members].sum(axis=1)
+        out[:, members] = own[:, members] * (share[:, g] / np.maximum(inside, 1e-6))[:, None]
+        lost = inside < 1e-6
+        # Where ours has nothing of this limb, its first joint takes the share: the one the rig means.
+        out[lost, g] = share[lost, g]
+    out[bare] = own[bare]
+    return out / np.maximum(out.sum(axis=1, keepdims=True), 1e-9)
+
+
+def strongest(weight: F64) -> tuple[I32, F32]:
+    """(V, 4) bones and (V, 4) weights, largest first, summing to 1."""
+    order = np.argsort(-weight, axis=1, kind="stable")[:, :4]
+    top = np.take_along_axis(weight, order, axis=1)
+    top[top < 2e-3] = 0.0
+    top /= top.sum(axis=1, keepdims=True)
+    return np.ascontiguousarray(order, np.int32), np.ascontiguousarray(top, np.float32)
