@@ -11,7 +11,7 @@ import logging
 import signal
 import sys
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from vistel.conference.model import (
     Conference,
     ConferenceError,
+    GloveConfig,
     Participant,
     Prop,
     PropTracker,
@@ -37,6 +38,7 @@ from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import Instrument, SimulatedDevice, run_devices
 from vistel_sim.fastrak import Fastrak, PoseSource
 from vistel_sim.faults import Fault, fault_from_text
+from vistel_sim.fivedt import Glove5, Glove16, Ultra
 from vistel_sim.liberty import Liberty
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.source import prop_transmitter, receiver_on_prop
@@ -120,8 +122,7 @@ def _instruments(person: Participant, seed: int, motion: BodyMotion):
             return motion.hand_angles(person.name, t_s)[row].tolist()
 
         own = _seed(seed, name)
-        unit = CyberGlove(angles, sensors=glove.sensors, right=side == "right", seed=own, restart_s=_RESTART_S)
-        yield name, unit, glove.baud, own
+        yield name, _glove(glove, angles, side == "right", own), glove.baud, own
 
 
 def _tracker(config: TrackerConfig | PropTracker, pose: PoseSource, receivers: Sequence[int], seed: int) -> Instrument:
@@ -130,6 +131,13 @@ def _tracker(config: TrackerConfig | PropTracker, pose: PoseSource, receivers: S
     return Liberty(
         pose, model=config.kind, receivers=receivers, seed=seed, restart_s=_RESTART_S, baud=config.baud
     )
+
+
+def _glove(config: GloveConfig, angles: Callable[[float], Sequence[float]], right: bool, seed: int) -> Instrument:
+    if config.kind == "cyberglove":
+        return CyberGlove(angles, sensors=config.sensors, right=right, seed=seed, restart_s=_RESTART_S)
+    kind = {"5dt_ultra": Ultra, "5dt_16": Glove16, "5dt_5": Glove5}[config.kind]
+    return kind(angles, sensors=config.sensors, right=right, seed=seed)
 
 
 def _seed(seed: int, name: str) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, field_validator, model_validator
 
@@ -77,15 +77,40 @@ class TrackerConfig(_Polhemus):
         return self
 
 
-class GloveConfig(_Model):
-    """A CyberGlove."""
+_GLOVES: dict[str, tuple[int, tuple[int, ...]]] = {
+    "cyberglove": (115200, (18, 22)), "5dt_ultra": (115200, (14, 5)), "5dt_16": (19200, (14,)), "5dt_5": (19200, (5,)),
+}  # fmt: skip
 
-    kind: Literal["cyberglove"] = "cyberglove"
+
+class GloveConfig(_Model):
+    """A CyberGlove, or a 5DT Data Glove: Ultra, 16 or 5."""
+
+    kind: Literal["cyberglove", "5dt_ultra", "5dt_16", "5dt_5"] = "cyberglove"
     port: str = "sim"
+    """Serial port, "sim" for a simulated one, "usb" for a 5DT Ultra on USB."""
     baud: int = 115200
-    sensors: Literal[18, 22] = 18
+    """Default: the one its kind has."""
+    sensors: Literal[5, 14, 18, 22] = 18
+    """cyberglove: 18 or 22; 5dt_ultra: 14 or 5. A Data Glove 16 has 14 on the fingers."""
     calibration: Path | None = None
     """What this user's hand reads in it, as JSON; without one, a typical hand's."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_its_kind(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.get("kind") in _GLOVES:
+            baud, sensors = _GLOVES[data["kind"]]
+            return {"baud": baud, "sensors": sensors[0], **data}
+        return data
+
+    @model_validator(mode="after")
+    def _can_be(self) -> GloveConfig:
+        counts = _GLOVES[self.kind][1]
+        if self.sensors not in counts:
+            raise ValueError(f"sensors: a {self.kind} has {' or '.join(map(str, counts))}; got {self.sensors}")
+        if self.port == "usb" and self.kind != "5dt_ultra":
+            raise ValueError(f'port: only a 5dt_ultra can be on "usb"; give the serial port of this {self.kind}')
+        return self
 
 
 class Participant(_Model):
@@ -321,13 +346,13 @@ def load(path: Path) -> Conference:
 
 def _with_avatar_files(conference: Conference, folder: Path) -> Conference:
     """Avatar files that lie in or below the conference file's folder by their whole path; others may be elsewhere."""
-    sites = tuple(
-        s.model_copy(update={"participants": tuple(
+    sites = [
+        s.model_copy(update={"participants": [
             p.model_copy(update={"avatar": _avatar_file(p.avatar, folder)}) for p in s.participants
-        )})
+        ]})
         for s in conference.sites
-    )  # fmt: skip
-    return conference.model_copy(update={"sites": type(conference.sites)(sites)})
+    ]  # fmt: skip
+    return conference.model_copy(update={"sites": sites})
 
 
 def public_avatar(avatar: str) -> str:

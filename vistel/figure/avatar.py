@@ -5,7 +5,7 @@ Every mesh lies in the model frame of `vistel.figure.skeleton` (metres, Y up, fa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -60,6 +60,22 @@ class Avatar:
     eyeballs: tuple[Mesh, ...]
     albedo: U8
     coarser: tuple[Avatar, ...] = ()
+
+
+def scaled(avatar: Avatar, height: float) -> Avatar:
+    """The same person `height` metres tall."""
+    scale = height / avatar.skeleton.height
+    if abs(scale - 1.0) < 1e-4:
+        return avatar
+    b = avatar.body
+    body = Body(b.names, b.joint, b.a * scale, b.b * scale, b.radius_a * scale, b.radius_b * scale)
+    skeleton = Skeleton(avatar.skeleton.rest * scale, avatar.skeleton.tip * scale)
+
+    def grown(level: Avatar) -> Avatar:
+        mesh, *eyes = (replace(m, vertices=m.vertices * np.float32(scale)) for m in (level.mesh, *level.eyeballs))
+        return replace(level, skeleton=skeleton, body=body, mesh=mesh, eyeballs=tuple(eyes), coarser=())
+
+    return replace(grown(avatar), coarser=tuple(grown(level) for level in avatar.coarser))
 
 
 def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import re
 
-_FASTRAK = (
-    re.compile(rb"2[ 1-4]E\*ERROR\*"),
-    re.compile(rb"2[ 1-4]S[0-9A-F]{3}.{45,47}\r\n", re.DOTALL),  # status
-    re.compile(rb"0[1-4][ A-Za-z].{28}\r\n0[1-4]", re.DOTALL),  # binary records
-)
-_POLHEMUS = (
-    ("a Polhemus LIBERTY", re.compile(rb"LY[\x00-\x10][\x15\x16CP].[\x00-\xff][\x00-\xff][\x00-\x02]", re.DOTALL)),
-    ("a Polhemus PATRIOT", re.compile(rb"PA[\x00-\x02][\x15\x16CP].[\x00-\xff][\x00-\xff][\x00-\x02]", re.DOTALL)),
-    ("a Polhemus LIBERTY", re.compile(rb"00v[\s\S]{0,120}LIBERTY")),
-    ("a Polhemus PATRIOT", re.compile(rb"00v[\s\S]{0,120}PATRIOT")),
+_FASTRAK = "a Polhemus FASTRAK"
+_KNOWN = (
+    ("a Polhemus LIBERTY", re.compile(rb"LY[\x00-\x10][\x15\x16CP]...[\x00-\x02]", re.DOTALL)),
+    ("a Polhemus PATRIOT", re.compile(rb"PA[\x00-\x02][\x15\x16CP]...[\x00-\x02]", re.DOTALL)),
+    ("a Polhemus LIBERTY", re.compile(rb"00v.{0,120}LIBERTY", re.DOTALL)),
+    ("a Polhemus PATRIOT", re.compile(rb"00v.{0,120}PATRIOT", re.DOTALL)),
+    (_FASTRAK, re.compile(rb"2[ 1-4]E\*ERROR\*")),
+    (_FASTRAK, re.compile(rb"2[ 1-4]S[0-9A-F]{3}.{45,47}\r\n", re.DOTALL)),  # status
+    (_FASTRAK, re.compile(rb"0[1-4][ A-Za-z].{28}\r\n0[1-4]", re.DOTALL)),  # binary records
+    ("a 5DT Data Glove Ultra", re.compile(rb"<[\x00-\x07\x10-\x17].{26}><[\x00-\x07\x10-\x17].{26}>", re.DOTALL)),
+    ("a 5DT Data Glove 16", re.compile(rb"<D(?:[\x00-\x0f].){16}..<[DI]", re.DOTALL)),
+    ("a 5DT Data Glove 5", re.compile(rb"BR..[\x00-\x03][\x00-\x1f].{10}[\x20-\x7e]{4}", re.DOTALL)),  # what it is
+    ("a 5DT Data Glove 5", re.compile(rb"(?:\x80.{8}){6}", re.DOTALL)),  # records
+
 )
 _CYBERGLOVE = (
     re.compile(rb"CyberGlove"),
@@ -28,9 +32,7 @@ def identify(data: bytes) -> str | None:
 
     Trackers first: two bytes of a float can look like a glove's "e?", hardly anything looks like their records.
     """
-    for name, pattern in _POLHEMUS:
+    for name, pattern in _KNOWN:
         if pattern.search(data):
             return name
-    if any(p.search(data) for p in _FASTRAK):
-        return "a Polhemus FASTRAK"
     return "a CyberGlove" if any(p.search(data) for p in _CYBERGLOVE) else None

@@ -7,17 +7,17 @@ import heapq
 from collections.abc import Iterator
 
 from vistel.conference.model import Conference
-from vistel.protocol.glove_calibration import open_calibration
 from vistel.v1.device_pb2 import RawBytes
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME, Topic
-from vistel_services.glove import CyberGloveDecoder
-from vistel_services.tracker import FastrakDecoder, LibertyDecoder, decoder_of
+from vistel_services import glove, tracker
+from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder
+from vistel_services.tracker import FastrakDecoder, LibertyDecoder
 
-_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder
+_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "command"),
@@ -46,7 +46,7 @@ class Feeder:
     def __init__(self, reader: LogReader, conference: Conference, bus: Bus, clock: Clock, source: str) -> None:
         self._reader, self._bus, self._clock = reader, bus, clock
         people = [p for s in conference.sites for p in s.participants]
-        self._gloves = {f"{p.name}-glove-{side}": glove for p in people for side, glove in p.gloves.items()}
+        self._gloves = {f"{p.name}-glove-{side}": worn for p in people for side, worn in p.gloves.items()}
         self._trackers = {f"{p.name}-tracker": p.tracker.kind for p in people if p.tracker is not None}
         self._trackers |= {p.device: p.tracker.kind for s in conference.sites for p in s.props}
         self._topics = FED_TOPICS[source]
@@ -107,11 +107,8 @@ class Feeder:
 
     def _new_decoder(self, device: str) -> _Decoder:
         if "-glove-" not in device:
-            return decoder_of(self._trackers.get(device, "fastrak"), device)
-        right = device.endswith("-right")
-        glove = self._gloves[device]
-        calibration = open_calibration(glove.calibration)
-        return CyberGloveDecoder(device, right=right, sensors=glove.sensors, calibration=calibration)
+            return tracker.decoder_of(self._trackers.get(device, "fastrak"), device)
+        return glove.decoder_of(self._gloves[device], device)
 
     def _put(self, topic: Topic, names: dict[str, str], message: object) -> None:
         key = topic.key.format(**names)

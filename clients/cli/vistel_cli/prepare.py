@@ -139,7 +139,9 @@ def _compile_world(conference: Conference) -> None:
 
 def _compile_figures(conference: Conference) -> None:
     """Somebody next to somebody else and to a thing of every kind."""
+    # An avatar file has the kernels of a built-in person, whom one without a file gets.
     spec, name, height = _people(conference)[0]
+    spec = spec if spec.startswith("builtin") else "builtin:seed=0"
     avatar = builtin_avatar(spec, name=name, height=height)
     one, other = Figure(avatar), Figure(avatar)
     posed = one.pose(standing()).posed

@@ -1,22 +1,27 @@
-"""The gloves of a site: CyberGlove bytes in, GloveFrame messages out."""
+"""The gloves of a site: bytes of CyberGloves and 5DT Data Gloves in, GloveFrame messages out."""
 
 from __future__ import annotations
 
 import asyncio
+import functools
 import logging
 from dataclasses import dataclass
 
-from vistel.conference.model import Conference, Site
+from vistel.conference.model import Conference, GloveConfig, Site
 from vistel.conference.paths import RunPaths
+from vistel.protocol import fivedt, fivedt_calibration
+from vistel.protocol.fivedt_calibration import FiveDtCalibration
 from vistel.protocol.glove_calibration import GloveCalibration, open_calibration
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel_services.device import keep_running
+from vistel_services.device import Driver, keep_running
 from vistel_services.glove.decoder import CyberGloveDecoder
 from vistel_services.glove.driver import CyberGloveDriver
-from vistel_services.transport import open_serial
+from vistel_services.glove.fivedt_driver import HIGHEST, NAMES, FiveDtDecoder, FiveDtDriver
+from vistel_services.hid_transport import find_hid, open_hid
+from vistel_services.transport import OpenTransport, open_serial
 
-__all__ = ["Config", "CyberGloveDecoder", "GloveDevice", "configure", "run"]
+__all__ = ["Config", "CyberGloveDecoder", "FiveDtDecoder", "GloveDevice", "configure", "decoder_of", "run"]
 log = logging.getLogger("vistel.glove")
 
 
@@ -25,11 +30,12 @@ class GloveDevice:
     """One glove."""
 
     name: str
+    kind: str
     port: str
     baud: int
     right: bool
     sensors: int
-    calibration: GloveCalibration
+    calibration: GloveCalibration | FiveDtCalibration
 
 
 @dataclass(frozen=True)
@@ -44,9 +50,9 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
     """From the conference file; a simulated glove's port is a link among the run's files. Raises CalibrationError."""
     devices = [
         GloveDevice(
-            name := f"{p.name}-glove-{side}",
+            name := f"{p.name}-glove-{side}", glove.kind,
             str(paths.device(name)) if glove.port == "sim" else glove.port,
-            glove.baud, side == "right", glove.sensors, open_calibration(glove.calibration),
+            glove.baud, side == "right", glove.sensors, _calibration(glove),
         )
         for p in site.participants for side, glove in sorted(p.gloves.items())
     ]  # fmt: skip
@@ -57,9 +63,39 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """One task per glove, until cancelled."""
     async with asyncio.TaskGroup() as group:
         for d in config.devices:
-            driver = CyberGloveDriver(
-                d.name, right=d.right, sensors=d.sensors, calibration=d.calibration, baud=d.baud
-            )
-            opener = open_serial(d.port, d.baud, clock)
-            group.create_task(keep_running(driver, opener, bus, clock, log, raw=config.raw), name=d.name)
+            group.create_task(keep_running(_driver(d), _opener(d, clock), bus, clock, log, raw=config.raw), name=d.name)
         await asyncio.Event().wait()
+
+
+def _calibration(glove: GloveConfig) -> GloveCalibration | FiveDtCalibration:
+    if glove.kind == "cyberglove":
+        return open_calibration(glove.calibration)
+    return fivedt_calibration.load_calibration(glove.calibration, HIGHEST.get(glove.kind, fivedt.HIGHEST))
+
+
+def _driver(d: GloveDevice) -> Driver:
+    if isinstance(d.calibration, GloveCalibration):
+        return CyberGloveDriver(d.name, right=d.right, sensors=d.sensors, calibration=d.calibration, baud=d.baud)
+    decoder = FiveDtDecoder(
+        d.name, d.kind, right=d.right, sensors=d.sensors, calibration=d.calibration, reports=d.port == "usb", baud=d.baud
+    )
+    return FiveDtDriver(d.kind, decoder, right=d.right, sensors=d.sensors)
+
+
+def _opener(d: GloveDevice, clock: Clock) -> OpenTransport:
+    if d.port != "usb":
+        return open_serial(d.port, d.baud, clock)
+    what = f"a {'right' if d.right else 'left'} {NAMES[d.kind]} with {d.sensors} sensors"
+    wanted = functools.partial(fivedt.product_is, right=d.right, sensors=d.sensors)
+    return open_hid(find_hid(fivedt.VENDOR_ID, wanted, what), clock)
+
+
+def decoder_of(glove: GloveConfig, device: str) -> CyberGloveDecoder | FiveDtDecoder:
+    """What reads the recorded bytes of a glove of the conference file. Raises CalibrationError."""
+    right = device.endswith("-right")
+    calibration = _calibration(glove)
+    if isinstance(calibration, GloveCalibration):
+        return CyberGloveDecoder(device, right=right, sensors=glove.sensors, calibration=calibration)
+    return FiveDtDecoder(
+        device, glove.kind, right=right, sensors=glove.sensors, calibration=calibration, reports=glove.port == "usb"
+    )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vistel.conference.model import Conference, Site
+from vistel.conference.model import Conference, Site, public_avatar
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import Stance
 from vistel.figure.sensors import Placement, transmitter_in_room
@@ -67,7 +67,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
             position, heading, t.transmitter_position if t else np.zeros(3), t.transmitter_heading if t else 0.0
         )
         people.append(Person(
-            name=p.name, display_name=p.display_name or p.name, avatar=p.avatar, height_m=p.height,
+            name=p.name, display_name=p.display_name or p.name, avatar=public_avatar(p.avatar), height_m=p.height,
             seat=Stance(position, heading), tracker=f"{p.name}-tracker" if t else None,
             stations={station: receiver for receiver, station in t.stations.items()} if t else {},
             transmitter=transmitter, gloves={f"{p.name}-glove-{side}": side for side in p.gloves},

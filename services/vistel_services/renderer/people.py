@@ -2,30 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
-from vistel.figure.avatar import Avatar
+from vistel.conference.model import Conference
+from vistel.figure.avatar import Avatar, scaled
 from vistel.figure.avatar_builtin import builtin_avatar, default_cache
-from vistel.figure.avatar_file import load_avatar
+from vistel.figure.avatar_file import load_any
 from vistel.figure.posture import standing
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.stage import About
 
+_NONE: Mapping[str, Path] = MappingProxyType({})
 
-def load_avatar_of(about: About) -> Avatar:
-    """The avatar a participant asks for: built in, or a file of the avatar folder. Takes seconds the first time.
 
-    Raises ValueError or OSError when there is none of that description.
+def files_of(conference: Conference) -> dict[str, Path]:
+    """The avatar files that this site's conference file names, by participant."""
+    people = [p for site in conference.sites for p in site.participants]
+    return {p.name: Path(p.avatar) for p in people if Path(p.avatar).is_absolute()}
+
+
+def load_avatar_of(about: About, files: Mapping[str, Path] = _NONE) -> Avatar:
+    """The avatar a participant asks for, as tall as the participant: built in, a file that this site knows the participant
+    by, or one of the avatar folder. What came over the network is never taken for a path.
+
+    Takes seconds the first time. Raises ValueError or OSError when there is none of that description.
     """
     if about.avatar.startswith("builtin"):
         return builtin_avatar(about.avatar, name=about.name, height=about.height)
-    if Path(about.avatar).name != about.avatar:
+    known = files.get(about.name)
+    if known is None and Path(about.avatar).name != about.avatar:
         raise ValueError(f"avatar: expected the name of a file in {default_cache()}, got {about.avatar!r}")
-    return load_avatar(default_cache() / about.avatar)
+    try:
+        return scaled(load_any(known or default_cache() / about.avatar), about.height)
+    except FileNotFoundError as fault:
+        raise ValueError(
+            f"avatar: no file {about.avatar!r} beside the conference file or in {default_cache()}; copy it there"
+        ) from fault
 
 
-def load_shape(about: About) -> Person:
+def load_shape(about: About, files: Mapping[str, Path] = _NONE) -> Person:
     """The deforming figure of a participant. Raises ValueError or OSError when the avatar cannot be had."""
-    person = Person(load_avatar_of(about))
+    person = Person(load_avatar_of(about, files))
     person.pose(standing())  # kernels not yet compiled on this machine are compiled here, not between two pictures
     return person

@@ -9,12 +9,12 @@ import contextlib
 
 import numpy as np
 
-from vistel.conference.model import Conference
+from vistel.conference.model import Conference, public_avatar
 from vistel.figure.posture import standing
 from vistel.space.room import meeting_room
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.figures import Person, StandIn
-from vistel_services.renderer.people import load_shape
+from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.room import Furniture, Panel, build_room
 from vistel_services.renderer.stage import About
 
@@ -27,10 +27,11 @@ def preload(conference: Conference) -> None:
     """Make the room and the figures of everybody in the conference file; the first picture takes them."""
     seats = conference.room.seats
     _rooms[seats] = build_room(meeting_room(seats))
+    files = files_of(conference)
     for p in (p for site in conference.sites for p in site.participants):
-        about = About(p.name, p.display_name or p.name, p.avatar, p.height)
+        about = About(p.name, p.display_name or p.name, public_avatar(p.avatar), p.height)
         with contextlib.suppress(ValueError, OSError):  # told when they come
-            _figures[_key(about)] = load_shape(about)
+            _figures[_key(about)] = load_shape(about, files)
     stand_in = StandIn(1.75)
     touching = stand_in.ghosts(stand_in.pose(standing()).posed, None)
     for figure in _figures.values():

@@ -5,9 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,6 +24,7 @@ from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel_services.renderer.gl_context import NoOpenGlError
+from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.video import VideoWriter
@@ -44,7 +48,7 @@ _NO_GL_RETRY_S = 30.0
 @dataclass(frozen=True)
 class Config:
     """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
-    seats: of the room; video: the MP4 to write, None for none."""
+    seats: of the room; video: the MP4 to write, None for none; avatars: files of participants."""
 
     site: str
     view: View
@@ -52,6 +56,7 @@ class Config:
     delay_s: float
     seats: int
     video: Path | None
+    avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -64,7 +69,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     )
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
-        paths.video(site.name) if shown.video else None,
+        paths.video(site.name) if shown.video else None, files_of(conference),
     )  # fmt: skip
 
 
@@ -234,7 +239,7 @@ class _Easel:
         if self._studio is None:
             # Setting up takes a while: the instant is old when it is done, the next one is drawn.
             began = time.perf_counter()
-            self._studio = Studio(self._view, self._config.seats)
+            self._studio = Studio(self._view, self._config.seats, partial(load_shape, files=self._config.avatars))
             found = self._studio.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",

@@ -50,7 +50,7 @@ def dress(source: Source, bone: I32, eye: NDArray[Any], height_of: F64, height: 
             pictures.append(np.full((_SWATCH, _SWATCH, 3), colour, np.uint8))
         return swatch[colour]
 
-    has_uv = (source.uv_triangles >= 0).all(axis=1)
+    has_uv: Any = (source.uv_triangles >= 0).all(axis=1)
     slot = np.empty(len(source.triangles), np.int64)
     flat, eye_painted = np.ones(len(source.triangles), np.bool_), np.zeros(len(source.triangles), np.bool_)
     for m in np.unique(source.material):

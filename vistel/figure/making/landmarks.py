@@ -1,15 +1,153 @@
-"""Joints of a person whose mesh has no rig, found from its shape."""
+"""Joints of a person whose mesh has no rig, found from its shape in a T- or A-pose.
+
+Arms: rings of equal distance along the surface from the fingertips have their middles on the arm's axis; where they grow
+to the girth of the trunk, the shoulder begins. Legs: middles of slices. Lengths between are divided as in an average body.
+"""
+
+# pyright: basic
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from vistel.figure.making.source import MakingError
+from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, standard_skeleton
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 
+_WRIST, _ELBOW = 0.262, 0.610
+"""Of the way from the fingertips to the shoulder joint."""
+_ARM = 0.746
+"""That way [m], for REFERENCE_HEIGHT."""
+_POSE = "pose the person standing with both arms sideways or half down (T- or A-pose), clear of the body, or import it with a rig"
+
 
 def joints_by_shape(points: F64, triangles: I32) -> dict[str, F64]:
-    raise MakingError("no rig")
+    """Places of arms, legs, hips, neck and head by name. points: (V, 3) upright [m]. Raises MakingError."""
+    tall = float(points[:, 1].max())
+    scale = tall / REFERENCE_HEIGHT
+    out: dict[str, F64] = {}
+    surface = _graph(points, triangles)
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        out |= _arm(points, surface, side, sign, scale)
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        out |= _leg(points, side, sign, scale, tall)
+    _mirrored(out)
+    arms = 0.5 * (out["left_upper_arm"] + out["right_upper_arm"])
+    standard = standard_skeleton(tall)
+    neck_up = float(standard.rest[JOINT_INDEX["neck"], 1] - standard.rest[JOINT_INDEX["left_upper_arm"], 1])
+    out["neck"] = np.array((0.0, arms[1] + neck_up, _slice_middle(points, arms[1] + neck_up, 0.10 * scale)[2] - 0.015 * scale))
+    head = float(standard.rest[JOINT_INDEX["head"], 1])
+    head = max(head, out["neck"][1] + 0.06 * scale)
+    out["head"] = np.array((0.0, head, _slice_middle(points, head, 0.10 * scale)[2] - 0.005 * scale))
+    for side in ("left", "right"):
+        eye = standard.rest[JOINT_INDEX[f"{side}_eye"]]
+        near = points[(np.abs(points[:, 0] - eye[0]) < 0.02 * scale) & (np.abs(points[:, 1] - eye[1]) < 0.02 * scale)]
+        front = float(near[:, 2].max()) if len(near) else eye[2]
+        out[f"{side}_eye"] = np.array((eye[0], eye[1], front - 0.014 * scale))
+    return out
+
+
+def _graph(points: F64, triangles: I32) -> csr_array:
+    ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    ends = np.unique(np.sort(ends, axis=1), axis=0)
+    length = np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1) + 1e-9
+    return csr_array(coo_array((length, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))))
+
+
+def _arm(points: F64, surface: csr_array, side: str, sign: float, scale: float) -> dict[str, F64]:
+    tip = int(np.argmax(sign * points[:, 0]))
+    if sign * points[tip, 0] < 0.25 * scale or points[tip, 1] < 0.28 * REFERENCE_HEIGHT * scale:
+        raise MakingError(f"no {side} arm is to be seen beside the body; {_POSE}")
+    far = dijkstra(surface, directed=False, indices=tip)
+    step = 0.02 * scale
+    middles: list[F64] = []
+    girth: list[float] = []
+    at: list[float] = []
+    for d in np.arange(2 * step, 1.0 * scale, step):
+        ring = points[np.abs(far - d) < 0.75 * step]
+        if len(ring) < 6:
+            continue
+        middle = 0.5 * (ring.min(axis=0) + ring.max(axis=0))
+        middles.append(middle)
+        girth.append(float(np.linalg.norm(ring - middle, axis=1).mean()))
+        at.append(float(d))
+    if len(at) < 12:
+        raise MakingError(f"the {side} arm hangs together with nothing; mend the mesh so that arm and body are one surface")
+    sizes = np.array(girth)
+    forearm = float(np.median(sizes[(np.array(at) > 0.25 * scale) & (np.array(at) < 0.50 * scale)]))
+    wide = np.flatnonzero((sizes > 2.2 * forearm) & (np.array(at) > 0.45 * scale))
+    end = int(wide[0]) if len(wide) else len(at) - 1
+    axis = np.array(middles[: max(end - 2, 4)])
+    far_part = axis[np.array(at[: len(axis)]) > 0.30 * scale]
+    if len(far_part) < 4:
+        raise MakingError(f"the {side} arm is too short to be one; {_POSE}")
+    centre = far_part.mean(axis=0)
+    along = np.linalg.svd(far_part - centre)[2][0]
+    along *= -np.sign(along[0]) * sign
+    # Rings end at the armpit. In a T-pose the flesh above it makes them end early: half as measured, half as usual.
+    reach = float((axis[-1] - centre) @ along) + 0.035 * scale
+    if abs(along[1]) < 0.35:
+        reach = 0.5 * (reach + _ARM * scale - float((points[tip] - centre) @ -along))
+    shoulder = centre + reach * along
+    shoulder[0] = sign * np.clip(sign * shoulder[0], 0.13 * scale, 0.21 * scale)
+    total = np.concatenate([[points[tip]], axis, [shoulder]])
+    path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(total, axis=0), axis=1))])
+    straight = np.linalg.norm(points[tip] - shoulder)
+    path *= straight / path[-1] if path[-1] < 1.3 * straight else 1.0
+    out = {f"{side}_upper_arm": shoulder}
+    for joint, share in (("lower_arm", _ELBOW), ("hand", _WRIST)):
+        out[f"{side}_{joint}"] = np.array([np.interp(share * path[-1], path, total[:, k]) for k in range(3)])
+    return out
+
+
+def _leg(points: F64, side: str, sign: float, scale: float, tall: float) -> dict[str, F64]:
+    standard = standard_skeleton(tall)
+    crotch = _crotch(points, tall)
+    out: dict[str, F64] = {}
+    shift = float(np.clip(crotch - 0.80 * scale, -0.10 * scale, 0.10 * scale))
+    for joint in ("upper_leg", "lower_leg", "foot"):
+        y = float(standard.rest[JOINT_INDEX[f"{side}_{joint}"], 1])
+        y += shift * (1.0 if joint == "upper_leg" else 0.5 if joint == "lower_leg" else 0.0)
+        level = y if joint != "upper_leg" else crotch - 0.06 * scale
+        x = sign * points[:, 0]
+        ring = points[(np.abs(points[:, 1] - level) < 0.012 * scale) & (x > 0.0) & (x < 0.45 * scale)]
+        # Hands that hang beside a thigh are further out than it is thick.
+        ring = ring[sign * ring[:, 0] < float(np.min(sign * ring[:, 0])) + 0.24 * scale] if len(ring) else ring
+        if len(ring) < 4:
+            raise MakingError(f"no {side} leg at a height of {level:.2f} m; {_POSE}")
+        middle = 0.5 * (ring.min(axis=0) + ring.max(axis=0))
+        across = 0.92 * middle[0] if joint == "upper_leg" else middle[0]
+        out[f"{side}_{joint}"] = np.array((across, y, middle[2]))
+    foot = points[(points[:, 1] < 0.05 * tall) & (sign * points[:, 0] > 0.0)]
+    low, high = foot.min(axis=0), foot.max(axis=0)
+    ankle = out[f"{side}_foot"]
+    out[f"{side}_foot"] = np.array((ankle[0], ankle[1], low[2] + 0.25 * (high[2] - low[2])))
+    out[f"{side}_toes"] = np.array((0.5 * (low[0] + high[0]), 0.02 * scale, low[2] + 0.72 * (high[2] - low[2])))
+    return out
+
+
+def _crotch(points: F64, tall: float) -> float:
+    """Height up to which the legs are apart: the highest slice with nothing in the middle. Skirts have none."""
+    middle = points[np.abs(points[:, 0]) < 0.012 * tall]
+    below = middle[(middle[:, 1] > 0.30 * tall) & (middle[:, 1] < 0.56 * tall)]
+    return float(below[:, 1].min()) if len(below) and below[:, 1].min() > 0.36 * tall else 0.457 * tall
+
+
+def _slice_middle(points: F64, y: float, half_width: float) -> F64:
+    ring = points[(np.abs(points[:, 1] - y) < 0.012) & (np.abs(points[:, 0]) < half_width)]
+    return 0.5 * (ring.min(axis=0) + ring.max(axis=0)) if len(ring) else np.array((0.0, y, 0.0))
+
+
+def _mirrored(out: dict[str, F64]) -> None:
+    """Left and right made mirror images where they nearly are: landmarks are noisier than people are uneven."""
+    for name in [n for n in out if n.startswith("left_")]:
+        other = "right_" + name.removeprefix("left_")
+        a, b = out[name], out[other] * (-1.0, 1.0, 1.0)
+        if np.linalg.norm(a - b) < 0.06:
+            middle = 0.5 * (a + b)
+            out[name], out[other] = middle, middle * (-1.0, 1.0, 1.0)

@@ -1,0 +1,146 @@
+"""5DT Data Gloves as they behave on their wire: the Ultra (HID reports and wireless kit), the 16 and the 5."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from vistel.protocol.fivedt import SLOTS, SLOTS_5
+from vistel.protocol.fivedt_calibration import FiveDtCalibration, default_calibration
+from vistel_sim.device import Reply
+
+
+class _Glove:
+    """angles: t [s] -> (20,) radians, order of `Posture.hands`; noise: standard deviation of a sensor [counts]."""
+
+    highest = 4095
+
+    def __init__(
+        self, angles: Callable[[float], Sequence[float]], *, sensors: int = 14, right: bool = False,
+        calibration: FiveDtCalibration | None = None, noise: float = 3.0, seed: int = 0,
+    ) -> None:  # fmt: skip
+        self.sensors = sensors
+        self.right = right
+        self._angles = angles
+        self._calibration = calibration or default_calibration(self.highest)
+        self._noise = noise * self.highest / 4095
+        self._rng = np.random.default_rng(seed)
+        self._drift = 0.0
+        self._saturated = False
+
+    def disturb(self, drifting_s: float, saturated: bool) -> None:
+        """Every sensor wanders off for `drifting_s`, half a percent of its range a second; all at their limit."""
+        self._drift = 0.005 * self.highest * drifting_s
+        self._saturated = saturated
+
+    @property
+    def latency_s(self) -> float:
+        return 0.0
+
+    def receive(self, data: bytes, t_s: float) -> list[Reply]:
+        """It does not listen."""
+        return []
+
+    def values(self, t_s: float) -> list[int]:
+        """The 16 slots."""
+        counts = np.array(self._calibration.counts(self._angles(t_s), self.sensors))
+        there = counts != 0.0
+        counts += self._drift + self._noise * self._rng.standard_normal(len(counts))
+        if self._saturated:
+            counts[:] = self.highest
+        return np.where(there, np.clip(np.rint(counts), 0, self.highest), 0).astype(int).tolist()
+
+
+class UltraReports(_Glove):
+    """The Ultra on USB: 75 reports of 64 bytes a second; `product_id` as the glove's."""
+
+    period_s = 1.0 / 75.0
+
+    @property
+    def product_id(self) -> int:
+        return (not self.right) | 0x10 * (self.sensors == 5)
+
+    def measure(self, t_s: float) -> bytes:
+        """The report at `t_s`."""
+        return struct.pack(">16H", *self.values(t_s)).ljust(64, b"\0")
+
+
+class Ultra(_Glove):
+    """The Ultra's wireless kit with one glove, on port A."""
+
+    period_s = 1.0 / 75.0
+
+    def next_length(self) -> int:
+        return 29
+
+    def measure(self, t_s: float) -> bytes:
+        """The record at `t_s`."""
+        packed = 0
+        for v in self.values(t_s):
+            packed = packed << 12 | v
+        kind = 0x02 | (not self.right) | 0x10 * (self.sensors == 5)
+        body = bytes((kind, 0x01)) + packed.to_bytes(24, "big")
+        return b"<" + body + bytes((sum(body) & 0xFF,)) + b">"
+
+
+class Glove16(_Glove):
+    """The Data Glove 16: 50 records a second at 19200 baud, and once a second what it is."""
+
+    period_s = 1.0 / 50.0
+    _sent = 0
+
+    def next_length(self) -> int:
+        return 36 if self._sent % 51 else 7
+
+    def measure(self, t_s: float) -> bytes:
+        """The record at `t_s`, or what it is when that is due."""
+        self._sent += 1
+        if (self._sent - 1) % 51 == 0:
+            return b"<I\x02\x01" + bytes((self.right, 0x01)) + b">"
+        body = struct.pack(">16H", *self.values(t_s))
+        return b"<D" + body + bytes((sum(body) & 0xFF,)) + b">"
+
+
+class Glove5(_Glove):
+    """The Data Glove 5: greets, tells what it is, streams when asked."""
+
+    highest = 255
+    _streaming = False
+    _once = 0
+
+    def __init__(self, angles: Callable[[float], Sequence[float]], *, sensors: int = 5, **options) -> None:
+        super().__init__(angles, sensors=sensors, **options)
+
+    @property
+    def period_s(self) -> float:
+        return 1.0 / 100.0
+
+    def next_length(self) -> int:
+        return 9 if self._streaming or self._once else 0
+
+    def measure(self, t_s: float) -> bytes:
+        """The record at `t_s`."""
+        self._once = max(0, self._once - 1)
+        slots = dict(zip(SLOTS, self.values(t_s), strict=False))
+        values = bytes([slots[name] for name in SLOTS_5] + [128, 128])
+        check = 0
+        for v in values:
+            check ^= v
+        return b"\x80" + values + bytes((check,))
+
+    def receive(self, data: bytes, t_s: float) -> list[Reply]:
+        replies: list[Reply] = []
+        for c in data:
+            if c == ord("A"):
+                self._streaming = False
+                replies.append(Reply(b"\x55"))
+            elif c == ord("G"):
+                info = b"BR\x01\x02" + bytes((self.right, 0x10))
+                replies.append(Reply(info.ljust(16, b"\0") + b"DataGlove 5".ljust(16, b"\0")))
+            elif c == ord("C"):
+                self._once += 1
+            elif c == ord("D"):
+                self._streaming = True
+        return replies

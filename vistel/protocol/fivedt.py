@@ -1,0 +1,212 @@
+"""5DT Data Gloves: bytes in, samples out. They only talk, except for the Data Glove 5.
+
+Ultra over USB (HID), reports of 64 bytes:     16 x i16 big endian, the rest unused
+Ultra over its wireless kit, 115200 baud:      '<' type version | 16 x 12 bits, high first | checksum '>'      29 bytes
+Data Glove 16, 19200 baud:                     '<' 'D' | 16 x u16 big endian | 2 bytes                         36 bytes
+                                               '<' 'I' major minor flags (bit 0 right) flags '>'                7 bytes
+Data Glove 5, 19200 baud, when asked (`D`):    0x80 | thumb .. little, pitch, roll | XOR of these seven         9 bytes
+
+Sources: 5DT Data Glove Ultra manual v1.3, appendix B; the formats as read by VRPN and VR Juggler.
+"""
+
+from __future__ import annotations
+
+import struct
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from functools import reduce
+from operator import xor
+
+from vistel.protocol.arrival import ByteArrivals
+
+SLOTS = (
+    "thumb_near", "thumb_far", "thumb_index",
+    "index_near", "index_far", "index_middle",
+    "middle_near", "middle_far", "middle_ring",
+    "ring_near", "ring_far", "ring_little",
+    "little_near", "little_far",
+)  # fmt: skip
+"""Sensors of a glove with 14, in the order of its slots: the joint near the palm, the one after it, the spread."""
+SLOTS_5 = ("thumb_near", "index_near", "middle_near", "ring_near", "little_near")
+"""Of a glove with 5: slots 0, 3, 6, 9 and 12."""
+VENDOR_ID = 0x5D70
+REPORT_LENGTH = 64
+HIGHEST = 4095
+"""Of a sensor; a Data Glove 5 counts to 255."""
+
+_LEFT, _FIVE = 0x01, 0x10
+_WORDS = struct.Struct(">16H")
+_WAIT = -1
+_NO = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One sample. values: 16 slots, or those of `SLOTS_5` of a Data Glove 5; right: None where it does not say.
+
+    t_ns: when its first byte was sent. port: 0 or 1, which glove of a wireless kit.
+    """
+
+    values: tuple[int, ...]
+    right: bool | None
+    port: int
+    t_ns: int
+
+
+def product_is(product_id: int, *, right: bool, sensors: int) -> bool:
+    """Whether a USB product with 5DT's vendor id is this glove, by cable or wireless."""
+    return bool(product_id & _LEFT) != right and bool(product_id & _FIVE) == (sensors == 5) and product_id < 0x20
+
+
+class ReportParser:
+    """Turns HID reports, one for each read, into samples."""
+
+    def __init__(self) -> None:
+        self.bytes_skipped = 0
+
+    def feed(self, data: bytes, t_ns: int) -> list[Sample]:
+        """The sample of a report read at `t_ns`; none for what is no report. Never raises."""
+        values = _WORDS.unpack_from(data) if len(data) == REPORT_LENGTH else ()
+        if not values or max(values) > HIGHEST:
+            self.bytes_skipped += len(data)
+            return []
+        return [Sample(values, None, 0, t_ns)]
+
+
+class _SerialParser(ABC):
+    """Steps over what cannot be a record, byte by byte, and counts it."""
+
+    def __init__(self, baud: int) -> None:
+        self.bytes_skipped = 0
+        self._buffer = bytearray()
+        self._arrivals = ByteArrivals(baud)
+
+    def feed(self, data: bytes, t_ns: int) -> list[Sample]:
+        """The samples completed by `data`, which was read at `t_ns`. Never raises, whatever the bytes."""
+        if not data:
+            return []
+        samples: list[Sample] = []
+        self._buffer += data
+        self._arrivals.read(len(data), t_ns)
+        base = self._arrivals.end - len(self._buffer)
+        i = 0
+        while i < len(self._buffer):
+            taken, sample = self._take(i)
+            if taken == _WAIT:
+                break
+            if taken == _NO:
+                self.bytes_skipped += 1
+                taken = 1
+            if sample is not None:
+                samples.append(replace(sample, t_ns=self._arrivals.began_ns(base + i)))
+            i += taken
+        del self._buffer[:i]
+        self._arrivals.forget(base + i)
+        return samples
+
+    @abstractmethod
+    def _take(self, i: int) -> tuple[int, Sample | None]:
+        """How many bytes what begins at `i` takes, or _NO, or _WAIT; and the sample, if it is one."""
+
+
+class UltraParser(_SerialParser):
+    """The wireless kit of the Ultra. Its checksum's rule is not published: type and both ends are what is checked."""
+
+    LENGTH = 29
+
+    def __init__(self, baud: int = 115200) -> None:
+        super().__init__(baud)
+
+    def _take(self, i: int) -> tuple[int, Sample | None]:
+        b = self._buffer
+        have = len(b) - i
+        if b[i] != ord("<") or (have > 1 and b[i + 1] & ~(_FIVE | 0x07)):
+            return _NO, None
+        if have < self.LENGTH:
+            return _WAIT, None
+        if b[i + self.LENGTH - 1] != ord(">"):
+            return _NO, None
+        kind = b[i + 1]
+        packed = int.from_bytes(b[i + 3 : i + 27], "big")
+        values = tuple(packed >> 12 * (15 - k) & 0xFFF for k in range(16))
+        return self.LENGTH, Sample(values, not kind & _LEFT, int(bool(kind & 0x04)), 0)
+
+
+class Glove16Parser(_SerialParser):
+    """The Data Glove 16; it says now and then whether it is a right one."""
+
+    LENGTH, INFO_LENGTH = 36, 7
+
+    def __init__(self, baud: int = 19200) -> None:
+        super().__init__(baud)
+        self._right: bool | None = None
+
+    def _take(self, i: int) -> tuple[int, Sample | None]:
+        b = self._buffer
+        have = len(b) - i
+        if b[i] != ord("<") or (have > 1 and b[i + 1] not in b"DI"):
+            return _NO, None
+        if have < 2:
+            return _WAIT, None
+        if b[i + 1] == ord("I"):
+            if have < self.INFO_LENGTH:
+                return _WAIT, None
+            if b[i + 6] != ord(">"):
+                return _NO, None
+            self._right = bool(b[i + 4] & 1)
+            return self.INFO_LENGTH, None
+        if any(b[k] > 0x0F for k in range(i + 2, min(i + 34, len(b)), 2)):
+            return _NO, None
+        if have < self.LENGTH:
+            return _WAIT, None
+        return self.LENGTH, Sample(_WORDS.unpack_from(b, i + 2), self._right, 0, 0)
+
+
+class Glove5Parser(_SerialParser):
+    """The Data Glove 5: five fingers, then pitch and roll, which are left out."""
+
+    LENGTH, INFO_LENGTH = 9, 32
+
+    def __init__(self, baud: int = 19200) -> None:
+        super().__init__(baud)
+        self._right: bool | None = None
+        self._heard = bytearray()
+
+    def feed(self, data: bytes, t_ns: int) -> list[Sample]:
+        self._heard = (self._heard + data)[-4 * self.INFO_LENGTH :]
+        return super().feed(data, t_ns)
+
+    def took_greeting(self) -> bool:
+        """Whether it said 0x55, its answer to `HELLO`, since this was last asked."""
+        heard, self._heard = bytes(self._heard), bytearray()
+        return 0x55 in heard
+
+    def _take(self, i: int) -> tuple[int, Sample | None]:
+        b = self._buffer
+        have = len(b) - i
+        if b[i] == 0x55:
+            return 1, None  # its answer to a greeting, or the end of some units' records
+        if b[i] == ord("B"):
+            if have > 1 and b[i + 1] != ord("R"):
+                return _NO, None
+            # Nothing but the first six bytes of its description is fixed, so no more of it is taken on trust.
+            if have < 6:
+                return _WAIT, None
+            if b[i + 4] > 0x03 or b[i + 5] > 0x1F:
+                return _NO, None
+            self._right = bool(b[i + 4] & 1)
+            return 6, None
+        if b[i] != 0x80:
+            return _NO, None
+        if have < self.LENGTH:
+            return _WAIT, None
+        if reduce(xor, b[i + 1 : i + 8]) != b[i + 8]:
+            return _NO, None
+        return self.LENGTH, Sample(tuple(b[i + 1 : i + 6]), self._right, 0, 0)
+
+
+# Commands of the Data Glove 5; the others hear nothing.
+HELLO = b"A"
+"""Answer 0x55; ends a stream."""
+INFO = b"G"
+STREAM = b"D"
