@@ -17,7 +17,7 @@ from vistel.figure.making.dress import Dressed, drawn, dress
 from vistel.figure.making.joints import NEEDED, Jointed, jointed
 from vistel.figure.making.landmarks import joints_by_shape
 from vistel.figure.making.names import SPINE
-from vistel.figure.making.parts import Parts, Soundness, parts_of, soundness, weld
+from vistel.figure.making.parts import Parts, Soundness, covered, parts_of, soundness, weld
 from vistel.figure.making.primitives import WITH_FINGERS, BodyFit, fit_body
 from vistel.figure.making.repose import repose
 from vistel.figure.making.rigs import mapped
@@ -26,7 +26,7 @@ from vistel.figure.making.upright import upright
 from vistel.figure.making.weights import blended_weights, strongest
 from vistel.figure.posture import JointPose
 from vistel.figure.rigid_weights import TWIST_BONES, bone_weights
-from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS, REFERENCE_HEIGHT, Skeleton
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -80,7 +80,12 @@ def make_avatar(
     if doubled and parts.skin.any():
         notes.append(f"{doubled} vertices at the places of others: welded")
     body, eyes = triangles[parts.skin], triangles[parts.eyes]
-    keep = (body[:, 0] != body[:, 1]) & (body[:, 1] != body[:, 2]) & (body[:, 2] != body[:, 0])
+    worn = parts.worn[parts.skin]
+    hidden = np.zeros(len(body), np.bool_)
+    if worn.any():
+        hidden[~worn] = covered(points, body[~worn], body[worn], float(np.ptp(points[used, 1])) / REFERENCE_HEIGHT)
+        notes.append(f"{int(hidden.sum())} faces under the clothes left out")
+    keep = ~hidden & (body[:, 0] != body[:, 1]) & (body[:, 1] != body[:, 2]) & (body[:, 2] != body[:, 0])
     skin_faces = np.flatnonzero(parts.skin)[keep]
     body = _outwards(points, body[keep])
     sound = soundness(body, len(points))

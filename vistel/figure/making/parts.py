@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
 
 from vistel.figure.making.source import MakingError, Source
 
@@ -19,16 +20,19 @@ Mask = NDArray[np.bool_]
 
 _HIDDEN = ("helper-", "joint-")
 _INSIDE = ("teeth", "tongue", "lash")
+WORN = "worn: "
+"""What the names of groups of clothes begin with."""
 _FEWEST = 200
 """Triangles below which nobody is to be recognised."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """skin, eyes: (F,) faces of the source."""
+    """skin, eyes: (F,) faces of the source; worn: those of the skin that are clothes from another file."""
 
     skin: Mask
     eyes: Mask
+    worn: Mask
     notes: tuple[str, ...]
 
 
@@ -51,12 +55,37 @@ def parts_of(source: Source) -> Parts:
         raise MakingError(f"{int(skin.sum())} faces of a body, expected at least {_FEWEST}; is this the mesh of a person?")
     if eyes.any():
         notes.append(f"eyeballs: {int(eyes.sum())} faces, which gaze will turn")
-    return Parts(skin, eyes, tuple(notes))
+    worn = np.array([g.startswith(WORN) for g in source.groups])[source.group] & skin
+    return Parts(skin, eyes, worn, tuple(notes))
 
 
 def is_eye(name: str) -> bool:
     """Whether a group or material of that name (in small letters) is an eyeball."""
     return "eye" in name and not any(w in name for w in ("lash", "brow", "lid", "target", "joint", "wear", "glass", "shadow"))
+
+
+def covered(points: F64, body: I32, worn: I32, size: float) -> Mask:
+    """(F,) faces of the body that lie under what is worn: nobody sees them, and bending they would come through.
+
+    size: of the person [m]. Near the borders of clothes the skin stays.
+    """
+    cloth = np.unique(worn)
+    ends = np.sort(np.concatenate([worn[:, [0, 1]], worn[:, [1, 2]], worn[:, [2, 0]]]), axis=1).astype(np.int64)
+    edge, uses = np.unique(ends, axis=0, return_counts=True)
+    border = np.unique(edge[uses == 1])
+    used = np.unique(body)
+    corner = points[body]
+    face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = np.stack([np.bincount(body.ravel(), np.repeat(face[:, k], 3), len(points)) for k in range(3)], axis=1)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    distance, nearest = KDTree(points[cloth]).query(points[used])
+    outside = np.einsum("ni,ni->n", points[cloth[nearest]] - points[used], normal[used]) > -0.002 * size
+    under = (distance < 0.035 * size) & outside
+    if len(border):
+        under &= KDTree(points[border]).query(points[used])[0] > 0.016 * size
+    hidden = np.zeros(len(points), np.bool_)
+    hidden[used] = under
+    return np.asarray(hidden[body].all(axis=1), np.bool_)
 
 
 def weld(points: F64, triangles: I32) -> tuple[I32, I32, int]:

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from vistel.figure.making.makehuman import apply_target, cubes_rig, read_rig
+from vistel.figure.making.parts import WORN, is_eye
 from vistel.figure.making.pictures import decode
 from vistel.figure.making.read_obj import read_obj
 from vistel.figure.making.source import MakingError, Material, Source
 
 ENDINGS = (".obj",)
 EYES = "eyeballs"
-WORN = "worn: "
-"""What the names of groups of clothes begin with."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +45,11 @@ def read_source(path: Path, extras: Extras | None = None) -> Source:
         source = replace(source, rig=read_rig(extras.rig, extras.weights, source))
     elif source.rig is None:
         source = replace(source, rig=cubes_rig(source))
-    is_eye = np.array([_eye(g) for g in source.groups])[source.group]
+    of_eye = np.array([is_eye(g.lower()) for g in source.groups])[source.group]
     if extras.texture is not None:
-        source = _with_material(source, ~is_eye, Material("skin", None, _picture(extras.texture)))
+        source = _with_material(source, ~of_eye, Material("skin", None, _picture(extras.texture)))
         # Skins show no iris where eyeballs have their texture coordinates: those get painted ones.
-        source = _with_material(source, is_eye, Material(EYES))
+        source = _with_material(source, of_eye, Material(EYES))
     for cloth in extras.clothes:
         source = _joined(source, read_mesh(cloth))
     return source
@@ -62,12 +61,6 @@ def read_mesh(path: Path) -> Source:
     if ending == ".obj":
         return read_obj(path)
     raise MakingError(f"{path}: no format for {ending or 'a name without an ending'!r}, expected {', '.join(ENDINGS)}")
-
-
-def _eye(group: str) -> bool:
-    from vistel.figure.making.parts import is_eye  # noqa: PLC0415
-
-    return is_eye(group.lower())
 
 
 def _is_number(text: str) -> bool:

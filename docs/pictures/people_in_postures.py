@@ -1,0 +1,38 @@
+"""Draws docs/pictures/people-in-postures.png: built-in people, each in the standard postures.
+
+    python docs/pictures/people_in_postures.py [--out FILE] [AVATAR ...]
+
+AVATAR: what follows "builtin:", or an avatar file. Needs an OpenGL context (EGL without a display; software is fine).
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar_file import load_any
+from vistel.figure.standard_postures import standard_postures
+from vistel_services.renderer.portrait import Portraits
+
+PEOPLE = (
+    "seed=3,hair_style=5", "seed=2", "seed=7,hair_style=0", "seed=12,hair_style=3,build=1.2", "seed=4,pattern=4,top=7", "seed=5",
+)  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("people", nargs="*", default=PEOPLE)
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "people-in-postures.png")
+    arguments = parser.parse_args()
+    avatars = [
+        load_any(Path(p)) if Path(p).is_file() else builtin_avatar(f"builtin:{p}", name=p, height=1.75)
+        for p in arguments.people
+    ]
+    portraits = Portraits()
+    portraits.sheet(avatars, standard_postures(), (130, 180)).quantize(256).save(arguments.out, optimize=True)
+    portraits.close()
+
+
+if __name__ == "__main__":
+    main()

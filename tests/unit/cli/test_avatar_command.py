@@ -1,0 +1,105 @@
+"""The commands of docs/how-to/make-an-avatar.md, one after the other; wrong usage ends in one line and code 2."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from vistel.conference.model import load, public_avatar
+from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar_file import export_obj
+from vistel_cli.main import app
+from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
+from vistel_services.renderer.people import files_of, load_avatar_of
+from vistel_services.renderer.stage import About
+
+PAGE = Path(__file__).resolve().parents[3] / "docs/how-to/make-an-avatar.md"
+
+
+def _run(*words: str) -> tuple[int, str]:
+    result = CliRunner().invoke(app, list(words))
+    return result.exit_code, result.output
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where a new user has put a scan."""
+    out = tmp_path_factory.mktemp("avatar")
+    export_obj(builtin_avatar("builtin:seed=3", name="eva", height=1.70), out / "scan.obj")
+    return out
+
+
+def _has_gl() -> bool:
+    try:
+        open_surface(8, 8).close()
+    except NoOpenGlError:
+        return False
+    return True
+
+
+def test_the_commands_of_the_page_work_in_its_order(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, shared_data: Path
+) -> None:
+    monkeypatch.chdir(folder)
+    for name in ("base.obj", "rig.game_engine.json", "weights.game_engine.json.gz"):
+        (folder / name).symlink_to(shared_data / "human/makehuman" / name)
+    (folder / "skin.png").symlink_to(folder / "scan.png")
+    target = "caucasian-male-young.target.gz"
+    (folder / target).symlink_to(shared_data / "human/makehuman/targets" / target)
+    commands = re.findall(r"^    (vistel avatar .*)$", PAGE.read_text("utf-8"), re.MULTILINE)
+    assert len(commands) == 7
+    for command in commands:
+        if "--sheet" in command and not _has_gl():
+            continue
+        code, said = _run(*shlex.split(command)[1:])
+        assert code == 0, f"{command}: {said}"
+    assert (folder / "me.usdz").stat().st_size > 100_000
+
+
+def test_import_reports_what_it_found(folder: Path) -> None:
+    code, said = _run("avatar", "import", str(folder / "scan.obj"), "-o", str(folder / "a.usdc"), "--json")
+    assert code == 0, said
+    facts = json.loads(said)
+    assert facts["joints_from"] == "shape of the mesh"
+    assert facts["eyeballs"] == 2
+    assert facts["height_m"] == pytest.approx(1.70, abs=0.02)
+    assert facts["mean_distance_mm"] < 8
+
+
+def test_a_participant_is_drawn_with_the_file_beside_the_conference_file(folder: Path) -> None:
+    assert _run("avatar", "generate", "-o", str(folder / "eva.usda"), "--look", "seed=3")[0] == 0
+    (folder / "c.toml").write_text(
+        '[[sites]]\nname = "tokyo"\n[[sites.participants]]\nname = "ben"\nheight = 1.9\navatar = "eva.usda"\n'
+    )
+    conference = load(folder / "c.toml")
+    wanted = conference.sites[0].participants[0].avatar
+    assert public_avatar(wanted) == "eva.usda"
+    about = About("ben", "Ben", public_avatar(wanted), 1.9)
+    assert load_avatar_of(about, files_of(conference)).skeleton.height == pytest.approx(1.9)
+    with pytest.raises(ValueError, match=r"gone\.usda"):
+        load_avatar_of(About("ben", "Ben", "gone.usda", 1.9))
+    with pytest.raises(ValueError, match="expected the name"):
+        load_avatar_of(About("eve", "Eve", str(folder / "eva.usda"), 1.9), files_of(conference))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("import", "{f}/gone.obj", "-o", "{f}/x.usda"), ("import", "{f}/scan.obj", "-o", "{f}/x.blend"),
+        ("import", "{f}/scan.mtl", "-o", "{f}/x.usda"), ("import", "{f}/scan.obj", "-o", "{f}/no/x.usda"),
+        ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--up", "X"), ("inspect", "{f}/gone.usda"), ("inspect", "{f}/scan.obj"),
+        ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--weights", "{f}/w"), ("inspect", "builtin:seed=x"),
+        ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--primitives", "30"), ("generate", "-o", "{f}/x.usda", "--look", "age=3"),
+        ("export", "{f}/gone.usda", "-o", "{f}/x.usdz"), ("export", "builtin", "-o", "{f}/x.stl"),
+    ],
+)  # fmt: skip
+def test_wrong_usage_ends_in_one_line(folder: Path, words: tuple[str, ...]) -> None:
+    code, said = _run("avatar", *(w.format(f=folder) for w in words))
+    assert code == 2, said
+    assert said.startswith("error: ")
+    assert len(said.strip().splitlines()) == 1
