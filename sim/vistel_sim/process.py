@@ -42,6 +42,7 @@ from vistel_sim.fivedt import Glove5, Glove16, Ultra
 from vistel_sim.liberty import Liberty
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.source import prop_transmitter, receiver_on_prop
+from vistel_sim.phone import SimulatedPhone, run_phones, talking
 
 F64 = NDArray[np.float64]
 log = logging.getLogger("vistel.sim")
@@ -77,11 +78,31 @@ def simulated_devices(
         for s in conference.sites if site in (None, s.name)
         for name, instrument, baud, seed in _site_instruments(conference, s, motion)
     ]  # fmt: skip
-    names = {d.name for d in devices}
+    names = {d.name for d in devices} | {f"{p.name}-face" for p in _phone_owners(conference, site)}
     for fault in faults:
         if fault.device not in names:
             raise ValueError(f"fault: no simulated device {fault.device!r}; there are {', '.join(sorted(names))}")
     return devices
+
+
+def _phone_owners(conference: Conference, site: str | None) -> list[Participant]:
+    people = [p for s in conference.sites if site in (None, s.name) for p in s.participants]
+    return [p for p in people if p.face is not None and p.face.port == "sim"]
+
+
+def simulated_phones(
+    conference: Conference, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
+    faults: Iterable[Fault] = (),
+) -> list[SimulatedPhone]:  # fmt: skip
+    """The phones that see the faces whose port is "sim"."""
+    faults = tuple(faults)
+    return [
+        SimulatedPhone(
+            name := f"{p.name}-face", talking, paths.device(name), clock, start_ns, faults,
+            seed=_seed(conference.seed, name),
+        )
+        for p in _phone_owners(conference, site)
+    ]  # fmt: skip
 
 
 def _site_instruments(conference: Conference, site: Site, motion: BodyMotion):
@@ -149,9 +170,13 @@ async def run_simulators(
 ) -> None:
     """Run them until cancelled. The motion, and the times of `faults`, begin now."""
     motion = open_motion(conference)
-    devices = simulated_devices(conference, motion, paths, clock, clock.now_ns(), site=site, faults=faults)
-    log.info("simulated devices=%s", ",".join(d.name for d in devices))
-    await run_devices(devices)
+    faults, start_ns = tuple(faults), clock.now_ns()
+    devices = simulated_devices(conference, motion, paths, clock, start_ns, site=site, faults=faults)
+    phones = simulated_phones(conference, paths, clock, start_ns, site=site, faults=faults)
+    log.info("simulated devices=%s", ",".join(d.name for d in (*devices, *phones)))
+    async with asyncio.TaskGroup() as group:
+        group.create_task(run_devices(devices))
+        group.create_task(run_phones(phones))
 
 
 async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault]) -> None:

@@ -113,6 +113,14 @@ class GloveConfig(_Model):
         return self
 
 
+class FaceConfig(_Model):
+    """A phone that runs Live Link Face and sends to this machine."""
+
+    kind: Literal["live_link"] = "live_link"
+    port: Annotated[int, Field(ge=1, le=65535)] | Literal["sim"] = 11111
+    """UDP port on which it is heard, or "sim" for a simulated phone."""
+
+
 class Participant(_Model):
     """A person at a site."""
 
@@ -126,6 +134,8 @@ class Participant(_Model):
     the avatar folder. Others hear its name only, and need the file too."""
     tracker: TrackerConfig | None = TrackerConfig()
     gloves: dict[Literal["left", "right"], GloveConfig] = {"left": GloveConfig(), "right": GloveConfig()}
+    face: FaceConfig | None = None
+    """What sees their face; without one it stays at rest."""
     motion: str | None = None
     """What the simulated devices feel: a file (.bvh, a folder of 6-DOF recordings) or a built-in choreography ("meeting",
     "clay")."""
@@ -196,8 +206,8 @@ class Site(_Model):
     participants: list[Participant] = Field(min_length=1)
     props: list[Prop] = []
     display: Display = Display()
-    processes: list[list[Literal["tracker", "glove", "posture", "renderer"]]] = [
-        ["tracker", "glove", "posture"],
+    processes: list[list[Literal["tracker", "glove", "face", "posture", "renderer"]]] = [
+        ["tracker", "glove", "face", "posture"],
         ["renderer"],
     ]
     """Which services share a process."""

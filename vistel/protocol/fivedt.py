@@ -19,7 +19,7 @@ from operator import xor
 
 from vistel.protocol.arrival import ByteArrivals
 
-SLOTS = (
+SLOTS: tuple[str, ...] = (
     "thumb_near", "thumb_far", "thumb_index",
     "index_near", "index_far", "index_middle",
     "middle_near", "middle_far", "middle_ring",
@@ -27,7 +27,7 @@ SLOTS = (
     "little_near", "little_far",
 )  # fmt: skip
 """Sensors of a glove with 14, in the order of its slots: the joint near the palm, the one after it, the spread."""
-SLOTS_5 = ("thumb_near", "index_near", "middle_near", "ring_near", "little_near")
+SLOTS_5: tuple[str, ...] = ("thumb_near", "index_near", "middle_near", "ring_near", "little_near")
 """Of a glove with 5: slots 0, 3, 6, 9 and 12."""
 VENDOR_ID = 0x5D70
 REPORT_LENGTH = 64

@@ -61,6 +61,20 @@ class GloveFrame(_message.Message):
     angles: _containers.RepeatedScalarFieldContainer[float]
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., right: _Optional[bool] = ..., raw: _Optional[bytes] = ..., angles: _Optional[_Iterable[float]] = ...) -> None: ...
 
+class FaceFrame(_message.Message):
+    __slots__ = ("header", "device", "marks", "gaze", "channels")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    DEVICE_FIELD_NUMBER: _ClassVar[int]
+    MARKS_FIELD_NUMBER: _ClassVar[int]
+    GAZE_FIELD_NUMBER: _ClassVar[int]
+    CHANNELS_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    device: str
+    marks: _containers.RepeatedScalarFieldContainer[float]
+    gaze: _containers.RepeatedScalarFieldContainer[float]
+    channels: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., marks: _Optional[_Iterable[float]] = ..., gaze: _Optional[_Iterable[float]] = ..., channels: _Optional[_Iterable[float]] = ...) -> None: ...
+
 class RawBytes(_message.Message):
     __slots__ = ("header", "device", "direction", "data", "read_size", "read_after_ns")
     class Direction(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):

@@ -86,6 +86,8 @@ TOPICS: tuple[Topic, ...] = (
           "receiver poses of a magnetic tracker"),
     Topic("glove", f"{_SITE}/device/{{device}}/glove", device_pb2.GloveFrame, 60, _N, _S, True,
           "sensors and joint angles of a glove"),
+    Topic("face", f"{_SITE}/device/{{device}}/face", device_pb2.FaceFrame, 60, _N, _S, True,
+          "marks of a face and where its eyes look"),
     Topic("device_status", f"{_SITE}/device/{{device}}/status", device_pb2.DeviceStatus, 1, _R, _S, True,
           "how a device is doing"),
     Topic("device_raw", f"{_SITE}/device/{{device}}/raw", device_pb2.RawBytes, 0, _R, _S, True,

@@ -14,10 +14,11 @@ from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME, Topic
 from vistel_services import glove, tracker
+from vistel_services.face import LiveLinkDecoder
 from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder
 from vistel_services.tracker import FastrakDecoder, LibertyDecoder
 
-_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder
+_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "command"),
@@ -94,7 +95,7 @@ class Feeder:
         if raw.direction != RawBytes.DIRECTION_FROM_DEVICE:
             return
         decoder = self._decoder(raw.device)
-        topic = BY_NAME["tracker" if isinstance(decoder, FastrakDecoder | LibertyDecoder) else "glove"]
+        topic = BY_NAME[_topic_of(raw.device)]
         for t_ns, data in reads_of(raw):
             when_ns = min(record.log_ns, max(record.log_ns - GATHERED_NS, t_ns))
             for message in decoder.feed(data, t_ns):
@@ -106,6 +107,8 @@ class Feeder:
         return self._decoders[device]
 
     def _new_decoder(self, device: str) -> _Decoder:
+        if device.endswith("-face"):
+            return LiveLinkDecoder(device)
         if "-glove-" not in device:
             return tracker.decoder_of(self._trackers.get(device, "fastrak"), device)
         return glove.decoder_of(self._gloves[device], device)
@@ -116,3 +119,7 @@ class Feeder:
             self._publications[key] = self._bus.publish(topic, verbatim=topic.name in VERBATIM, **names)
         self._publications[key].put(message)  # type: ignore[arg-type]
         self.fed += 1
+
+
+def _topic_of(device: str) -> str:
+    return "face" if device.endswith("-face") else "glove" if "-glove-" in device else "tracker"

@@ -75,6 +75,7 @@ class Observer:
             for p in site.participants:
                 names += [f"{p.name}-tracker"] if p.tracker else []
                 names += [f"{p.name}-glove-{side}" for side in sorted(p.gloves)]
+                names += [f"{p.name}-face"] if p.face else []
             names += [p.device for p in site.props]
         return names
 

@@ -30,6 +30,8 @@ class Person:
     """In the room."""
     gloves: dict[str, str]
     """Device name to side."""
+    face: str | None = None
+    """Name of what sees their face."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
             seat=Stance(position, heading), tracker=f"{p.name}-tracker" if t else None,
             stations={station: receiver for receiver, station in t.stations.items()} if t else {},
             transmitter=transmitter, gloves={f"{p.name}-glove-{side}": side for side in p.gloves},
+            face=f"{p.name}-face" if p.face else None,
         ))  # fmt: skip
     first = people[0].seat
     props = tuple(

@@ -22,6 +22,7 @@ from vistel.wire.motion import MotionEncoder, MotionSample, StalePart
 from vistel.wire.topics import BY_NAME
 from vistel_services.posture.capture import RATE_HZ, Capture, warm_up
 from vistel_services.posture.config import Config, Person, TrackedProp
+from vistel_services.posture.face import FaceCapture
 from vistel_services.posture.props import PropCapture
 
 log = logging.getLogger("vistel.posture")
@@ -55,17 +56,21 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     props = {prop.tracker: _PropMaker(prop, config.site, bus) for prop in config.props}
     tracker = bus.subscribe(BY_NAME["tracker"], queue_all=True, site=config.site)
     glove = bus.subscribe(BY_NAME["glove"], queue_all=True, site=config.site)
+    face = bus.subscribe(BY_NAME["face"], queue_all=True, site=config.site)
+    by_face = {m.person.face: m for m in makers if m.person.face}
     for maker in makers:
         maker.announce(clock)
     try:
         async with asyncio.TaskGroup() as group:
             group.create_task(_follow_trackers(tracker, by_device, props))
             group.create_task(_follow_gloves(glove, by_device))
+            group.create_task(_follow_faces(face, by_face))
             for maker in makers:
                 group.create_task(maker.keep_going(clock))
     finally:
         tracker.close()
         glove.close()
+        face.close()
 
 
 async def _follow_trackers(
@@ -85,6 +90,13 @@ async def _follow_gloves(subscription: Subscription, by_device: dict[str, _Maker
         maker = by_device.get(sample.names["device"])
         if maker is not None:
             maker.capture.glove(sample.message)
+
+
+async def _follow_faces(subscription: Subscription, by_face: dict[str, _Maker]) -> None:
+    async for sample in subscription:
+        maker = by_face.get(sample.names["device"])
+        if maker is not None:
+            maker.face.take(sample.message)
 
 
 class _PropMaker:
@@ -109,6 +121,7 @@ class _Maker:
     def __init__(self, person: Person, site: str, bus: Bus) -> None:
         self.person = person
         self.capture = Capture(person)
+        self.face = FaceCapture()
         self._site = site
         self._bus = bus
         self._encoder = MotionEncoder()
@@ -145,7 +158,8 @@ class _Maker:
         return self._encoder.encode(MotionSample(
             seq=self._motion.next_seq, t_ns=t_ns, body=posture.dofs, hands=posture.hands,
             stance=np.array([*posture.stance.position, posture.stance.heading]),
-            stale=reduce(or_, (_STALE_PART[name] for name in solved.stale), StalePart(0)),
+            gaze=self.face.gaze, face=self.face.marks,
+            stale=reduce(or_, (_STALE_PART[name] for name in solved.stale), self.face.stale(t_ns)),
         ))  # fmt: skip
 
     async def keep_going(self, clock: Clock) -> None:

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from vistel.protocol.fivedt import Glove5Parser, Glove16Parser, ReportParser, UltraParser
 from vistel.protocol.fivedt_calibration import default_calibration
 from vistel.protocol.liberty import LibertyParser
+from vistel.protocol.live_link_face import FacePacket, encode, parse
 
 VARIANTS = 500
 CASES = max(1, int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "100000")) // VARIANTS)
@@ -114,3 +115,16 @@ def test_hid_reports_fuzz_gives_only_whole_samples(case: tuple[list[bytes], int]
     sound = true_sample(16, 4095)
     for report in variants(case):
         assert all(map(sound, ReportParser().feed(report, 1)))
+
+
+FACE = encode(FacePacket("id", "Ann", 7, 0.25, (60, 1), (0.5,) * 61))
+
+
+@fuzz
+@given(pieces(FACE, FACE[:20], FACE[20:40], FACE[40:], b"\x06", b"\0\0\0\x02", b"\x3d"))
+def test_live_link_fuzz_gives_only_finite_faces(case: tuple[list[bytes], int]) -> None:
+    for packet in variants(case):
+        face = parse(packet)
+        if face is not None:
+            assert len(face.values) in (0, 61) and all(map(math.isfinite, face.values))
+    assert parse(FACE) is not None

@@ -1,0 +1,63 @@
+"""Live Link Face: from packets to messages, and waiting for a phone."""
+
+from __future__ import annotations
+
+from vistel.face.marks import Expressions
+from vistel.protocol.live_link_face import CHANNELS, LiveLinkParser
+from vistel.v1.device_pb2 import FaceFrame
+from vistel.wire.topics import BY_NAME
+from vistel_services.device import Link, NoAnswerError
+
+_HEARD_S = 2.0
+
+
+class LiveLinkDecoder:
+    """A FaceFrame for each packet with a face in it."""
+
+    def __init__(self, device: str) -> None:
+        self.device = device
+        self._parser = LiveLinkParser()
+        self._expressions = Expressions(CHANNELS)
+
+    @property
+    def bytes_skipped(self) -> int:
+        return self._parser.bytes_skipped
+
+    @property
+    def subject(self) -> str:
+        """What the phone calls itself."""
+        return self._parser.subject
+
+    def feed(self, data: bytes, t_ns: int) -> list[FaceFrame]:
+        """The message of a packet read at `t_ns`."""
+        out: list[FaceFrame] = []
+        for packet in self._parser.feed(data, t_ns):
+            if packet.values:
+                frame = FaceFrame(
+                    device=self.device, marks=self._expressions.marks(packet.values).ravel().tolist(),
+                    gaze=self._expressions.gaze(packet.values).tolist(), channels=packet.values,
+                )  # fmt: skip
+                frame.header.t_ns = max(0, t_ns)
+                out.append(frame)
+        return out
+
+
+class LiveLinkDriver:
+    """A phone only talks; there is nothing to start."""
+
+    topic = BY_NAME["face"]
+    stop = b""
+
+    def __init__(self, name: str, port: int) -> None:
+        self.name = name
+        self.decoder = LiveLinkDecoder(name)
+        self._port = port
+
+    async def start(self, link: Link) -> str:
+        """See `Driver.start`."""
+        seen, skipped = link.frames, self.decoder.bytes_skipped
+        if await link.wait_for(lambda: link.frames if link.frames > seen else None, _HEARD_S) is None:
+            if self.decoder.bytes_skipped > skipped:
+                raise NoAnswerError("what arrives is not from Live Link Face; is another program sending to this port?")
+            raise NoAnswerError(f"no phone with a face in its picture sends to UDP port {self._port}")
+        return f"Live Link Face on {self.decoder.subject or 'a phone'}"

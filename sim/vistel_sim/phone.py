@@ -1,0 +1,85 @@
+"""A phone that runs Live Link Face: packets over UDP at its frame rate, to the port that listens."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import socket
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vistel.protocol.live_link_face import CHANNELS, FacePacket, encode
+from vistel.wire.clock import Clock
+from vistel_sim.faults import DeviceFaults, Fault
+
+Channels = Callable[[float], Sequence[float]]
+"""t [s] -> 61 values, order of CHANNELS."""
+
+_BLINK_EVERY_S, _BLINK_S = 3.7, 0.15
+_RATE_HZ = 60
+
+
+def talking(t_s: float) -> list[float]:
+    """A face that speaks in phrases, smiles now and then, blinks and looks about."""
+    values = dict.fromkeys(CHANNELS, 0.0)
+    phrase = max(0.0, math.sin(0.9 * t_s))
+    values["jawOpen"] = 0.45 * phrase * abs(math.sin(9.0 * t_s))
+    values["mouthFunnel"] = 0.4 * phrase * max(0.0, math.sin(5.3 * t_s))
+    values["mouthSmileLeft"] = values["mouthSmileRight"] = 0.6 * max(0.0, math.sin(0.31 * t_s))
+    values["browInnerUp"] = 0.5 * max(0.0, math.sin(0.7 * t_s + 1.0))
+    phase = t_s % _BLINK_EVERY_S
+    lid = math.sin(math.pi * phase / _BLINK_S) if phase < _BLINK_S else 0.0
+    values["eyeBlinkLeft"] = values["eyeBlinkRight"] = lid
+    side = 0.5 * math.sin(0.4 * t_s)
+    values["eyeLookOutLeft"] = values["eyeLookInRight"] = max(0.0, side)
+    values["eyeLookInLeft"] = values["eyeLookOutRight"] = max(0.0, -side)
+    return list(values.values())
+
+
+class SimulatedPhone:
+    """Sends until cancelled. announce: file in which the listener has written its port; the phone looks there again
+    when that changes. faults: garbage, cut, stall and unplug (no network) of the device `name`."""
+
+    def __init__(
+        self, name: str, channels: Channels, announce: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (),
+        *, seed: int = 0,
+    ) -> None:  # fmt: skip
+        self.name = name
+        self._channels = channels
+        self._announce = announce
+        self._clock, self._start_ns = clock, start_ns
+        self._faults = DeviceFaults(faults, name, np.random.default_rng(seed))
+
+    def packet(self, frame: int, t_s: float) -> bytes:
+        """The packet of a frame."""
+        values = tuple(self._channels(t_s))
+        return encode(FacePacket(f"SIM-{self.name}", self.name, frame, 0.0, (_RATE_HZ, 1), values))
+
+    async def run(self) -> None:
+        """Until cancelled."""
+        frame = 0
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
+            out.setblocking(False)
+            while True:
+                frame += 1
+                await self._clock.sleep_until_ns(self._start_ns + frame * 1_000_000_000 // _RATE_HZ)
+                t_s = (self._clock.now_ns() - self._start_ns) * 1e-9
+                frame = max(frame, int(t_s * _RATE_HZ))
+                if self._faults.active("stall", t_s) or self._faults.active("unplug", t_s):
+                    continue
+                self._send(out, self._faults.damage(self.packet(frame, t_s), t_s))
+
+    def _send(self, out: socket.socket, data: bytes) -> None:
+        try:
+            out.sendto(data, ("127.0.0.1", int(self._announce.read_text())))
+        except (OSError, ValueError):
+            return  # nobody listens now
+
+
+async def run_phones(phones: Iterable[SimulatedPhone]) -> None:
+    """All of them until cancelled."""
+    async with asyncio.TaskGroup() as group:
+        for phone in phones:
+            group.create_task(phone.run(), name=phone.name)

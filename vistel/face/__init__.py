@@ -1,0 +1,1 @@
+"""Faces: the marks that stand for them."""
