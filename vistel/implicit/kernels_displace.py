@@ -13,7 +13,6 @@ import numpy as np
 
 from vistel.implicit import deform_table as table
 from vistel.implicit.addresses import floats, ints, longs
-from vistel.implicit.contact_set import CONE_SPHERE
 from vistel.implicit.ghost_effects import FADING
 from vistel.implicit.kernel_jit import fast, leaf
 from vistel.implicit.kernels_field import (
@@ -21,19 +20,12 @@ from vistel.implicit.kernels_field import (
     ONE,
     PATCHES,
     RAY_SIZE,
-    ROW,
     WIDTH,
     ZERO,
     T,
-    cone_at_rest,
     load,
-    load_normals,
-    local_ray,
-    spread,
-    union_add,
-    union_end,
 )
-from vistel.implicit.kernels_meet import evaluate, gather
+from vistel.implicit.kernels_meet import gather, union_at_rest
 from vistel.implicit.lanes import most, store
 from vistel.implicit.pointers import at, pointer
 from vistel.implicit.wide import wide
@@ -46,21 +38,7 @@ FLATTEN = np.float32(0.25)
 def _press(first, last, mask, kind, rows, corners, block, contact, rigid, work, press):
     """The larger of `press` and the weighted field of the primitives of `mask` at a patch's positions, in place."""
     wide()
-    v, zero = load_normals(block), spread(ZERO)
-    f, df, total, slope = zero, zero, zero, zero
-    several = mask & (mask - 1) != 0
-    for k in range(first, last):
-        if (mask >> (k - first)) & 1:
-            p = at(rows, k * ROW)
-            if kind[k] == CONE_SPHERE:
-                f, df = cone_at_rest(v, p)
-            else:
-                local_ray(v, p, work)
-                f, df = evaluate(kind[k], zero, work, p, corners, at(work, RAY_SIZE))
-            if several:
-                total, slope = union_add(f, df, total, slope)
-    if several:
-        f, df = union_end(total, slope)
+    f = union_at_rest(first, last, mask, kind, rows, corners, block, work)
     f = f if rigid else load(contact) * f
     store(press, most(load(press), f))
 

@@ -112,29 +112,37 @@ def evaluate(kind, s, c, p, corners, work):
     return load_field(at(work, WIDTH))
 
 
+@inlined
+def union_at_rest(first, last, mask, kind, rows, corners, block, work):
+    """F of the union of the primitives of `mask` (bits from `first`) at a patch's positions. work: room for a primitive's
+    rays and 3 rows."""
+    v, zero = load_normals(block), spread(ZERO)
+    f, df, total, slope = zero, zero, zero, zero
+    several = mask & (mask - 1) != 0
+    for k in range(first, last):
+        if (mask >> (k - first)) & 1:
+            p = at(rows, k * ROW)
+            if kind[k] == CONE_SPHERE:
+                f, df = cone_at_rest(v, p)
+            else:
+                local_ray(v, p, work)
+                f, df = evaluate(kind[k], zero, work, p, corners, at(work, RAY_SIZE))
+            if several:
+                total, slope = union_add(f, df, total, slope)
+    if several:
+        f, df = union_end(total, slope)
+    return f
+
+
 @leaf
 def height_at_rest(first, last, mask, kind, rows, corners, block, cal, shares, neighbour, work):
     """Largest weighted field, in a block at its rigid positions, of the union of the primitives of `mask` (bits from
     `first`); of a neighbour T + the most it pushes. cal: calibration of the block; work: room for a primitive's rays and
     3 rows."""
     wide()
-    zero, high = spread(ZERO), spread(-HUGE)
-    several = mask & (mask - 1) != 0
+    high = spread(-HUGE)
     for c in range(PATCHES):
-        v = load_normals(at(block, c * RAY_SIZE))
-        f, df, total, slope = zero, zero, zero, zero
-        for k in range(first, last):
-            if (mask >> (k - first)) & 1:
-                p = at(rows, k * ROW)
-                if kind[k] == CONE_SPHERE:
-                    f, df = cone_at_rest(v, p)
-                else:
-                    local_ray(v, p, work)
-                    f, df = evaluate(kind[k], zero, work, p, corners, at(work, RAY_SIZE))
-                if several:
-                    total, slope = union_add(f, df, total, slope)
-        if several:
-            f, df = union_end(total, slope)
+        f = union_at_rest(first, last, mask, kind, rows, corners, at(block, c * RAY_SIZE), work)
         f = load(at(cal, (c * table.CAL_ROWS + table.CONTACT) * WIDTH)) * f
         if neighbour:
             f = T + most(load(at(shares, c * WIDTH)) * (f - T), ZERO)

@@ -12,8 +12,8 @@ import numpy as np
 import typer
 from rich.markup import escape
 
-from vistel_cli.terminal import USAGE, err, out
-from vistel_cli.trace import picture_size
+from vistel_cli.terminal import err, out
+from vistel_cli.trace import opened, picture_size, scene_errors_told
 
 
 def scanline(
@@ -31,17 +31,13 @@ def scanline(
 
       vistel scanline examples/scenes/blobs.toml -o big.png --size 1600x1000 --smooth 2
     """
-    from vistel.implicit.checks import ShapeError  # noqa: PLC0415 - brings Numba, which --help does not need
-    from vistel.implicit.scanline import render  # noqa: PLC0415
-    from vistel.implicit.scene import SceneError, check_writable, load, write_png  # noqa: PLC0415
-    from vistel.implicit.trace.report import report, warnings  # noqa: PLC0415
+    from vistel.implicit.scanline import render  # noqa: PLC0415 - brings Numba, which --help does not need
+    from vistel.implicit.scene import SceneError, write_png  # noqa: PLC0415
+    from vistel.implicit.trace.report import report  # noqa: PLC0415
 
     pixels = picture_size(size)
-    try:
-        check_writable(output)
-        read = load(scene)
-        for line in warnings(read):
-            err.print(f"[yellow]warning:[/yellow] {escape(f'{scene}: {line}')}", soft_wrap=True)
+    with scene_errors_told():
+        read = opened(scene, output)
         width, height = pixels or read.size
         if max(width, height) * smooth > 16384:
             raise SceneError(f"--smooth: {smooth} x {width}x{height} is more than 16384 pixels, expected a smaller picture")
@@ -51,10 +47,6 @@ def scanline(
         seconds = time.perf_counter() - began
         light = np.clip(picture.light, 0, 1).reshape(height, smooth, width, smooth, 3).mean(axis=(1, 3))
         write_png(output, light)
-    except (SceneError, ShapeError) as e:
-        for line in str(e).splitlines():
-            err.print(f"[red]error:[/red] {escape(line)}", soft_wrap=True)
-        raise typer.Exit(USAGE) from e
     facts = {
         "output": str(output),
         "width": width,

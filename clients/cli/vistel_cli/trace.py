@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -13,6 +15,9 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from vistel_cli.terminal import USAGE, err, fail, out
+
+if TYPE_CHECKING:
+    from vistel.implicit.scene import Scene
 
 
 def trace(
@@ -40,17 +45,13 @@ def trace(
 
       vistel trace examples/scenes/blobs.toml -o big.png --size 1600x1000 --antialias 0.05
     """
-    from vistel.implicit.checks import ShapeError  # noqa: PLC0415 - brings Numba, which --help does not need
-    from vistel.implicit.scene import SceneError, check_writable, load, write_png  # noqa: PLC0415
+    from vistel.implicit.scene import write_png  # noqa: PLC0415 - brings Numba, which --help does not need
     from vistel.implicit.trace import render  # noqa: PLC0415
-    from vistel.implicit.trace.report import report, warnings  # noqa: PLC0415
+    from vistel.implicit.trace.report import report  # noqa: PLC0415
 
     pixels = picture_size(size)
-    try:
-        check_writable(output)
-        read = load(scene)
-        for line in warnings(read):
-            err.print(f"[yellow]warning:[/yellow] {escape(f'{scene}: {line}')}", soft_wrap=True)
+    with scene_errors_told():
+        read = opened(scene, output)
         facts: dict[str, Any] = report(read) if stats or as_json else {}
         began, cpu = time.perf_counter(), time.process_time()
         with _bar() as bar:
@@ -61,10 +62,6 @@ def trace(
             )  # fmt: skip
         seconds, cpu = time.perf_counter() - began, time.process_time() - cpu
         write_png(output, picture.light)
-    except (SceneError, ShapeError) as e:
-        for line in str(e).splitlines():
-            err.print(f"[red]error:[/red] {escape(line)}", soft_wrap=True)
-        raise typer.Exit(USAGE) from e
     facts = {
         "output": str(output),
         "width": picture.light.shape[1],
@@ -83,6 +80,32 @@ def trace(
         for key, value in facts.items():
             if key != "output":
                 out.print(f"  {key.replace('_', ' '):22}{value:>12}")
+
+
+@contextmanager
+def scene_errors_told() -> Iterator[None]:
+    """What is wrong with a scene or its shapes ends the command with a line for each fault."""
+    from vistel.implicit.checks import ShapeError  # noqa: PLC0415
+    from vistel.implicit.scene import SceneError  # noqa: PLC0415
+
+    try:
+        yield
+    except (SceneError, ShapeError) as e:
+        for line in str(e).splitlines():
+            err.print(f"[red]error:[/red] {escape(line)}", soft_wrap=True)
+        raise typer.Exit(USAGE) from e
+
+
+def opened(scene: Path, output: Path) -> Scene:
+    """The scene of a file, with its warnings told, once it is known that `output` can be written."""
+    from vistel.implicit.scene import check_writable, load  # noqa: PLC0415
+    from vistel.implicit.trace.report import warnings  # noqa: PLC0415
+
+    check_writable(output)
+    read = load(scene)
+    for line in warnings(read):
+        err.print(f"[yellow]warning:[/yellow] {escape(f'{scene}: {line}')}", soft_wrap=True)
+    return read
 
 
 def picture_size(text: str | None) -> tuple[int, int] | None:
