@@ -70,7 +70,7 @@ def import_(
     up: Annotated[str | None, typer.Option(help="Axis that is up, Y or Z; found from the shape otherwise.")] = None,
     texture: Annotated[Path | None, typer.Option(help="Picture of the skin, where the file names none.")] = None,
     clothes: Annotated[
-        list[Path] | None, typer.Option(help="Another mesh in the same frame that is worn; may be given more than once.")
+        list[Path] | None, typer.Option(help="Another mesh in the same frame that is worn (.obj, MakeHuman .mhclo); repeatable.")
     ] = None,
     rig: Annotated[Path | None, typer.Option(help="Rig of MakeHuman (MPFB's rig.*.json) for its base mesh.")] = None,
     weights: Annotated[Path | None, typer.Option(help="The rig's weights (weights.*.json, .gz).")] = None,

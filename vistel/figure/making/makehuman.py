@@ -131,3 +131,59 @@ def _text(path: Path) -> str:
         raise MakingError(f"{path}: cannot be read: {fault.strerror or fault}") from fault
     except (zlib.error, EOFError, UnicodeDecodeError) as fault:
         raise MakingError(f"{path}: damaged ({fault}); fetch the file again") from fault
+
+
+def read_clothes(path: Path, body: Source) -> tuple[Path, F64, NDArray[np.int64], Path | None]:
+    """MakeHuman's clothes (.mhclo) on the body of its base mesh: the OBJ, the places (N, 3) of its vertices on this body,
+    the body's vertices that it hides, and the picture its material names. Raises MakingError."""
+    mesh: Path | None = None
+    picture: Path | None = None
+    scale = np.ones(3)
+    rows: list[list[float]] = []
+    hidden: list[int] = []
+    part = ""
+    number = 0
+    try:
+        for number, line in enumerate(_text(path).splitlines(), 1):  # noqa: B007 - told where it failed
+            words = line.split()
+            if not words or words[0] == "#":
+                continue
+            if words[0] in ("verts", "delete_verts"):
+                part = words[0]
+            elif words[0] == "obj_file":
+                mesh = path.parent / words[1]
+            elif words[0] == "material":
+                picture = _diffuse(path.parent / words[1])
+            elif words[0] in ("x_scale", "y_scale", "z_scale"):
+                axis = "xyz".index(words[0][0])
+                low, high = int(words[1]), int(words[2])
+                scale[axis] = abs(body.points[low, axis] - body.points[high, axis]) / float(words[3])
+            elif part == "verts" and words[0].isdigit():
+                rows.append([float(w) for w in words[:9]] if len(words) >= 9 else [float(words[0]), 0, 0, 1, 0, 0, 0, 0, 0])
+            elif part == "delete_verts" and words[0].isdigit():
+                text = line.replace("-", " - ").split()
+                while text:
+                    first = int(text.pop(0))
+                    last = first
+                    if text[:1] == ["-"]:
+                        last = int(text[1])
+                        text = text[2:]
+                    hidden += range(first, min(last, len(body.points) - 1) + 1)
+        table = np.array(rows, np.float64).reshape(-1, 9)
+        corner = body.points[table[:, :3].astype(np.int64)]
+    except (ValueError, IndexError) as fault:
+        raise MakingError(f"{path}:{number}: not clothes for this mesh ({fault}); use MakeHuman's base mesh") from fault
+    if mesh is None or not rows:
+        raise MakingError(f"{path}: names no mesh (obj_file) or binds no vertices (verts); expected MakeHuman clothes")
+    return mesh, np.einsum("nk,nkj->nj", table[:, 3:6], corner) + table[:, 6:9] * scale, np.array(hidden, np.int64), picture
+
+
+def _diffuse(material: Path) -> Path | None:
+    """The picture that a material of MakeHuman (.mhmat) names, None without one."""
+    if not material.is_file():
+        return None
+    for line in _text(material).splitlines():
+        words = line.split()
+        if len(words) > 1 and words[0] == "diffuseTexture":
+            return material.parent / words[1]
+    return None

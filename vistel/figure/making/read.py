@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from vistel.figure.making.makehuman import apply_target, cubes_rig, read_rig
+from vistel.figure.making.makehuman import apply_target, cubes_rig, read_clothes, read_rig
 from vistel.figure.making.parts import WORN, is_eye
-from vistel.figure.making.pictures import decode
+from vistel.figure.making.pictures import decode, read_picture
 from vistel.figure.making.read_obj import read_obj
 from vistel.figure.making.source import MakingError, Material, Source
 
@@ -50,8 +50,20 @@ def read_source(path: Path, extras: Extras | None = None) -> Source:
         source = _with_material(source, ~of_eye, Material("skin", None, _picture(extras.texture)))
         # Skins show no iris where eyeballs have their texture coordinates: those get painted ones.
         source = _with_material(source, of_eye, Material(EYES))
+    body = source
     for cloth in extras.clothes:
-        source = _joined(source, read_mesh(cloth))
+        if cloth.suffix.lower() != ".mhclo":
+            source = _joined(source, read_mesh(cloth))
+            continue
+        mesh, places, hidden, picture = read_clothes(cloth, body)
+        worn = read_mesh(mesh)
+        if len(worn.points) != len(places):
+            raise MakingError(f"{cloth}: binds {len(places)} vertices, {mesh.name} has {len(worn.points)}; fetch both again")
+        if picture is not None:
+            notes: list[str] = []
+            cloth_material = Material(cloth.stem, None, read_picture(picture, notes))
+            worn = _with_material(replace(worn, notes=(*worn.notes, *notes)), worn.group >= 0, cloth_material)
+        source = _joined(_without(source, hidden), replace(worn, points=places), "fitted: ")
     return source
 
 
@@ -88,7 +100,14 @@ def _with_material(source: Source, faces: NDArray[np.bool_], material: Material)
     return replace(source, material=which, materials=(*source.materials, material))
 
 
-def _joined(source: Source, worn: Source) -> Source:
+def _without(source: Source, vertices: NDArray[np.int64]) -> Source:
+    """The mesh without the faces whose corners are all among these vertices."""
+    gone = np.zeros(len(source.points), np.bool_)
+    gone[vertices] = True
+    return source.of_faces(~np.asarray(gone[source.triangles].all(axis=1), np.bool_))
+
+
+def _joined(source: Source, worn: Source, called: str = WORN) -> Source:
     """Both meshes as one; what is worn takes no part in finding unit and joints."""
     points, uvs = len(source.points), len(source.uv)
     rig = source.rig
@@ -101,7 +120,7 @@ def _joined(source: Source, worn: Source) -> Source:
         source, points=np.vstack([source.points, worn.points]), uv=np.vstack([source.uv, worn.uv]), rig=rig,
         triangles=np.vstack([source.triangles, worn.triangles + points]).astype(np.int32),
         uv_triangles=np.vstack([source.uv_triangles, uv]), group=np.append(source.group, worn.group + len(source.groups)),
-        groups=(*source.groups, *(f"{WORN}{g or worn.name}" for g in worn.groups)),
+        groups=(*source.groups, *(f"{called}{g or worn.name}" for g in worn.groups)),
         material=np.append(source.material, worn.material + len(source.materials)),
         materials=(*source.materials, *worn.materials), notes=(*source.notes, *worn.notes),
     )  # fmt: skip
