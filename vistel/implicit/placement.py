@@ -160,7 +160,7 @@ def _refined(cone: F64, error: float, skin: _Skin, box: tuple[F64, F64, F64]) ->
     widest = 0.6 * float(np.sort(high - low)[1])
     damping, scale = 1e-3, max(float(cone[6:].max()), 1e-12)
     for _ in range(_STEPS):
-        foot, normal, d = _feet(cone, skin.p)
+        foot, normal, d = cone_feet(cone, skin.p)
         jacobian = -np.column_stack([(1.0 - foot)[:, None] * normal, foot[:, None] * normal, 1.0 - foot, foot])
         weighted = jacobian * skin.area[:, None]
         square = jacobian.T @ weighted
@@ -181,7 +181,7 @@ def _refined(cone: F64, error: float, skin: _Skin, box: tuple[F64, F64, F64]) ->
     return cone
 
 
-def _feet(cone: F64, p: F64) -> tuple[F64, F64, F64]:
+def cone_feet(cone: F64, p: F64) -> tuple[F64, F64, F64]:
     """Of points p (N, 3): where on the axis (0 to 1) the nearest ball of a cone-sphere is, the direction from there,
     and the signed distance to the surface."""
     axis = cone[3:6] - cone[:3]
@@ -201,7 +201,7 @@ def _feet(cone: F64, p: F64) -> tuple[F64, F64, F64]:
 
 def _misfit(cone: F64, skin: _Skin) -> F64:
     """(N,) squared distance to the surface, larger where the skin faces another way than the surface does."""
-    foot, normal, d = _feet(cone, skin.p)
+    foot, normal, d = cone_feet(cone, skin.p)
     radius = cone[6] + foot * (cone[7] - cone[6])
     turned = 1.0 - np.einsum("ni,ni->n", normal, skin.n)
     return d * d + np.square(_ALIGN * radius * turned)
@@ -325,5 +325,5 @@ def _placement(skin: _Skin, edges: I32, part: I32, cones: F64) -> Placement:
     )  # fmt: skip
     distance = np.empty(len(skin.p))
     for i, c in enumerate(cones):
-        distance[part == i] = _feet(c, skin.p[part == i])[2]
+        distance[part == i] = cone_feet(c, skin.p[part == i])[2]
     return Placement(limbs, part, distance, skin.area)

@@ -11,6 +11,7 @@ from vistel.figure.body import Body, standard_body
 from vistel.figure.figure_limbs import limb_groups
 from vistel.figure.rigid_weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
+from vistel.implicit.placement import cone_feet
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -103,28 +104,12 @@ def _with_cones(body: Body, skeleton: Skeleton, cones: F64) -> Body:
     )
 
 
-def _feet(cone: F64, p: F64) -> tuple[F64, F64, F64]:
-    """Of points (N, 3): where on the axis (0 to 1) the nearest ball is, the direction from there, signed distance."""
-    axis = cone[3:6] - cone[:3]
-    length = float(np.linalg.norm(axis))
-    w = p - cone[:3]
-    foot = np.zeros(len(p))
-    if length > 1e-9:
-        k = float(np.clip((cone[7] - cone[6]) / length, -0.999, 0.999))
-        x = w @ (axis / length)
-        rho = np.sqrt(np.maximum(0.0, np.square(w).sum(axis=1) - x * x))
-        foot = np.clip(x + k * rho / np.sqrt(1.0 - k * k), 0.0, length) / length
-    away = w - foot[:, None] * axis
-    distance = np.linalg.norm(away, axis=1)
-    return foot, away / np.maximum(distance, 1e-12)[:, None], distance - (cone[6] + foot * (cone[7] - cone[6]))
-
-
 def distances(body: Body, skeleton: Skeleton, points: F64, limb: I32) -> F64:
     """(V,) signed distances of points to the surface of the primitive each belongs to [m]."""
     out = np.empty(len(points))
     for i, cone in enumerate(_cones(body, skeleton)):
         rows = limb == i
-        out[rows] = _feet(cone, points[rows])[2]
+        out[rows] = cone_feet(cone, points[rows])[2]
     return out
 
 
@@ -134,7 +119,7 @@ def _nearest(body: Body, skeleton: Skeleton, points: F64, group: I32) -> I32:
     best, limb = np.full(len(points), np.inf), np.zeros(len(points), np.int32)
     for i, cone in enumerate(_cones(body, skeleton)):
         rows = np.flatnonzero(group == groups[i])
-        d = np.abs(_feet(cone, points[rows])[2])
+        d = np.abs(cone_feet(cone, points[rows])[2])
         nearer = d < best[rows]
         best[rows[nearer]], limb[rows[nearer]] = d[nearer], i
     return limb
@@ -165,7 +150,7 @@ def _fit(cone: F64, p: F64, area: F64, anchored: bool) -> F64:
     widest = 0.6 * float(np.sort(high - low)[1])
     damping, error = 1e-3, _error(cone, p, area)
     for _ in range(_STEPS):
-        foot, normal, d = _feet(cone, p)
+        foot, normal, d = cone_feet(cone, p)
         jacobian = -np.column_stack([(1 - foot)[:, None] * normal, foot[:, None] * normal, 1 - foot, foot])[:, free]
         weighted = jacobian * area[:, None]
         square = jacobian.T @ weighted
@@ -186,7 +171,7 @@ def _fit(cone: F64, p: F64, area: F64, anchored: bool) -> F64:
 
 
 def _error(cone: F64, p: F64, area: F64) -> float:
-    return float(area @ np.square(_feet(cone, p)[2]))
+    return float(area @ np.square(cone_feet(cone, p)[2]))
 
 
 def _split(body: Body, skeleton: Skeleton, points: F64, limb: I32, i: int) -> tuple[I32, Body]:
