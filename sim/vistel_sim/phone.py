@@ -17,6 +17,9 @@ from vistel_sim.faults import DeviceFaults, Fault
 Channels = Callable[[float], Sequence[float]]
 """t [s] -> 61 values, order of CHANNELS."""
 
+Packets = Callable[[int, float], bytes]
+"""(frame, t [s]) -> a packet."""
+
 _BLINK_EVERY_S, _BLINK_S = 3.7, 0.15
 _RATE_HZ = 60
 
@@ -38,24 +41,19 @@ def talking(t_s: float) -> list[float]:
     return list(values.values())
 
 
-class SimulatedPhone:
-    """Sends until cancelled. announce: file in which the listener has written its port; the phone looks there again
+class SimulatedSender:
+    """Sends packets until cancelled. announce: file in which the listener has written its port; the phone looks there again
     when that changes. faults: garbage, cut, stall and unplug (no network) of the device `name`."""
 
     def __init__(
-        self, name: str, channels: Channels, announce: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (),
+        self, name: str, packet: Packets, announce: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (),
         *, seed: int = 0,
     ) -> None:  # fmt: skip
         self.name = name
-        self._channels = channels
+        self._packet = packet
         self._announce = announce
         self._clock, self._start_ns = clock, start_ns
         self._faults = DeviceFaults(faults, name, np.random.default_rng(seed))
-
-    def packet(self, frame: int, t_s: float) -> bytes:
-        """The packet of a frame."""
-        values = tuple(self._channels(t_s))
-        return encode(FacePacket(f"SIM-{self.name}", self.name, frame, 0.0, (_RATE_HZ, 1), values))
 
     async def run(self) -> None:
         """Until cancelled."""
@@ -69,7 +67,7 @@ class SimulatedPhone:
                 frame = max(frame, int(t_s * _RATE_HZ))
                 if self._faults.active("stall", t_s) or self._faults.active("unplug", t_s):
                     continue
-                self._send(out, self._faults.damage(self.packet(frame, t_s), t_s))
+                self._send(out, self._faults.damage(self._packet(frame, t_s), t_s))
 
     def _send(self, out: socket.socket, data: bytes) -> None:
         try:
@@ -78,8 +76,17 @@ class SimulatedPhone:
             return  # nobody listens now
 
 
-async def run_phones(phones: Iterable[SimulatedPhone]) -> None:
+def face_packets(name: str, channels: Channels) -> Packets:
+    """What a phone called `name` sends of a face."""
+
+    def packet(frame: int, t_s: float) -> bytes:
+        return encode(FacePacket(f"SIM-{name}", name, frame, 0.0, (_RATE_HZ, 1), tuple(channels(t_s))))
+
+    return packet
+
+
+async def run_senders(senders: Iterable[SimulatedSender]) -> None:
     """All of them until cancelled."""
     async with asyncio.TaskGroup() as group:
-        for phone in phones:
-            group.create_task(phone.run(), name=phone.name)
+        for sender in senders:
+            group.create_task(sender.run(), name=sender.name)

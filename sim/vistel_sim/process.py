@@ -30,10 +30,12 @@ from vistel.conference.model import (
     load,
 )
 from vistel.conference.paths import RunPaths
+from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.sensors import Placement
 from vistel.space.room import meeting_room
 from vistel.wire import event_loop
 from vistel.wire.clock import Clock, SystemClock
+from vistel_sim import suite
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import Instrument, SimulatedDevice, run_devices
 from vistel_sim.fastrak import Fastrak, PoseSource
@@ -41,8 +43,8 @@ from vistel_sim.faults import Fault, fault_from_text
 from vistel_sim.fivedt import Glove5, Glove16, Ultra
 from vistel_sim.liberty import Liberty
 from vistel_sim.motion import MotionError, open_motion
-from vistel_sim.motion.source import prop_transmitter, receiver_on_prop
-from vistel_sim.phone import SimulatedPhone, run_phones, talking
+from vistel_sim.motion.source import Place, places, prop_transmitter, receiver_on_prop
+from vistel_sim.phone import Packets, SimulatedSender, face_packets, run_senders, talking
 
 F64 = NDArray[np.float64]
 log = logging.getLogger("vistel.sim")
@@ -53,6 +55,10 @@ _RESTART_S = 0.3
 
 class BodyMotion(Protocol):
     """What the devices need of a motion source (`vistel_sim.motion.MotionSource` has more)."""
+
+    def posture(self, participant: str, t_s: float) -> Posture:
+        """What the participant does."""
+        ...
 
     def receivers(self, participant: str, t_s: float) -> dict[str, tuple[F64, F64]]:
         """By role: position [m] and quaternion (x, y, z, w) in the participant's transmitter frame."""
@@ -79,6 +85,7 @@ def simulated_devices(
         for name, instrument, baud, seed in _site_instruments(conference, s, motion)
     ]  # fmt: skip
     names = {d.name for d in devices} | {f"{p.name}-face" for p in _phone_owners(conference, site)}
+    names |= {f"{p.name}-tracker" for p in _suite_owners(conference, site)}
     for fault in faults:
         if fault.device not in names:
             raise ValueError(f"fault: no simulated device {fault.device!r}; there are {', '.join(sorted(names))}")
@@ -90,19 +97,34 @@ def _phone_owners(conference: Conference, site: str | None) -> list[Participant]
     return [p for p in people if p.face is not None and p.face.port == "sim"]
 
 
-def simulated_phones(
-    conference: Conference, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
+def _suite_owners(conference: Conference, site: str | None) -> list[Participant]:
+    people = [p for s in conference.sites if site in (None, s.name) for p in s.participants]
+    return [p for p in people if p.tracker is not None and p.tracker.kind == "vmc" and p.tracker.port == "sim"]
+
+
+def simulated_senders(
+    conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
     faults: Iterable[Fault] = (),
-) -> list[SimulatedPhone]:  # fmt: skip
-    """The phones that see the faces whose port is "sim"."""
+) -> list[SimulatedSender]:  # fmt: skip
+    """The phones and tracking suites whose port is "sim"."""
     faults = tuple(faults)
+    where = places(conference)
+    senders = {f"{p.name}-face": face_packets(f"{p.name}-face", talking) for p in _phone_owners(conference, site)}
+    senders |= {f"{p.name}-tracker": _suite(where[p.name], motion) for p in _suite_owners(conference, site)}
     return [
-        SimulatedPhone(
-            name := f"{p.name}-face", talking, paths.device(name), clock, start_ns, faults,
+        SimulatedSender(
+            name, packet, paths.device(name), clock, start_ns, faults,
             seed=_seed(conference.seed, name),
         )
-        for p in _phone_owners(conference, site)
+        for name, packet in senders.items()
     ]  # fmt: skip
+
+
+def _suite(place: Place, motion: BodyMotion) -> Packets:
+    def packet(frame: int, t_s: float) -> bytes:
+        return suite.packet(pose_joints(place.skeleton, motion.posture(place.name, t_s)), place.transmitter)
+
+    return packet
 
 
 def _site_instruments(conference: Conference, site: Site, motion: BodyMotion):
@@ -124,7 +146,7 @@ def _site_instruments(conference: Conference, site: Site, motion: BodyMotion):
 
 
 def _instruments(person: Participant, seed: int, motion: BodyMotion):
-    if person.tracker is not None and person.tracker.port == "sim":
+    if person.tracker is not None and person.tracker.port == "sim" and person.tracker.kind != "vmc":
         name = f"{person.name}-tracker"
         roles = {station: role for role, station in person.tracker.stations.items()}
 
@@ -147,6 +169,8 @@ def _instruments(person: Participant, seed: int, motion: BodyMotion):
 
 
 def _tracker(config: TrackerConfig | PropTracker, pose: PoseSource, receivers: Sequence[int], seed: int) -> Instrument:
+    if config.kind == "vmc":
+        raise ValueError("a tracking suite is no serial device")
     if config.kind == "fastrak":
         return Fastrak(pose, receivers=receivers, seed=seed, restart_s=_RESTART_S)
     return Liberty(
@@ -172,11 +196,11 @@ async def run_simulators(
     motion = open_motion(conference)
     faults, start_ns = tuple(faults), clock.now_ns()
     devices = simulated_devices(conference, motion, paths, clock, start_ns, site=site, faults=faults)
-    phones = simulated_phones(conference, paths, clock, start_ns, site=site, faults=faults)
-    log.info("simulated devices=%s", ",".join(d.name for d in (*devices, *phones)))
+    senders = simulated_senders(conference, motion, paths, clock, start_ns, site=site, faults=faults)
+    log.info("simulated devices=%s", ",".join(d.name for d in (*devices, *senders)))
     async with asyncio.TaskGroup() as group:
         group.create_task(run_devices(devices))
-        group.create_task(run_phones(phones))
+        group.create_task(run_senders(senders))
 
 
 async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault]) -> None:

@@ -21,8 +21,9 @@ from vistel_services import face
 from vistel_services.face import LiveLinkDecoder
 from vistel_services.posture.face import FaceCapture
 from vistel_sim.faults import Fault
+from vistel_sim.motion import open_motion
 from vistel_sim.phone import talking
-from vistel_sim.process import simulated_phones
+from vistel_sim.process import simulated_senders
 
 F = "ann-face"
 
@@ -39,7 +40,7 @@ class Hall:
         config = face.configure(conference, conference.sites[0], self.paths)
         work = [face.run(config, self.bus, self.clock)]
         if phone:
-            phones = simulated_phones(conference, self.paths, self.clock, self.start_ns, faults=faults)
+            phones = simulated_senders(conference, open_motion(conference), self.paths, self.clock, self.start_ns, faults=faults)
             work += [p.run() for p in phones]
         self.tasks = [asyncio.create_task(w) for w in work]
 

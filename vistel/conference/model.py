@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, field_validator, model_validator
 
@@ -61,14 +61,34 @@ class _Polhemus(_Model):
 
 
 class TrackerConfig(_Polhemus):
-    """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person."""
+    """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person; or a VR tracking suite that sends VMC to a UDP port.
+
+    A suite's floor and forward are `transmitter_position` (there by default the floor under the seat) and
+    `transmitter_heading`.
+    """
+
+    kind: Literal["fastrak", "liberty", "patriot", "vmc"] = "fastrak"
 
     stations: dict[Literal["chest", "head", "left_hand", "right_hand"], int] = {
         "chest": 1, "head": 2, "left_hand": 3, "right_hand": 4,
     }  # fmt: skip
 
+    @model_validator(mode="before")
+    @classmethod
+    def _as_its_kind(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        given = cast("dict[str, Any]", data)
+        return {"transmitter_position": (0.0, 0.0, 0.0), **given} if given.get("kind") == "vmc" else given
+
     @model_validator(mode="after")
     def _has_the_stations(self) -> TrackerConfig:
+        if self.kind == "vmc":
+            if self.port != "sim" and not (self.port.isdecimal() and 0 < int(self.port) < 65536):
+                raise ValueError(f'port: expected a UDP port, "39539" for most suites, got {self.port!r}')
+            if self.stations != {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}:
+                raise ValueError("stations: a tracking suite has them as they are by default; leave them out")
+            return self
         most = STATIONS[self.kind]
         if any(not 1 <= n <= most for n in self.stations.values()):
             raise ValueError(
@@ -98,10 +118,14 @@ class GloveConfig(_Model):
     @model_validator(mode="before")
     @classmethod
     def _as_its_kind(cls, data: Any) -> Any:
-        if isinstance(data, dict) and data.get("kind") in _GLOVES:
-            baud, sensors = _GLOVES[data["kind"]]
-            return {"baud": baud, "sensors": sensors[0], **data}
-        return data
+        if not isinstance(data, dict):
+            return data
+        given = cast("dict[str, Any]", data)
+        kind = given.get("kind")
+        if not isinstance(kind, str) or kind not in _GLOVES:
+            return given
+        baud, sensors = _GLOVES[kind]
+        return {"baud": baud, "sensors": sensors[0], **given}
 
     @model_validator(mode="after")
     def _can_be(self) -> GloveConfig:

@@ -14,8 +14,6 @@ from __future__ import annotations
 import struct
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from functools import reduce
-from operator import xor
 
 from vistel.protocol.arrival import ByteArrivals
 
@@ -200,7 +198,10 @@ class Glove5Parser(_SerialParser):
             return _NO, None
         if have < self.LENGTH:
             return _WAIT, None
-        if reduce(xor, b[i + 1 : i + 8]) != b[i + 8]:
+        check = 0
+        for k in range(i + 1, i + 9):
+            check ^= b[k]
+        if check:
             return _NO, None
         return self.LENGTH, Sample(tuple(b[i + 1 : i + 6]), self._right, 0, 0)
 

@@ -16,9 +16,9 @@ from vistel.wire.topics import BY_NAME, Topic
 from vistel_services import glove, tracker
 from vistel_services.face import LiveLinkDecoder
 from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder
-from vistel_services.tracker import FastrakDecoder, LibertyDecoder
+from vistel_services.tracker import FastrakDecoder, LibertyDecoder, VmcDecoder
 
-_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder
+_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder | VmcDecoder
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "command"),
@@ -48,8 +48,10 @@ class Feeder:
         self._reader, self._bus, self._clock = reader, bus, clock
         people = [p for s in conference.sites for p in s.participants]
         self._gloves = {f"{p.name}-glove-{side}": worn for p in people for side, worn in p.gloves.items()}
-        self._trackers = {f"{p.name}-tracker": p.tracker.kind for p in people if p.tracker is not None}
-        self._trackers |= {p.device: p.tracker.kind for s in conference.sites for p in s.props}
+        self._trackers: dict[str, tuple[str, float]] = {
+            f"{p.name}-tracker": (p.tracker.kind, p.height) for p in people if p.tracker is not None
+        }
+        self._trackers |= {p.device: (p.tracker.kind, 1.75) for s in conference.sites for p in s.props}
         self._topics = FED_TOPICS[source]
         self._publications: dict[str, Publication] = {}
         self._decoders: dict[str, _Decoder] = {}
@@ -110,7 +112,8 @@ class Feeder:
         if device.endswith("-face"):
             return LiveLinkDecoder(device)
         if "-glove-" not in device:
-            return tracker.decoder_of(self._trackers.get(device, "fastrak"), device)
+            kind, height_m = self._trackers.get(device, ("fastrak", 1.75))
+            return tracker.decoder_of(kind, device, height_m)
         return glove.decoder_of(self._gloves[device], device)
 
     def _put(self, topic: Topic, names: dict[str, str], message: object) -> None:

@@ -6,6 +6,7 @@ import asyncio
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
@@ -15,9 +16,11 @@ from vistel_services.device import Driver, keep_running
 from vistel_services.tracker.decoder import FastrakDecoder
 from vistel_services.tracker.driver import FastrakDriver
 from vistel_services.tracker.liberty import LibertyDecoder, LibertyDriver
-from vistel_services.transport import open_serial
+from vistel_services.tracker.vmc import VmcDecoder, VmcDriver
+from vistel_services.transport import OpenTransport, open_serial
+from vistel_services.udp_transport import open_udp
 
-__all__ = ["Config", "FastrakDecoder", "LibertyDecoder", "TrackerDevice", "configure", "decoder_of", "run"]
+__all__ = ["Config", "FastrakDecoder", "LibertyDecoder", "TrackerDevice", "VmcDecoder", "configure", "decoder_of", "run"]
 log = logging.getLogger("vistel.tracker")
 
 
@@ -31,6 +34,10 @@ class TrackerDevice:
     baud: int
     stations: Mapping[str, int]
     hemisphere: tuple[float, float, float]
+    height_m: float = 1.75
+    """Of who wears it."""
+    announce: Path | None = None
+    """Where a simulated suite finds the UDP port."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,7 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
             name := f"{p.name}-tracker", p.tracker.kind,
             str(paths.device(name)) if p.tracker.port == "sim" else p.tracker.port,
             p.tracker.baud, {str(role): n for role, n in p.tracker.stations.items()}, p.tracker.hemisphere,
+            p.height, paths.device(name) if p.tracker.kind == "vmc" and p.tracker.port == "sim" else None,
         )
         for p in site.participants if p.tracker is not None
     ]  # fmt: skip
@@ -65,17 +73,26 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """One task per tracker, until cancelled."""
     async with asyncio.TaskGroup() as group:
         for d in config.devices:
-            opener = open_serial(d.port, d.baud, clock)
-            group.create_task(keep_running(_driver(d), opener, bus, clock, log, raw=config.raw), name=d.name)
+            group.create_task(keep_running(_driver(d), _opener(d, clock), bus, clock, log, raw=config.raw), name=d.name)
         await asyncio.Event().wait()
 
 
+def _opener(d: TrackerDevice, clock: Clock) -> OpenTransport:
+    if d.kind != "vmc":
+        return open_serial(d.port, d.baud, clock)
+    return open_udp(0 if d.announce else int(d.port), clock, d.announce)
+
+
 def _driver(d: TrackerDevice) -> Driver:
+    if d.kind == "vmc":
+        return VmcDriver(d.name, d.port, d.height_m)
     if d.kind == "fastrak":
         return FastrakDriver(d.name, d.stations, d.hemisphere, d.baud)
     return LibertyDriver(d.name, d.kind, d.stations, d.hemisphere, d.baud)
 
 
-def decoder_of(kind: str, device: str) -> FastrakDecoder | LibertyDecoder:
-    """What reads the recorded bytes of a tracker of this kind of the conference file."""
+def decoder_of(kind: str, device: str, height_m: float) -> FastrakDecoder | LibertyDecoder | VmcDecoder:
+    """What reads the recorded bytes of a tracker of this kind of the conference file, on a person so tall."""
+    if kind == "vmc":
+        return VmcDecoder(device, height_m)
     return FastrakDecoder(device) if kind == "fastrak" else LibertyDecoder(device)

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from vistel.protocol import vmc
 from vistel.protocol.fivedt import Glove5Parser, Glove16Parser, ReportParser, UltraParser
 from vistel.protocol.fivedt_calibration import default_calibration
 from vistel.protocol.liberty import LibertyParser
@@ -128,3 +129,18 @@ def test_live_link_fuzz_gives_only_finite_faces(case: tuple[list[bytes], int]) -
         if face is not None:
             assert len(face.values) in (0, 61) and all(map(math.isfinite, face.values))
     assert parse(FACE) is not None
+
+
+BODY = vmc.encode({"Hips": ((0.0, 0.9, 0.0), (0.0, 0.0, 0.0, 1.0)), "Head": ((0.1, 0.2, 0.3), (0.6, 0.0, 0.0, 0.8))})
+
+
+@fuzz
+@given(pieces(BODY, BODY[:16], BODY[16:40], BODY[40:], b"#bundle\0", b"/VMC/Ext/Bone/Pos\0\0\0", b",sfffffff\0\0\0", b"Head\0"))
+def test_vmc_fuzz_gives_only_true_poses_and_is_back_at_once(case: tuple[list[bytes], int]) -> None:
+    for packet in variants(case):
+        parser = vmc.VmcParser()
+        bodies = [*parser.feed(packet, 1), *parser.feed(BODY, 2)]
+        for body in bodies:
+            for p, q in body.bones.values():
+                assert all(math.isfinite(x) and abs(x) <= 20.0 for x in p) and abs(math.hypot(*q) - 1.0) < 1e-9
+        assert bodies and bodies[-1].bones["Head"][0] == tuple(map(float, struct.unpack("3f", struct.pack("3f", 0.1, 0.2, 0.3))))

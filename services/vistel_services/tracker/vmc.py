@@ -1,0 +1,95 @@
+"""A VR tracking suite over VMC: its bones as a tracker's four receivers would read them.
+
+The suite's frame takes the place of the transmitter's: its floor at `transmitter_position`, its forward along the
+transmitter's +X. Bones are those of the suite's avatar, which should have the participant's height.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.figure.sensors import TRACKER_AXES, receiver_mounts
+from vistel.figure.skeleton import standard_skeleton
+from vistel.protocol.vmc import PARENTS, ROOT, Body, VmcParser
+from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
+from vistel.wire.topics import BY_NAME
+from vistel_services.device import Link, NoAnswerError
+
+F64 = NDArray[np.float64]
+STATIONS = {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}
+_CARRIED = {"chest": ("LeftShoulder", "UpperChest"), "head": ("Head", "Head"), "left_hand": ("LeftHand", "LeftHand"),
+            "right_hand": ("RightHand", "RightHand")}  # fmt: skip
+"""Of each receiver: the bone whose joint it sits by, and the bone it turns with."""
+_HEARD_S = 2.0
+
+
+def joints_of(body: Body) -> dict[str, tuple[F64, F64]]:
+    """Position (3,) and rotation (3, 3) of each bone in the suite's frame (X left, Y up, Z forward, metres)."""
+    out: dict[str, tuple[F64, F64]] = {ROOT: _placed(body, ROOT, (np.zeros(3), np.eye(3)))}
+    for name in ("Hips", *PARENTS):
+        out[name] = _placed(body, name, out[PARENTS.get(name, ROOT)])
+    return out
+
+
+def _placed(body: Body, name: str, parent: tuple[F64, F64]) -> tuple[F64, F64]:
+    if name not in body.bones:
+        return parent
+    p, q = body.bones[name]
+    return parent[0] + parent[1] @ np.array(p), parent[1] @ matrix_from_quaternion(np.array(q))
+
+
+class VmcDecoder:
+    """A TrackerFrame with all four receivers for each body."""
+
+    def __init__(self, device: str, height_m: float) -> None:
+        self.device = device
+        self._parser = VmcParser()
+        self._mounts = receiver_mounts(standard_skeleton(height_m))
+
+    @property
+    def bytes_skipped(self) -> int:
+        return self._parser.bytes_skipped
+
+    def feed(self, data: bytes, t_ns: int) -> list[TrackerFrame]:
+        """The messages of a packet read at `t_ns`."""
+        return [self._frame(body) for body in self._parser.feed(data, t_ns)]
+
+    def _frame(self, body: Body) -> TrackerFrame:
+        joints = joints_of(body)
+        frame = TrackerFrame(device=self.device)
+        frame.header.t_ns = max(0, body.t_ns)
+        for role, station in STATIONS.items():
+            at, turned = _CARRIED[role]
+            if at not in body.bones:
+                continue
+            rotation = joints[turned][1]
+            position = TRACKER_AXES.T @ (joints[at][0] + rotation @ self._mounts[role].position)
+            q = quaternion_from_matrix(np.ascontiguousarray(TRACKER_AXES.T @ rotation @ self._mounts[role].rotation))
+            receiver = TrackerReceiver(station=station, health=TrackerReceiver.HEALTH_GOOD, t_ns=frame.header.t_ns)
+            receiver.position.x, receiver.position.y, receiver.position.z = position
+            receiver.rotation.x, receiver.rotation.y, receiver.rotation.z, receiver.rotation.w = q
+            frame.receivers.append(receiver)
+        return frame
+
+
+class VmcDriver:
+    """A suite only talks; there is nothing to start."""
+
+    topic = BY_NAME["tracker"]
+    stop = b""
+
+    def __init__(self, name: str, port: str, height_m: float) -> None:
+        self.name = name
+        self.decoder = VmcDecoder(name, height_m)
+        self._port = port
+
+    async def start(self, link: Link) -> str:
+        """See `Driver.start`."""
+        seen, skipped = link.frames, self.decoder.bytes_skipped
+        if await link.wait_for(lambda: link.frames if link.frames > seen else None, _HEARD_S) is None:
+            if self.decoder.bytes_skipped > skipped:
+                raise NoAnswerError("what arrives is not VMC; is another program sending to this port?")
+            raise NoAnswerError(f"no tracking suite sends VMC to UDP port {self._port}")
+        return "a tracked body over VMC"

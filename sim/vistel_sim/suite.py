@@ -1,0 +1,38 @@
+"""A VR tracking suite that sends a body over VMC."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture import JointPose
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.figure.sensors import TRACKER_AXES, Placement
+from vistel.figure.skeleton import JOINT_INDEX
+from vistel.protocol.vmc import PARENTS, ROOT, Pose, encode
+
+F64 = NDArray[np.float64]
+
+_OTHERWISE = {"Hips": "hips", "Spine": "spine_1", "Chest": "spine_4", "UpperChest": "spine_8"}
+
+
+def _joint(bone: str) -> int:
+    snake = "".join("_" + c.lower() if c.isupper() else c for c in bone).lstrip("_")
+    return JOINT_INDEX[_OTHERWISE.get(bone, snake)]
+
+
+def packet(pose: JointPose, origin: Placement) -> bytes:
+    """The bundle of a figure in `pose` (room frame), seen from a suite whose origin is placed as a transmitter."""
+    rotation = TRACKER_AXES @ matrix_from_quaternion(origin[1]).T
+    bones: dict[str, Pose] = {ROOT: ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))}
+    for bone in ("Hips", *PARENTS):
+        j = _joint(bone)
+        if bone == "Hips":
+            p, r = rotation @ (pose.position[j] - origin[0]), rotation @ pose.rotation[j]
+        else:
+            k = _joint(PARENTS[bone])
+            p = pose.rotation[k].T @ (pose.position[j] - pose.position[k])
+            r = pose.rotation[k].T @ pose.rotation[j]
+        x, y, z, w = quaternion_from_matrix(np.ascontiguousarray(r)).tolist()
+        bones[bone] = ((float(p[0]), float(p[1]), float(p[2])), (x, y, z, w))
+    return encode(bones)
