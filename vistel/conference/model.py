@@ -46,9 +46,8 @@ STATIONS = {"fastrak": 4, "liberty": 16, "patriot": 2}
 
 
 class _Polhemus(_Model):
-    """What is told of any Polhemus tracker on a serial line."""
+    """What is told of any tracker."""
 
-    kind: Literal["fastrak", "liberty", "patriot"] = "fastrak"
     port: str = "sim"
     """Serial port, or "sim" for a simulated one."""
     baud: int = 115200
@@ -169,6 +168,7 @@ class PropTracker(_Polhemus):
     """A Polhemus tracker with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
     site's first participant."""
 
+    kind: Literal["fastrak", "liberty", "patriot"] = "fastrak"
     station: int = Field(default=1, ge=1, le=4)
     """Which of the unit's receivers is on the prop."""
     receiver_position: tuple[float, float, float] = (0.0, 0.0, 0.0)

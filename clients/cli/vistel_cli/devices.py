@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Annotated, Any
 
 import typer
@@ -9,25 +10,70 @@ from rich.table import Table
 
 from vistel_cli.terminal import out
 
+_BAUDS = (115200, 38400, 19200, 9600)
 
-def devices(as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False) -> None:
+
+def devices(
+    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+    probe: Annotated[
+        list[str] | None,
+        typer.Option(help="Ask this serial port what hangs on it; may be given often. No conference may be using it."),
+    ] = None,
+) -> None:
     """List serial ports and HID devices a tracker or glove can be on.
 
     [bold]Example[/bold]
 
       vistel devices
+      vistel devices --probe /dev/ttyUSB0
     """
+    if probe:
+        _show(asyncio.run(_probed(probe)), as_json)
+        return
     found = _serial() + _hid()
+    if not found and not as_json:
+        out.print('No serial port and no HID device here. Devices with port = "sim" are simulated.')
+        return
+    _show(found, as_json)
+
+
+def _show(found: list[dict[str, Any]], as_json: bool) -> None:
     if as_json:
         out.print_json(data=found)
-        return
-    if not found:
-        out.print('No serial port and no HID device here. Devices with port = "sim" are simulated.')
         return
     table = Table("port", "kind", "description")
     for row in found:
         table.add_row(row["port"], row["kind"], row["description"])
     out.print(table)
+
+
+async def _probed(ports: list[str]) -> list[dict[str, Any]]:
+    """What answers on each port, tried at the speeds that trackers and gloves have."""
+    return [{"port": port, "kind": "serial", "description": await _answer(port)} for port in ports]
+
+
+async def _answer(port: str) -> str:
+    from vistel.wire.clock import SystemClock  # noqa: PLC0415
+    from vistel_services.device import Link  # noqa: PLC0415
+    from vistel_services.probe import who_answers  # noqa: PLC0415
+    from vistel_services.transport import TransportError, open_serial  # noqa: PLC0415
+
+    link = Link()
+    try:
+        transport = open_serial(port, _BAUDS[0], SystemClock())(lambda data, t_ns: link.arrived(data, 0), link.lose)
+    except TransportError as e:
+        return str(e)
+    link.attach(transport)
+    try:
+        for baud in _BAUDS:
+            link.set_baud(baud)
+            if (name := await who_answers(link)) is not None:
+                return f"{name}, {baud} baud"
+    except TransportError as e:
+        return str(e)
+    finally:
+        transport.close()
+    return "nothing known answers"
 
 
 def _serial() -> list[dict[str, Any]]:
