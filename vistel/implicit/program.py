@@ -205,13 +205,13 @@ def compile(shape: Shape, *, attributes: bool = True, origin: ArrayLike | None =
     origin: (3,) [m], by default the middle of the bounds; programs of one origin round what they share alike.
     """
     box = shape.bounds
-    origin = box.mean(axis=0) if origin is None else np.array(origin, np.float64)
-    nodes = lower(shape, origin)
+    middle: NDArray[np.float64] = box.mean(axis=0) if origin is None else np.array(origin, np.float64)
+    nodes = lower(shape, middle)
     leaves = [leaf for node in nodes for leaf in node.leaves]
     layout = Layout.of(leaves) if attributes else Layout.of([])
     arrays = _leaf_arrays(leaves, layout) | _node_arrays(nodes)
     arrays |= build(arrays["box"]) | {"group": layout.groups}
-    return FieldProgram(shape, origin, box, arrays, layout)
+    return FieldProgram(shape, middle, box, arrays, layout)
 
 
 def _leaf_arrays(leaves: Sequence[Leaf], layout: Layout) -> dict[str, Any]:

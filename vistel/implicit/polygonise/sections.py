@@ -109,7 +109,7 @@ def _walk(axis: int, plane: I64, triangle: I64, number: I64, at: F64) -> tuple[I
         done = np.cumsum(what == k)
         here[:, k] = cell[row, 0, k] + step[row] * (done - done[start][row])
     point = at[row, 0] + np.clip(s, 0, 1)[:, None] * (at[row, 1] - at[row, 0])
-    vertex: I64 = np.where(s < 0, number[row, 0], number[row, 1])
+    vertex = number[row, np.where(s < 0, 0, 1)]
     point[s > 1] = at[row[s > 1], 1]
     for k, (w, other) in enumerate(((u, v), (v, u))):
         rows = np.flatnonzero(what == k)
