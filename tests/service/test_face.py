@@ -11,7 +11,7 @@ from device_site import STATE, RecordingBus, run
 
 from vistel.conference.model import Conference, FaceConfig, Participant, Site
 from vistel.conference.paths import RunPaths
-from vistel.face.marks import Expressions
+from vistel.figure.face_marks import Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.v1.device_pb2 import FaceFrame, RawBytes
 from vistel.wire.clock import SystemClock

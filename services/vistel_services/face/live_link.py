@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vistel.face.marks import Expressions
+from vistel.figure.face_marks import Expressions
 from vistel.protocol.live_link_face import CHANNELS, LiveLinkParser
 from vistel.v1.device_pb2 import FaceFrame
 from vistel.wire.topics import BY_NAME

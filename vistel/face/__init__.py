@@ -1,1 +1,0 @@
-"""Faces: the marks that stand for them."""
