@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from dataclasses import replace
 
 import numpy as np
@@ -56,7 +56,7 @@ def drop(state: State, gone: Callable[[Grasp], bool]) -> State:
     tracked = tracked_things(state)
     for g in dropped:
         if g.thing not in tracked and not any(k.thing == g.thing for k in kept):
-            n = state.things.index(g.thing)
+            n = state.rows[g.thing]
             m.mode[n], m.still[n] = FREE, 0
     ended = tuple(LetGo(g.participant, g.right, g.thing, state.step) for g in dropped)
     hands_off = {g.key for g in dropped}
@@ -87,7 +87,7 @@ def let_go(state: State, solids: Solids, posed: dict[str, Posed], near: dict[str
     grasps = list(state.grasps)
     seen: set[str] = set()
     for i, g in enumerate(grasps):
-        n = state.things.index(g.thing)
+        n = state.rows[g.thing]
         pose = state.motions.position[n], state.motions.rotation[n]
         if g.thing in tracked:
             grasps[i] = hands.lies(g, posed[g.participant], pose)
@@ -101,7 +101,7 @@ def _at(state: State, solids: Solids, p: Posed, near: ContactArray, g: Grasp) ->
     """The hand is within reach of the thing it holds."""
     digit = p.build.digit[near.a] // 6
     owner = solids.owner[near.b]
-    return bool(((digit == int(g.right)) & (owner == state.things.index(g.thing)) & (p.build.digit[near.a] >= 0)).any())
+    return bool(((digit == int(g.right)) & (owner == state.rows[g.thing]) & (p.build.digit[near.a] >= 0)).any())
 
 
 def _unsure(state: State, p: Posed, g: Grasp) -> bool:
@@ -118,14 +118,14 @@ def carry(state: State, solids: Solids, posed: dict[str, Posed], dt: float) -> S
         if g.thing in carried or g.participant not in posed:
             continue
         carried.add(g.thing)
-        n = state.things.index(g.thing)
+        n = state.rows[g.thing]
         position, rotation = hands.out_of_hand(posed[g.participant], g.right, g.lie(state.t_ns))
-        position = position + _out_of_furniture(solids, n, position, rotation)
+        position = position + out_of_furniture(solids, n, position, rotation)
         guide(m, n, position, rotation, dt)
     return replace(state, motions=m)
 
 
-def _out_of_furniture(solids: Solids, n: int, position: F64, rotation: F64) -> F64:
+def out_of_furniture(solids: Solids, n: int, position: F64, rotation: F64) -> F64:
     """(3,) by which thing n must move not to stand in fixed things."""
     mine = solids.part(n).moved(matrix_from_quaternion(rotation), position)
     found = find_contacts(mine, solids.fixed)
@@ -160,29 +160,60 @@ def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[
             ]
             if not reach:
                 continue
-            best = min(reach, key=lambda r: (r.nearest, r.thing))
-            thing, m = solids.things[best.thing], state.motions
-            pose = m.position[best.thing], m.rotation[best.thing]
-            new = hands.take(p, right, thing, pose, best, state.t_ns)
-            state = woken_round(state, solids, best.thing)
-            m = state.motions.copy()
-            m.mode[best.thing], m.still[best.thing] = HELD, 0
-            state = replace(state, motions=m, grasps=(*state.grasps, new))
+            state = grasped(state, solids, p, right, min(reach, key=lambda r: (r.nearest, r.thing)))
     return state
+
+
+def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hands.Reach) -> State:
+    """A hand has taken hold of what it reaches."""
+    n, m = reach.thing, state.motions
+    new = hands.take(posed, right, solids.things[n], (m.position[n], m.rotation[n]), reach, state.t_ns)
+    state = woken_round(state, solids, n)
+    m = state.motions.copy()
+    m.mode[n], m.still[n] = HELD, 0
+    return replace(state, motions=m, grasps=(*state.grasps, new), glides=tuple(g for g in state.glides if g.thing != new.thing))
+
+
+def glide(state: State, dt: float) -> State:
+    """Things that commands have set in motion go on their way, and are free at its end."""
+    if not state.glides:
+        return state
+    tracked = tracked_things(state)
+    m = state.motions.copy()
+    for g in state.glides:
+        if g.thing not in tracked:
+            n = state.rows[g.thing]
+            guide(m, n, *g.at(state.step), dt)
+            m.mode[n], m.still[n] = HELD, 0
+    state = replace(state, motions=m)
+    return glides_ended(state, {g.thing for g in state.glides if g.over(state.step) or g.thing in tracked})
+
+
+def glides_ended(state: State, things: Set[str]) -> State:
+    """Some things are on their way no longer: they stand still and are free."""
+    if not things:
+        return state
+    tracked = tracked_things(state)
+    m = state.motions.copy()
+    for g in state.glides:
+        if g.thing in things and g.thing not in tracked:
+            n = state.rows[g.thing]
+            m.velocity[n], m.spin[n], m.mode[n], m.still[n] = 0.0, 0.0, FREE, 0
+    return replace(state, motions=m, glides=tuple(g for g in state.glides if g.thing not in things))
 
 
 def forget_let_go(state: State, solids: Solids, near: dict[str, ContactArray], posed: dict[str, Posed]) -> State:
     """Hands and what they let go push each other again, once they were apart or after a while."""
 
     def still(entry: LetGo) -> bool:
-        if entry.thing not in state.things or state.step - entry.step > LET_GO_STEPS:
+        if entry.thing not in state.rows or state.step - entry.step > LET_GO_STEPS:
             return False
         p = posed.get(entry.participant)
         if p is None:
             return False
         c = near[p.name]
         mine = (p.build.digit[c.a] // 6 == int(entry.right)) & (p.build.digit[c.a] >= 0)
-        return bool((mine & (solids.owner[c.b] == state.things.index(entry.thing)) & (c.depth > -LET_GO_GAP)).any())
+        return bool((mine & (solids.owner[c.b] == state.rows[entry.thing]) & (c.depth > -LET_GO_GAP)).any())
 
     return replace(state, let_go=tuple(e for e in state.let_go if still(e)))
 

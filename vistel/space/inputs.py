@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import DOF_COUNT, HAND_DOF_COUNT, Posture
+from vistel.space.commands.actions import Action
 
 F64 = NDArray[np.float64]
 
@@ -51,40 +52,12 @@ class PropInput:
 
 
 @dataclass(frozen=True)
-class Move:
-    """Put a free thing somewhere: position (3,) [m], rotation (4,) quaternion (x, y, z, w), room frame."""
-
-    thing: str
-    position: F64
-    rotation: F64
-
-
-@dataclass(frozen=True)
-class Release:
-    """Let go of a thing."""
-
-    thing: str
-
-
-@dataclass(frozen=True)
-class Delete:
-    """Take a thing out of the room."""
-
-    thing: str
-
-
-@dataclass(frozen=True)
-class Reset:
-    """Everything back to where it began."""
-
-
-@dataclass(frozen=True)
 class CommandInput:
     """What a participant asks. action: None when it was nothing this world knows (refused with a reason)."""
 
     id: str
     participant: str
-    action: Move | Release | Delete | Reset | None
+    action: Action | None
 
 
 @dataclass(frozen=True)

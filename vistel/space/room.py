@@ -147,7 +147,7 @@ def _turn(axis: tuple[float, float, float], angle: float) -> F64:
     return np.array([axis[0] * s, axis[1] * s, axis[2] * s, math.cos(angle / 2.0)])
 
 
-_Z_UP = _turn((1.0, 0.0, 0.0), -math.pi / 2.0)
+Z_UP = _turn((1.0, 0.0, 0.0), -math.pi / 2.0)
 """Turns a primitive's Z (the axis of round superquadrics) upwards."""
 
 
@@ -156,7 +156,7 @@ def _at(x: float, y: float, z: float) -> F64:
 
 
 def _disc(radius: float, half_height: float, centre: F64, e1: float = 0.1) -> Primitive:
-    return Primitive("superellipsoid", (radius, radius, half_height, e1, 1.0), centre, _Z_UP)
+    return Primitive("superellipsoid", (radius, radius, half_height, e1, 1.0), centre, Z_UP)
 
 
 def _bar(a: tuple[float, float, float], b: tuple[float, float, float], ra: float, rb: float) -> Primitive:
@@ -173,7 +173,7 @@ def _table(radius: float) -> Thing:
 def _chair(index: int, seat: Seat) -> Thing:
     """In the seat's frame: the seat under the person, the back behind (-Z), four legs."""
     middle = _at(0.0, CHAIR_HEIGHT - 0.022, 0.0)
-    cushion = Primitive("superellipsoid", (0.21, 0.20, 0.022, 0.4, 0.35), middle, _Z_UP)
+    cushion = Primitive("superellipsoid", (0.21, 0.20, 0.022, 0.4, 0.35), middle, Z_UP)
     lean = _turn((1.0, 0.0, 0.0), -math.radians(8.0))
     back = Primitive("superellipsoid", (0.19, 0.16, 0.016, 0.4, 0.4), _at(0.0, 0.72, -0.235), lean)
     legs = tuple(
@@ -241,7 +241,7 @@ def _box(centre: F64) -> Thing:
 def _can(centre: F64) -> Thing:
     body = Primitive("superellipsoid", (0.032, 0.032, 0.055, 0.1, 1.0))
     axes = (Axis(_at(0, 0, 0), _at(0, 0, 1), 0.032),)
-    return Thing("can", "green can", "cylinder", (body,), 0.30, 0.02, 0x3F9C5AFF, centre, _Z_UP, axes)
+    return Thing("can", "green can", "cylinder", (body,), 0.30, 0.02, 0x3F9C5AFF, centre, Z_UP, axes)
 
 
 def _ring(centre: F64) -> Thing:
@@ -251,7 +251,7 @@ def _ring(centre: F64) -> Thing:
         Axis(_at(x * radius, y * radius, 0.0), _at(-y, x, 0.0), tube)
         for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
     )
-    return Thing("ring", "violet ring", "ring", (body,), 0.07, 0.10, 0x8A56B0FF, centre, _Z_UP, axes)
+    return Thing("ring", "violet ring", "ring", (body,), 0.07, 0.10, 0x8A56B0FF, centre, Z_UP, axes)
 
 
 def _cone(foot: F64) -> Thing:

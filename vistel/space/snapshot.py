@@ -10,19 +10,22 @@ from numpy.typing import NDArray
 
 from vistel.figure.posture import Posture, Stance
 from vistel.space.bonds import Bond
-from vistel.space.commands import Ledger
+from vistel.space.commands.history import Change, History, Stood
+from vistel.space.commands.ledger import Ledger
 from vistel.space.dents import Dent
 from vistel.space.dynamics import Motions
+from vistel.space.glide import Glide
 from vistel.space.grasp import Grasp
 from vistel.space.inputs import Person, PropInput
 from vistel.space.people import Figure
 from vistel.space.props import Tracked
 from vistel.space.room import Extra, Room, meeting_room
 from vistel.space.state import LetGo, State
-from vistel.space.things import Matter, Primitive
+from vistel.space.thing_json import from_primitive, from_thing, to_primitive, to_thing
+from vistel.space.things import Matter, Thing
 from vistel.space.view import Outcome
 
-VERSION = 4
+VERSION = 5
 """Of this format; a world refuses any other."""
 
 F64 = NDArray[np.float64]
@@ -31,13 +34,17 @@ F64 = NDArray[np.float64]
 def encode(room: Room, s: State) -> bytes:
     """The state of a meeting room."""
     m = s.motions
+    shapes = _Shapes(room)
+    things = [shapes.number(t) for t in s.things]
+    history = [[_from_change(c, shapes) for c in some] for some in (s.history.done, s.history.undone)]
     data = {
         "version": VERSION,
         "seats": len(room.seats),
         "extras": [_from_extra(e) for e in room.extras],
         "step": s.step,
         "t_ns": s.t_ns,
-        "things": list(s.things),
+        "shapes": shapes.rows,
+        "things": things,
         "position": m.position.tolist(),
         "rotation": m.rotation.tolist(),
         "velocity": m.velocity.tolist(),
@@ -47,13 +54,16 @@ def encode(room: Room, s: State) -> bytes:
         "figures": [_from_figure(f) for f in s.figures],
         "grasps": [_from_grasp(g) for g in s.grasps],
         "let_go": [[e.participant, e.right, e.thing, e.step] for e in s.let_go],
-        "answers": [[a.id, a.participant, a.done, a.reason, a.step] for a in s.ledger.answers],
+        "answers": [[a.id, a.participant, a.done, a.reason, a.step, list(a.things)] for a in s.ledger.answers],
         "allowance": [[who, left] for who, left in s.ledger.allowance],
         "tracked": [_from_tracked(t) for t in s.tracked],
         "felt": [[who, right] for who, right in s.felt],
         "dents": [_from_dent(d) for d in s.dents],
         "bonds": [_from_bond(b) for b in s.bonds],
         "marks": s.marks,
+        "glides": [_from_glide(g) for g in s.glides],
+        "selected": [[who, list(ids)] for who, ids in s.selected],
+        "history": history,
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
 
@@ -68,20 +78,16 @@ def decode(data: bytes) -> tuple[Room, State]:
     if version != VERSION:
         raise ValueError(f"snapshot: version {version} cannot be read here, only version {VERSION}")
     try:
-        return meeting_room(int(d["seats"]), [_to_extra(e) for e in d["extras"]]), _state(d)
+        room = meeting_room(int(d["seats"]), [_to_extra(e) for e in d["extras"]])
+        return room, _state(d, room)
     except (ValueError, TypeError, KeyError, IndexError) as e:
         raise ValueError(f"snapshot: incomplete or damaged ({e!r})") from e
 
 
-def chosen(m: Motions, rows: list[int]) -> Motions:
-    """The motions of some things."""
-    return Motions(
-        m.position[rows], m.rotation[rows], m.velocity[rows], m.spin[rows], m.mode[rows], m.still[rows]
-    )
-
-
-def _state(d: dict[str, Any]) -> State:
+def _state(d: dict[str, Any], room: Room) -> State:
     n = len(d["things"])
+    shapes = [room.by_id[row] if isinstance(row, str) else to_thing(row) for row in d["shapes"]]
+    done, undone = ([_to_change(c, shapes) for c in some] for some in d["history"])
     motions = Motions(
         _rows(d["position"], n, 3), _rows(d["rotation"], n, 4), _rows(d["velocity"], n, 3), _rows(d["spin"], n, 3),
         np.array(d["mode"], np.int64).reshape(n), np.array(d["still"], np.int64).reshape(n),
@@ -89,7 +95,7 @@ def _state(d: dict[str, Any]) -> State:
     if not np.isin(motions.mode, (0, 1, 2, 3)).all():
         raise ValueError("mode")
     return State(
-        things=tuple(str(name) for name in d["things"]),
+        things=tuple(shapes[int(k)] for k in d["things"]),
         motions=motions,
         step=int(d["step"]),
         t_ns=int(d["t_ns"]),
@@ -97,7 +103,7 @@ def _state(d: dict[str, Any]) -> State:
         grasps=tuple(_to_grasp(g) for g in d["grasps"]),
         let_go=tuple(LetGo(str(a), bool(b), str(c), int(e)) for a, b, c, e in d["let_go"]),
         ledger=Ledger(
-            tuple(Outcome(str(a), str(b), bool(c), str(e), int(f)) for a, b, c, e, f in d["answers"]),
+            tuple(Outcome(str(a), str(b), bool(c), str(e), int(f), tuple(map(str, g))) for a, b, c, e, f, g in d["answers"]),
             tuple((str(who), float(left)) for who, left in d["allowance"]),
         ),
         tracked=tuple(_to_tracked(t) for t in d["tracked"]),
@@ -105,6 +111,9 @@ def _state(d: dict[str, Any]) -> State:
         dents=tuple(_to_dent(e) for e in d["dents"]),
         bonds=tuple(_to_bond(e) for e in d["bonds"]),
         marks=int(d["marks"]),
+        glides=tuple(_to_glide(g) for g in d["glides"]),
+        selected=tuple((str(who), tuple(str(t) for t in ids)) for who, ids in d["selected"]),
+        history=History(tuple(done), tuple(undone)),
     )
 
 
@@ -121,16 +130,52 @@ def _to_extra(d: Any) -> Extra:
     return Extra(str(name), str(what), str(shape), *numbers, matter)
 
 
+class _Shapes:
+    """What things are, each once: the id of one the room began with, or all that makes it."""
+
+    def __init__(self, room: Room) -> None:
+        self.rows: list[Any] = []
+        self._own = {id(t) for t in room.things}
+        self._numbers: dict[int, int] = {}
+
+    def number(self, thing: Thing) -> int:
+        """Which one it is."""
+        if id(thing) not in self._numbers:
+            self._numbers[id(thing)] = len(self.rows)
+            self.rows.append(thing.id if id(thing) in self._own else from_thing(thing))
+        return self._numbers[id(thing)]
+
+
+def _from_change(c: Change, shapes: _Shapes) -> list[Any]:
+    sides = ([[shapes.number(x.thing), x.position.tolist(), x.rotation.tolist()] for x in side] for side in (c.before, c.after))
+    return [c.participant, *sides]
+
+
+def _to_change(d: Any, shapes: list[Thing]) -> Change:
+    who, *sides = d
+    before, after = (
+        tuple(Stood(shapes[int(k)], _rows(p, 1, 3)[0], _rows(q, 1, 4)[0]) for k, p, q in side) for side in sides
+    )
+    return Change(str(who), before, after)
+
+
+def _from_glide(g: Glide) -> list[Any]:
+    return [g.participant, g.thing, g.position.tolist(), g.rotation.tolist(), g.shift.tolist(), g.turn.tolist(), g.step, g.lift]
+
+
+def _to_glide(d: Any) -> Glide:
+    who, thing, p, q, shift, turn, step, lift = d
+    way = _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], _rows(shift, 1, 3)[0], _rows(turn, 1, 3)[0]
+    return Glide(str(who), str(thing), *way, int(step), float(lift))
+
+
 def _from_dent(d: Dent) -> list[Any]:
-    p = d.shape
-    shape = [p.kind, list(p.params), p.position.tolist(), p.rotation.tolist()]
-    return [d.number, d.thing, d.maker, d.primitive, shape, d.depth, d.left_ns, d.fade_ns]
+    return [d.number, d.thing, d.maker, d.primitive, from_primitive(d.shape), d.depth, d.left_ns, d.fade_ns]
 
 
 def _to_dent(d: Any) -> Dent:
-    number, thing, maker, primitive, (kind, params, position, rotation), depth, left_ns, fade_ns = d
-    pose = _rows(position, 1, 3)[0], _rows(rotation, 1, 4)[0]
-    shape = Primitive(str(kind), tuple(float(x) for x in params), *pose)
+    number, thing, maker, primitive, shape, depth, left_ns, fade_ns = d
+    shape = to_primitive(shape)
     times = int(left_ns), int(fade_ns)
     return Dent(int(number), str(thing), str(maker), int(primitive), shape, float(_rows(depth, 1, 1)[0, 0]), *times)
 

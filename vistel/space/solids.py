@@ -89,8 +89,8 @@ class Solids:
         return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
 
 
-def solids(things: tuple[Thing, ...]) -> Solids:
-    """The arrays of `things`."""
+def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
+    """The arrays of `things`; before: those of a moment ago, from which inertias are taken that are known."""
     primitives = [(n, p) for n, thing in enumerate(things) for p in thing.primitives]
     owner = np.array([n for n, _ in primitives], np.int64)
     rotation = _matrices([p.rotation for _, p in primitives])
@@ -123,8 +123,11 @@ def solids(things: tuple[Thing, ...]) -> Solids:
         inverse_mass=np.array([0.0 if t.fixed else 1.0 / t.mass for t in things], np.float64),
         inverse_inertia=np.zeros((len(things), 3, 3)),
     )
+    known = {} if before is None else {id(t): n for n, t in enumerate(before.things)}
     for n, thing in enumerate(things):
-        if not thing.fixed:
+        if before is not None and id(thing) in known:
+            out.inverse_inertia[n] = before.inverse_inertia[known[id(thing)]]
+        elif not thing.fixed:
             unit: Any = inertia(  # pyright: ignore[reportUnknownVariableType]
                 shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1],
                 out.radius[n], GRID,

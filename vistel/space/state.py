@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from vistel.space.bonds import Bond
-from vistel.space.commands import Ledger
+from vistel.space.commands.history import History
+from vistel.space.commands.ledger import Ledger
 from vistel.space.dents import Dent
 from vistel.space.dynamics import Motions
+from vistel.space.glide import Glide
 from vistel.space.grasp import Grasp
 from vistel.space.people import Figure
 from vistel.space.props import Tracked
+from vistel.space.things import Thing
 
 
 @dataclass(frozen=True)
@@ -25,11 +29,12 @@ class LetGo:
 
 @dataclass(frozen=True)
 class State:
-    """things: ids, in the order of `motions`; figures: sorted by name; grasps: oldest first;
+    """things: in the order of `motions`; figures: sorted by name; grasps: oldest first;
     tracked: sorted by thing; felt: the hands, participant and right, that felt something, sorted; dents, bonds: what
-    things remember, by thing; marks: the next number for one of those."""
+    things remember, by thing; marks: the next number for one of those; glides: things that commands move; selected: what
+    "this" means to whom, sorted; history: what commands have changed."""
 
-    things: tuple[str, ...]
+    things: tuple[Thing, ...]
     motions: Motions
     step: int = 0
     t_ns: int = 0
@@ -42,3 +47,11 @@ class State:
     dents: tuple[Dent, ...] = ()
     bonds: tuple[Bond, ...] = ()
     marks: int = 1
+    glides: tuple[Glide, ...] = ()
+    selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    history: History = field(default_factory=History)
+
+    @cached_property
+    def rows(self) -> dict[str, int]:
+        """Where each thing is, by its id."""
+        return {thing.id: n for n, thing in enumerate(self.things)}

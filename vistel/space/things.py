@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.implicit.contact_set import KIND_CODES
+from vistel.space.arc import Arc
 
 F64 = NDArray[np.float64]
 
@@ -23,7 +24,7 @@ def identity() -> F64:
     return np.array([0.0, 0.0, 0.0, 1.0])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Primitive:
     """One primitive of a thing. All sizes are those of its surface, in metres, in its own frame.
 
@@ -37,14 +38,15 @@ class Primitive:
     supertoroid     a1, a2, a3, alpha, e1, e2   ring about Z of radius alpha*a1; a1, a3: tube's half sizes
     =============== =========================================================================================
 
-    position: (3,) metres and rotation: (4,) quaternion (x, y, z, w), primitive to thing.
-    Raises ValueError for a kind or numbers that make no primitive.
+    position: (3,) metres and rotation: (4,) quaternion (x, y, z, w), primitive to thing; colour: 0xRRGGBBAA, 0 for that
+    of the thing. Raises ValueError for a kind or numbers that make no primitive.
     """
 
     kind: str
     params: tuple[float, ...]
     position: F64 = field(default_factory=lambda: np.zeros(3))
     rotation: F64 = field(default_factory=identity)
+    colour: int = 0
 
     def __post_init__(self) -> None:
         if self.kind not in KIND_CODES:
@@ -68,7 +70,7 @@ class Primitive:
             raise ValueError(f"params of {self.kind}: exponents must lie in 0.1 to 1.9, got {exponents}")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Axis:
     """An axis a hand can close around (spec_maths §6.7).
 
@@ -110,14 +112,31 @@ class Matter:
         return self.material != "elastic" or self.sticky > 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A thing that is part of another one: position (3,) and rotation (4,) in the frame of the whole."""
+
+    thing: Thing
+    position: F64
+    rotation: F64
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """What a thing was bent from, and how."""
+
+    straight: Thing
+    arc: Arc
+
+
+@dataclass(frozen=True, eq=False)
 class Thing:
     """What a thing is and where it starts. Its frame's origin is its centre of mass.
 
     id: unique in the room; name: for people; shape: "ball", "box", ... for lists and speech; mass: kg, 0 =
     fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (spec_maths §2.4); colour: 0xRRGGBBAA;
     position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: what hands close around; matter:
-    what it is made of.
+    what it is made of; parts: what it was put together from; curve: what it was bent from.
     """
 
     id: str
@@ -131,6 +150,8 @@ class Thing:
     rotation: F64 = field(default_factory=identity)
     axes: tuple[Axis, ...] = ()
     matter: Matter = field(default_factory=Matter)
+    parts: tuple[Part, ...] = ()
+    curve: Curve | None = None
 
     @property
     def fixed(self) -> bool:

@@ -100,13 +100,15 @@ class HandForce:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a command; reason: one line for a person, empty when done."""
+    """What became of a command; reason: one line for a person, empty when done; things: ids of what it was done to, or of
+    what it made."""
 
     id: str
     participant: str
     done: bool
     reason: str
     step: int
+    things: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from vistel.implicit.contact import ContactArray, find_contacts
 from vistel.space import grasp as hands
 from vistel.space import holding, snapshot
-from vistel.space.commands import objection
+from vistel.space.commands.perform import forgotten, obey
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.hand_forces import Reached, hand_forces, nothing
-from vistel.space.inputs import CommandInput, Delete, Move, Release, StepInputs, usable
+from vistel.space.inputs import CommandInput, StepInputs, usable
 from vistel.space.memory import changes, remembered
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.props import heard
@@ -45,7 +45,7 @@ class World:
 
     def __init__(self, room: Room) -> None:
         self._room = room
-        self._state: State = State(things=tuple(t.id for t in room.things), motions=_begin(room.things))
+        self._state: State = State(things=room.things, motions=_begin(room.things))
         self._solids: Solids = solids(room.things)
         self._last: dict[str, Posed] = {}  # of the step before; saves time, is no state
 
@@ -83,11 +83,8 @@ class World:
         """A world that goes on from `snapshot`. Raises ValueError when the bytes are none, or of a newer version."""
         room, state = snapshot.decode(data)
         world = World(room)
-        known = world._room.by_id
-        if any(name not in known for name in state.things):
-            raise ValueError("snapshot: holds things this room does not know; start the world afresh")
         world._state = state
-        world._solids = solids(tuple(known[name] for name in state.things))
+        world._solids = solids(state.things)
         return world
 
     def step(self, inputs: StepInputs) -> WorldView:
@@ -111,6 +108,7 @@ class World:
         solids_ = self._solids
         self._state = holding.let_go(self._state, solids_, posed, near)
         self._state = holding.carry(self._state, solids_, posed, DT)
+        self._state = holding.glide(self._state, DT)
         self._state = holding.take_hold(self._state, solids_, posed, near)
         self._state = holding.forget_let_go(self._state, solids_, near, posed)
         skin = between_people(posed)
@@ -137,55 +135,16 @@ class World:
         for name in inputs.left:
             if figures.pop(name, None) is not None:
                 self._state = holding.drop(self._state, lambda g, name=name: g.participant == name)
+                self._state = forgotten(self._state, name)
         self._state = replace(self._state, figures=tuple(figures[name] for name in sorted(figures)))
 
     # -- commands ----------------------------------------------------------------------------------------------
 
     def _obey(self, command: CommandInput) -> Outcome:
-        ledger, step = self._state.ledger, self._state.step
-        if (known := ledger.answer_to(command)) is not None:
-            return known
-        spent = ledger.spend(command.participant)
-        if spent is None:
-            return Outcome(command.id, command.participant, False, "too many commands; wait a second", step)
-        things = {t.id: t for t in self._solids.things}
-        present = frozenset(f.name for f in self._state.figures)
-        holders = {name: holding.holders(self._state, name) for name in things}
-        reason = objection(command, things, present, holders, holding.tracked_things(self._state))
-        if not reason:
-            self._do(command)
-        outcome = Outcome(command.id, command.participant, not reason, reason, step)
-        self._state = replace(self._state, ledger=spent.with_answer(outcome))
+        self._state, outcome = obey(self._state, self._solids, self._room, command)
+        if self._state.things != self._solids.things:
+            self._solids = solids(self._state.things, self._solids)
         return outcome
-
-    def _do(self, command: CommandInput) -> None:
-        action = command.action
-        if isinstance(action, Release):
-            self._state = holding.drop(self._state, lambda g: g.thing == action.thing and g.participant == command.participant)
-        elif isinstance(action, Move):
-            n = self._index(action.thing)
-            self._wake(n)
-            m = self._state.motions.copy()
-            m.position[n], m.velocity[n], m.spin[n] = action.position, 0.0, 0.0
-            length = float(np.sqrt(action.rotation @ action.rotation))
-            m.rotation[n] = action.rotation / length if length > 1e-6 else (0.0, 0.0, 0.0, 1.0)
-            m.mode[n], m.still[n] = FREE, 0
-            self._state = replace(self._state, motions=m)
-            self._wake(n)
-        elif isinstance(action, Delete):
-            self._state = holding.drop(self._state, lambda g: g.thing == action.thing)
-            n = self._index(action.thing)
-            self._wake(n)
-            rest = [k for k in range(len(self._state.things)) if k != n]
-            self._set_things(tuple(self._solids.things[k] for k in rest), snapshot.chosen(self._state.motions, rest))
-        else:
-            self._state = holding.drop(self._state, lambda g: True)
-            self._set_things(self._room.things, _begin(self._room.things))
-            self._state = replace(self._state, dents=(), bonds=())
-
-    def _set_things(self, things: tuple[Thing, ...], motions: Motions) -> None:
-        self._solids = solids(things)
-        self._state = replace(self._state, things=tuple(t.id for t in things), motions=motions)
 
     # -- tracked things ----------------------------------------------------------------------------------------
 
@@ -279,7 +238,7 @@ class World:
 
     def _view(self, before: State, outcomes: tuple[Outcome, ...], touches: list[Touch], felt: tuple[HandForce, ...]) -> WorldView:
         s, m = self._state, self._state.motions
-        old = {name: n for n, name in enumerate(before.things)}
+        old = before.rows
         before_held: dict[str, list[str]] = {}
         for g in before.grasps:
             before_held.setdefault(g.thing, []).append(g.participant)
@@ -310,7 +269,7 @@ class World:
         if s.step % HASH_STEPS == 0:
             digest = int.from_bytes(blake2b(self.snapshot(), digest_size=8).digest(), "little")
         return WorldView(
-            s.step, s.t_ns, self._solids.things, s.things != before.things, tuple(states),
+            s.step, s.t_ns, s.things, s.things != before.things, tuple(states),
             tuple(contacts[:MAX_CONTACTS]), tuple(ghosts), grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
             s.dents, s.bonds, *changes(before, s),
         )  # fmt: skip
@@ -318,7 +277,7 @@ class World:
     # -- small things ------------------------------------------------------------------------------------------
 
     def _index(self, thing: str) -> int:
-        return self._state.things.index(thing)
+        return self._state.rows[thing]
 
     def _wake(self, n: int) -> None:
         self._state = holding.woken_round(self._state, self._solids, n)

@@ -26,25 +26,69 @@ from vistel.v1 import envelope_pb2 as vistel_dot_v1_dot_envelope__pb2
 from vistel.v1 import geometry_pb2 as vistel_dot_v1_dot_geometry__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17vistel/v1/command.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\x1a\x18vistel/v1/geometry.proto\"\xfa\x01\n\x07\x43ommand\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x13\n\x0bparticipant\x18\x03 \x01(\t\x12$\n\x04move\x18\n \x01(\x0b\x32\x14.vistel.v1.MoveThingH\x00\x12*\n\x07release\x18\x0b \x01(\x0b\x32\x17.vistel.v1.ReleaseThingH\x00\x12(\n\x06\x64\x65lete\x18\x0c \x01(\x0b\x32\x16.vistel.v1.DeleteThingH\x00\x12%\n\x05reset\x18\r \x01(\x0b\x32\x14.vistel.v1.ResetRoomH\x00\x42\x08\n\x06\x61\x63tion\"9\n\tMoveThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1d\n\x04pose\x18\x02 \x01(\x0b\x32\x0f.vistel.v1.Pose\"\x1d\n\x0cReleaseThing\x12\r\n\x05thing\x18\x01 \x01(\t\"\x1c\n\x0b\x44\x65leteThing\x12\r\n\x05thing\x18\x01 \x01(\t\"\x0b\n\tResetRoom\"\xda\x01\n\rCommandResult\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x31\n\x07outcome\x18\x03 \x01(\x0e\x32 .vistel.v1.CommandResult.Outcome\x12\x0e\n\x06reason\x18\x04 \x01(\t\x12\x0c\n\x04step\x18\x05 \x01(\x04\"I\n\x07Outcome\x12\x17\n\x13OUTCOME_UNSPECIFIED\x10\x00\x12\x10\n\x0cOUTCOME_DONE\x10\x01\x12\x13\n\x0fOUTCOME_REFUSED\x10\x02\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17vistel/v1/command.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\x1a\x18vistel/v1/geometry.proto\"\xa1\x07\n\x07\x43ommand\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x13\n\x0bparticipant\x18\x03 \x01(\t\x12$\n\x04move\x18\n \x01(\x0b\x32\x14.vistel.v1.MoveThingH\x00\x12*\n\x07release\x18\x0b \x01(\x0b\x32\x17.vistel.v1.ReleaseThingH\x00\x12(\n\x06\x64\x65lete\x18\x0c \x01(\x0b\x32\x16.vistel.v1.DeleteThingH\x00\x12%\n\x05reset\x18\r \x01(\x0b\x32\x14.vistel.v1.ResetRoomH\x00\x12)\n\x06select\x18\x0e \x01(\x0b\x32\x17.vistel.v1.SelectThingsH\x00\x12)\n\x07move_by\x18\x0f \x01(\x0b\x32\x16.vistel.v1.MoveThingByH\x00\x12&\n\x05place\x18\x10 \x01(\x0b\x32\x15.vistel.v1.PlaceThingH\x00\x12$\n\x04turn\x18\x11 \x01(\x0b\x32\x14.vistel.v1.TurnThingH\x00\x12&\n\x05scale\x18\x12 \x01(\x0b\x32\x15.vistel.v1.ScaleThingH\x00\x12$\n\x04\x62\x65nd\x18\x13 \x01(\x0b\x32\x14.vistel.v1.BendThingH\x00\x12&\n\x05twist\x18\x14 \x01(\x0b\x32\x15.vistel.v1.TwistThingH\x00\x12&\n\x05paint\x18\x15 \x01(\x0b\x32\x15.vistel.v1.PaintThingH\x00\x12(\n\x06harden\x18\x16 \x01(\x0b\x32\x16.vistel.v1.HardenThingH\x00\x12$\n\x04\x63opy\x18\x17 \x01(\x0b\x32\x14.vistel.v1.CopyThingH\x00\x12(\n\x06\x63reate\x18\x18 \x01(\x0b\x32\x16.vistel.v1.CreateThingH\x00\x12$\n\x04grip\x18\x19 \x01(\x0b\x32\x14.vistel.v1.GripThingH\x00\x12(\n\x06\x61ttach\x18\x1a \x01(\x0b\x32\x16.vistel.v1.AttachThingH\x00\x12(\n\x06\x64\x65tach\x18\x1b \x01(\x0b\x32\x16.vistel.v1.DetachThingH\x00\x12#\n\x04undo\x18\x1c \x01(\x0b\x32\x13.vistel.v1.UndoLastH\x00\x12#\n\x04redo\x18\x1d \x01(\x0b\x32\x13.vistel.v1.RedoLastH\x00\x12%\n\x04stop\x18\x1e \x01(\x0b\x32\x15.vistel.v1.StopMovingH\x00\x42\x08\n\x06\x61\x63tion\"\xe5\x01\n\x05Which\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x0c\n\x04name\x18\x02 \x01(\t\x12\r\n\x05shape\x18\x03 \x01(\t\x12\x0e\n\x06\x63olour\x18\x04 \x01(\t\x12%\n\x05shown\x18\x05 \x01(\x0e\x32\x16.vistel.v1.Which.Shown\x12\r\n\x05\x65very\x18\x06 \x01(\x08\"j\n\x05Shown\x12\x15\n\x11SHOWN_UNSPECIFIED\x10\x00\x12\x11\n\rSHOWN_POINTED\x10\x01\x12\x13\n\x0fSHOWN_LOOKED_AT\x10\x02\x12\x12\n\x0eSHOWN_SELECTED\x10\x03\x12\x0e\n\nSHOWN_HELD\x10\x04\"Z\n\tMoveThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1d\n\x04pose\x18\x02 \x01(\x0b\x32\x0f.vistel.v1.Pose\x12\x1f\n\x05which\x18\x03 \x01(\x0b\x32\x10.vistel.v1.Which\">\n\x0cReleaseThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1f\n\x05which\x18\x02 \x01(\x0b\x32\x10.vistel.v1.Which\"=\n\x0b\x44\x65leteThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1f\n\x05which\x18\x02 \x01(\x0b\x32\x10.vistel.v1.Which\"\x0b\n\tResetRoom\"@\n\x0cSelectThings\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x0f\n\x07nothing\x18\x02 \x01(\x08\"e\n\x0bMoveThingBy\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12#\n\x07towards\x18\x02 \x01(\x0e\x32\x12.vistel.v1.Towards\x12\x10\n\x08\x64istance\x18\x03 \x01(\x01\"N\n\nPlaceThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x1f\n\x05where\x18\x02 \x01(\x0e\x32\x10.vistel.v1.Where\"\\\n\tTurnThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x61ngle\x18\x02 \x01(\x01\x12\x1f\n\x05\x61\x62out\x18\x03 \x01(\x0e\x32\x10.vistel.v1.Along\"^\n\nScaleThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x0e\n\x06\x66\x61\x63tor\x18\x02 \x01(\x01\x12\x1f\n\x05\x61long\x18\x03 \x01(\x0e\x32\x10.vistel.v1.Along\";\n\tBendThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x61ngle\x18\x02 \x01(\x01\"<\n\nTwistThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x61ngle\x18\x02 \x01(\x01\"=\n\nPaintThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x0e\n\x06\x63olour\x18\x02 \x01(\x07\"@\n\x0bHardenThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x10\n\x08rigidity\x18\x02 \x01(\x01\",\n\tCopyThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\"[\n\x0b\x43reateThing\x12\r\n\x05shape\x18\x01 \x01(\t\x12\x0c\n\x04size\x18\x02 \x01(\x01\x12\x0e\n\x06\x63olour\x18\x03 \x01(\x07\x12\x1f\n\x05where\x18\x04 \x01(\x0e\x32\x10.vistel.v1.Where\",\n\tGripThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\"L\n\x0b\x41ttachThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x1c\n\x02to\x18\x02 \x01(\x0b\x32\x10.vistel.v1.Which\".\n\x0b\x44\x65tachThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\"\n\n\x08UndoLast\"\n\n\x08RedoLast\"\x0c\n\nStopMoving\"\xea\x01\n\rCommandResult\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x31\n\x07outcome\x18\x03 \x01(\x0e\x32 .vistel.v1.CommandResult.Outcome\x12\x0e\n\x06reason\x18\x04 \x01(\t\x12\x0c\n\x04step\x18\x05 \x01(\x04\x12\x0e\n\x06things\x18\x06 \x03(\t\"I\n\x07Outcome\x12\x17\n\x13OUTCOME_UNSPECIFIED\x10\x00\x12\x10\n\x0cOUTCOME_DONE\x10\x01\x12\x13\n\x0fOUTCOME_REFUSED\x10\x02*\x8e\x01\n\x07Towards\x12\x17\n\x13TOWARDS_UNSPECIFIED\x10\x00\x12\x11\n\rTOWARDS_RIGHT\x10\x01\x12\x10\n\x0cTOWARDS_LEFT\x10\x02\x12\x0e\n\nTOWARDS_UP\x10\x03\x12\x10\n\x0cTOWARDS_DOWN\x10\x04\x12\x11\n\rTOWARDS_AHEAD\x10\x05\x12\x10\n\x0cTOWARDS_BACK\x10\x06*b\n\x05\x41long\x12\x15\n\x11\x41LONG_UNSPECIFIED\x10\x00\x12\x11\n\rALONG_LONGEST\x10\x01\x12\x0c\n\x08\x41LONG_UP\x10\x02\x12\x10\n\x0c\x41LONG_ACROSS\x10\x03\x12\x0f\n\x0b\x41LONG_AHEAD\x10\x04*A\n\x05Where\x12\x15\n\x11WHERE_UNSPECIFIED\x10\x00\x12\x0e\n\nWHERE_HERE\x10\x01\x12\x11\n\rWHERE_POINTED\x10\x02\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'vistel.v1.command_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
+  _globals['_TOWARDS']._serialized_start=2764
+  _globals['_TOWARDS']._serialized_end=2906
+  _globals['_ALONG']._serialized_start=2908
+  _globals['_ALONG']._serialized_end=3006
+  _globals['_WHERE']._serialized_start=3008
+  _globals['_WHERE']._serialized_end=3073
   _globals['_COMMAND']._serialized_start=91
-  _globals['_COMMAND']._serialized_end=341
-  _globals['_MOVETHING']._serialized_start=343
-  _globals['_MOVETHING']._serialized_end=400
-  _globals['_RELEASETHING']._serialized_start=402
-  _globals['_RELEASETHING']._serialized_end=431
-  _globals['_DELETETHING']._serialized_start=433
-  _globals['_DELETETHING']._serialized_end=461
-  _globals['_RESETROOM']._serialized_start=463
-  _globals['_RESETROOM']._serialized_end=474
-  _globals['_COMMANDRESULT']._serialized_start=477
-  _globals['_COMMANDRESULT']._serialized_end=695
-  _globals['_COMMANDRESULT_OUTCOME']._serialized_start=622
-  _globals['_COMMANDRESULT_OUTCOME']._serialized_end=695
+  _globals['_COMMAND']._serialized_end=1020
+  _globals['_WHICH']._serialized_start=1023
+  _globals['_WHICH']._serialized_end=1252
+  _globals['_WHICH_SHOWN']._serialized_start=1146
+  _globals['_WHICH_SHOWN']._serialized_end=1252
+  _globals['_MOVETHING']._serialized_start=1254
+  _globals['_MOVETHING']._serialized_end=1344
+  _globals['_RELEASETHING']._serialized_start=1346
+  _globals['_RELEASETHING']._serialized_end=1408
+  _globals['_DELETETHING']._serialized_start=1410
+  _globals['_DELETETHING']._serialized_end=1471
+  _globals['_RESETROOM']._serialized_start=1473
+  _globals['_RESETROOM']._serialized_end=1484
+  _globals['_SELECTTHINGS']._serialized_start=1486
+  _globals['_SELECTTHINGS']._serialized_end=1550
+  _globals['_MOVETHINGBY']._serialized_start=1552
+  _globals['_MOVETHINGBY']._serialized_end=1653
+  _globals['_PLACETHING']._serialized_start=1655
+  _globals['_PLACETHING']._serialized_end=1733
+  _globals['_TURNTHING']._serialized_start=1735
+  _globals['_TURNTHING']._serialized_end=1827
+  _globals['_SCALETHING']._serialized_start=1829
+  _globals['_SCALETHING']._serialized_end=1923
+  _globals['_BENDTHING']._serialized_start=1925
+  _globals['_BENDTHING']._serialized_end=1984
+  _globals['_TWISTTHING']._serialized_start=1986
+  _globals['_TWISTTHING']._serialized_end=2046
+  _globals['_PAINTTHING']._serialized_start=2048
+  _globals['_PAINTTHING']._serialized_end=2109
+  _globals['_HARDENTHING']._serialized_start=2111
+  _globals['_HARDENTHING']._serialized_end=2175
+  _globals['_COPYTHING']._serialized_start=2177
+  _globals['_COPYTHING']._serialized_end=2221
+  _globals['_CREATETHING']._serialized_start=2223
+  _globals['_CREATETHING']._serialized_end=2314
+  _globals['_GRIPTHING']._serialized_start=2316
+  _globals['_GRIPTHING']._serialized_end=2360
+  _globals['_ATTACHTHING']._serialized_start=2362
+  _globals['_ATTACHTHING']._serialized_end=2438
+  _globals['_DETACHTHING']._serialized_start=2440
+  _globals['_DETACHTHING']._serialized_end=2486
+  _globals['_UNDOLAST']._serialized_start=2488
+  _globals['_UNDOLAST']._serialized_end=2498
+  _globals['_REDOLAST']._serialized_start=2500
+  _globals['_REDOLAST']._serialized_end=2510
+  _globals['_STOPMOVING']._serialized_start=2512
+  _globals['_STOPMOVING']._serialized_end=2524
+  _globals['_COMMANDRESULT']._serialized_start=2527
+  _globals['_COMMANDRESULT']._serialized_end=2761
+  _globals['_COMMANDRESULT_OUTCOME']._serialized_start=2688
+  _globals['_COMMANDRESULT_OUTCOME']._serialized_end=2761
 # @@protoc_insertion_point(module_scope)

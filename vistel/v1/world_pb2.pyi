@@ -12,17 +12,39 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Primitive(_message.Message):
-    __slots__ = ("kind", "params", "pose")
+    __slots__ = ("kind", "params", "pose", "colour")
     KIND_FIELD_NUMBER: _ClassVar[int]
     PARAMS_FIELD_NUMBER: _ClassVar[int]
     POSE_FIELD_NUMBER: _ClassVar[int]
+    COLOUR_FIELD_NUMBER: _ClassVar[int]
     kind: str
     params: _containers.RepeatedScalarFieldContainer[float]
     pose: _geometry_pb2.Pose
-    def __init__(self, kind: _Optional[str] = ..., params: _Optional[_Iterable[float]] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ...) -> None: ...
+    colour: int
+    def __init__(self, kind: _Optional[str] = ..., params: _Optional[_Iterable[float]] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., colour: _Optional[int] = ...) -> None: ...
+
+class Curve(_message.Message):
+    __slots__ = ("straight", "along", "side", "low", "high", "bend", "twist", "centre")
+    STRAIGHT_FIELD_NUMBER: _ClassVar[int]
+    ALONG_FIELD_NUMBER: _ClassVar[int]
+    SIDE_FIELD_NUMBER: _ClassVar[int]
+    LOW_FIELD_NUMBER: _ClassVar[int]
+    HIGH_FIELD_NUMBER: _ClassVar[int]
+    BEND_FIELD_NUMBER: _ClassVar[int]
+    TWIST_FIELD_NUMBER: _ClassVar[int]
+    CENTRE_FIELD_NUMBER: _ClassVar[int]
+    straight: _containers.RepeatedCompositeFieldContainer[Primitive]
+    along: _geometry_pb2.Vec3
+    side: _geometry_pb2.Vec3
+    low: float
+    high: float
+    bend: float
+    twist: float
+    centre: _geometry_pb2.Vec3
+    def __init__(self, straight: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., along: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., side: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., low: _Optional[float] = ..., high: _Optional[float] = ..., bend: _Optional[float] = ..., twist: _Optional[float] = ..., centre: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ...) -> None: ...
 
 class Thing(_message.Message):
-    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky")
+    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky", "curve")
     ID_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PRIMITIVES_FIELD_NUMBER: _ClassVar[int]
@@ -33,6 +55,7 @@ class Thing(_message.Message):
     SHAPE_FIELD_NUMBER: _ClassVar[int]
     MATERIAL_FIELD_NUMBER: _ClassVar[int]
     STICKY_FIELD_NUMBER: _ClassVar[int]
+    CURVE_FIELD_NUMBER: _ClassVar[int]
     id: str
     name: str
     primitives: _containers.RepeatedCompositeFieldContainer[Primitive]
@@ -43,7 +66,8 @@ class Thing(_message.Message):
     shape: str
     material: str
     sticky: float
-    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ..., material: _Optional[str] = ..., sticky: _Optional[float] = ...) -> None: ...
+    curve: Curve
+    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ..., material: _Optional[str] = ..., sticky: _Optional[float] = ..., curve: _Optional[_Union[Curve, _Mapping]] = ...) -> None: ...
 
 class Dent(_message.Message):
     __slots__ = ("number", "thing", "shape", "depth", "left_ns", "fade_s")

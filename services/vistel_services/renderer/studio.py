@@ -31,7 +31,7 @@ from vistel_services.renderer.ready import take_figure, take_room
 from vistel_services.renderer.room import FURNITURE, linear
 from vistel_services.renderer.soft_things import Reshaped, SoftThings, gives_way, pulls_of
 from vistel_services.renderer.stage import About, Instant, PersonNow
-from vistel_services.renderer.tessellate import join, tessellate
+from vistel_services.renderer.tessellate import join, tessellate_thing
 
 log = logging.getLogger("vistel.renderer")
 
@@ -254,11 +254,14 @@ class Studio:
             if thing_id in self._fixed or self._things.get(thing_id) is thing or not thing.primitives:
                 continue
             if gives_way(thing):
-                surface = self._soft.of(thing).surface
+                pieces = [self._soft.of(thing).surface]
                 self._reshaped.pop(thing_id, None)
             else:
-                surface = join([tessellate(p, self._detail) for p in thing.primitives])
-            colours = np.tile(np.array(linear(thing.colour), np.float32), (len(surface.vertices), 1))
+                pieces = tessellate_thing(thing, self._detail)
+            surface = join(pieces)
+            drawn = thing.curve.straight if thing.curve else thing
+            colour_of = [linear(p.colour or thing.colour) for p in drawn.primitives]
+            colours = np.repeat(np.array(colour_of, np.float32), [len(piece.vertices) for piece in pieces], axis=0)
             self.painter.set_thing(thing_id, surface, colours)
             self._things[thing_id] = thing
         for thing_id in set(self._things) - set(instant.things):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.space.things import Primitive
+from vistel.space.things import Primitive, Thing
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -62,6 +62,55 @@ def tessellate(primitive: Primitive, detail: float = 1.0) -> Surface3:
     else:
         surface = _supertoroid(p[:3], p[3], p[4], p[5], 2 * segments, 2 * rings)
     return surface.moved(primitive.position, primitive.rotation)
+
+
+def tessellate_thing(thing: Thing, detail: float = 1.0) -> list[Surface3]:
+    """The primitives of a thing, in its frame; of a bent thing those of the straight one, bent."""
+    if thing.curve is None:
+        return [tessellate(p, detail) for p in thing.primitives]
+    arc = thing.curve.arc
+    edge = (arc.high - arc.low) / 14.0
+    out: list[Surface3] = []
+    for p in thing.curve.straight.primitives:
+        fine = _divided(tessellate(p, detail), edge)
+        points, normals = arc.surface(fine.vertices.astype(np.float64), fine.normals.astype(np.float64))
+        out.append(Surface3(points.astype(np.float32), normals.astype(np.float32), fine.triangles))
+    return out
+
+
+def _divided(s: Surface3, longest: float) -> Surface3:
+    """The surface with every edge longer than `longest` halved, again and again (at most four times)."""
+    vertices, normals, triangles = s.vertices, s.normals, s.triangles
+    for _ in range(4):
+        ends = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+        edges, which = np.unique(ends, axis=0, return_inverse=True)
+        long = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1) > longest
+        if not long.any():
+            break
+        number = np.full(len(edges), -1)
+        number[long] = len(vertices) + np.arange(long.sum())
+        middle = number[which].reshape(3, -1).T  # of the edges 01, 12, 20 of each triangle
+        both = normals[edges[long, 0]] + normals[edges[long, 1]]
+        both /= np.maximum(np.linalg.norm(both, axis=1, keepdims=True), 1e-12)
+        vertices = np.concatenate([vertices, 0.5 * (vertices[edges[long, 0]] + vertices[edges[long, 1]])])
+        normals = np.concatenate([normals, both])
+        triangles = np.array([t for c, m in zip(triangles.tolist(), middle.tolist(), strict=True) for t in _split(c, m)], np.int32)
+    return Surface3(vertices, normals, triangles)
+
+
+def _split(c: list[int], m: list[int]) -> list[tuple[int, int, int]]:
+    """A triangle's pieces; m: new vertices on its edges 01, 12, 20, or -1."""
+    cut = [k for k in range(3) if m[k] >= 0]
+    if not cut:
+        return [(c[0], c[1], c[2])]
+    k = cut[0] if len(cut) < 2 or m[(cut[0] + 1) % 3] >= 0 else cut[1]
+    a, b, d = c[k], c[(k + 1) % 3], c[(k + 2) % 3]
+    p, q, r = m[k], m[(k + 1) % 3], m[(k + 2) % 3]
+    if len(cut) == 1:
+        return [(a, p, d), (p, b, d)]
+    if len(cut) == 2:
+        return [(a, p, d), (p, b, q), (p, q, d)]
+    return [(a, p, r), (p, b, q), (r, q, d), (p, q, r)]
 
 
 def fine_cone_sphere(params: Sequence[float], spacing: float) -> Surface3:

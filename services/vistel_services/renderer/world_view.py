@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import slerp
-from vistel.space.things import Primitive, Thing
+from vistel.space.arc import Arc
+from vistel.space.things import Curve, Primitive, Thing
 from vistel.v1 import geometry_pb2, world_pb2
 
 F64 = NDArray[np.float64]
@@ -73,9 +74,15 @@ def thing_of(message: world_pb2.Thing) -> Thing:
     """A thing as the room describes it. Raises ValueError for a primitive that is none."""
     primitives = tuple(primitive_from(p) for p in message.primitives)
     m = message
-    return Thing(m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3))
+    thing = Thing(m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3))
+    if not m.HasField("curve"):
+        return thing
+    c = m.curve
+    arc = Arc(vector(c.along), vector(c.side), c.low, c.high, c.bend, c.twist, vector(c.centre))
+    straight = replace(thing, primitives=tuple(primitive_from(p) for p in c.straight))
+    return replace(thing, curve=Curve(straight, arc))
 
 
 def primitive_from(p: world_pb2.Primitive) -> Primitive:
     """A primitive as it is described. Raises ValueError for what is none."""
-    return Primitive(p.kind, tuple(p.params), vector(p.pose.position), quaternion(p.pose.rotation))
+    return Primitive(p.kind, tuple(p.params), vector(p.pose.position), quaternion(p.pose.rotation), p.colour)

@@ -5,18 +5,15 @@ from __future__ import annotations
 import logging
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vistel.figure.people.recipe import parse_spec
 from vistel.figure.posture import Posture, Stance
-from vistel.space.inputs import CommandInput, Delete, MotionInput, Move, Person, PropInput, Release, Reset
+from vistel.space.inputs import CommandInput, MotionInput, Person, PropInput
 from vistel.v1.command_pb2 import Command
-from vistel.v1.geometry_pb2 import Pose
 from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.v1.world_pb2 import WorldInputs
 from vistel.wire.motion import MotionSample
-
-F64 = NDArray[np.float64]
+from vistel_services.world.asked import action, pose
 
 log = logging.getLogger("vistel.world")
 
@@ -41,23 +38,8 @@ def person(participant: str, message: Participant) -> Person:
 
 def command_input(participant: str, message: Command) -> CommandInput:
     """A command of `participant`, whose key it came on; one in another's name has no action and is refused."""
-    kind = message.WhichOneof("action") if message.participant in ("", participant) else None
-    if kind == "move":
-        action = Move(message.move.thing, *pose(message.move.pose))
-    elif kind == "release":
-        action = Release(message.release.thing)
-    elif kind == "delete":
-        action = Delete(message.delete.thing)
-    else:
-        action = Reset() if kind == "reset" else None
-    return CommandInput(message.id, participant, action)
-
-
-def pose(message: Pose) -> tuple[F64, F64]:
-    """position (3,), rotation (4,) quaternion; all zero means identity."""
-    p, q = message.position, message.rotation
-    rotation = np.array([q.x, q.y, q.z, q.w], np.float64)
-    return np.array([p.x, p.y, p.z], np.float64), rotation if rotation.any() else np.array([0.0, 0.0, 0.0, 1.0])
+    own = message.participant in ("", participant)
+    return CommandInput(message.id, participant, action(message) if own else None)
 
 
 def prop_input(message: Prop) -> PropInput:

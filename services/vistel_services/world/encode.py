@@ -87,7 +87,7 @@ def hand_force(h: HandForce, step: int, t_ns: int) -> world_pb2.HandForce:
 def command_result(outcome: Outcome, t_ns: int) -> CommandResult:
     """The answer to a command."""
     done = CommandResult.OUTCOME_DONE if outcome.done else CommandResult.OUTCOME_REFUSED
-    out = CommandResult(id=outcome.id, outcome=done, reason=outcome.reason, step=outcome.step)
+    out = CommandResult(id=outcome.id, outcome=done, reason=outcome.reason, step=outcome.step, things=outcome.things)
     out.header.t_ns = t_ns
     return out
 
@@ -98,11 +98,19 @@ def input_person(p: Person) -> world_pb2.WorldInputs.Person:
 
 
 def _thing(t: Thing) -> world_pb2.Thing:
-    return world_pb2.Thing(
+    out = world_pb2.Thing(
         id=t.id, name=t.name, primitives=[_primitive(p) for p in t.primitives], mass_kg=t.mass,
         compliance=t.compliance, colour=t.colour, shape=t.shape, sticky=t.matter.sticky,
         material="" if t.matter.material == "elastic" else t.matter.material,
     )  # fmt: skip
+    if t.curve:
+        a, straight = t.curve.arc, t.curve.straight
+        out.curve.straight.extend(_primitive(p) for p in straight.primitives)
+        out.curve.along.CopyFrom(_vec3(a.along))
+        out.curve.side.CopyFrom(_vec3(a.side))
+        out.curve.centre.CopyFrom(_vec3(a.centre))
+        out.curve.low, out.curve.high, out.curve.bend, out.curve.twist = a.low, a.high, a.bend, a.twist
+    return out
 
 
 def _dent(d: Dent) -> world_pb2.Dent:
@@ -120,7 +128,7 @@ def _bond(b: Bond) -> world_pb2.Bond:
 
 
 def _primitive(p: Primitive) -> world_pb2.Primitive:
-    return world_pb2.Primitive(kind=p.kind, params=p.params, pose=_pose(p.position, p.rotation))
+    return world_pb2.Primitive(kind=p.kind, params=p.params, pose=_pose(p.position, p.rotation), colour=p.colour)
 
 
 def _thing_state(s: ThingView) -> world_pb2.ThingState:

@@ -10,7 +10,8 @@ import pytest
 from test_world_steps import START, Play, reaching
 
 from vistel.figure.posture import Posture
-from vistel.space.inputs import CommandInput, MotionInput, Move, Person, StepInputs
+from vistel.space.commands.actions import Move, Which
+from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things import Matter
 from vistel.space.view import WorldView
@@ -53,7 +54,7 @@ def balls(count: int, matter: Matter, size: float = 0.03) -> list[Extra]:
 def test_fifty_soft_things_in_one_spot_part_and_dent_each_other(matter: Matter) -> None:
     world = World(meeting_room(3, balls(50, matter)))
     # At rest they sleep; one is moved a little, and all are awake.
-    wake = CommandInput("w", "ann", Move("x0", np.array([0.0, TABLE_HEIGHT + 0.031, -0.3]), np.array([0, 0, 0, 1.0])))
+    wake = CommandInput("w", "ann", Move(Which("x0"), np.array([0.0, TABLE_HEIGHT + 0.031, -0.3]), np.array([0, 0, 0, 1.0])))
     for k in range(1, 40):
         view = world.step(StepInputs(k, k * SECOND // 60, (Person("ann"),) if k == 1 else (), (), (), (wake,) if k == 2 else ()))
         sound(view)

@@ -12,8 +12,9 @@ from test_world_steps import Play, reaching
 
 from vistel.figure.posture import Posture
 from vistel.implicit.contact_set import PrimitiveSet
+from vistel.space.commands.actions import Move, Reset, Which
 from vistel.space.dents import LEAST, MOST, Dent, Press, remember
-from vistel.space.inputs import CommandInput, Move, Reset
+from vistel.space.inputs import CommandInput
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things import Matter, Primitive
 from vistel.space.view import WorldView
@@ -71,7 +72,7 @@ def test_dents_travel_with_the_thing() -> None:
     play = playing(extra)
     before = press(play, extra)[-1].dents
     turn = np.array([0.0, math.sin(0.5), 0.0, math.cos(0.5)])
-    move = CommandInput("m", "ann", Move("clay", np.array([0.0, 1.2, 0.2]), turn))
+    move = CommandInput("m", "ann", Move(Which("clay"), np.array([0.0, 1.2, 0.2]), turn))
     view = play.step({"ann": hand(0.3, extra)}, move)
     assert view.outcomes[0].done
     assert view.dents == before

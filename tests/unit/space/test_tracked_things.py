@@ -9,7 +9,8 @@ import pytest
 from test_world_steps import START, STEP_NS, Play, at, reaching
 
 from vistel.figure.posture import Posture
-from vistel.space.inputs import CommandInput, Delete, MotionInput, Move, PropInput, Reset, StepInputs
+from vistel.space.commands.actions import Delete, Move, Reset, Which
+from vistel.space.inputs import CommandInput, MotionInput, PropInput, StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
 from vistel.space.view import WorldView
 from vistel.space.world import World
@@ -171,7 +172,7 @@ def test_nobody_moves_a_prop_by_command_and_a_reset_does_not_either() -> None:
     play = PropPlay("ann")
     place = at(0.0, 0.3, 0.0)
     play.tracked(place)
-    view = play.tracked(place, {}, CommandInput("1", "ann", Move(BATON, START, UPRIGHT)))
+    view = play.tracked(place, {}, CommandInput("1", "ann", Move(Which(BATON), START, UPRIGHT)))
     assert [o.reason for o in view.outcomes] == ["the red baton follows its own tracker; move the real one"]
     play.tracked(None, {}, CommandInput("2", "ann", Reset()))
     assert play.thing(BATON).position == pytest.approx(place)
@@ -179,7 +180,7 @@ def test_nobody_moves_a_prop_by_command_and_a_reset_does_not_either() -> None:
 
 def test_a_prop_that_was_deleted_does_not_come_back() -> None:
     play = PropPlay("ann")
-    play.tracked(START, {}, CommandInput("1", "ann", Delete(BATON)))
+    play.tracked(START, {}, CommandInput("1", "ann", Delete(Which(BATON))))
     view = play.tracked(START)
     assert BATON not in {s.id for s in view.states}
 

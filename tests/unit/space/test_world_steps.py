@@ -14,7 +14,8 @@ from vistel.figure.hands import OPEN, closed_round, hand_rotation
 from vistel.figure.posture import WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
-from vistel.space.inputs import CommandInput, Delete, MotionInput, Move, Person, Release, Reset, StepInputs
+from vistel.space.commands.actions import Delete, Move, Release, Reset, Which
+from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
 from vistel.space.snapshot import VERSION
 from vistel.space.view import WorldView
@@ -176,7 +177,7 @@ def test_the_same_inputs_give_the_same_bytes() -> None:
     for k in range(30):
         play.step(
             {"ann": reaching(at(0.0, 0.005 * k, 0.01 * k), 1.0), "bob": reaching(at(0.3, 0.1, 0.1), 0.0)},
-            CommandInput(f"c{k}", "bob", Move("ball", np.array([0.01 * k, 1.0, 0.1]), np.array([0, 0, 0, 1.0]))),
+            CommandInput(f"c{k}", "bob", Move(Which("ball"), np.array([0.01 * k, 1.0, 0.1]), np.array([0, 0, 0, 1.0]))),
         )
     again = World(meeting_room(3))
     for inputs, view in zip(play.inputs, play.views, strict=True):
@@ -194,7 +195,7 @@ def test_a_restored_world_goes_on_bit_for_bit() -> None:
     other = World.restore(play.world.snapshot())
     for k in range(60):
         posture = {"ann": reaching(at(0.0, 0.005 * k, 0.0), 1.0 if k < 30 else 0.0)}
-        view = play.step(posture, CommandInput(str(k), "ann", Release("ball")))
+        view = play.step(posture, CommandInput(str(k), "ann", Release(Which("ball"))))
         assert other.step(play.inputs[-1]).hash == view.hash
         assert other.snapshot() == play.world.snapshot()
 
@@ -234,12 +235,12 @@ def place(x: float, y: float, z: float) -> tuple[np.ndarray, np.ndarray]:
 def test_commands_move_delete_and_reset() -> None:
     play = Play("ann")
     play.step({})
-    assert command(play, Move("box", *place(0.2, 0.9, 0.2)))[0]
+    assert command(play, Move(Which("box"), *place(0.2, 0.9, 0.2)))[0]
     assert play.thing("box").position[1] > 0.85
-    assert command(play, Delete("can"))[0]
+    assert command(play, Delete(Which("can")))[0]
     assert "can" not in {s.id for s in play.views[-1].states}
     assert play.views[-1].changed
-    assert command(play, Delete("can")) == (False, "there is no thing 'can' in the room")
+    assert command(play, Delete(Which("can"))) == (False, "there is no thing 'can' in the room")
     assert command(play, Reset())[0]
     assert play.thing("can").position == pytest.approx(meeting_room(3).thing("can").position)
 
@@ -248,32 +249,32 @@ def test_commands_that_make_no_sense_are_refused() -> None:
     play = Play("ann", "bob")
     take_baton(play)
     for action, who, what in [
-        (Move("baton", *place(0, 1, 0)), "bob", "held by ann"),
-        (Move("baton", *place(0, 1, 0)), "ann", "your own hand"),
-        (Delete("baton"), "bob", "held by ann"),
-        (Release("baton"), "bob", "does not hold"),
-        (Move("table", *place(0, 1, 0)), "ann", "fixed"),
-        (Move("box", *place(0, -1, 0)), "ann", "outside"),
-        (Move("box", *place(1e9, 1, 0)), "ann", "outside"),
-        (Move("box", *place(float("inf"), 1, 0)), "ann", "finite"),
+        (Move(Which("baton"), *place(0, 1, 0)), "bob", "held by ann"),
+        (Move(Which("baton"), *place(0, 1, 0)), "ann", "your own hand"),
+        (Delete(Which("baton")), "bob", "held by ann"),
+        (Release(Which("baton")), "bob", "does not hold"),
+        (Move(Which("table"), *place(0, 1, 0)), "ann", "fixed"),
+        (Move(Which("box"), *place(0, -1, 0)), "ann", "outside"),
+        (Move(Which("box"), *place(1e9, 1, 0)), "ann", "outside"),
+        (Move(Which("box"), *place(float("inf"), 1, 0)), "ann", "finite"),
         (Reset(), "eve", "not in the room"),
         (None, "ann", "nothing this world"),
     ]:
         done, reason = command(play, action, who)
         assert not done
         assert what in reason
-    assert command(play, Release("baton"), "ann")[0]
+    assert command(play, Release(Which("baton")), "ann")[0]
     assert play.grasps() == []
 
 
 def test_a_command_sent_again_is_answered_again_and_not_done_again() -> None:
     play = Play("ann")
     play.step({})
-    command(play, Move("box", *place(0.2, 0.9, 0.2)), name="once")
+    command(play, Move(Which("box"), *place(0.2, 0.9, 0.2)), name="once")
     for _ in range(30):
         play.step({})
     low = play.thing("box").position[1]
-    assert command(play, Move("box", *place(0.2, 0.9, 0.2)), name="once")[0]
+    assert command(play, Move(Which("box"), *place(0.2, 0.9, 0.2)), name="once")[0]
     assert play.thing("box").position[1] == pytest.approx(low, abs=0.05)
 
 

@@ -1,0 +1,77 @@
+"""From the messages of commands to what may be asked of the world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.space.commands import actions as ask
+from vistel.space.commands.actions import Action, Along, Shown, Towards, Where, Which
+from vistel.v1 import command_pb2 as pb
+from vistel.v1.geometry_pb2 import Pose
+
+F64 = NDArray[np.float64]
+
+
+def pose(message: Pose) -> tuple[F64, F64]:
+    """position (3,), rotation (4,) quaternion; all zero means identity."""
+    p, q = message.position, message.rotation
+    rotation = np.array([q.x, q.y, q.z, q.w], np.float64)
+    return np.array([p.x, p.y, p.z], np.float64), rotation if rotation.any() else np.array([0.0, 0.0, 0.0, 1.0])
+
+
+def action(message: pb.Command) -> Action | None:
+    """What a command asks for; None for nothing this world knows."""
+    kind = message.WhichOneof("action")
+    return None if kind is None else _READ[kind](getattr(message, kind))
+
+
+def _which(m: pb.Which) -> Which:
+    return Which(m.thing, m.name, m.shape, m.colour, _SHOWN.get(m.shown), m.every)
+
+
+def _named(m: Any) -> Which:
+    return Which(m.thing) if m.thing else _which(m.which)
+
+
+_SHOWN = {
+    pb.Which.SHOWN_POINTED: Shown.POINTED, pb.Which.SHOWN_LOOKED_AT: Shown.LOOKED_AT,
+    pb.Which.SHOWN_SELECTED: Shown.SELECTED, pb.Which.SHOWN_HELD: Shown.HELD,
+}  # fmt: skip
+_TOWARDS = {
+    pb.TOWARDS_RIGHT: Towards.RIGHT, pb.TOWARDS_LEFT: Towards.LEFT, pb.TOWARDS_UP: Towards.UP,
+    pb.TOWARDS_DOWN: Towards.DOWN, pb.TOWARDS_AHEAD: Towards.AHEAD, pb.TOWARDS_BACK: Towards.BACK,
+}  # fmt: skip
+_ALONG = {
+    pb.ALONG_LONGEST: Along.LONGEST, pb.ALONG_UP: Along.UP, pb.ALONG_ACROSS: Along.ACROSS, pb.ALONG_AHEAD: Along.AHEAD,
+}  # fmt: skip
+_WHERE = {pb.WHERE_POINTED: Where.POINTED}
+
+_READ: dict[str, Callable[[Any], Action | None]] = {
+    "move": lambda m: ask.Move(_named(m), *pose(m.pose)),
+    "release": lambda m: ask.Release(_named(m)),
+    "delete": lambda m: ask.Delete(_named(m)),
+    "reset": lambda m: ask.Reset(),
+    "select": lambda m: ask.Select(_which(m.which), m.nothing),
+    "move_by": lambda m: (
+        ask.MoveBy(_which(m.which), _TOWARDS[m.towards], m.distance or 0.1) if m.towards in _TOWARDS else None
+    ),
+    "place": lambda m: ask.Place(_which(m.which), _WHERE.get(m.where, Where.HERE)),
+    "turn": lambda m: ask.Turn(_which(m.which), m.angle, _ALONG.get(m.about, Along.UP)),
+    "scale": lambda m: ask.Scale(_which(m.which), m.factor, _ALONG.get(m.along)),
+    "bend": lambda m: ask.Bend(_which(m.which), m.angle),
+    "twist": lambda m: ask.Twist(_which(m.which), m.angle),
+    "paint": lambda m: ask.Paint(_which(m.which), m.colour),
+    "harden": lambda m: ask.Harden(_which(m.which), m.rigidity),
+    "copy": lambda m: ask.Copy(_which(m.which)),
+    "create": lambda m: ask.Create(m.shape, m.size or 0.04, m.colour, _WHERE.get(m.where, Where.HERE)),
+    "grip": lambda m: ask.Grip(_which(m.which)),
+    "attach": lambda m: ask.Attach(_which(m.which), _which(m.to)),
+    "detach": lambda m: ask.Detach(_which(m.which)),
+    "undo": lambda m: ask.Undo(),
+    "redo": lambda m: ask.Redo(),
+    "stop": lambda m: ask.Stop(),
+}

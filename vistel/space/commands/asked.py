@@ -1,0 +1,159 @@
+"""The room as it is when somebody asks, and what follows when things change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion
+from vistel.space import holding
+from vistel.space.commands.actions import Refused, Which
+from vistel.space.commands.history import Change, Stood
+from vistel.space.commands.reference import Speaker, meant
+from vistel.space.dynamics import FREE, HELD, Motions
+from vistel.space.people import pose_figure
+from vistel.space.room import Room
+from vistel.space.solids import Solids, solids
+from vistel.space.state import State
+from vistel.space.things import Thing
+
+F64 = NDArray[np.float64]
+
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The room as it is when somebody asks."""
+
+    state: State
+    solids: Solids
+    room: Room
+    who: str
+
+    @cached_property
+    def speaker(self) -> Speaker:
+        figure = next(f for f in self.state.figures if f.name == self.who)
+        selected = dict(self.state.selected).get(self.who, ())
+        held = tuple(g.thing for g in self.state.grasps if g.participant == self.who)
+        return Speaker(self.who, pose_figure(figure, self.state.t_ns), selected, held)
+
+    def rows(self, which: Which) -> list[int]:
+        return meant(which, self.speaker, self.state.things, self.state.motions.position, self.solids.radius)
+
+    def one(self, which: Which) -> int:
+        rows = self.rows(which)
+        if len(rows) > 1:
+            raise Refused("this can be done with one thing at a time")
+        return rows[0]
+
+    def mine(self, which: Which, *, tracked: bool = False) -> list[int]:
+        """Rows of things that are the speaker's to change. tracked: also those that follow a tracker. Raises Refused."""
+        rows = self.rows(which)
+        for n in rows:
+            self.check_mine(n, tracked=tracked)
+        return rows
+
+    def check_mine(self, n: int, *, tracked: bool = False) -> None:
+        """Raises Refused for a thing that is not the speaker's to change."""
+        thing = self.state.things[n]
+        if thing.fixed:
+            raise Refused(f"the {thing.name} is fixed to the room")
+        others = [h for h in holding.holders(self.state, thing.id) if h != self.who]
+        if others:
+            raise Refused(f"the {thing.name} is held by {others[0]}")
+        if not tracked and thing.id in holding.tracked_things(self.state):
+            raise Refused(f"the {thing.name} follows its own tracker; move the real one")
+
+    def loose(self, which: Which) -> list[int]:
+        """The same, and in nobody's hand."""
+        rows = self.mine(which)
+        for n in rows:
+            thing = self.state.things[n]
+            if holding.holders(self.state, thing.id):
+                raise Refused(f"the {thing.name} is in your own hand; let go of it first")
+        return rows
+
+    def stood(self, n: int) -> Stood:
+        m = self.state.motions
+        return Stood(self.state.things[n], m.position[n].copy(), m.rotation[n].copy())
+
+    def ids(self) -> set[str]:
+        """All ids in use, those of parts and of what can be brought back as well."""
+        past = [s.thing for c in (*self.state.history.done, *self.state.history.undone) for s in (*c.before, *c.after)]
+        return {t.id for t in _with_parts([*self.state.things, *past])}
+
+
+Answer = tuple[State, tuple[str, ...]]
+
+
+def _with_parts(things: Iterable[Thing]) -> Iterable[Thing]:
+    for thing in things:
+        yield thing
+        yield from _with_parts(p.thing for p in thing.parts)
+
+
+def exchanged(state: State, s: Solids, before: Sequence[int], after: Sequence[Stood]) -> State:
+    """The state with `after` in place of the rows `before`; what keeps its id keeps its row and who holds it."""
+    for n in before:
+        state = holding.woken_round(state, s, n)
+    new = {x.thing.id: x for x in after}
+    gone = {state.things[n].id for n in before} - new.keys()
+    as_before = {id(thing) for thing in state.things}
+    reshaped = {x.thing.id for x in after if id(x.thing) not in as_before}
+    state = holding.drop(state, lambda g: g.thing in gone)
+    kept = [n for n, t in enumerate(state.things) if t.id not in gone]
+    added = [x for x in after if x.thing.id not in state.rows]
+    things = [new[state.things[n].id].thing if state.things[n].id in new else state.things[n] for n in kept]
+    m = state.motions
+    zero = np.zeros((len(added), 3))
+    m = Motions(
+        np.concatenate([m.position[kept], np.array([x.position for x in added]).reshape(-1, 3)]),
+        np.concatenate([m.rotation[kept], np.array([x.rotation for x in added]).reshape(-1, 4)]),
+        np.concatenate([m.velocity[kept], zero]), np.concatenate([m.spin[kept], zero]),
+        np.concatenate([m.mode[kept], np.full(len(added), FREE, np.int64)]),
+        np.concatenate([m.still[kept], np.zeros(len(added), np.int64)]),
+    )  # fmt: skip
+    state = replace(
+        state, things=(*things, *(x.thing for x in added)), motions=m,
+        dents=tuple(d for d in state.dents if d.thing not in gone | reshaped),
+        bonds=tuple(b for b in state.bonds if b.thing not in gone | reshaped),
+        glides=tuple(g for g in state.glides if g.thing not in gone | new.keys()),
+        selected=tuple((who, tuple(t for t in ids if t not in gone)) for who, ids in state.selected),
+    )  # fmt: skip
+    for x in after:
+        state = _stood(state, x)
+    return state
+
+
+def _stood(state: State, x: Stood) -> State:
+    """A thing stands still at a place, unless it is held."""
+    n = state.rows[x.thing.id]
+    if state.motions.mode[n] == HELD and holding.holders(state, x.thing.id):
+        return state
+    m = state.motions.copy()
+    m.position[n], m.rotation[n], m.velocity[n], m.spin[n] = x.position, x.rotation, 0.0, 0.0
+    m.mode[n], m.still[n] = FREE, 0
+    return replace(state, motions=m)
+
+
+def changed(asked: Asked, before: Sequence[int], after: Sequence[Stood]) -> State:
+    """The same, remembered as the speaker's doing."""
+    was = tuple(asked.stood(n) for n in before)
+    state = exchanged(asked.state, asked.solids, before, after)
+    return replace(state, history=state.history.with_change(Change(asked.who, was, tuple(after))))
+
+
+def lowest(thing: Thing, position: F64, rotation: F64) -> float:
+    one = solids((thing,))
+    heights = one.probe @ matrix_from_quaternion(rotation)[1] - one.probe_radius
+    return float(position[1] + heights.min())
+
+
+def on_its_foot(old: Stood, thing: Thing) -> Stood:
+    """A thing in the place of another one, its lowest point as high."""
+    rise = lowest(old.thing, old.position, old.rotation) - lowest(thing, old.position, old.rotation)
+    return Stood(thing, old.position + np.array([0.0, rise, 0.0]), old.rotation)

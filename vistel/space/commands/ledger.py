@@ -1,0 +1,44 @@
+"""How often people may ask, and remembering what was answered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from vistel.space.inputs import CommandInput
+from vistel.space.view import Outcome
+
+BURST, PER_STEP = 20.0, 10.0 / 60.0
+"""Commands somebody may send at once, and how fast that allowance comes back (ten a second)."""
+REMEMBERED = 128
+"""Answers kept, so that a command sent twice is answered twice and done once."""
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Answers given, oldest first, and commands each participant may still send."""
+
+    answers: tuple[Outcome, ...] = ()
+    allowance: tuple[tuple[str, float], ...] = ()
+
+    def answer_to(self, command: CommandInput) -> Outcome | None:
+        """The answer given before, if this command was."""
+        for known in self.answers:
+            if known.id == command.id and known.participant == command.participant:
+                return known
+        return None
+
+    def with_answer(self, outcome: Outcome) -> Ledger:
+        return replace(self, answers=(*self.answers, outcome)[-REMEMBERED:])
+
+    def next_step(self) -> Ledger:
+        """Allowances grow back; those that are full again are forgotten."""
+        grown = tuple((who, left + PER_STEP) for who, left in self.allowance)
+        return replace(self, allowance=tuple((who, left) for who, left in grown if left < BURST))
+
+    def spend(self, participant: str) -> Ledger | None:
+        """One command less, or None when there is none left."""
+        left = dict(self.allowance).get(participant, BURST)
+        if left < 1.0:
+            return None
+        others = tuple((who, n) for who, n in self.allowance if who != participant)
+        return replace(self, allowance=tuple(sorted((*others, (participant, left - 1.0)))))

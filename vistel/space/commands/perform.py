@@ -1,0 +1,78 @@
+"""Doing what is asked: each action gives the state that follows, or is refused in one line for who asked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vistel.space.commands import actions as ask
+from vistel.space.commands import choosing, placing, shaping
+from vistel.space.commands.actions import Refused
+from vistel.space.commands.asked import Answer, Asked
+from vistel.space.inputs import CommandInput
+from vistel.space.room import Room
+from vistel.space.solids import Solids
+from vistel.space.state import State
+from vistel.space.view import Outcome
+
+
+def obey(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[State, Outcome]:
+    """The state after a command, and what became of it. s: of the state's things; room: as it began.
+
+    A command that was answered before is answered again and not done again.
+    """
+    if (known := state.ledger.answer_to(command)) is not None:
+        return state, known
+    spent = state.ledger.spend(command.participant)
+    if spent is None:
+        return state, Outcome(command.id, command.participant, False, "too many commands; wait a second", state.step)
+    reason, things = "", ()
+    try:
+        state, things = _done(state, s, room, command)
+    except Refused as e:
+        reason = str(e)
+    outcome = Outcome(command.id, command.participant, not reason, reason, state.step, things)
+    return replace(state, ledger=spent.with_answer(outcome)), outcome
+
+
+def forgotten(state: State, participant: str) -> State:
+    """After somebody has left: what they chose and did is theirs no longer."""
+    return replace(
+        state, history=state.history.without(participant),
+        selected=tuple(chosen for chosen in state.selected if chosen[0] != participant),
+    )  # fmt: skip
+
+
+def _done(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[State, tuple[str, ...]]:
+    if not command.id:
+        raise Refused("the command has no id; give each command its own")
+    if all(f.name != command.participant for f in state.figures):
+        raise Refused(f"{command.participant or 'nobody'} is not in the room")
+    if command.action is None:
+        raise Refused("the command asks for nothing this world can do")
+    for number in _numbers(command.action):
+        if not math.isfinite(number):
+            raise Refused("the command holds a number that is not finite")
+    return _HOW[type(command.action)](Asked(state, s, room, command.participant), command.action)
+
+
+def _numbers(action: ask.Action) -> Iterable[float]:
+    for value in vars(action).values():
+        if isinstance(value, float):
+            yield value
+        elif isinstance(value, np.ndarray):
+            yield from np.asarray(value, np.float64).ravel().tolist()
+
+
+_HOW: dict[type[Any], Callable[[Asked, Any], Answer]] = {
+    ask.Move: placing.move, ask.MoveBy: placing.move_by, ask.Place: placing.place, ask.Turn: placing.turn,
+    ask.Scale: shaping.scale, ask.Bend: shaping.bend, ask.Twist: shaping.twist, ask.Paint: shaping.paint,
+    ask.Harden: shaping.harden, ask.Copy: shaping.copy, ask.Create: shaping.create, ask.Delete: shaping.delete,
+    ask.Attach: shaping.attach, ask.Detach: shaping.detach, ask.Select: choosing.select, ask.Grip: choosing.grip,
+    ask.Release: choosing.release, ask.Undo: choosing.undo, ask.Redo: choosing.redo, ask.Stop: choosing.stop,
+    ask.Reset: choosing.reset,
+}  # fmt: skip

@@ -1,0 +1,187 @@
+"""Commands that say where things are: they go there as if led by a hand nobody sees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.implicit.contact import find_contacts
+from vistel.implicit.contact_set import PrimitiveSet
+from vistel.space import holding
+from vistel.space.commands import actions as ask
+from vistel.space.commands import reshape
+from vistel.space.commands.actions import Refused
+from vistel.space.commands.asked import Answer, Asked, changed, lowest
+from vistel.space.commands.history import Change, Stood
+from vistel.space.glide import Glide, on_way
+from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
+from vistel.space.solids import solids
+from vistel.space.things import Thing
+
+F64 = NDArray[np.float64]
+
+HIGHEST = 3.0
+"""Things are put no higher above the floor [m]."""
+GAP = 0.01
+"""Between a thing and what stands beside it, where a place is looked for [m]."""
+REACH = 0.38, 0.48, 0.58, 0.68
+"""How far before somebody their "here" is looked for [m]."""
+LIFTS = 0.0, 0.06, 0.12, 0.2, 0.3
+"""How far a thing is raised over what is in its way, the least that will do [m]."""
+IN_THE_WAY = 0.015
+"""A thing is not sent this deep into furniture, nor past it [m]."""
+
+
+def _inside(position: F64) -> None:
+    x, y, z = position.tolist()
+    if math.hypot(x, z) > ROOM_RADIUS or not 0.0 <= y <= HIGHEST:
+        raise Refused(f"the place is outside the room ({ROOM_RADIUS:.0f} m round the table, 0 to {HIGHEST:.0f} m high)")
+
+
+def move(asked: Asked, action: ask.Move) -> Answer:
+    rows = asked.loose(action.which)
+    if len(rows) > 1:
+        raise Refused("only one thing can be put in a place")
+    _inside(action.position)
+    length = float(np.sqrt(action.rotation @ action.rotation))
+    rotation = action.rotation / length if length > 1e-6 else np.array([0.0, 0.0, 0.0, 1.0])
+    after = [Stood(asked.state.things[n], action.position, rotation) for n in rows]
+    state = changed(asked, rows, after)
+    return holding.woken_round(state, asked.solids, rows[0]), tuple(x.thing.id for x in after)
+
+
+def _glide(asked: Asked, rows: Sequence[int], way: Callable[[int], tuple[F64, F64]]) -> Answer:
+    """Send things on their way; way: shift (3,) and turn (3,) of a row."""
+    state, after, glides = asked.state, list[Stood](), list[Glide]()
+    for n in rows:
+        x = asked.stood(n)
+        shift, turn = way(n)
+        end = quaternion_from_matrix(
+            np.ascontiguousarray(matrix_from_rotvec(np.ascontiguousarray(turn)) @ matrix_from_quaternion(x.rotation))
+        )
+        shift = shift + holding.out_of_furniture(asked.solids, n, x.position + shift, end)
+        _inside(x.position + shift)
+        lift = 0.0 if turn.any() else _lift_over(asked, n, x, shift, end)
+        after.append(Stood(x.thing, x.position + shift, end))
+        glides.append(Glide(asked.who, x.thing.id, x.position, x.rotation, shift, turn, state.step, lift))
+        state = holding.woken_round(state, asked.solids, n)
+    moved = {g.thing for g in glides}
+    change = Change(asked.who, tuple(asked.stood(n) for n in rows), tuple(after))
+    state = replace(
+        state, glides=tuple(g for g in state.glides if g.thing not in moved) + tuple(glides),
+        history=state.history.with_change(change),
+    )  # fmt: skip
+    return state, tuple(x.thing.id for x in after)
+
+
+def _lift_over(asked: Asked, n: int, x: Stood, shift: F64, end: F64) -> float:
+    """How much thing n has to be raised halfway to get past the furniture. Raises Refused where it does not."""
+    blocking = -1
+    for lift in LIFTS:
+        blocking = _blocking(asked, n, x, shift, end, lift)
+        if blocking < 0:
+            return lift
+    raise Refused(f"the {asked.solids.things[blocking].name} is in the way")
+
+
+def _blocking(asked: Asked, n: int, x: Stood, shift: F64, end: F64, lift: float) -> int:
+    """The thing of the furniture that is in the way, or -1."""
+    s = asked.solids
+    fixed, own = s.fixed, s.part(n)
+    steps = math.ceil((float(np.sqrt(shift @ shift)) + 2.0 * lift) / IN_THE_WAY)
+    for k in range(1, steps + 1):
+        turned = matrix_from_quaternion(end if 2 * k > steps else x.rotation)
+        found = find_contacts(own.moved(turned, on_way(x.position, shift, lift, k / steps)), fixed)
+        if len(found) and float(found.depth.max()) > IN_THE_WAY:
+            return int(s.owner[s.fixed_rows[int(found.b[int(found.depth.argmax())])]])
+    return -1
+
+
+def move_by(asked: Asked, action: ask.MoveBy) -> Answer:
+    rows = asked.loose(action.which)
+    if not 0.0 < action.distance <= 2.0 * ROOM_RADIUS:
+        raise Refused(f"a thing can be moved by more than 0 and at most {2 * ROOM_RADIUS:.0f} m, not {action.distance:g}")
+    shift = action.distance * asked.speaker.direction(action.towards)
+    return _glide(asked, rows, lambda n: (shift, np.zeros(3)))
+
+
+def place(asked: Asked, action: ask.Place) -> Answer:
+    rows = asked.loose(action.which)
+    if len(rows) > 1:
+        raise Refused("only one thing can be put in a place")
+    n = rows[0]
+    x = asked.stood(n)
+    spot = free_spot(asked, x.thing, place_meant(asked, action.where), x.rotation, apart_from=n)
+    return _glide(asked, rows, lambda n: (spot - x.position, np.zeros(3)))
+
+
+def turn(asked: Asked, action: ask.Turn) -> Answer:
+    rows = asked.loose(action.which)
+    if not 0.0 < abs(action.angle) <= 4.0 * math.pi:
+        raise Refused("a thing can be turned by up to two turns, not by that much")
+
+    def way(n: int) -> tuple[F64, F64]:
+        x = asked.stood(n)
+        turn = action.angle * axis_in_room(asked, n, action.about)
+        end = matrix_from_rotvec(np.ascontiguousarray(turn)) @ matrix_from_quaternion(x.rotation)
+        rise = lowest(x.thing, x.position, x.rotation) - lowest(
+            x.thing, x.position, quaternion_from_matrix(np.ascontiguousarray(end))
+        )
+        return np.array([0.0, rise, 0.0]), turn
+
+    return _glide(asked, rows, way)
+
+
+def axis_in_room(asked: Asked, n: int, along: ask.Along) -> F64:
+    if along is ask.Along.LONGEST:
+        r = matrix_from_quaternion(asked.state.motions.rotation[n])
+        return r[:, reshape.longest_axis(asked.state.things[n])].copy()
+    return asked.speaker.axis(along)
+
+
+def place_meant(asked: Asked, where: ask.Where) -> F64:
+    """(3,) on the table's top or on the floor. Here is on the table, if that is within reach."""
+    table = next((t for t in asked.room.things if t.shape == "table"), None)
+    edge = table.primitives[0].params[0] - 0.03 if table else 0.0
+    pointed = where is ask.Where.POINTED
+    spots = [asked.speaker.pointed_place()] if pointed else [asked.speaker.before(d) for d in REACH]
+    spot = next((x for x in spots if math.hypot(x[0], x[2]) < edge), None)
+    height = 0.0 if spot is None else TABLE_HEIGHT
+    spot = spots[0] if spot is None else spot
+    return np.array([spot[0], height, spot[2]])
+
+
+def free_spot(asked: Asked, thing: Thing, foot: F64, rotation: F64, apart_from: int = -1) -> F64:
+    """(3,) where a thing can stand, its lowest point on the height of `foot`: there, or in rings round it."""
+    one = solids((thing,))
+    r = float(one.radius[0])
+    height = foot[1] - lowest(thing, np.zeros(3), rotation) + 0.002
+    others = [n for n in range(len(asked.state.things)) if n != apart_from]
+    turned = matrix_from_quaternion(rotation)
+    for ring in range(5):
+        for k in range(max(1, 8 * ring)):
+            angle = 2.0 * math.pi * k / max(1, 8 * ring)
+            away = ring * (r + GAP)
+            spot = np.array([foot[0] + away * math.cos(angle), height, foot[2] + away * math.sin(angle)])
+            if math.hypot(spot[0], spot[2]) < ROOM_RADIUS and _is_free(asked, one.part(0).moved(turned, spot), spot, r, others):
+                return spot
+    raise Refused(f"there is no room for the {thing.name}")
+
+
+def _is_free(asked: Asked, shape: PrimitiveSet, spot: F64, radius: float, others: Sequence[int]) -> bool:
+    """Nothing stands where a shape would stand."""
+    m, s = asked.state.motions, asked.solids
+    for n in others:
+        off = m.position[n] - spot
+        if float(off @ off) > (radius + float(s.radius[n])) ** 2:
+            continue
+        other = s.part(n).moved(matrix_from_quaternion(m.rotation[n]), m.position[n])
+        found = find_contacts(shape, other)
+        if len(found) and float(found.depth.max()) > 0.0:
+            return False
+    return True

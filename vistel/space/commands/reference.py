@@ -1,0 +1,225 @@
+"""Which things somebody means, and where: by what they say, point at, look at, have selected or hold."""
+
+from __future__ import annotations
+
+import colorsys
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.skeleton import FINGERS, JOINT_INDEX
+from vistel.space.commands.actions import Along, Refused, Shown, Towards, Which
+from vistel.space.people import Posed
+from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
+from vistel.space.things import Thing
+
+F64 = NDArray[np.float64]
+
+WITHIN = math.radians(12.0)
+"""What is pointed or looked at lies this near the line, seen from finger or eyes."""
+PARTS = ("proximal", "intermediate", "distal")
+COLOURS = {
+    "red": 0xC23B32FF, "orange": 0xE0762BFF, "yellow": 0xE8B923FF, "green": 0x3F9C5AFF, "blue": 0x2F6DB5FF,
+    "violet": 0x8A56B0FF, "pink": 0xE08BAEFF, "brown": 0x7A5230FF, "white": 0xE6E3DAFF, "grey": 0x8A8A8AFF, "black": 0x222222FF,
+}  # fmt: skip
+"""Colours that have a name, 0xRRGGBBAA."""
+
+
+def name_of_colour(colour: int) -> str:
+    """The name of the colour nearest to 0xRRGGBBAA."""
+    hue, light, strength = _seen(colour)
+    if strength < 0.12 or light < 0.12:
+        return "black" if light < 0.25 else "white" if light > 0.75 else "grey"
+
+    def apart(name: str) -> float:
+        h, shade, s = _seen(COLOURS[name])
+        turn = abs(h - hue)
+        grey = 10.0 if s < 0.12 else 0.0
+        return min(turn, 1.0 - turn) * 4.0 + abs(shade - light) + 0.3 * abs(s - strength) + grey
+
+    return min(COLOURS, key=apart)
+
+
+def _seen(colour: int) -> tuple[float, float, float]:
+    """Hue, lightness, strength, each 0..1."""
+    r, g, b = ((colour >> shift & 0xFF) / 255.0 for shift in (24, 16, 8))
+    hue, light, strength = colorsys.rgb_to_hls(r, g, b)
+    return hue, light, strength * (1.0 - abs(2.0 * light - 1.0))
+
+
+def _cosine(a: F64, b: F64) -> float:
+    return float(a @ b) / max(1e-9, float(np.sqrt((a @ a) * (b @ b))))
+
+
+@dataclass(frozen=True)
+class Speaker:
+    """Who asks, and what can be known of them. posed: None before their first motion; selected, held: ids of things."""
+
+    name: str
+    posed: Posed | None
+    selected: tuple[str, ...]
+    held: tuple[str, ...]
+
+    def direction(self, towards: Towards) -> F64:
+        """(3,) unit vector in the room."""
+        ahead, right = self.ahead, self.right
+        return {
+            Towards.UP: np.array([0.0, 1.0, 0.0]), Towards.DOWN: np.array([0.0, -1.0, 0.0]), Towards.RIGHT: right,
+            Towards.LEFT: -right, Towards.AHEAD: ahead, Towards.BACK: -ahead,
+        }[towards]  # fmt: skip
+
+    def axis(self, along: Along) -> F64:
+        """(3,) unit vector in the room of an axis that does not depend on the thing."""
+        return {Along.UP: np.array([0.0, 1.0, 0.0]), Along.ACROSS: self.right, Along.AHEAD: self.ahead}[along]
+
+    @cached_property
+    def ahead(self) -> F64:
+        """(3,) horizontal: where the speaker faces. Raises Refused when nobody knows."""
+        heading = self._known.figure.posture.stance.heading if self._known.figure.posture else 0.0
+        return np.array([math.sin(heading), 0.0, math.cos(heading)])
+
+    @property
+    def right(self) -> F64:
+        """(3,) horizontal: to the speaker's right."""
+        return np.array([-self.ahead[2], 0.0, self.ahead[0]])
+
+    @property
+    def _known(self) -> Posed:
+        if self.posed is None:
+            raise Refused(f"nobody knows yet where {self.name} is")
+        return self.posed
+
+    def before(self, distance: float) -> F64:
+        """(3,) on the floor so far before the speaker [m]."""
+        neck = self._known.joints.position[JOINT_INDEX["neck"]]
+        return neck * (1.0, 0.0, 1.0) + distance * self.ahead
+
+    def lines(self, shown: Shown) -> list[tuple[F64, F64]]:
+        """Origin and direction (3,) of the lines along which the speaker points (the hand that points more first) or looks."""
+        joints = self._known.joints
+        if shown is Shown.LOOKED_AT:
+            eyes = [JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]
+            middle = joints.position[eyes].mean(axis=0)
+            return [(middle, joints.rotation[eyes[0]][:, 2].copy())]
+        hands = [self._finger(side) for side in ("left", "right")]
+        hands.sort(key=lambda hand: -hand[0])
+        return [(origin, line) for _, origin, line in hands]
+
+    def _finger(self, side: str) -> tuple[float, F64, F64]:
+        """How much a hand points, by its index finger, straighter than the others, and by how far ahead it is; that
+        finger's end and direction."""
+        joints, straight = self._known.joints, dict[str, float]()
+        for finger in FINGERS[1:]:
+            base, middle, tip = (joints.position[JOINT_INDEX[f"{side}_{finger}_{part}"]] for part in PARTS)
+            straight[finger] = _cosine(middle - base, tip - middle)
+        base, _, tip = (joints.position[JOINT_INDEX[f"{side}_index_{part}"]] for part in PARTS)
+        others = sum(straight[finger] for finger in FINGERS[2:]) / 3.0
+        ahead = float((tip - joints.position[JOINT_INDEX["neck"]]) @ self.ahead)
+        line = tip - base
+        return straight["index"] - others + ahead, tip, line / max(1e-9, float(np.sqrt(line @ line)))
+
+    def pointed_place(self) -> F64:
+        """(3,) where the speaker points on the table or the floor. Raises Refused for the sky and for far away."""
+        for origin, line in self.lines(Shown.POINTED):
+            for height in (TABLE_HEIGHT, 0.0):
+                if line[1] < -0.05 and origin[1] > height:
+                    spot = origin + line * ((height - origin[1]) / line[1])
+                    if math.hypot(spot[0], spot[2]) < ROOM_RADIUS:
+                        return spot
+        raise Refused("you point at no place in the room")
+
+
+def meant(
+    which: Which, speaker: Speaker, things: Sequence[Thing], positions: F64, radii: F64
+) -> list[int]:  # fmt: skip
+    """Rows of the things meant; positions (N, 3), radii (N,) of all. Raises Refused for none, or for several where one was
+    asked for."""
+    if which.is_this:
+        return _this(speaker, things, positions, radii)
+    rows = [n for n, t in enumerate(things) if _fits(which, t)]
+    if which.shown is not None:
+        chosen = set(_shown(which.shown, speaker, things, positions, radii))
+        rows = [n for n in rows if n in chosen]
+    if not rows:
+        raise Refused(_nothing(which))
+    if which.every:
+        loose = [n for n in rows if not things[n].fixed]
+        return loose or rows
+    if len(rows) > 1 and which.name:
+        exact = [n for n in rows if things[n].name.lower() == which.name.lower()]
+        rows = exact or rows
+    if len(rows) > 1:
+        rows = [n for n in rows if not things[n].fixed] or rows
+    if len(rows) > 1:
+        rows = _narrowed(rows, speaker, things, positions, radii)
+    if len(rows) > 1:
+        names = ", ".join(f"the {things[n].name}" for n in rows[:4]) + (", ..." if len(rows) > 4 else "")
+        raise Refused(f"{len(rows)} things may be meant ({names}); say which, point at it, or say all of them")
+    return rows
+
+
+def _fits(which: Which, thing: Thing) -> bool:
+    words = which.name.lower().split()
+    known = f"{thing.id} {thing.name} {thing.shape}".lower().split()
+    return (
+        (not which.thing or thing.id == which.thing)
+        and all(word in known for word in words)
+        and (not which.shape or thing.shape == which.shape)
+        and (not which.colour or name_of_colour(thing.colour) == which.colour)
+    )
+
+
+def _nothing(which: Which) -> str:
+    if which.thing:
+        return f"there is no thing {which.thing!r} in the room"
+    said = [which.colour, which.name or which.shape or "thing", f"that is {which.shown.value}" if which.shown else ""]
+    return f"there is no {' '.join(word for word in said if word)} in the room"
+
+
+def _this(speaker: Speaker, things: Sequence[Thing], positions: F64, radii: F64) -> list[int]:
+    for shown in (Shown.SELECTED, Shown.HELD, Shown.POINTED, Shown.LOOKED_AT):
+        if shown in (Shown.POINTED, Shown.LOOKED_AT) and speaker.posed is None:
+            continue
+        if rows := _shown(shown, speaker, things, positions, radii):
+            return rows
+    raise Refused("nothing is meant by this: select a thing, hold it, point at it or look at it")
+
+
+def _narrowed(rows: list[int], speaker: Speaker, things: Sequence[Thing], positions: F64, radii: F64) -> list[int]:
+    """Of several things that fit, those the speaker also shows."""
+    for shown in (Shown.SELECTED, Shown.HELD, Shown.POINTED, Shown.LOOKED_AT):
+        if shown in (Shown.POINTED, Shown.LOOKED_AT) and speaker.posed is None:
+            continue
+        chosen = set(_shown(shown, speaker, [things[n] for n in rows], positions[rows], radii[rows]))
+        if chosen:
+            return [rows[k] for k in sorted(chosen)]
+    return rows
+
+
+def _shown(shown: Shown, speaker: Speaker, things: Sequence[Thing], positions: F64, radii: F64) -> list[int]:
+    by_list: dict[Shown, Callable[[], tuple[str, ...]]] = {
+        Shown.SELECTED: lambda: speaker.selected, Shown.HELD: lambda: speaker.held,
+    }  # fmt: skip
+    if shown in by_list:
+        named = by_list[shown]()
+        return [n for n, t in enumerate(things) if t.id in named]
+    for origin, line in speaker.lines(shown):
+        best, least = -1, WITHIN
+        for n, thing in enumerate(things):
+            if thing.fixed:
+                continue
+            to = positions[n] - origin
+            distance = float(np.sqrt(to @ to))
+            if distance < 1e-6:
+                continue
+            off = math.acos(max(-1.0, min(1.0, float(to @ line) / distance)))
+            off = max(0.0, off - math.atan2(0.5 * float(radii[n]), distance))
+            if off < least:
+                best, least = n, off
+        if best >= 0:
+            return [best]
+    return []
