@@ -27,7 +27,7 @@ from vistel.v1 import envelope_pb2 as vistel_dot_v1_dot_envelope__pb2
 from vistel.v1 import geometry_pb2 as vistel_dot_v1_dot_geometry__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16vistel/v1/motion.proto\x12\tvistel.v1\x1a\x16vistel/v1/device.proto\x1a\x18vistel/v1/envelope.proto\x1a\x18vistel/v1/geometry.proto\"\x94\x01\n\x06Motion\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0f\n\x07key_seq\x18\x02 \x01(\x04\x12\x0c\n\x04\x62ody\x18\x03 \x03(\x11\x12\r\n\x05hands\x18\x04 \x03(\x11\x12\x0e\n\x06stance\x18\x05 \x03(\x11\x12\x0c\n\x04gaze\x18\x06 \x03(\x11\x12\x0c\n\x04\x66\x61\x63\x65\x18\x07 \x03(\x11\x12\r\n\x05stale\x18\x08 \x01(\x07\"\x9f\x01\n\x0bParticipant\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x13\n\x0bparticipant\x18\x02 \x01(\t\x12\x0c\n\x04site\x18\x03 \x01(\t\x12\x14\n\x0c\x64isplay_name\x18\x04 \x01(\t\x12\x0e\n\x06\x61vatar\x18\x05 \x01(\t\x12\x10\n\x08height_m\x18\x06 \x01(\x02\x12\x12\n\nlocal_only\x18\x07 \x01(\x08\"\xcc\x01\n\x04Prop\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\r\n\x05thing\x18\x02 \x01(\t\x12\x1d\n\x04pose\x18\x03 \x01(\x0b\x32\x0f.vistel.v1.Pose\x12\x31\n\x06health\x18\x04 \x01(\x0e\x32!.vistel.v1.TrackerReceiver.Health\x12!\n\x08velocity\x18\x05 \x01(\x0b\x32\x0f.vistel.v1.Vec3\x12\x1d\n\x04spin\x18\x06 \x01(\x0b\x32\x0f.vistel.v1.Vec3b\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16vistel/v1/motion.proto\x12\tvistel.v1\x1a\x16vistel/v1/device.proto\x1a\x18vistel/v1/envelope.proto\x1a\x18vistel/v1/geometry.proto\"\xa2\x01\n\x06Motion\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0f\n\x07key_seq\x18\x02 \x01(\x04\x12\x0c\n\x04\x62ody\x18\x03 \x03(\x11\x12\r\n\x05hands\x18\x04 \x03(\x11\x12\x0e\n\x06stance\x18\x05 \x03(\x11\x12\x0c\n\x04gaze\x18\x06 \x03(\x11\x12\x0c\n\x04\x66\x61\x63\x65\x18\x07 \x03(\x11\x12\r\n\x05stale\x18\x08 \x01(\x07\x12\x0c\n\x04lids\x18\t \x03(\x11\"\x9f\x01\n\x0bParticipant\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x13\n\x0bparticipant\x18\x02 \x01(\t\x12\x0c\n\x04site\x18\x03 \x01(\t\x12\x14\n\x0c\x64isplay_name\x18\x04 \x01(\t\x12\x0e\n\x06\x61vatar\x18\x05 \x01(\t\x12\x10\n\x08height_m\x18\x06 \x01(\x02\x12\x12\n\nlocal_only\x18\x07 \x01(\x08\"\xcc\x01\n\x04Prop\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\r\n\x05thing\x18\x02 \x01(\t\x12\x1d\n\x04pose\x18\x03 \x01(\x0b\x32\x0f.vistel.v1.Pose\x12\x31\n\x06health\x18\x04 \x01(\x0e\x32!.vistel.v1.TrackerReceiver.Health\x12!\n\x08velocity\x18\x05 \x01(\x0b\x32\x0f.vistel.v1.Vec3\x12\x1d\n\x04spin\x18\x06 \x01(\x0b\x32\x0f.vistel.v1.Vec3b\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -35,9 +35,9 @@ _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'vistel.v1.motion_pb2', _glo
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
   _globals['_MOTION']._serialized_start=114
-  _globals['_MOTION']._serialized_end=262
-  _globals['_PARTICIPANT']._serialized_start=265
-  _globals['_PARTICIPANT']._serialized_end=424
-  _globals['_PROP']._serialized_start=427
-  _globals['_PROP']._serialized_end=631
+  _globals['_MOTION']._serialized_end=276
+  _globals['_PARTICIPANT']._serialized_start=279
+  _globals['_PARTICIPANT']._serialized_end=438
+  _globals['_PROP']._serialized_start=441
+  _globals['_PROP']._serialized_end=645
 # @@protoc_insertion_point(module_scope)
