@@ -254,7 +254,7 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
     )  # fmt: skip
     chain = stage.GetPrimAtPath(f"{root.GetPath()}/Skeleton")
     skeleton = Skeleton(array(chain, "vistel:rest", np.float64, 3), array(chain, "vistel:tip", np.float64, 3))
-    _check_body(body, skeleton, path)
+    check_body(body, skeleton, path)
     albedo = _texture(stage, root, path)
     variants = root.GetVariantSets().GetVariantSet("detail")
     stage.SetEditTarget(stage.GetSessionLayer())
@@ -278,13 +278,14 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
                 mesh = replace(
                     mesh, bone=array(prim, "vistel:bone", np.int32, 4), weight=array(prim, "vistel:weight", np.float32, 4)
                 )
-            _check_mesh(mesh, body, path)
+            check_mesh(mesh, body, path)
             meshes.append(mesh)
         levels.append(Avatar(str(get(root, "vistel:name")), skeleton, body, meshes[0], tuple(meshes[1:]), albedo))
     return replace(levels[0], coarser=tuple(levels[1:]))
 
 
-def _check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
+def check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
+    """Raises AvatarFileError for primitives or joints that do not fit together."""
     count = len(body)
     shapes = (body.joint.shape, body.a.shape, body.b.shape, body.radius_a.shape, body.radius_b.shape)
     if count == 0 or shapes != ((count,), (count, 3), (count, 3), (count,), (count,)):
@@ -298,7 +299,8 @@ def _check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
         raise AvatarFileError(f"{path}: primitives or joints that are not finite")
 
 
-def _check_mesh(mesh: Mesh, body: Body, path: Path) -> None:
+def check_mesh(mesh: Mesh, body: Body, path: Path) -> None:
+    """Raises AvatarFileError for numbers of a mesh that lead nowhere."""
     count = len(mesh.vertices)
     for what, index, limit in (
         ("vertex", mesh.triangles, count), ("texture place", mesh.corner_triangles, len(mesh.uv)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -62,7 +63,7 @@ def generate(
 
 @app.command("import")
 def import_(
-    file: Annotated[Path, typer.Argument(help="The mesh: .obj.")],
+    file: Annotated[Path, typer.Argument(help="The mesh: .obj, .glb, .gltf, .vrm, .usda, .usdc, .usd or .usdz.")],
     output: Output,
     name: Annotated[str, typer.Option(help="Of the person.")] = "",
     height: Annotated[float | None, typer.Option(min=0.5, max=2.6, help="Of the person [m]; found otherwise.")] = None,
@@ -88,6 +89,8 @@ def import_(
 
       vistel avatar import scan.obj -o me.usda
 
+      vistel avatar import me.vrm -o me.usda
+
       vistel avatar import base.obj -o me.usda --rig rig.game_engine.json --weights weights.game_engine.json.gz --texture skin.png
     """
     from vistel.figure.making.make import make_avatar  # noqa: PLC0415
@@ -100,6 +103,12 @@ def import_(
     if weights is not None and rig is None:
         fail("--weights: are of a rig; give --rig too", USAGE)
     began = time.perf_counter()
+    if (own := _own(file)) is not None:
+        own = own if not name else replace(own, name=name)
+        _save(own, output, not as_json)
+        out.print("  an avatar of VISTEL: taken as it is", soft_wrap=True) if not as_json else None
+        _report(as_json, {"output": str(output), **_facts(own), "seconds": round(time.perf_counter() - began, 2)})
+        return
     try:
         with _busy(f"reading {file.name}", not as_json):
             source = read_source(file, Extras(texture, tuple(clothes or ()), rig, weights, tuple(target or ())))
@@ -203,20 +212,25 @@ def inspect(
 @app.command("export")
 def export(
     file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
-    output: Annotated[Path, typer.Option("--output", "-o", help="What to write: .usda, .usdc, .usdz or .obj.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="What to write: .usda, .usdc, .usdz, .glb, .vrm or .obj.")],
+    author: Annotated[str, typer.Option(help="Whom a VRM file names as its author; the avatar's name otherwise.")] = "",
     as_json: Json = False,
 ) -> None:
-    """Write an avatar in another format: USD keeps everything, OBJ the shape and its texture.
+    """Write an avatar in another format: USD keeps everything, glTF and VRM 1.0 all but the coarser levels of detail (which
+    come again when read), OBJ the shape and its texture.
 
     [bold]Examples[/bold]
 
       vistel avatar export me.usda -o me.usdz
+
+      vistel avatar export me.usda -o me.vrm --author "Ben Okri"
     """
     from vistel.figure.avatar_file import export_obj  # noqa: PLC0415
+    from vistel.figure.avatar_gltf import GLTF_ENDINGS, save_gltf  # noqa: PLC0415
     from vistel.figure.avatar_usd import USD_ENDINGS  # noqa: PLC0415
 
     ending = output.suffix.lower()
-    known = (*USD_ENDINGS, ".obj")
+    known = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")
     if ending not in known:
         fail(f"{output}: expected a name that ends in {', '.join(known)}", USAGE)
     if not output.parent.is_dir():
@@ -234,7 +248,8 @@ def export(
         _save(avatar, output, not as_json)
     else:
         try:
-            export_obj(avatar, output)
+            with _busy(f"writing {output.name}", not as_json):
+                save_gltf(avatar, output, author=author) if ending in GLTF_ENDINGS else export_obj(avatar, output)
         except OSError as fault:
             fail(f"{output}: cannot be written: {fault.strerror or fault}", FAILED)
     _report(as_json, {"output": str(output), "bytes": output.stat().st_size, **_facts(avatar)})
@@ -271,6 +286,18 @@ def _load(file: Path) -> Avatar:
         fail(str(fault), USAGE)
     except OSError as fault:
         fail(f"{file}: cannot be read: {fault.strerror or fault}", USAGE)
+
+
+def _own(file: Path) -> Avatar | None:
+    """The avatar where the file is one already."""
+    from vistel.figure.avatar_file import AvatarFileError, load_any  # noqa: PLC0415
+
+    if file.suffix.lower() in (".npz", ".obj"):
+        return None
+    try:
+        return load_any(file)
+    except (AvatarFileError, OSError):
+        return None
 
 
 def _check_output(output: Path) -> None:

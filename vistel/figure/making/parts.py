@@ -36,14 +36,17 @@ class Parts:
     notes: tuple[str, ...]
 
 
-def parts_of(source: Source) -> Parts:
-    """By the names of groups and materials. Raises MakingError where nothing is left."""
+def parts_of(source: Source, gaze: Mask | None = None) -> Parts:
+    """By the names of groups and materials, and for eyeballs by `gaze`: (F,) faces that wholly follow the joint of an eye.
+    Raises MakingError where nothing is left."""
     notes: list[str] = []
     names = [g.lower() for g in source.groups]
     materials = [m.name.lower() for m in source.materials]
     eye_group = np.array([is_eye(n) for n in names])
     eye_material = np.array([is_eye(n) for n in materials])
     eyes = eye_group[source.group] | eye_material[source.material]
+    if gaze is not None:
+        eyes = eyes | gaze
     hidden = np.array([n.startswith(_HIDDEN) or any(w in n for w in _INSIDE) for n in names])[source.group] & ~eyes
     skin = ~eyes & ~hidden
     if hidden.any():
@@ -118,7 +121,7 @@ class Soundness:
         if self.border:
             out.append(f"{self.holes} holes or open edges ({self.border} edges): they stay open")
         if self.branching:
-            out.append(f"not manifold at {self.branching} edges: works, but without coarser levels of detail")
+            out.append(f"not manifold at {self.branching} edges: works; coarser levels of detail are cut apart there")
         if self.pieces > 1:
             out.append(f"{self.pieces} separate pieces (clothes, hair): they move with the body together")
         return tuple(out)

@@ -15,10 +15,13 @@ from scipy.spatial import KDTree
 from vistel.figure.making.makehuman import apply_target, cubes_rig, read_clothes, read_rig
 from vistel.figure.making.parts import WORN, is_eye
 from vistel.figure.making.pictures import decode, read_picture
+from vistel.figure.making.read_gltf import read_gltf
 from vistel.figure.making.read_obj import read_obj
+from vistel.figure.making.read_usd import USD_ENDINGS, read_usd
 from vistel.figure.making.source import MakingError, Material, Source
 
-ENDINGS = (".obj",)
+GLTF_ENDINGS = (".glb", ".gltf", ".vrm")
+ENDINGS = (".obj", *GLTF_ENDINGS, *USD_ENDINGS)
 EYES = "eyeballs"
 
 
@@ -72,6 +75,10 @@ def read_mesh(path: Path) -> Source:
     ending = path.suffix.lower()
     if ending == ".obj":
         return read_obj(path)
+    if ending in GLTF_ENDINGS:
+        return read_gltf(path)
+    if ending in USD_ENDINGS:
+        return read_usd(path)
     raise MakingError(f"{path}: no format for {ending or 'a name without an ending'!r}, expected {', '.join(ENDINGS)}")
 
 
