@@ -14,7 +14,7 @@ import io
 import json
 import struct
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -193,7 +193,8 @@ def _kept(avatar: Avatar) -> dict[str, Any]:
     """What no other program needs, numbers exactly."""
     b = avatar.body
     return {
-        "format": FORMAT, "name": avatar.name, "rest": avatar.skeleton.rest.tolist(), "tip": avatar.skeleton.tip.tolist(),
+        "format": FORMAT, "name": avatar.name, "registration": [asdict(r) for r in avatar.registration],
+        "rest": avatar.skeleton.rest.tolist(), "tip": avatar.skeleton.tip.tolist(),
         "primitives": {
             "names": list(b.names), "joint": b.joint.tolist(), "a": b.a.tolist(), "b": b.b.tolist(),
             "radiusA": b.radius_a.tolist(), "radiusB": b.radius_b.tolist(),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar import Avatar, Mesh, Registration
 from vistel.figure.avatar_file import AvatarFileError
 from vistel.figure.avatar_gltf import EXTENSION, EYES, FORMAT
 from vistel.figure.avatar_usd import check_body, check_mesh
@@ -61,8 +61,20 @@ def _restored(document: Document, kept: dict[str, Any], path: Path) -> Avatar | 
         albedo = decode(document.picture(0), 16384)
     except MakingError as fault:
         raise AvatarFileError(f"{path}: its texture: {fault}") from fault
-    avatar = Avatar(str(kept["name"]), skeleton, body, meshes[0], tuple(meshes[1:]), albedo)
+    avatar = Avatar(str(kept["name"]), skeleton, body, meshes[0], tuple(meshes[1:]), albedo, (), _registration(kept))
     return with_coarser(avatar, manifold=soundness(avatar.mesh.triangles, len(avatar.mesh.vertices)).manifold)
+
+
+def _registration(kept: dict[str, Any]) -> tuple[Registration, ...]:
+    rows = kept.get("registration", [])
+    return tuple(
+        Registration(int(r["island"]), _pair(r["move"]), float(r["turn"]), float(r["scale"]), _pair(r["middle"])) for r in rows
+    )
+
+
+def _pair(numbers: Any) -> tuple[float, float]:
+    u, v = numbers
+    return float(u), float(v)
 
 
 def _mesh(document: Document, primitive: dict[str, Any], exact: dict[str, int]) -> Mesh | None:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar import Avatar, Mesh, Registration
 from vistel.figure.avatar_file import AvatarFileError
 from vistel.figure.body import Body
 from vistel.figure.making.pictures import decode
@@ -106,6 +106,13 @@ def _write(avatar: Avatar, path: Path, texture: str) -> None:
         keep(prim, f"primitive:{name}", types.Double3Array, Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(points, np.float64)))
     for name, radii in (("radiusA", body.radius_a), ("radiusB", body.radius_b)):
         keep(prim, f"primitive:{name}", types.DoubleArray, Vt.DoubleArray.FromNumpy(np.ascontiguousarray(radii, np.float64)))
+    if avatar.registration:
+        kept = avatar.registration
+        keep(prim, "registration:island", types.IntArray, [r.island for r in kept])
+        for name, numbers in (("turn", [r.turn for r in kept]), ("scale", [r.scale for r in kept])):
+            keep(prim, f"registration:{name}", types.DoubleArray, numbers)
+        for name, pairs in (("move", [r.move for r in kept]), ("middle", [r.middle for r in kept])):
+            keep(prim, f"registration:{name}", types.Double2Array, [Gf.Vec2d(*pair) for pair in pairs])
 
     names = [_path(j) for j in range(len(JOINTS))]
     skeleton = UsdSkel.Skeleton.Define(stage, "/Avatar/Skeleton")
@@ -281,7 +288,14 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
             check_mesh(mesh, body, path)
             meshes.append(mesh)
         levels.append(Avatar(str(get(root, "vistel:name")), skeleton, body, meshes[0], tuple(meshes[1:]), albedo))
-    return replace(levels[0], coarser=tuple(levels[1:]))
+    kept: tuple[Registration, ...] = ()
+    if root.HasAttribute("vistel:registration:island"):
+        rows = zip(
+            *(np.array(get(root, f"vistel:registration:{n}")).tolist() for n in ("island", "move", "turn", "scale", "middle")),
+            strict=True,
+        )  # fmt: skip
+        kept = tuple(Registration(i, (m[0], m[1]), turn, scale, (c[0], c[1])) for i, m, turn, scale, c in rows)
+    return replace(levels[0], coarser=tuple(levels[1:]), registration=kept)
 
 
 def check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
