@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limbs_of
+from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid import Influences, RigidSkin
 from vistel.figure.rotation import move_points
@@ -57,6 +58,7 @@ class Figure:
         fit = same_body.embedding.fit if same_body is not None else None
         self.embedding = embed(mesh.vertices, mesh.limb, limbs, fit)
         self.deformer = Deformer(mesh.triangles, self.embedding)
+        self._layers: SkinLayers | None = None
         self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)
         self._eyes = [
             (mesh.vertices - avatar.skeleton.rest[joint].astype(np.float32), vertex_normals(mesh), joint)
@@ -76,6 +78,18 @@ class Figure:
         posed = pose_body(self.avatar.body, joints)
         report = self.deformer.deform(self._vertices, self._normals, posed.a, posed.b, ghosts, displacement)
         return FigureState(self._vertices, self._normals, self._pose_eyes(joints), joints, posed, report)
+
+    @property
+    def layers(self) -> SkinLayers | None:
+        """Muscles and bones under this figure's skin; None, the default: it follows the joints alone."""
+        return self._layers
+
+    @layers.setter
+    def layers(self, layers: SkinLayers | None) -> None:
+        if self._layers is not None:
+            self._layers.clear()
+        self._layers = layers
+        self.skin.over = None if layers is None else layers.act
 
     def ghosts(self, posed: PosedBody, *, target: NDArray[np.bool_] | None = None) -> GhostSource:
         """This figure, posed, as ghosts for another one: a group per limb, with the radii fitted to its own

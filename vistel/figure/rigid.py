@@ -12,6 +12,7 @@ the limb.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,6 +92,8 @@ class RigidSkin:
         self._normals = np.ascontiguousarray(normals, np.float32)
         self._lanes = _Lanes.of(self.influences, self._vertices, self._normals)
         self._work = np.zeros(6 * LANES + 32, np.float32)
+        self.over: Callable[[JointPose], F32] | None = None
+        """What lies under the skin: gives the rows at rest that are posed instead of its own (see `rows`)."""
         self._single = (weight[:, 0] >= 1.0).astype(np.uint8)
         self._centres = np.concatenate([skeleton.rest, skeleton.rest[[JOINT_INDEX[b.joint] for b in TWIST_BONES]]])
         self._twist = np.array([(JOINT_INDEX[b.joint], JOINT_INDEX[b.other], b.kind) for b in TWIST_BONES], np.int32)
@@ -116,6 +119,11 @@ class RigidSkin:
         """Vertices and normals (V, 3) of the rest pose."""
         return self._vertices, self._normals
 
+    @property
+    def rows(self) -> tuple[I32, F32]:
+        """Vertices (R, LANES) of each row, and (R, 6 LANES) its positions and normals at rest."""
+        return self._lanes.index, self._lanes.rest
+
     def parts(self, index: I32) -> SkinParts:
         """Parts of the skin, of vertices index (P, n), to be posed one by one with the bones as last posed."""
         return SkinParts(
@@ -128,8 +136,9 @@ class RigidSkin:
         """Write the posed vertices and unit normals, both (V, 3), in the room frame [m]."""
         self.matrices(joints)
         lanes = self._lanes
+        rest = lanes.rest if self.over is None else self.over(joints)
         skin(
-            lanes.index, lanes.bone, lanes.single, lanes.weight, lanes.rest, self._dual, self._matrix, self._work,
+            lanes.index, lanes.bone, lanes.single, lanes.weight, rest, self._dual, self._matrix, self._work,
             vertices, normals,
         )  # fmt: skip
 
