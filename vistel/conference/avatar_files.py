@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
 import tempfile
@@ -62,17 +63,19 @@ def keep_parcel(digest: str, data: bytes) -> bool:
         except BaseException:
             Path(part).unlink(missing_ok=True)
             raise
-        _make_room(path.parent)
     except OSError as fault:
         log.warning("event=parcel_not_kept path=%s reason=%r", path, fault.strerror or str(fault))
         return False
+    _make_room(path.parent)
     return True
 
 
 def _make_room(folder: Path) -> None:
-    kept = sorted(((p.stat().st_mtime_ns, p.stat().st_size, p) for p in folder.glob(f"parcel-*{ENDING}")), reverse=True)
+    kept: list[tuple[int, int, Path]] = []
     total = 0
-    for _, size, path in kept:
-        total += size
-        if total > MOST_KEPT:
-            path.unlink(missing_ok=True)
+    with contextlib.suppress(OSError):  # another process makes room too
+        kept += [(p.stat().st_mtime_ns, p.stat().st_size, p) for p in folder.glob(f"parcel-*{ENDING}")]
+        for _, size, path in sorted(kept, reverse=True):
+            total += size
+            if total > MOST_KEPT:
+                path.unlink(missing_ok=True)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from vistel.conference.avatar_files import keep_parcel
 from vistel.figure.avatar import scaled
-from vistel.figure.avatar_file import load_any
-from vistel.figure.parcel import pack
+from vistel.figure.parcel import read_parcel
 from vistel.figure.proportions import Proportions
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
@@ -37,8 +36,7 @@ def own_avatar(person: Person) -> OwnAvatar | None:
     if path is None:
         return None
     try:
-        avatar = load_any(path)
-        parcel = pack(avatar)
+        avatar, parcel = read_parcel(path)
         next(parts_of(parcel))
         grown = scaled(avatar, person.height_m)
         own = OwnAvatar(Proportions.of(grown.skeleton, grown.body), parcel, digest_of(parcel))

@@ -12,10 +12,10 @@ import numpy as np
 
 from vistel.conference.avatar_files import avatar_file
 from vistel.conference.model import Conference, public_avatar
-from vistel.figure.avatar_file import load_any
-from vistel.figure.parcel import pack
+from vistel.figure.parcel import read_parcel
 from vistel.figure.posture import standing
 from vistel.space.room import meeting_room
+from vistel.wire import motion
 from vistel.wire.parcels import digest_of
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.figures import Person, StandIn
@@ -36,7 +36,7 @@ def preload(conference: Conference) -> None:
         about = About(p.name, p.display_name or p.name, public_avatar(p.avatar), p.height)
         with contextlib.suppress(ValueError, OSError):  # told when they come
             file = avatar_file(p)
-            parcel = pack(load_any(file)) if file else b""
+            parcel = read_parcel(file)[1] if file else b""
             about = replace(about, parcel=digest_of(parcel) if file else "")
             _figures[_key(about)] = load_shape(about, parcel=lambda _, parcel=parcel: parcel)
     stand_in = StandIn(1.75)
@@ -44,6 +44,7 @@ def preload(conference: Conference) -> None:
     for figure in _figures.values():
         figure.ghosts(figure.pose(standing(), [touching]).posed, None)
     antialias(np.zeros((8, 8, 4), np.uint8))
+    motion.warm_up()
 
 
 def take_figure(about: About) -> Person | None:
