@@ -12,6 +12,7 @@ from benchmarks.figure_peers import by_dual_quaternions, by_linear_blend
 from vistel.figure.avatar import Avatar
 from vistel.figure.figure import Figure
 from vistel.figure.limb_segments import JOINT_REGIONS, SEGMENTS, limb_segment, volume_change
+from vistel.figure.limits import clear_of_body, within_limits
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.self_intersection import intersecting
 
@@ -44,7 +45,9 @@ def sweep(avatar: Avatar, postures: Sequence[Posture]) -> dict[str, Sweep]:
     }  # fmt: skip
     changes: dict[str, list[F64]] = {name: [] for name in methods}
     crossing: dict[str, list[float]] = {name: [] for name in methods}
-    for posture in postures:
+    for recorded in postures:
+        # Recorded angles on a body of other proportions would push its arms through it.
+        posture = clear_of_body(avatar.skeleton, avatar.body, within_limits(recorded))
         joints = pose_joints(avatar.skeleton, posture)
         for name, method in methods.items():
             posed = method(posture, joints)

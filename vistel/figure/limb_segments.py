@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
+from vistel.implicit.kernel_jit import compiled
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -201,17 +202,23 @@ class _Piece:
         return LimbSegment(self.points[used], self.share[used], triangles, _boundary(triangles))
 
 
-def _components(count: int, triangles: I32) -> NDArray[np.int64]:
-    """(N,) the least point that each point is connected with."""
-    label = np.arange(count)
-    while True:
-        least = label[triangles].min(axis=1)
-        before = label.copy()
+@compiled
+def _components(count: int, triangles: I32) -> I32:
+    """(N,) a point that each point is connected with, the same for all of a part."""
+    label = np.arange(count).astype(np.int32)
+    for t in range(len(triangles)):
         for corner in range(3):
-            np.minimum.at(label, triangles[:, corner], least)
-        label = label[label]
-        if np.array_equal(label, before):
-            return label
+            a, b = triangles[t, corner], triangles[t, (corner + 1) % 3]
+            while label[a] != a:
+                label[a] = label[label[a]]
+                a = label[a]
+            while label[b] != b:
+                label[b] = label[label[b]]
+                b = label[b]
+            label[max(a, b)] = min(a, b)
+    for n in range(count):
+        label[n] = label[label[n]]
+    return label
 
 
 def _boundary(triangles: I32) -> I32:
