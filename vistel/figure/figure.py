@@ -12,6 +12,7 @@ from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.bulge_fit import fit_bulges
 from vistel.figure.figure_limbs import limbs_of
+from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid import Influences, RigidSkin
 from vistel.figure.rotation import move_points
@@ -58,6 +59,7 @@ class Figure:
         fit = same_body.embedding.fit if same_body is not None else None
         self.embedding = embed(mesh.vertices, mesh.limb, limbs, fit)
         self.deformer = Deformer(mesh.triangles, self.embedding)
+        self._layers: SkinLayers | None = None
         self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)
         if same_body is not None:
             self.skin.bulges[:] = same_body.skin.bulges
@@ -91,6 +93,18 @@ class Figure:
         posed = pose_body(self.avatar.body, joints)
         self.deformer.solve(self._vertices, self._normals, posed.a, posed.b)
         return self._vertices
+
+    @property
+    def layers(self) -> SkinLayers | None:
+        """Muscles and bones under this figure's skin; None, the default: it follows the joints alone."""
+        return self._layers
+
+    @layers.setter
+    def layers(self, layers: SkinLayers | None) -> None:
+        if self._layers is not None:
+            self._layers.clear()
+        self._layers = layers
+        self.skin.layers = layers
 
     def ghosts(self, posed: PosedBody, *, target: NDArray[np.bool_] | None = None) -> GhostSource:
         """This figure, posed, as ghosts for another one: a group per limb, with the radii fitted to its own

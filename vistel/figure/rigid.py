@@ -13,6 +13,7 @@ the limb. Before all that the rest pose bulges beside folded elbows and knees (`
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +44,7 @@ class Influences:
 
 
 @dataclass(frozen=True)
-class _Lanes:
+class Rows:
     """Vertices sorted into rows that follow the same bones; the last vertex fills up a row. See `rigid_lanes.skin`."""
 
     index: I32
@@ -53,7 +54,7 @@ class _Lanes:
     rest: F32
 
     @staticmethod
-    def of(influences: Influences, vertices: F32, normals: F32) -> _Lanes:
+    def of(influences: Influences, vertices: F32, normals: F32) -> Rows:
         groups: dict[tuple[int, ...], list[int]] = {}
         for v, (bones, weights) in enumerate(zip(influences.bone.tolist(), influences.weight.tolist(), strict=True)):
             used = tuple(sorted(b for b, w in zip(bones, weights, strict=True) if w > 0.0))
@@ -72,10 +73,18 @@ class _Lanes:
             of_bone = influences.bone[index] == bone[:, k, None, None]
             weight[:, k] = np.where(of_bone, influences.weight[index], 0.0).sum(axis=2) * (k < used)[:, None]
         rest = np.concatenate([vertices[index], normals[index]], axis=2).transpose(0, 2, 1)
-        return _Lanes(
+        return Rows(
             index, bone, (used == 1).astype(np.uint8), np.ascontiguousarray(weight.reshape(len(chunks), -1)),
             np.ascontiguousarray(rest.reshape(len(chunks), -1)),
         )  # fmt: skip
+
+
+class Layers(Protocol):
+    """What lies under a skin and moves it at rest (see `vistel.figure.layers`)."""
+
+    def skin(self, joints: JointPose, rows: Rows, dual: F32, matrix: F32, vertices: F32, normals: F32) -> None:
+        """As `rigid_lanes.skin`."""
+        ...
 
 
 class RigidSkin:
@@ -93,8 +102,9 @@ class RigidSkin:
         weight = self.influences.weight
         self._vertices = np.ascontiguousarray(vertices, np.float32)
         self._normals = np.ascontiguousarray(normals, np.float32)
-        self._lanes = _Lanes.of(self.influences, self._vertices, self._normals)
+        self.rows = Rows.of(self.influences, self._vertices, self._normals)
         self._work = np.zeros(6 * LANES + 32, np.float32)
+        self.layers: Layers | None = None
         self._single = (weight[:, 0] >= 1.0).astype(np.uint8)
         self._centres = np.concatenate([skeleton.rest, skeleton.rest[[JOINT_INDEX[b.joint] for b in TWIST_BONES]]])
         self._twist = np.array([(JOINT_INDEX[b.joint], JOINT_INDEX[b.other], b.kind) for b in TWIST_BONES], np.int32)
@@ -105,11 +115,11 @@ class RigidSkin:
         self._table = np.zeros((len(HINGES), len(BENDS), 2))
         self._amplitude = np.zeros((len(HINGES), 2), np.float32)
         self._bulged = self._vertices.copy()
-        of_place = self.shapes.hinge[self._lanes.index]
+        of_place = self.shapes.hinge[self.rows.index]
         order = np.argsort(of_place, axis=None, kind="stable")
         self._bulge_start = np.searchsorted(of_place.reshape(-1)[order], np.arange(len(HINGES) + 1)).astype(np.int32)
         self._bulge_places = np.stack(np.divmod(order, LANES), axis=1).astype(np.int32)
-        self._bulge_vertex = self._lanes.index.reshape(-1)[order].copy()
+        self._bulge_vertex = self.rows.index.reshape(-1)[order].copy()
 
     def matrices(self, joints: JointPose) -> F32:
         """(B, 12) row-major 3x4 matrices of all bones, rest to room; valid until the next call or `pose`."""
@@ -144,7 +154,7 @@ class RigidSkin:
         if changed:
             lay_bulges(
                 changed, self._bulge_start, self._bulge_places, self._bulge_vertex, self._vertices, self.shapes.out,
-                self.shapes.along, self._amplitude, self._bulged, self._lanes.rest, LANES,
+                self.shapes.along, self._amplitude, self._bulged, self.rows.rest, LANES,
             )  # fmt: skip
 
     def parts(self, index: I32) -> SkinParts:
@@ -158,7 +168,10 @@ class RigidSkin:
         """Write the posed vertices and unit normals, both (V, 3), in the room frame [m]."""
         self.matrices(joints)
         self._bulge(joints)
-        lanes = self._lanes
+        lanes = self.rows
+        if self.layers is not None:
+            self.layers.skin(joints, lanes, self._dual, self._matrix, vertices, normals)
+            return
         skin(
             lanes.index, lanes.bone, lanes.single, lanes.weight, lanes.rest, self._dual, self._matrix, self._work,
             vertices, normals,
