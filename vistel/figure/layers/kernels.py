@@ -9,14 +9,13 @@ import math
 import numpy as np
 
 from vistel.figure.layers.contraction import FULL, LONGEST, SHORTEST, YIELD
+from vistel.figure.rigid_lanes import LANES, by_dual_quaternions, by_matrix, one_hemisphere
 from vistel.implicit.addresses import doubles, floats, ints
 from vistel.implicit.kernel_jit import fast, inlined, leaf
 from vistel.implicit.lanes import inverse_root, of_width, store
 from vistel.implicit.pointers import at, pointer
 from vistel.implicit.wide import wide
 
-LANES = 16
-"""Vertices in a row of the rigid component."""
 load, spread, _, _ = of_width(LANES)
 
 (
@@ -34,9 +33,6 @@ load, spread, _, _ = of_width(LANES)
     TERM_START,  # (R + 1,) int32
     TERM_CHANNEL,  # (N,) int32
     TERM,  # (N, 4, LANES) float32: along the normal, change of the normal
-    BASE,  # (R, 6, LANES) float32 positions and normals, the rigid component's own
-    INDEX,  # (R, LANES) int32 vertices
-    REST,  # (R, 6, LANES) float32: written
     MOVED,  # (V,) float32 along the normal [m]: written
     FOLD_VERTEX,  # (Q, LANES) int32
     FOLD_PLACE,  # (Q,) int32: where in OFFSETS its offsets are
@@ -50,7 +46,7 @@ load, spread, _, _ = of_width(LANES)
     ROWS,
     FOLDS,
     TABLE_LENGTH,
-) = range(26)
+) = range(23)
 
 LEAST, MOST = -0.6, 1.15
 """Bounds of what a muscle does, 1 being a belly at FULL of its length and active."""
@@ -96,8 +92,9 @@ def drive(t, rotation, position):
 
 
 @leaf
-def _row(first, last, channel, value, term, base, rest, moved):
-    """One row: its terms first..last weighted and laid on its positions and normals at rest."""
+def _row(first, last, channel, value, term, base, rest):
+    """One row: its terms first..last weighted and laid on its positions and normals at rest; rest: 7 rows, the last how
+    far along the normal."""
     wide()
     d, x, y, z = spread(np.float32(0.0)), spread(np.float32(0.0)), spread(np.float32(0.0)), spread(np.float32(0.0))
     for k in range(first, last):
@@ -116,7 +113,7 @@ def _row(first, last, channel, value, term, base, rest, moved):
     store(at(rest, 3 * LANES), scale * u)
     store(at(rest, 4 * LANES), scale * v)
     store(at(rest, 5 * LANES), scale * w)
-    store(moved, d)
+    store(at(rest, 6 * LANES), d)
 
 
 @leaf
@@ -126,30 +123,37 @@ def _fold(base, slope, moved, out):
     store(out, load(base) + load(slope) * load(moved))
 
 
-@leaf
-def _copy(base, rest):
-    """A row as it is."""
-    wide()
-    for i in range(6):
-        store(at(rest, i * LANES), load(at(base, i * LANES)))
+@fast
+def skin_over(t, index, bone, single, weight, rest, dual, matrix, work, vertices, normals):
+    """As `rigid_lanes.skin`, with the layers at VALUE laid on the rows they move: MOVED. work: (13 LANES + 32,)."""
+    start, channel = ints(t[TERM_START]), ints(t[TERM_CHANNEL])
+    value, term, moved = floats(t[VALUE]), floats(t[TERM]), floats(t[MOVED])
+    out = pointer(work)
+    over, q = at(out, 6 * LANES), at(out, 13 * LANES)
+    weights, rests, matrices = pointer(weight), pointer(rest), pointer(matrix)
+    for r in range(len(index)):
+        here = at(rests, r * 6 * LANES)
+        if start[r] < start[r + 1]:
+            _row(start[r], start[r + 1], channel, value, term, here, over)
+            here = over
+            for i in range(LANES):
+                moved[index[r, i]] = over[6 * LANES + i]
+        if single[r]:
+            by_matrix(at(matrices, 12 * bone[r, 0]), here, out)
+        else:
+            one_hemisphere(bone[r], dual, q)
+            by_dual_quaternions(q, at(weights, r * 4 * LANES), here, out)
+        for i in range(LANES):
+            v = index[r, i]
+            for axis in range(3):
+                vertices[v, axis] = out[axis * LANES + i]
+                normals[v, axis] = out[(3 + axis) * LANES + i]
 
 
 @fast
-def lay(t, work):
-    """Write the skin at rest with all layers at VALUE laid on, and the offsets of the implicit component that keep it.
-    work: (LANES,) float32."""
-    start, channel = ints(t[TERM_START]), ints(t[TERM_CHANNEL])
-    value, term, base, rest = floats(t[VALUE]), floats(t[TERM]), floats(t[BASE]), floats(t[REST])
-    index, moved, out = ints(t[INDEX]), floats(t[MOVED]), pointer(work)
-    for r in range(t[ROWS]):
-        here = r * 6 * LANES
-        if start[r] == start[r + 1]:
-            _copy(at(base, here), at(rest, here))
-            continue
-        _row(start[r], start[r + 1], channel, value, term, at(base, here), at(rest, here), out)
-        for i in range(LANES):
-            moved[index[r * LANES + i]] = out[i]
-    vertex, place = ints(t[FOLD_VERTEX]), ints(t[FOLD_PLACE])
+def fold(t, work):
+    """Write the offsets that keep the implicit component's skin where MOVED says. work: (LANES,)."""
+    vertex, place, moved, out = ints(t[FOLD_VERTEX]), ints(t[FOLD_PLACE]), floats(t[MOVED]), pointer(work)
     before, slope, offsets = floats(t[FOLD_BASE]), floats(t[FOLD_SLOPE]), floats(t[OFFSETS])
     for q in range(t[FOLDS]):
         for i in range(LANES):

@@ -14,6 +14,8 @@ from vistel.figure.layers.muscles import Muscles
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.profiles import Profile, Skin, bone_profile, muscle_profile, turned_normals
 from vistel.figure.posture import JointPose
+from vistel.figure.rigid import Rows
+from vistel.figure.rigid_lanes import LANES
 from vistel.figure.rigid_weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.implicit.deform_table import ALPHA, OFFSET
@@ -54,7 +56,7 @@ class SkinLayers:
         slope = own_slope(figure)
         self.profiles = _profiles(figure, self.anatomy, slope)
         self._table, self._held = np.zeros(k.TABLE_LENGTH, np.int64), dict[int, NDArray[np.generic]]()
-        self._work = np.zeros(k.LANES, np.float32)
+        self._work = np.zeros(13 * LANES + 32, np.float32)
         self._keep_drivers()
         self._keep_rows(figure)
         self._keep_folds(figure, slope)
@@ -66,24 +68,27 @@ class SkinLayers:
 
     @property
     def values(self) -> F32:
-        """(C,) what each layer does since the last `act`: a muscle 1 when it is fully contracted, below 0 stretched; a
+        """(C,) what each layer does since the last `skin`: a muscle 1 when it is fully contracted, below 0 stretched; a
         bone 1 when it shows whole."""
         return self._value
 
-    def act(self, joints: JointPose) -> F32:
-        """The skin at rest with the layers as they are with `joints`: (R, 6 LANES) as `RigidSkin.rows`."""
+    def skin(self, joints: JointPose, rows: Rows, dual: F32, matrix: F32, vertices: F32, normals: F32) -> None:
+        """Pose the rows of the rigid component with the layers as they are with `joints`: see `RigidSkin.pose`."""
         k.drive(self._table, joints.rotation, joints.position)
-        k.lay(self._table, self._work)
-        return self._rows
+        k.skin_over(
+            self._table, rows.index, rows.bone, rows.single, rows.weight, rows.rest, dual, matrix, self._work,
+            vertices, normals,
+        )  # fmt: skip
+        k.fold(self._table, self._work)
 
     def clear(self) -> None:
         """Let no layer act on the figure any more."""
-        self._value[:] = 0.0
-        k.lay(self._table, self._work)
+        self._moved[:] = 0.0
+        k.fold(self._table, self._work)
 
     @property
     def moved(self) -> F32:
-        """(V,) how far the last `act` moved each vertex along its normal at rest [m]."""
+        """(V,) how far the last `skin` moved each vertex along its normal at rest [m]."""
         return self._moved
 
     def _keep(self, slot: int, array: NDArray[np.generic]) -> None:
@@ -106,7 +111,7 @@ class SkinLayers:
         self._table[k.MUSCLES], self._table[k.BONES] = len(muscles), len(bones)
 
     def _keep_rows(self, figure: Figure) -> None:
-        index, rest = figure.skin.rows
+        index = figure.skin.rows.index
         terms = np.array([_terms(figure, p) for p in self.profiles])
         acts: NDArray[np.bool_] = np.abs(terms).max(axis=1) > 0.0
         of_row: NDArray[np.bool_] = np.logical_or.reduce(acts[:, index], axis=2)
@@ -116,14 +121,12 @@ class SkinLayers:
             channel += acting.tolist()
             parts += list(terms[acting][:, :, index[r]])
             start.append(len(channel))
-        self._moved, self._rows = np.zeros(len(figure.avatar.mesh.vertices), np.float32), np.empty_like(rest)
+        self._moved = np.zeros(len(figure.avatar.mesh.vertices), np.float32)
         for slot, array in (
             (k.TERM_START, np.array(start, np.int32)), (k.TERM_CHANNEL, np.array(channel, np.int32)),
-            (k.TERM, np.array(parts, np.float32)), (k.BASE, rest), (k.INDEX, index), (k.REST, self._rows),
-            (k.MOVED, self._moved),
+            (k.TERM, np.array(parts, np.float32)), (k.MOVED, self._moved),
         ):  # fmt: skip
             self._keep(slot, array)
-        self._table[k.ROWS] = len(index)
 
     def _keep_folds(self, figure: Figure, slope: F64) -> None:
         """Patches whose skin the implicit component shapes: there what a layer adds to the field has to be told."""
@@ -133,12 +136,12 @@ class SkinLayers:
         touched = np.zeros(len(slope), bool)
         for profile in self.profiles:
             touched[profile.vertex] = True
-        half = width // k.LANES
+        half = width // LANES
         place, which, base, slopes = list[int](), list[I32](), list[F32](), list[F64]()
         for b, p in zip(*np.nonzero((touched[vertex] & (calibration[:, :, ALPHA] > 0.0)).any(axis=2)), strict=True):
             for h in range(half):
-                lanes = slice(h * k.LANES, (h + 1) * k.LANES)
-                place.append(((int(b) * patches + int(p)) * rows + OFFSET) * width + h * k.LANES)
+                lanes = slice(h * LANES, (h + 1) * LANES)
+                place.append(((int(b) * patches + int(p)) * rows + OFFSET) * width + h * LANES)
                 which.append(vertex[b, p, lanes])
                 base.append(calibration[b, p, OFFSET, lanes].copy())
                 slopes.append(slope[vertex[b, p, lanes]])
