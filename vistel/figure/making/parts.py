@@ -81,9 +81,13 @@ def covered(points: F64, body: I32, worn: I32, size: float) -> Mask:
     face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal = np.stack([np.bincount(body.ravel(), np.repeat(face[:, k], 3), len(points)) for k in range(3)], axis=1)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    distance, nearest = KDTree(points[cloth]).query(points[used])
-    outside = np.einsum("ni,ni->n", points[cloth[nearest]] - points[used], normal[used]) > -0.002 * size
-    under = (distance < 0.035 * size) & outside
+    # Straight above it there must be cloth, at a place that the middles of its faces tell closely enough.
+    above = np.vstack([points[cloth], points[worn].mean(axis=1)])
+    distance, nearest = KDTree(above).query(points[used])
+    off = above[nearest] - points[used]
+    height = np.einsum("ni,ni->n", off, normal[used])
+    beside = np.sqrt(np.maximum(distance**2 - height**2, 0.0))
+    under = (distance < 0.035 * size) & (height > -0.002 * size) & (beside < 0.009 * size)
     if len(border):
         under &= KDTree(points[border]).query(points[used])[0] > 0.016 * size
     hidden = np.zeros(len(points), np.bool_)
