@@ -10,7 +10,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Motion(_message.Message):
-    __slots__ = ("header", "key_seq", "body", "hands", "stance", "gaze", "face", "stale", "lids")
+    __slots__ = ("header", "key_seq", "body", "hands", "stance", "gaze", "face", "stale", "frame")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     KEY_SEQ_FIELD_NUMBER: _ClassVar[int]
     BODY_FIELD_NUMBER: _ClassVar[int]
@@ -19,7 +19,7 @@ class Motion(_message.Message):
     GAZE_FIELD_NUMBER: _ClassVar[int]
     FACE_FIELD_NUMBER: _ClassVar[int]
     STALE_FIELD_NUMBER: _ClassVar[int]
-    LIDS_FIELD_NUMBER: _ClassVar[int]
+    FRAME_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     key_seq: int
     body: _containers.RepeatedScalarFieldContainer[int]
@@ -28,8 +28,8 @@ class Motion(_message.Message):
     gaze: _containers.RepeatedScalarFieldContainer[int]
     face: _containers.RepeatedScalarFieldContainer[int]
     stale: int
-    lids: _containers.RepeatedScalarFieldContainer[int]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., key_seq: _Optional[int] = ..., body: _Optional[_Iterable[int]] = ..., hands: _Optional[_Iterable[int]] = ..., stance: _Optional[_Iterable[int]] = ..., gaze: _Optional[_Iterable[int]] = ..., face: _Optional[_Iterable[int]] = ..., stale: _Optional[int] = ..., lids: _Optional[_Iterable[int]] = ...) -> None: ...
+    frame: bytes
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., key_seq: _Optional[int] = ..., body: _Optional[_Iterable[int]] = ..., hands: _Optional[_Iterable[int]] = ..., stance: _Optional[_Iterable[int]] = ..., gaze: _Optional[_Iterable[int]] = ..., face: _Optional[_Iterable[int]] = ..., stale: _Optional[int] = ..., frame: _Optional[bytes] = ...) -> None: ...
 
 class Participant(_message.Message):
     __slots__ = ("header", "participant", "site", "display_name", "avatar", "height_m", "local_only", "parcel", "proportions")
