@@ -1,48 +1,139 @@
-"""Avatars: fitting skeleton and primitives to a body of 13,380 vertices, and how closely they hold it."""
+"""Figures: the time to pose one, how its skin holds in recorded postures, and fitting avatars to bodies.
+
+Time is processor time of the one thread, medians, alternating with a Numba kernel of linear blend skinning of the same
+mesh (four weights, float32, positions only). The sweep moves the same mesh by the same bones and weights in three ways,
+through 200 postures of the recordings under ../shared/data/body.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from importlib.metadata import version
 from pathlib import Path
+from statistics import median
 
 import numpy as np
 
+from benchmarks.figure_peers import linear_blend
+from benchmarks.figure_postures import recorded_postures
+from benchmarks.figure_sweep import DUAL, LINEAR, sweep
 from benchmarks.row import Row, machine
 from vistel.figure.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure
+from vistel.figure.hands import RELAXED
 from vistel.figure.making.make import make_avatar, refit
 from vistel.figure.making.read import Extras, read_source
 from vistel.figure.making.source import Material, Source
-from vistel.figure.posture import Posture, pose_joints
+from vistel.figure.posture import ELBOW, SHOULDER, Posture, pose_joints
 
 _MAKEHUMAN = Path(__file__).resolve().parents[2] / "shared/data/human/makehuman"
+_MALE = _MAKEHUMAN / "targets/caucasian-male-young.target.gz"
 _WITHIN_S, _CLOSE_MM, _MOVED_MM = 20.0, {23: 8.0, 60: 4.0}, 10.0
+_ROUNDS, _POSTURES = 100, 200
+_SLOWER, _SHARE, _VOLUME, _CROSSING = 1.2, 25.0, 5.0, 0.1
 
 
 def run() -> Iterator[Row]:
-    """One row per figure. MakeHuman's base mesh where ../shared/data has it, else a built-in person as a mesh without rig."""
+    """One row per figure; some two minutes, most of it the sweep."""
+    person = builtin_avatar("builtin:seed=3", name="bench", height=1.75)
+    yield from _times(person)
+    postures = recorded_postures(_POSTURES)
+    if postures:
+        yield from _sweeps(f"built-in person, {len(person.mesh.vertices)} vertices", person, postures)
     for case, source in _sources():
-        make_avatar(source, name="warm", primitives=60)  # compiles
-        began = time.perf_counter()
-        made = make_avatar(source, name="body", primitives=60)
-        took = time.perf_counter() - began
-        yield _row(case, "fit, all steps", "s", took, f"value <= {_WITHIN_S:.0f}", took <= _WITHIN_S)
-        for count, limit in _CLOSE_MM.items():
-            mean = 1e3 * refit(made.avatar, count)[1].mean_distance
-            yield _row(
-                case, f"mean distance, {count} primitives", "mm", mean, f"value <= {limit:.0f}", mean <= limit
-            )
-        moved = 1e3 * _moved_at_rest(made.avatar)
-        yield _row(case, "furthest vertex moved at rest", "mm", moved, f"value <= {_MOVED_MM:.0f}", moved <= _MOVED_MM)
+        if postures and case.startswith("MakeHuman"):
+            body = make_avatar(_makehuman(f"{_MALE}=1"), name="body", height=1.75).avatar
+            yield from _sweeps(f"MakeHuman male, {len(body.mesh.vertices)} vertices", body, postures)
+        yield from _fits(case, source)
+
+
+def _times(avatar: Avatar) -> Iterator[Row]:
+    """Processor time of a posed figure, joints and all, beside linear blend skinning."""
+    figures = [Figure(avatar) for _ in range(3)]
+    figure, mesh = figures[0], avatar.mesh
+    follows, out = figure.skin.influences, np.empty_like(mesh.vertices)
+    name = f"Numba {version('numba')} linear blend skinning, {len(mesh.vertices)} vertices"
+    for case, posture in (("joints straight", Posture()), ("elbows and fingers bent", _bent())):
+        matrices = figure.skin.matrices(pose_joints(avatar.skeleton, posture)).copy()
+        took = _microseconds({
+            "lbs": lambda m=matrices: linear_blend(mesh.vertices, follows.bone, follows.weight, m, out),
+            "ours": lambda p=posture: figure.pose(p),
+        })  # fmt: skip
+        ratio = took["ours"] / took["lbs"]
+        yield Row(
+            "figure", f"posed figure, no contact, {case}", "time", "us", round(took["ours"], 1), name, round(took["lbs"], 1),
+            round(ratio, 3), f"ratio <= {_SLOWER}", ratio <= _SLOWER, machine(),
+        )  # fmt: skip
+    postures = recorded_postures(_POSTURES) or [_bent()]
+
+    def frames() -> None:
+        for k in range(60):
+            for number, f in enumerate(figures):
+                f.pose(postures[(k + 67 * number) % len(postures)])
+
+    share = 1e-4 * _microseconds({"second": frames}, 3)["second"]
+    yield _row("three figures at 60 Hz", "share of one core", "%", share, f"value <= {_SHARE:.0f}", share <= _SHARE)
+
+
+def _bent() -> Posture:
+    dofs = Posture().dofs.copy()
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        dofs[SHOULDER[side]], dofs[ELBOW[side]] = (0.0, 0.0, -0.5 * sign), 0.8
+    return Posture(dofs, np.tile(RELAXED, (2, 1)))
+
+
+def _microseconds(calls: dict[str, Callable[[], object]], rounds: int = _ROUNDS) -> dict[str, float]:
+    """Median time of each call, all in turn."""
+    times: dict[str, list[float]] = {name: [] for name in calls}
+    for call in calls.values():
+        call()
+    for _ in range(rounds):
+        for name, call in calls.items():
+            begin = time.thread_time_ns()
+            call()
+            times[name].append(1e-3 * (time.thread_time_ns() - begin))
+    return {name: median(values) for name, values in times.items()}
+
+
+def _sweeps(case: str, avatar: Avatar, postures: list[Posture]) -> Iterator[Row]:
+    found = sweep(avatar, postures)
+    ours = found.pop("")
+    case = f"{case}, {len(postures)} recorded postures"
+    for peer in (LINEAR, DUAL):
+        other = found[peer]
+        for metric, mine, theirs, target in (
+            ("volume change of a limb segment, largest", abs(ours.segments).max(), abs(other.segments).max(), _VOLUME),
+            ("the same, mean", abs(ours.segments).mean(), abs(other.segments).mean(), None),
+            ("volume change of elbow or knee, largest", abs(ours.regions).max(), abs(other.regions).max(), None),
+            ("self-intersecting triangles, mean", ours.crossing.mean(), other.crossing.mean(), _CROSSING),
+            ("self-intersecting triangles, median", np.median(ours.crossing), np.median(other.crossing), None),
+            ("self-intersecting triangles, largest", ours.crossing.max(), other.crossing.max(), None),
+        ):  # fmt: skip
+            value, beside = 100.0 * float(mine), 100.0 * float(theirs)
+            yield Row(
+                "figure", case, metric, "%", round(value, 3), peer, round(beside, 3), round(value / max(beside, 1e-9), 3),
+                None if target is None else f"value <= {target}", None if target is None else value <= target, machine(),
+            )  # fmt: skip
+
+
+def _fits(case: str, source: Source) -> Iterator[Row]:
+    """MakeHuman's base mesh where ../shared/data has it, and a built-in person as a mesh without rig."""
+    make_avatar(source, name="warm", primitives=60)  # compiles
+    began = time.perf_counter()
+    made = make_avatar(source, name="body", primitives=60)
+    took = time.perf_counter() - began
+    yield _row(case, "fit, all steps", "s", took, f"value <= {_WITHIN_S:.0f}", took <= _WITHIN_S)
+    for count, limit in _CLOSE_MM.items():
+        mean = 1e3 * refit(made.avatar, count)[1].mean_distance
+        yield _row(case, f"mean distance, {count} primitives", "mm", mean, f"value <= {limit:.0f}", mean <= limit)
+    moved = 1e3 * _moved_at_rest(made.avatar)
+    yield _row(case, "furthest vertex moved at rest", "mm", moved, f"value <= {_MOVED_MM:.0f}", moved <= _MOVED_MM)
 
 
 def _sources() -> Iterator[tuple[str, Source]]:
     if (_MAKEHUMAN / "base.obj").is_file():
-        extras = Extras(
-            rig=_MAKEHUMAN / "rig.game_engine.json", weights=_MAKEHUMAN / "weights.game_engine.json.gz"
-        )
-        yield "MakeHuman body, 13380 vertices, rig and weights", read_source(_MAKEHUMAN / "base.obj", extras)
+        yield "MakeHuman body, 13380 vertices, rig and weights", _makehuman()
     person = builtin_avatar("builtin:seed=3", name="body", height=1.7)
     mesh = person.mesh
     none = np.zeros(len(mesh.triangles), np.int32)
@@ -53,6 +144,11 @@ def _sources() -> Iterator[tuple[str, Source]]:
             none, ("",), none, (Material(""),),
         ),
     )  # fmt: skip
+
+
+def _makehuman(*targets: str) -> Source:
+    rig, weights = _MAKEHUMAN / "rig.game_engine.json", _MAKEHUMAN / "weights.game_engine.json.gz"
+    return read_source(_MAKEHUMAN / "base.obj", Extras(rig=rig, weights=weights, targets=targets))
 
 
 def _moved_at_rest(avatar: Avatar) -> float:

@@ -36,8 +36,10 @@ from vistel.space.room import meeting_room
 from vistel.wire import event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim import suite
+from vistel_sim.camera import SimulatedCamera, run_cameras
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import Instrument, SimulatedDevice, run_devices
+from vistel_sim.faces import FaceScene
 from vistel_sim.fastrak import Fastrak, PoseSource
 from vistel_sim.faults import Fault, fault_from_text
 from vistel_sim.fivedt import Glove5, Glove16, Ultra
@@ -85,6 +87,7 @@ def simulated_devices(
         for name, instrument, baud, seed in _site_instruments(conference, s, motion)
     ]  # fmt: skip
     names = {d.name for d in devices} | {f"{p.name}-face" for p in _phone_owners(conference, site)}
+    names |= {name for name, _ in _camera_names(conference, site)}
     names |= {f"{p.name}-tracker" for p in _suite_owners(conference, site)}
     for fault in faults:
         if fault.device not in names:
@@ -94,7 +97,28 @@ def simulated_devices(
 
 def _phone_owners(conference: Conference, site: str | None) -> list[Participant]:
     people = [p for s in conference.sites if site in (None, s.name) for p in s.participants]
-    return [p for p in people if p.face is not None and p.face.port == "sim"]
+    return [p for p in people if p.face and p.face.kind == "live_link" and p.face.simulated]
+
+
+def _camera_names(conference: Conference, site: str | None) -> list[tuple[str, Participant]]:
+    """Simulated cameras, and whose face they see."""
+    people = [p for s in conference.sites if site in (None, s.name) for p in s.participants]
+    out = [(f"{p.name}-face", p) for p in people if p.face and p.face.kind == "camera" and p.face.simulated]
+    return out + [(f"{p.name}-eye", p) for p in people if p.eye and p.eye.simulated]
+
+
+def simulated_cameras(
+    conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
+    faults: Iterable[Fault] = (),
+) -> list[SimulatedCamera]:  # fmt: skip
+    """The face and eye cameras whose source is "sim"."""
+    faults = tuple(faults)
+    out: list[SimulatedCamera] = []
+    for name, _ in _camera_names(conference, site):
+        seed = device_seed(conference.seed, name)
+        scene = FaceScene(talking, seed)
+        out.append(SimulatedCamera(name, scene, paths.device(name), clock, start_ns, faults, seed=seed))
+    return out
 
 
 def _suite_owners(conference: Conference, site: str | None) -> list[Participant]:
@@ -114,7 +138,7 @@ def simulated_senders(
     return [
         SimulatedSender(
             name, packet, paths.device(name), clock, start_ns, faults,
-            seed=_seed(conference.seed, name),
+            seed=device_seed(conference.seed, name),
         )
         for name, packet in senders.items()
     ]  # fmt: skip
@@ -140,7 +164,7 @@ def _site_instruments(conference: Conference, site: Site, motion: BodyMotion):
             at = motion.things(t_s).get(prop.thing, still[prop.thing])
             return receiver_on_prop(transmitter, prop.tracker, at)
 
-        own = _seed(conference.seed, prop.device)
+        own = device_seed(conference.seed, prop.device)
         unit = _tracker(prop.tracker, pose, [prop.tracker.station], own)
         yield prop.device, unit, prop.tracker.baud, own
 
@@ -153,7 +177,7 @@ def _instruments(person: Participant, seed: int, motion: BodyMotion):
         def pose(station: int, t_s: float) -> tuple[F64, F64]:
             return motion.receivers(person.name, t_s)[roles[station]]
 
-        own = _seed(seed, name)
+        own = device_seed(seed, name)
         unit = _tracker(person.tracker, pose, sorted(roles), own)
         yield name, unit, person.tracker.baud, own
     for side, glove in sorted(person.gloves.items()):
@@ -164,7 +188,7 @@ def _instruments(person: Participant, seed: int, motion: BodyMotion):
         def angles(t_s: float, row: int = int(side == "right")) -> Sequence[float]:
             return motion.hand_angles(person.name, t_s)[row].tolist()
 
-        own = _seed(seed, name)
+        own = device_seed(seed, name)
         yield name, _glove(glove, angles, side == "right", own), glove.baud, own
 
 
@@ -185,7 +209,8 @@ def _glove(config: GloveConfig, angles: Callable[[float], Sequence[float]], righ
     return kind(angles, sensors=config.sensors, right=right, seed=seed)
 
 
-def _seed(seed: int, name: str) -> int:
+def device_seed(seed: int, name: str) -> int:
+    """Of the noise of one device of a conference."""
     return zlib.crc32(f"{seed}/{name}".encode())
 
 
@@ -197,10 +222,12 @@ async def run_simulators(
     faults, start_ns = tuple(faults), clock.now_ns()
     devices = simulated_devices(conference, motion, paths, clock, start_ns, site=site, faults=faults)
     senders = simulated_senders(conference, motion, paths, clock, start_ns, site=site, faults=faults)
-    log.info("simulated devices=%s", ",".join(d.name for d in (*devices, *senders)))
+    cameras = simulated_cameras(conference, motion, paths, clock, start_ns, site=site, faults=faults)
+    log.info("simulated devices=%s", ",".join(d.name for d in (*devices, *senders, *cameras)))
     async with asyncio.TaskGroup() as group:
         group.create_task(run_devices(devices))
         group.create_task(run_senders(senders))
+        group.create_task(run_cameras(cameras))
 
 
 async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault]) -> None:

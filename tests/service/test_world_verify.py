@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import math
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -11,6 +13,7 @@ from world_site import WorldSite
 from vistel.v1.command_pb2 import Command, MoveThing, ResetRoom
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.v1.world_pb2 import HandForce
+from vistel.wire.motion import MotionDecoder, MotionEncoder
 from vistel.wire.topics import BY_NAME
 from vistel_services.world.verify import Record, verify
 
@@ -123,10 +126,14 @@ def test_a_changed_state_is_found_and_named(log: list[Record]) -> None:
 def test_a_changed_motion_is_found(log: list[Record]) -> None:
     index = [i for i, r in enumerate(log) if r[0] == "motion" and r[1]["participant"] == "aiko"][70]
     topic, names, message, log_ns = log[index]
-    changed = type(message).FromString(message.SerializeToString())
-    while len(changed.body) < 3:
-        changed.body.append(0)
-    changed.body[2] += 40
+    decoder = MotionDecoder()
+    before = [r[2] for r in log[: index + 1] if r[0] == "motion" and r[1]["participant"] == "aiko"]
+    sample = [decoder.decode(m) for m in before][-1]
+    assert sample is not None
+    body = sample.body.copy()
+    body[2] += math.radians(4.0)
+    changed = MotionEncoder().encode(replace(sample, body=body))
+    changed.header.version = message.header.version
     report = verify([*log[:index], (topic, names, changed, log_ns), *log[index + 1 :]])
     assert not report.equal
 

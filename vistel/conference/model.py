@@ -136,12 +136,41 @@ class GloveConfig(_Model):
         return self
 
 
-class FaceConfig(_Model):
-    """A phone that runs Live Link Face and sends to this machine."""
+class _Camera(_Model):
+    """What is told of any camera."""
 
-    kind: Literal["live_link"] = "live_link"
+    source: str = "sim"
+    """A number (the system's camera of that number), a device ("/dev/video0"), a video file, an address
+    ("http://camera/video.mjpg"), or "sim" for a simulated one."""
+    calibration: Path | None = None
+    """What `vistel calibrate` wrote; a file beside the conference file, or its whole path."""
+    keep_pictures: bool = False
+    """Whether a recording with the devices' bytes holds its pictures too, as JPEG."""
+
+
+class FaceConfig(_Camera):
+    """A phone that runs Live Link Face and sends to this machine; or a camera on a helmet that sees 13 green marks."""
+
+    kind: Literal["live_link", "camera"] = "live_link"
     port: Annotated[int, Field(ge=1, le=65535)] | Literal["sim"] = 11111
-    """UDP port on which it is heard, or "sim" for a simulated phone."""
+    """live_link: UDP port on which it is heard, or "sim" for a simulated phone."""
+    mirrored: bool = False
+    """camera without a calibration: whether its pictures show the person's left on their left."""
+
+    @property
+    def simulated(self) -> bool:
+        return self.source == "sim" if self.kind == "camera" else self.port == "sim"
+
+
+class EyeConfig(_Camera):
+    """An infrared camera on a helmet that looks at one eye. The other is taken to do the same."""
+
+    eye: Literal["left", "right"] = "left"
+    """Which of the participant's eyes it sees."""
+
+    @property
+    def simulated(self) -> bool:
+        return self.source == "sim"
 
 
 class Participant(_Model):
@@ -159,6 +188,8 @@ class Participant(_Model):
     gloves: dict[Literal["left", "right"], GloveConfig] = {"left": GloveConfig(), "right": GloveConfig()}
     face: FaceConfig | None = None
     """What sees their face; without one it stays at rest."""
+    eye: EyeConfig | None = None
+    """What sees where they look and when they blink, before a phone that also says so."""
     motion: str | None = None
     """What the simulated devices feel: a file (.bvh, a folder of 6-DOF recordings) or a built-in choreography ("meeting",
     "clay")."""
@@ -372,21 +403,36 @@ def load(path: Path) -> Conference:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
         raise ConferenceError(f"{path}: not valid TOML: {e}") from e
     try:
-        return _with_avatar_files(Conference.model_validate(data), path.parent)
+        return _with_files(Conference.model_validate(data), path.parent)
     except ValidationError as e:
         lines = [f"{path}: {_key(err['loc'])}: {err['msg']}" for err in e.errors()]
         raise ConferenceError("\n".join(lines)) from e
 
 
-def _with_avatar_files(conference: Conference, folder: Path) -> Conference:
-    """Avatar files that lie in or below the conference file's folder by their whole path; others may be elsewhere."""
+def _with_files(conference: Conference, folder: Path) -> Conference:
+    """Files that lie in or below the conference file's folder by their whole path; others may be elsewhere."""
     sites = [
-        s.model_copy(update={"participants": [
-            p.model_copy(update={"avatar": _avatar_file(p.avatar, folder)}) for p in s.participants
-        ]})
+        s.model_copy(update={"participants": [_person_with_files(p, folder) for p in s.participants]})
         for s in conference.sites
-    ]  # fmt: skip
+    ]
     return conference.model_copy(update={"sites": sites})
+
+
+def _person_with_files(person: Participant, folder: Path) -> Participant:
+    update: dict[str, Any] = {"avatar": _avatar_file(person.avatar, folder)}
+    for name, camera in (("face", person.face), ("eye", person.eye)):
+        if camera is not None:
+            update[name] = camera.model_copy(update=_camera_files(camera, folder))
+    return person.model_copy(update=update)
+
+
+def _camera_files(camera: _Camera, folder: Path) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    if camera.calibration is not None and (folder / camera.calibration).is_file():
+        out["calibration"] = (folder / camera.calibration).resolve()
+    if (folder / camera.source).is_file():
+        out["source"] = str((folder / camera.source).resolve())
+    return out
 
 
 def public_avatar(avatar: str) -> str:

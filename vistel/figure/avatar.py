@@ -44,6 +44,18 @@ class Mesh:
 
 
 @dataclass(frozen=True)
+class Registration:
+    """How the texture lies on one island of the texture coordinates: about `middle` (u, v) it is turned [rad], counter-
+    clockwise, and made `scale` times as large, then moved by (u, v). See `vistel.figure.avatar_texture`."""
+
+    island: int
+    move: tuple[float, float] = (0.0, 0.0)
+    turn: float = 0.0
+    scale: float = 1.0
+    middle: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Avatar:
     """A person's figure at rest.
 
@@ -51,6 +63,7 @@ class Avatar:
     the joints `left_eye` and `right_eye` and fixed to them, so that gaze turns them.
     albedo: (H, W, 3) sRGB texture of the mesh and the eyeballs, first row at the top (v = 1).
     coarser: the same person with fewer and fewer vertices, for pictures in which they are small.
+    registration: transforms of the texture that the texture coordinates have in them.
     """
 
     name: str
@@ -60,6 +73,7 @@ class Avatar:
     eyeballs: tuple[Mesh, ...]
     albedo: U8
     coarser: tuple[Avatar, ...] = ()
+    registration: tuple[Registration, ...] = ()
 
 
 def scaled(avatar: Avatar, height: float) -> Avatar:

@@ -100,14 +100,34 @@ def load_avatar(path: Path) -> Avatar:
 
 
 def load_any(path: Path) -> Avatar:
-    """An avatar file by its ending: USD (`vistel.figure.avatar_usd`) or the cache's .npz. Raises AvatarFileError, OSError."""
+    """An avatar file by its ending: USD (`vistel.figure.avatar_usd`), glTF or VRM exported from one, a parcel or the
+    cache's .npz. Raises AvatarFileError, OSError."""
     if path.suffix.lower() == ".npz":
         return load_avatar(path)
+    if path.suffix.lower() == ".parcel":
+        from vistel.figure.parcel import unpack  # noqa: PLC0415 - that packs avatars with this
+
+        return unpack(path.read_bytes(), str(path))
+    if path.suffix.lower() in (".glb", ".vrm"):
+        return _load_gltf(path)
     if path.suffix.lower() not in (".usda", ".usdc", ".usd", ".usdz"):
         raise AvatarFileError(f"{path}: no avatar file; expected .usda, .usdc, .usd or .usdz (make one: vistel avatar import)")
     from vistel.figure.avatar_usd import load_usd  # noqa: PLC0415 - takes long to load
 
     return load_usd(path)
+
+
+def _load_gltf(path: Path) -> Avatar:
+    from vistel.figure.avatar_gltf_read import load_gltf  # noqa: PLC0415 - takes long to load
+    from vistel.figure.making.source import MakingError  # noqa: PLC0415
+
+    try:
+        avatar = load_gltf(path)
+    except MakingError as fault:
+        raise AvatarFileError(str(fault)) from fault
+    if avatar is None:
+        raise AvatarFileError(f"{path}: no avatar of VISTEL; make one of it with: vistel avatar import {path.name} -o me.usda")
+    return avatar
 
 
 def export_obj(avatar: Avatar, path: Path) -> None:

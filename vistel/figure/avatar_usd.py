@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar import Avatar, Mesh, Registration
 from vistel.figure.avatar_file import AvatarFileError
 from vistel.figure.body import Body
 from vistel.figure.making.pictures import decode
@@ -106,6 +106,13 @@ def _write(avatar: Avatar, path: Path, texture: str) -> None:
         keep(prim, f"primitive:{name}", types.Double3Array, Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(points, np.float64)))
     for name, radii in (("radiusA", body.radius_a), ("radiusB", body.radius_b)):
         keep(prim, f"primitive:{name}", types.DoubleArray, Vt.DoubleArray.FromNumpy(np.ascontiguousarray(radii, np.float64)))
+    if avatar.registration:
+        kept = avatar.registration
+        keep(prim, "registration:island", types.IntArray, [r.island for r in kept])
+        for name, numbers in (("turn", [r.turn for r in kept]), ("scale", [r.scale for r in kept])):
+            keep(prim, f"registration:{name}", types.DoubleArray, numbers)
+        for name, pairs in (("move", [r.move for r in kept]), ("middle", [r.middle for r in kept])):
+            keep(prim, f"registration:{name}", types.Double2Array, [Gf.Vec2d(*pair) for pair in pairs])
 
     names = [_path(j) for j in range(len(JOINTS))]
     skeleton = UsdSkel.Skeleton.Define(stage, "/Avatar/Skeleton")
@@ -254,7 +261,7 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
     )  # fmt: skip
     chain = stage.GetPrimAtPath(f"{root.GetPath()}/Skeleton")
     skeleton = Skeleton(array(chain, "vistel:rest", np.float64, 3), array(chain, "vistel:tip", np.float64, 3))
-    _check_body(body, skeleton, path)
+    check_body(body, skeleton, path)
     albedo = _texture(stage, root, path)
     variants = root.GetVariantSets().GetVariantSet("detail")
     stage.SetEditTarget(stage.GetSessionLayer())
@@ -278,13 +285,21 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
                 mesh = replace(
                     mesh, bone=array(prim, "vistel:bone", np.int32, 4), weight=array(prim, "vistel:weight", np.float32, 4)
                 )
-            _check_mesh(mesh, body, path)
+            check_mesh(mesh, body, path)
             meshes.append(mesh)
         levels.append(Avatar(str(get(root, "vistel:name")), skeleton, body, meshes[0], tuple(meshes[1:]), albedo))
-    return replace(levels[0], coarser=tuple(levels[1:]))
+    kept: tuple[Registration, ...] = ()
+    if root.HasAttribute("vistel:registration:island"):
+        rows = zip(
+            *(np.array(get(root, f"vistel:registration:{n}")).tolist() for n in ("island", "move", "turn", "scale", "middle")),
+            strict=True,
+        )  # fmt: skip
+        kept = tuple(Registration(i, (m[0], m[1]), turn, scale, (c[0], c[1])) for i, m, turn, scale, c in rows)
+    return replace(levels[0], coarser=tuple(levels[1:]), registration=kept)
 
 
-def _check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
+def check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
+    """Raises AvatarFileError for primitives or joints that do not fit together."""
     count = len(body)
     shapes = (body.joint.shape, body.a.shape, body.b.shape, body.radius_a.shape, body.radius_b.shape)
     if count == 0 or shapes != ((count,), (count, 3), (count, 3), (count,), (count,)):
@@ -298,7 +313,8 @@ def _check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
         raise AvatarFileError(f"{path}: primitives or joints that are not finite")
 
 
-def _check_mesh(mesh: Mesh, body: Body, path: Path) -> None:
+def check_mesh(mesh: Mesh, body: Body, path: Path) -> None:
+    """Raises AvatarFileError for numbers of a mesh that lead nowhere."""
     count = len(mesh.vertices)
     for what, index, limit in (
         ("vertex", mesh.triangles, count), ("texture place", mesh.corner_triangles, len(mesh.uv)),

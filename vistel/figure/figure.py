@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import PosedBody, pose_body
+from vistel.figure.bulge_fit import fit_bulges
 from vistel.figure.figure_limbs import limbs_of
+from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid import Influences, RigidSkin
 from vistel.figure.rotation import move_points
@@ -57,7 +59,14 @@ class Figure:
         fit = same_body.embedding.fit if same_body is not None else None
         self.embedding = embed(mesh.vertices, mesh.limb, limbs, fit)
         self.deformer = Deformer(mesh.triangles, self.embedding)
+        self._layers: SkinLayers | None = None
         self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)
+        if same_body is not None:
+            self.skin.bulges[:] = same_body.skin.bulges
+        else:
+            fit_bulges(
+                avatar.skeleton, mesh.vertices, mesh.triangles, self.skin.bulges, self._folded
+            )  # fmt: skip
         self._eyes = [
             (mesh.vertices - avatar.skeleton.rest[joint].astype(np.float32), vertex_normals(mesh), joint)
             for mesh, joint in zip(avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False)
@@ -76,6 +85,26 @@ class Figure:
         posed = pose_body(self.avatar.body, joints)
         report = self.deformer.deform(self._vertices, self._normals, posed.a, posed.b, ghosts, displacement)
         return FigureState(self._vertices, self._normals, self._pose_eyes(joints), joints, posed, report)
+
+    def _folded(self, posture: Posture) -> F32:
+        """Vertices of `pose`, for fitting."""
+        joints = pose_joints(self.avatar.skeleton, posture)
+        self.skin.pose(joints, self._vertices, self._normals)
+        posed = pose_body(self.avatar.body, joints)
+        self.deformer.solve(self._vertices, self._normals, posed.a, posed.b)
+        return self._vertices
+
+    @property
+    def layers(self) -> SkinLayers | None:
+        """Muscles and bones under this figure's skin; None, the default: it follows the joints alone."""
+        return self._layers
+
+    @layers.setter
+    def layers(self, layers: SkinLayers | None) -> None:
+        if self._layers is not None:
+            self._layers.clear()
+        self._layers = layers
+        self.skin.layers = layers
 
     def ghosts(self, posed: PosedBody, *, target: NDArray[np.bool_] | None = None) -> GhostSource:
         """This figure, posed, as ghosts for another one: a group per limb, with the radii fitted to its own

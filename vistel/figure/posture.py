@@ -58,9 +58,6 @@ WRIST = {"left": slice(15, 18), "right": slice(22, 25)}
 SWING_INCREMENTS = np.array([0.18, 0.17, 0.15, 0.13, 0.11, 0.10, 0.09, 0.07])
 TWIST_INCREMENTS = np.array([0.04, 0.05, 0.07, 0.10, 0.14, 0.18, 0.21, 0.21])
 
-COLLAR_SHORTENING = 0.18
-"""Share of the collar bone's length lost with the arm overhead (spec_maths §6.5)."""
-
 
 @dataclass(frozen=True)
 class Stance:
@@ -116,7 +113,7 @@ def pose_joints(skeleton: Skeleton, posture: Posture) -> JointPose:
         skeleton.offsets, PARENTS, np.ascontiguousarray(posture.dofs, dtype=np.float64),
         np.ascontiguousarray(posture.hands, dtype=np.float64), np.ascontiguousarray(posture.gaze, dtype=np.float64),
         posture.stance.position, posture.stance.heading, skeleton.lower_leg, skeleton.upper_leg,
-        skeleton.rest, skeleton.spine / SPINE_SEGMENTS, rotation, position,
+        skeleton.rest, skeleton.spine / SPINE_SEGMENTS, skeleton.collar_shortening, rotation, position,
     )  # fmt: skip
     return JointPose(rotation, position)
 
@@ -202,12 +199,15 @@ def _halfway(a: F64, b: F64) -> F64:
 
 
 @compiled
-def collar_scale(shoulder: F64, side: float) -> float:
-    """Collar bone length / its length in the T-pose, for a shoulder rotation matrix; side +1 left, -1 right."""
+def collar_scale(shoulder: F64, side: float, shortening: float) -> float:
+    """Collar bone length / its length in the T-pose, for a shoulder rotation matrix; side +1 left, -1 right.
+
+    shortening: share of its length that it loses with the arm overhead (`Skeleton.collar_shortening`).
+    """
     along = side * shoulder[1, 0]  # y of the upper arm's direction in the chest frame
     elevation = math.acos(min(1.0, max(-1.0, -along)))
     u = min(1.0, max(0.0, (elevation - math.radians(30.0)) / math.radians(120.0)))
-    return (1.0 - COLLAR_SHORTENING * u * u * (3.0 - 2.0 * u)) / (1.0 - 0.5 * COLLAR_SHORTENING)
+    return (1.0 - shortening * u * u * (3.0 - 2.0 * u)) / (1.0 - 0.5 * shortening)
 
 
 _I_SPINE = JOINT_INDEX["spine_1"]
@@ -221,7 +221,7 @@ _I_FINGERS = (JOINT_INDEX["left_thumb_metacarpal"], JOINT_INDEX["right_thumb_met
 @compiled
 def _pose(
     offsets: F64, parents: NDArray[np.int32], dofs: F64, hands: F64, gaze: F64, stance: F64, heading: float,
-    shank: float, thigh: float, rest: F64, segment: float, rotation: F64, position: F64,
+    shank: float, thigh: float, rest: F64, segment: float, shortening: float, rotation: F64, position: F64,
 ) -> None:  # fmt: skip
     """Writes every joint's rotation (J, 3, 3) and position (J, 3) in the room; see `pose_joints`."""
     facing = rotation_y(heading)
@@ -268,7 +268,7 @@ def _pose(
         rotation[j] = chest
         position[j] = top + turn(chest, rest[j] - top_rest)
         rotation[j + 1] = multiply(chest, shoulder)
-        position[j + 1] = position[j] + turn(chest, offsets[j + 1] * collar_scale(shoulder, side))
+        position[j + 1] = position[j] + turn(chest, offsets[j + 1] * collar_scale(shoulder, side, shortening))
         rotation[j + 2] = multiply(rotation[j + 1], rotation_y(-side * dofs[d + 3]))
         position[j + 2] = position[j + 1] + turn(rotation[j + 1], offsets[j + 2])
         rotation[j + 3] = multiply(rotation[j + 2], matrix_from_rotvec(dofs[d + 4 : d + 7]))

@@ -7,19 +7,23 @@ share a joint, and still rigid where they do not), so that neither a bent elbow 
 its girth. The trunk is a free-form deformation along the spine: quadratic B-spline weights over its
 segments. Two kinds of bones are added to the joints: the forearm carrying the whole twist of the hand, and
 the upper arm without its own twist; vertices in between take their share, so that a twist is spread along
-the limb.
+the limb. Before all that the rest pose bulges beside folded elbows and knees (`vistel.figure.rigid_bulge`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import JointPose
+from vistel.figure.rigid_bulge import BENDS, HINGE_JOINTS, HINGES, bulge_shapes
 from vistel.figure.rigid_kernels import (
+    amplitudes,  # pyright: ignore[reportUnknownVariableType]
     bone_transforms,  # pyright: ignore[reportUnknownVariableType]
+    lay_bulges,  # pyright: ignore[reportUnknownVariableType]
     skin_parts,  # pyright: ignore[reportUnknownVariableType]
 )
 from vistel.figure.rigid_lanes import LANES, skin  # pyright: ignore[reportUnknownVariableType]
@@ -27,6 +31,7 @@ from vistel.figure.rigid_weights import TWIST_BONES, influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
 
 F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 
 
@@ -39,7 +44,7 @@ class Influences:
 
 
 @dataclass(frozen=True)
-class _Lanes:
+class Rows:
     """Vertices sorted into rows that follow the same bones; the last vertex fills up a row. See `rigid_lanes.skin`."""
 
     index: I32
@@ -49,7 +54,7 @@ class _Lanes:
     rest: F32
 
     @staticmethod
-    def of(influences: Influences, vertices: F32, normals: F32) -> _Lanes:
+    def of(influences: Influences, vertices: F32, normals: F32) -> Rows:
         groups: dict[tuple[int, ...], list[int]] = {}
         for v, (bones, weights) in enumerate(zip(influences.bone.tolist(), influences.weight.tolist(), strict=True)):
             used = tuple(sorted(b for b, w in zip(bones, weights, strict=True) if w > 0.0))
@@ -68,10 +73,18 @@ class _Lanes:
             of_bone = influences.bone[index] == bone[:, k, None, None]
             weight[:, k] = np.where(of_bone, influences.weight[index], 0.0).sum(axis=2) * (k < used)[:, None]
         rest = np.concatenate([vertices[index], normals[index]], axis=2).transpose(0, 2, 1)
-        return _Lanes(
+        return Rows(
             index, bone, (used == 1).astype(np.uint8), np.ascontiguousarray(weight.reshape(len(chunks), -1)),
             np.ascontiguousarray(rest.reshape(len(chunks), -1)),
         )  # fmt: skip
+
+
+class Layers(Protocol):
+    """What lies under a skin and moves it at rest (see `vistel.figure.layers`)."""
+
+    def skin(self, joints: JointPose, rows: Rows, dual: F32, matrix: F32, vertices: F32, normals: F32) -> None:
+        """As `rigid_lanes.skin`."""
+        ...
 
 
 class RigidSkin:
@@ -89,14 +102,24 @@ class RigidSkin:
         weight = self.influences.weight
         self._vertices = np.ascontiguousarray(vertices, np.float32)
         self._normals = np.ascontiguousarray(normals, np.float32)
-        self._lanes = _Lanes.of(self.influences, self._vertices, self._normals)
+        self.rows = Rows.of(self.influences, self._vertices, self._normals)
         self._work = np.zeros(6 * LANES + 32, np.float32)
+        self.layers: Layers | None = None
         self._single = (weight[:, 0] >= 1.0).astype(np.uint8)
         self._centres = np.concatenate([skeleton.rest, skeleton.rest[[JOINT_INDEX[b.joint] for b in TWIST_BONES]]])
         self._twist = np.array([(JOINT_INDEX[b.joint], JOINT_INDEX[b.other], b.kind) for b in TWIST_BONES], np.int32)
         count = len(JOINTS) + len(TWIST_BONES)
         self._dual = np.empty((count, 8), np.float32)
         self._matrix = np.empty((count, 12), np.float32)
+        self.shapes = bulge_shapes(skeleton, vertices, limb_joint)
+        self._table = np.zeros((len(HINGES), len(BENDS), 2))
+        self._amplitude = np.zeros((len(HINGES), 2), np.float32)
+        self._bulged = self._vertices.copy()
+        of_place = self.shapes.hinge[self.rows.index]
+        order = np.argsort(of_place, axis=None, kind="stable")
+        self._bulge_start = np.searchsorted(of_place.reshape(-1)[order], np.arange(len(HINGES) + 1)).astype(np.int32)
+        self._bulge_places = np.stack(np.divmod(order, LANES), axis=1).astype(np.int32)
+        self._bulge_vertex = self.rows.index.reshape(-1)[order].copy()
 
     def matrices(self, joints: JointPose) -> F32:
         """(B, 12) row-major 3x4 matrices of all bones, rest to room; valid until the next call or `pose`."""
@@ -107,27 +130,48 @@ class RigidSkin:
         return self._matrix
 
     def bones(self, joints: JointPose) -> F32:
-        """(B, 20) of all bones, rest to room: the matrix as of `matrices`, the dual quaternion (x, y, z, w, then the
-        dual part)."""
-        return np.concatenate([self.matrices(joints), self._dual], axis=1)
+        """(B + 1, 20) of all bones, rest to room: the matrix as of `matrices`, the dual quaternion (x, y, z, w, then the
+        dual part); the last row begins with the amplitudes of the bulges, two for each of HINGES."""
+        out = np.zeros((len(self._matrix) + 1, 20), np.float32)
+        out[:-1, :12], out[:-1, 12:] = self.matrices(joints), self._dual
+        self._bulge(joints)
+        out[-1, : self._amplitude.size] = self._amplitude.reshape(-1)
+        return out
+
+    @property
+    def bulges(self) -> F64:
+        """(H, K, 2) amplitudes over BENDS of the shapes above and below each of HINGES; written to by who fits them."""
+        return self._table
 
     @property
     def rest(self) -> tuple[F32, F32]:
         """Vertices and normals (V, 3) of the rest pose."""
         return self._vertices, self._normals
 
+    def _bulge(self, joints: JointPose) -> None:
+        """Lay the bulges of this pose on the rest pose."""
+        changed = amplitudes(np.ascontiguousarray(joints.rotation), HINGE_JOINTS, BENDS, self._table, self._amplitude)
+        if changed:
+            lay_bulges(
+                changed, self._bulge_start, self._bulge_places, self._bulge_vertex, self._vertices, self.shapes.out,
+                self.shapes.along, self._amplitude, self._bulged, self.rows.rest, LANES,
+            )  # fmt: skip
+
     def parts(self, index: I32) -> SkinParts:
         """Parts of the skin, of vertices index (P, n), to be posed one by one with the bones as last posed."""
         return SkinParts(
-            index, self._vertices[index], self._normals[index], self.influences.bone[index],
-            self.influences.weight[index], self._single[index], self._dual, self._matrix,
-            (np.empty((index.shape[1], 3), np.float32), np.empty((index.shape[1], 3), np.float32)),
+            index, self._bulged, self._normals[index], self.influences.bone[index], self.influences.weight[index],
+            self._single[index], self._dual, self._matrix, np.empty((3, index.shape[1], 3), np.float32),
         )  # fmt: skip
 
     def pose(self, joints: JointPose, vertices: F32, normals: F32) -> None:
         """Write the posed vertices and unit normals, both (V, 3), in the room frame [m]."""
         self.matrices(joints)
-        lanes = self._lanes
+        self._bulge(joints)
+        lanes = self.rows
+        if self.layers is not None:
+            self.layers.skin(joints, lanes, self._dual, self._matrix, vertices, normals)
+            return
         skin(
             lanes.index, lanes.bone, lanes.single, lanes.weight, lanes.rest, self._dual, self._matrix, self._work,
             vertices, normals,
@@ -136,7 +180,7 @@ class RigidSkin:
 
 @dataclass(frozen=True)
 class SkinParts:
-    """Parts of a `RigidSkin`, the arrays by part; not for two threads at once."""
+    """Parts of a `RigidSkin`, the arrays by part, but rest (V, 3), its own; not for two threads at once."""
 
     index: I32
     rest: F32
@@ -146,11 +190,11 @@ class SkinParts:
     single: NDArray[np.uint8]
     dual: F32
     matrix: F32
-    room: tuple[F32, F32]
+    room: F32
 
     def pose(self, parts: I32, vertices: F32, normals: F32) -> None:
         """Write the vertices and normals, both (V, 3) of the whole skin, of some parts."""
         skin_parts(
             parts, self.index, self.rest, self.rest_normal, self.bone, self.weight, self.single, self.dual,
-            self.matrix, self.room[0], self.room[1], vertices, normals,
+            self.matrix, self.room, vertices, normals,
         )  # fmt: skip

@@ -62,6 +62,47 @@ def bone_transforms(rotation, position, centres, twist, dual, matrix):
         dual[b, 7] = 0.5 * (-tx * x - ty * y - tz * z)
 
 
+@compiled
+def amplitudes(rotation, hinges, bends, table, out):
+    """Amplitudes (H, 2) of the bulges of `vistel.figure.rigid_bulge` for joints rotated (J, 3, 3); table (H, K, 2) over
+    the bends (K,). Returns which hinges changed, a bit each."""
+    changed = 0
+    for h in range(len(hinges)):
+        parent, child = rotation[hinges[h, 0]], rotation[hinges[h, 1]]
+        trace = 0.0
+        for i in range(3):
+            for j in range(3):
+                trace += parent[i, j] * child[i, j]
+        bend = math.acos(min(1.0, max(-1.0, 0.5 * (trace - 1.0))))
+        k = 0
+        while k < len(bends) - 2 and bend > bends[k + 1]:
+            k += 1
+        u = min(1.0, (bend - bends[k]) / (bends[k + 1] - bends[k]))
+        for side in range(2):
+            value = np.float32(table[h, k, side] + u * (table[h, k + 1, side] - table[h, k, side]))
+            if value != out[h, side]:
+                out[h, side] = value
+                changed |= 1 << h
+    return changed
+
+
+@compiled
+def lay_bulges(changed, start, places, vertex, rest, out, along, amplitude, bulged, lanes, width):
+    """Lay the bulges of hinges whose bit is set in `changed` on the rest pose (V, 3), into `bulged` and into the rows
+    `lanes` (R, 6 width). places: (N, 2) row and lane, vertex: (N,), by hinge from start[h]; out (V, 3), along (V, 2)."""
+    for h in range(len(amplitude)):
+        if not (changed >> h) & 1:
+            continue
+        above, below = amplitude[h, 0], amplitude[h, 1]
+        for n in range(start[h], start[h + 1]):
+            v = vertex[n]
+            share = along[v, 0] * above + along[v, 1] * below
+            for axis in range(3):
+                x = rest[v, axis] + share * out[v, axis]
+                bulged[v, axis] = x
+                lanes[places[n, 0], axis * width + places[n, 1]] = x
+
+
 @compiled(fastmath=True, nogil=True)
 def skin_dual_quaternion(rest, rest_normal, bone, weight, single, dual, matrix, vertices, normals):
     """Vertices with one bone by its matrix, the others by blended dual quaternions (Kavan 2008), shortest
@@ -114,12 +155,16 @@ def skin_dual_quaternion(rest, rest_normal, bone, weight, single, dual, matrix, 
 
 
 @compiled(fastmath=True, nogil=True)
-def skin_parts(parts, index, rest, rest_normal, bone, weight, single, dual, matrix, room, room_normal, vertices, normals):
-    """As `skin_dual_quaternion` for the vertices index[p] (n,) of some `parts` p; rest .. single by part. room,
-    room_normal: (n, 3) to work in."""
+def skin_parts(parts, index, rest, rest_normal, bone, weight, single, dual, matrix, room, vertices, normals):
+    """As `skin_dual_quaternion` for the vertices index[p] (n,) of some `parts` p; rest: (V, 3), rest_normal .. single by
+    part. room: (3, n, 3) to work in."""
+    at_rest, room, room_normal = room[0], room[1], room[2]
     for p in parts:
+        for i in range(index.shape[1]):
+            for axis in range(3):
+                at_rest[i, axis] = rest[index[p, i], axis]
         skin_dual_quaternion(
-            rest[p], rest_normal[p], bone[p], weight[p], single[p], dual, matrix, room, room_normal
+            at_rest, rest_normal[p], bone[p], weight[p], single[p], dual, matrix, room, room_normal
         )  # fmt: skip
         for i in range(index.shape[1]):
             v = index[p, i]

@@ -15,7 +15,7 @@ LANES = 16
 
 
 @leaf
-def _by_matrix(m, rest, out):
+def by_matrix(m, rest, out):
     """One bone: rest and out (6, LANES), positions and normals."""
     wide()
     for i in range(LANES):
@@ -30,7 +30,7 @@ def _by_matrix(m, rest, out):
 
 
 @leaf
-def _by_dual_quaternions(q, weight, rest, out):
+def by_dual_quaternions(q, weight, rest, out):
     """Up to four bones: q (4, 8) their dual quaternions in one hemisphere, weight (4, LANES)."""
     wide()
     two = np.float32(2.0)
@@ -60,7 +60,7 @@ def _by_dual_quaternions(q, weight, rest, out):
 
 
 @fast
-def _one_hemisphere(bone, dual, q):
+def one_hemisphere(bone, dual, q):
     """The dual quaternions of four bones, each the nearer of the two that mean the same to the first's."""
     first = bone[0]
     for k in range(4):
@@ -86,10 +86,10 @@ def skin(index, bone, single, weight, rest, dual, matrix, work, vertices, normal
     for r in range(len(index)):
         here = at(rests, r * 6 * LANES)
         if single[r]:
-            _by_matrix(at(matrices, 12 * bone[r, 0]), here, out)
+            by_matrix(at(matrices, 12 * bone[r, 0]), here, out)
         else:
-            _one_hemisphere(bone[r], dual, q)
-            _by_dual_quaternions(q, at(weights, r * 4 * LANES), here, out)
+            one_hemisphere(bone[r], dual, q)
+            by_dual_quaternions(q, at(weights, r * 4 * LANES), here, out)
         for i in range(LANES):
             v = index[r, i]
             for axis in range(3):

@@ -21,6 +21,8 @@ FINGERS = ("thumb", "index", "middle", "ring", "little")
 _DIGITS: dict[str, tuple[str, ...]] = dict.fromkeys(FINGERS, ("proximal", "intermediate", "distal"))
 _DIGITS["thumb"] = ("metacarpal", "proximal", "distal")
 
+COLLAR_SHORTENING = 0.18
+"""Share of the collar bone's length lost with the arm overhead, in people not measured (spec_maths §6.5)."""
 REFERENCE_HEIGHT = 1.75
 """Height in metres of the person whose proportions `_REFERENCE` holds."""
 
@@ -93,10 +95,12 @@ class Skeleton:
 
     rest: (J, 3) joint positions in the model frame [m]; names and parents are JOINTS and PARENTS.
     tip: (J, 3) vector in the joint frame from the joint to the end of its bone [m] (next joint, fingertip, crown).
+    collar_shortening: share of the collar bone's length lost with the arm overhead.
     """
 
     rest: F64
     tip: F64
+    collar_shortening: float = COLLAR_SHORTENING
 
     @cached_property
     def offsets(self) -> F64:
@@ -155,14 +159,16 @@ def standard_skeleton(height: float = REFERENCE_HEIGHT, shoulder_breadth: float 
     return Skeleton(rest, _tips(rest, height))
 
 
-def measured_skeleton(standard: Skeleton, offsets: Mapping[str, F64]) -> Skeleton:
+def measured_skeleton(
+    standard: Skeleton, offsets: Mapping[str, F64], collar_shortening: float = COLLAR_SHORTENING
+) -> Skeleton:
     """`standard` with the bones of a measured person: (3,) from parent to joint [m], rest pose, by joint name."""
     rest = standard.rest.copy()
     if "hips" in offsets:
         rest[0] = offsets["hips"]
     for j in range(1, len(JOINTS)):
         rest[j] = rest[PARENTS[j]] + offsets.get(JOINTS[j], standard.offsets[j])
-    return Skeleton(rest, _tips(rest, standard.height))
+    return Skeleton(rest, _tips(rest, standard.height), collar_shortening)
 
 
 def _tips(rest: F64, height: float) -> F64:

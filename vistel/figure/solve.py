@@ -26,13 +26,10 @@ from vistel.figure.sensors import Mount, Placement, joint_of_receiver, receiver_
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
 from vistel.figure.solve_channel import Channel, Frame, HandChannel, blend, minimum_jerk
 from vistel.figure.solve_stance import StanceFollower
-from vistel.figure.solve_swivel import Comfort, solve_arm, wrist_angles
-from vistel.figure.solve_trunk import solve_trunk
+from vistel.figure.solve_swivel import SWIVEL_SPEED, Comfort, solve_arm, wrist_angles
+from vistel.figure.solve_trunk import lean_to_head, solve_trunk
 
 F64 = NDArray[np.float64]
-
-SWIVEL_SPEED = 3.5
-"""Most the elbow may swivel by itself [rad/s]; what the wrist and chest do comes on top."""
 
 # Hard limits [rad]: what a hand is bent back to when a receiver says more (slipped, or mounted askew).
 WRIST_TWIST, WRIST_DEVIATION, WRIST_FLEXION = math.radians(120.0), math.radians(50.0), math.radians(95.0)
@@ -61,12 +58,16 @@ class PostureSolver:
         skeleton: Skeleton,
         seat: Stance | None = None,
         mounts: Mapping[str, Mount] | None = None,
-        comfort: Comfort = Comfort(),  # noqa: B008
+        comfort: Comfort | Mapping[str, Comfort] = Comfort(),  # noqa: B008
     ) -> None:
-        """`seat`: the floor under where the person is expected to sit, and where they would face."""
+        """`seat`: the floor under where the person is expected to sit, and where they would face.
+
+        comfort: of both arms, or of the "left" and the "right" one.
+        """
         self._skeleton = skeleton
         self._mounts = dict(mounts or receiver_mounts(skeleton))
-        self._weights = np.array(comfort)
+        comforts = dict.fromkeys(SIDES, comfort) if isinstance(comfort, Comfort) else comfort
+        self._weights = {s: np.array(comforts[s]) for s in SIDES}
         rest = skeleton.rest
         spine = JOINT_INDEX["spine_1"]
         self._top = rest[spine] + np.array([0.0, skeleton.spine, 0.0])
@@ -79,8 +80,13 @@ class PostureSolver:
         self._upper = {s: float(np.linalg.norm(skeleton.offsets[JOINT_INDEX[f"{s}_lower_arm"]])) for s in SIDES}
         self._lower = {s: float(np.linalg.norm(skeleton.offsets[JOINT_INDEX[f"{s}_hand"]])) for s in SIDES}
         self._neck = rest[JOINT_INDEX["head"]] - self._collar["left"] - self._top
-        axial = rotation_x(comfort.axial_at_rest)
-        self._hanging = {s: rotation_z(-sign * math.radians(80.0)) @ axial for s, sign in SIDES.items()}
+        self._middle = 0.5 * (self._collar["right"] - self._collar["left"])  # of the collars, from the left one
+        self._neck_joint = rest[JOINT_INDEX["neck"]] - self._top - self._collar["left"] - self._middle
+        self._neck_bone = skeleton.offsets[JOINT_INDEX["head"]].copy()
+        self._hanging = {
+            s: rotation_z(-sign * math.radians(80.0)) @ rotation_x(comforts[s].axial_at_rest)
+            for s, sign in SIDES.items()
+        }
         self._elbow = {s: np.array([sign * 0.4, -1.0, -0.4]) for s, sign in SIDES.items()}
         self._scale = dict.fromkeys(SIDES, 1.0)
         self._solved = dict.fromkeys(SIDES, False)
@@ -98,8 +104,9 @@ class PostureSolver:
     ) -> Solved:
         """The posture at `t_s` from what is heard: receivers (room frame) and hand angles ((20,) left, right).
 
-        Receivers left out are silent. The chest's pose and the head's orientation are met exactly; a wrist within
-        reach is met to less than a millimetre.
+        Receivers left out are silent. The head's orientation is met exactly, the chest's pose but for the little it
+        leans towards a head that the neck cannot carry where it was measured; a wrist within reach is met to less than
+        a millimetre.
         """
         dt = 0.0 if self._t is None else max(0.0, t_s - self._t)
         self._t = t_s
@@ -107,6 +114,11 @@ class PostureSolver:
         joints = {name: joint_of_receiver(self._mounts[name], *pose) for name, pose in receivers.items()}
 
         chest_p, chest = self._chest.follow(t_s, joints.get("chest"), self._chest_at_rest(joints.get("head")))
+        head = self._head.follow(t_s, _seen_from(joints.get("head"), chest_p, chest), Frame(self._neck, np.eye(3)))
+        lean = matrix_from_rotvec(
+            lean_to_head(head.position - self._middle, head.rotation, self._neck_joint, self._neck_bone)
+        )
+        chest_p, chest = chest_p + chest @ (self._middle - lean @ self._middle), chest @ lean
         top = chest_p - chest @ self._collar["left"]
         stance = self._stance.follow(dt, chest, top)
         dofs = np.empty(DOF_COUNT)
@@ -118,8 +130,7 @@ class PostureSolver:
         )  # fmt: skip
         self._sitting = minimum_jerk((dofs[1] - math.radians(30.0)) / math.radians(50.0))
 
-        head = _seen_from(joints.get("head"), chest_p, chest)
-        dofs[NECK] = rotvec_from_matrix(self._head.follow(t_s, head, Frame(self._neck, np.eye(3)))[1])
+        dofs[NECK] = rotvec_from_matrix(lean.T @ head.rotation)
         up = np.ascontiguousarray(chest[1])
         for s, side in SIDES.items():
             seen = _seen_from(joints.get(f"{s}_hand"), chest_p, chest)
@@ -128,7 +139,7 @@ class PostureSolver:
             arm, self._elbow[s], self._scale[s] = solve_arm(
                 local, np.ascontiguousarray(hand), self._bone[s], side, self._upper[s], self._lower[s],
                 up, self._hanging[s], self._elbow[s], self._scale[s],
-                SWIVEL_SPEED * dt, self._solved[s], self._weights,
+                SWIVEL_SPEED * dt, self._solved[s], self._weights[s], self._skeleton.collar_shortening,
             )  # fmt: skip
             self._solved[s] = True
             dofs[SHOULDER[s]], dofs[ELBOW[s]] = arm[:3], arm[3]

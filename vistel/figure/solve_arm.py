@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.posture import collar_scale
 from vistel.figure.rotation import quaternion_from_matrix, rotation_y, rotvec_from_matrix
+from vistel.figure.skeleton import COLLAR_SHORTENING
 from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
@@ -101,12 +102,13 @@ def arm_frames(shoulder: F64, elbow: F64, wrist: F64, toward: F64, side: float, 
 
 @compiled
 def arm_dofs(
-    wrist: F64, hand: F64, collar: F64, side: float, upper: float, lower: float, ref: F64, psi: float, scale: float
+    wrist: F64, hand: F64, collar: F64, side: float, upper: float, lower: float, ref: F64, psi: float, scale: float,
+    shortening: float = COLLAR_SHORTENING,
 ) -> tuple[F64, F64, float]:
     """The arm with its elbow at `psi` from `ref`: (7,) dofs in the posture's order, elbow direction (3,), collar scale.
 
     wrist (3,), hand (3, 3): where the hand joint should be, from the collar joint; collar (3,): the collar bone of the
-    T-pose; scale: a first guess of its length (1 will do).
+    T-pose; scale: a first guess of its length (1 will do); shortening: `Skeleton.collar_shortening`.
     """
     toward = ref
     upper_arm = np.eye(3)
@@ -123,7 +125,7 @@ def arm_dofs(
         toward = math.cos(psi) * e1 + math.sin(psi) * np.cross(axis, e1)
         flexion = elbow_flexion(shoulder, target, upper, lower)
         upper_arm, forearm = arm_frames(shoulder, elbow, target, toward, side, flexion)
-        error = collar_scale(upper_arm, side) - scale
+        error = collar_scale(upper_arm, side, shortening) - scale
         if abs(error) < 1e-7:
             break
         step = error

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import quaternion_from_matrix, rotvec_from_matrix
+from vistel.figure.skeleton import COLLAR_SHORTENING
 from vistel.figure.solve_arm import (
     across,
     arm_dofs,
@@ -44,6 +45,9 @@ class Comfort(NamedTuple):
     flexion_at_rest: float = 0.0
     axial_at_rest: float = -0.4
 
+
+SWIVEL_SPEED = 2.5
+"""Most the elbow may swivel by itself [rad/s]; what the wrist and chest do comes on top."""
 
 W_LIMIT = 50.0
 
@@ -121,12 +125,13 @@ def swivel_energy(
 @compiled
 def solve_arm(
     wrist: F64, hand: F64, collar: F64, side: float, upper: float, lower: float, up: F64, rest: F64,
-    toward: F64, scale: float, most: float, keep: bool, weights: F64,
+    toward: F64, scale: float, most: float, keep: bool, weights: F64, shortening: float = COLLAR_SHORTENING,
 ) -> tuple[F64, F64, float]:  # fmt: skip
     """The arm with the most comfortable swivel: (7,) dofs, elbow direction (3,), collar scale.
 
     toward, scale: of the last solve; most: how far the elbow may turn since then [rad]; keep: False on the first
-    solve, when nothing is known of the elbow; up: (3,) against gravity; rest: (3, 3) the hanging upper arm.
+    solve, when nothing is known of the elbow; up: (3,) against gravity; rest: (3, 3) the hanging upper arm;
+    shortening: `Skeleton.collar_shortening`.
     """
     shoulder = collar * scale
     target = clamp_reach(shoulder, wrist, upper, lower)
@@ -154,7 +159,7 @@ def solve_arm(
             best = near
     if keep:
         best = min(most, max(-most, best))
-    out, new_toward, new_scale = arm_dofs(wrist, hand, collar, side, upper, lower, e1, best, scale)
+    out, new_toward, new_scale = arm_dofs(wrist, hand, collar, side, upper, lower, e1, best, scale, shortening)
     return out, new_toward, new_scale
 
 

@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import spine_chord
-from vistel.figure.rotation import rotvec_from_matrix
+from vistel.figure.rotation import matrix_from_rotvec, rotvec_from_matrix
 from vistel.implicit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 
 LEG_MARGIN = 1e-4
 """Metres kept back from a fully straight or folded leg."""
+LEAN_SHARE, LEAN_LIMIT = 0.4, math.radians(4.0)
+"""How much of the head's error the chest takes over, and how far it leans for it at most."""
 KNEE_LIMIT = math.radians(145.0)
 ANKLE_LIMITS = (math.radians(-35.0), math.radians(45.0))
 
@@ -33,6 +35,21 @@ def leg_angles(forward: float, up: float, shank: float, thigh: float) -> tuple[f
     inner = (shank * shank + d * d - thigh * thigh) / (2.0 * shank * d)
     ankle = math.atan2(forward, up) + math.acos(min(1.0, max(-1.0, inner)))
     return min(ANKLE_LIMITS[1], max(ANKLE_LIMITS[0], ankle)), knee
+
+
+@compiled
+def lean_to_head(head: F64, rotation: F64, neck: F64, bone: F64) -> F64:
+    """(3,) rotation vector by which the chest gives way for a head that is not where the neck would carry it.
+
+    head (3,), rotation (3, 3): of the head, seen from the chest (origin midway between the collars); neck, bone: (3,)
+    of the neck's joint in the chest's frame and from there to the head in the neck's own. Chest and head receivers
+    are both a little off; turned by a part of the error, shoulders and head share what is left.
+    """
+    half = matrix_from_rotvec(0.5 * rotvec_from_matrix(rotation))
+    error = head - neck - half @ bone
+    turn = LEAN_SHARE * np.cross(head, error) / max(1e-6, (head * head).sum())
+    angle = math.sqrt((turn * turn).sum())
+    return turn if angle < 1e-9 else turn * (LEAN_LIMIT * math.tanh(angle / LEAN_LIMIT) / angle)
 
 
 @compiled

@@ -170,6 +170,12 @@ class Deformer:
         )  # fmt: skip
 
     @property
+    def calibration(self) -> tuple[I32, F32]:
+        """Vertices (NB, LANES) of the blocks, and their calibration (NB, PATCHES, CAL_ROWS, WIDTH) as the kernels read it:
+        who moves the skin at rest writes its offsets, so that the moved skin is F = T."""
+        return self._arrays[table.INDEX].astype(np.int32), self._arrays[table.CALIBRATION].view(np.float32)
+
+    @property
     def moved(self) -> NDArray[np.uint8]:
         """(V,) 1 where the last frame moved the vertex."""
         return self._moved

@@ -6,7 +6,7 @@ here, from the few vertices it takes. A table is an array of *texels*, four 32-b
 | from (texel 0, 1) | texels each | holds |
 |---|---|---|
 | texel 2 | 1 | 1 where any block acts |
-| bones | 5 | 3x4 matrix of rest to room, dual quaternion |
+| bones | 5 | 3x4 matrix of rest to room, dual quaternion; after the last bone what the skin's rest pose takes |
 | blocks | 2 | pairs from, to; own members from, to; across the hinge from, to; joint sphere or -1; 1 where it acts |
 | rows | 6 | primitives, own ones first |
 | spheres | 6 | joints |

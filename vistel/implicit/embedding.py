@@ -39,6 +39,10 @@ CREASE = 0.3
 """Share of DIFF in a joint's field: 1 is Singh's furrow, 0 lets the two limbs only abut in the crease's
 plane."""
 
+AUTHORITY = 0.3
+"""Share of the implicit model in the shape of a bent joint where nothing touches; the rest is the articulated shape's,
+whose bulges it would flatten. Where the limbs touch, contact decides alone."""
+
 
 @dataclass(frozen=True)
 class Hinge:
@@ -274,7 +278,7 @@ def _joints(p: F64, group: I32, limbs: Limbs, fit: Fit, fields: list[F64]) -> tu
         other[rows] = np.where(child >= parent, joint.parent_group, joint.child_group)
         mine, theirs = np.maximum(parent, child), np.minimum(parent, child)
         mu[rows] = CREASE * _smoothstep(theirs / (0.8 * T))
-        alpha[rows] = 1.0 - _smoothstep((distance / radius - 2.2) / 0.4)
+        alpha[rows] = AUTHORITY * (1.0 - _smoothstep((distance / radius - 2.2) / 0.4))
         sphere = JOINT_WEIGHT * quartic(distance / (JOINT_REACH * radius))
         df[rows] = sphere + mu[rows] * diff(mine, theirs) + (1.0 - mu[rows]) * mine
     return hinge, other, group, mu, alpha, df

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, slerp
-from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel.implicit.contact import ContactArray
 from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion
 from vistel.space.things import Thing
@@ -44,8 +43,6 @@ MOST_TURN, MOST_SHIFT = math.radians(35.0), 0.012
 """Alignment turns and shifts a thing no further than this."""
 ALONG = 0.1
 """Length that counts as much as a radian when axes are compared [m] (spec_maths §6.7)."""
-PALM_CENTRE = np.array([0.088, -0.0135, 0.0])
-"""Where a bar across the palm touches it, in the left hand's frame of a person of REFERENCE_HEIGHT."""
 
 Pose = tuple[F64, F64]
 """position (3,) [m], rotation (4,) quaternion (x, y, z, w)."""
@@ -132,7 +129,7 @@ def take(posed: Posed, right: bool, thing: Thing, pose: Pose, reach: Reach, t_ns
     """The grasp by which the hand holds `thing`, now at `pose` (room)."""
     assert posed.figure.posture is not None
     lie = into_hand(posed, right, pose)
-    aim = align(thing, lie, right, posed.build.skeleton.height) if reach.palm and sum(reach.engaged) >= 3 else lie
+    aim = align(thing, lie, posed.build.palm[int(right)]) if reach.palm and sum(reach.engaged) >= 3 else lie
     tightest = flexion(posed.figure.posture)[int(right)]
     return Grasp(posed.name, right, thing.id, lie, aim, t_ns, reach.engaged, tightest)
 
@@ -160,7 +157,7 @@ def lies(grasp: Grasp, posed: Posed, pose: Pose) -> Grasp:
 def restart(grasp: Grasp, posed: Posed, thing: Thing, pose: Pose, t_ns: int) -> Grasp:
     """The grasp of a further holder who now carries the thing alone: from where it lies, without a jump."""
     lie = into_hand(posed, grasp.right, pose)
-    aim = align(thing, lie, grasp.right, posed.build.skeleton.height) if sum(grasp.engaged) >= 3 else lie
+    aim = align(thing, lie, posed.build.palm[int(grasp.right)]) if sum(grasp.engaged) >= 3 else lie
     return replace(grasp, start=lie, aim=aim, since_ns=t_ns)
 
 
@@ -176,10 +173,9 @@ def out_of_hand(posed: Posed, right: bool, lie: Pose) -> Pose:
     return p + r @ lie[0], quaternion_from_matrix(np.ascontiguousarray(r @ matrix_from_quaternion(lie[1])))
 
 
-def align(thing: Thing, lie: Pose, right: bool, height: float) -> Pose:
+def align(thing: Thing, lie: Pose, palm: F64) -> Pose:
     """Where the thing should lie in the hand: the axis that needs the least change turned across the palm, its
-    surface at the palm (spec_maths §6.7). Unchanged when that is further than MOST_TURN."""
-    palm = PALM_CENTRE * (-1.0 if right else 1.0, 1.0, 1.0) * (height / REFERENCE_HEIGHT)
+    surface at `palm` (3,) in the hand's frame (spec_maths §6.7). Unchanged when that is further than MOST_TURN."""
     across = np.array([0.0, 0.0, 1.0])
     position, rotation = lie[0], matrix_from_quaternion(lie[1])
     best: tuple[float, F64, F64] | None = None

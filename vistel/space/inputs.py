@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import DOF_COUNT, HAND_DOF_COUNT, Posture
+from vistel.figure.proportions import Proportions
 from vistel.space.commands.actions import Action
 
 F64 = NDArray[np.float64]
@@ -19,11 +20,13 @@ FURTHEST = 50.0
 
 @dataclass(frozen=True)
 class Person:
-    """Who somebody is, as far as contacts go: standing height [m] and girth (1 = average)."""
+    """Who somebody is, as far as contacts go: standing height [m] and girth (1 = average), or with an avatar of their own its
+    proportions, and then these alone."""
 
     participant: str
     height: float = 1.75
     build: float = 1.0
+    proportions: Proportions | None = None
 
 
 @dataclass(frozen=True)

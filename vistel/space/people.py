@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.posture import JointPose, Posture, pose_joints
-from vistel.figure.skeleton import JOINT_INDEX, Skeleton, finger_joints, standard_skeleton
+from vistel.figure.proportions import Proportions
+from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints, standard_skeleton
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.space.inputs import MotionInput, Person
 
@@ -23,6 +24,11 @@ DIGITS = 6
 """Per hand: thumb, index, middle, ring, little finger, palm."""
 HAND_JOINT = tuple(JOINT_INDEX[f"{side}_hand"] for side in SIDES)
 
+PALM_CENTRE = np.array([0.088, -0.0135, 0.0])
+"""Where a bar across the palm touches it, in the left hand's frame of a person of REFERENCE_HEIGHT."""
+_MIRRORED = np.array([[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]])
+PALM_GIVE = 0.002
+"""How far below the knuckles' surface a bar lies in the palm [m]."""
 FASTEST = 4.0
 """Speed above which a limb's motion is a tracker's jump, not a push [m/s]."""
 SILENT_NS = 100_000_000
@@ -33,11 +39,13 @@ OPENING_LEAK = 0.3
 
 @dataclass(frozen=True)
 class Build:
-    """Joint chain and primitives of somebody, and for each primitive its digit: 6 * side + digit, or -1."""
+    """Joint chain and primitives of somebody. digit: (P,) of each primitive, 6 * side + digit, or -1; palm: (2, 3) where a
+    bar across the left and the right palm touches it, in the hand's frame [m]."""
 
     skeleton: Skeleton
     body: Body
     digit: I64
+    palm: F64
 
     @cached_property
     def hands(self) -> I64:
@@ -47,16 +55,48 @@ class Build:
 
 @lru_cache(maxsize=64)
 def build_of(height: float, girth: float) -> Build:
-    """The body of somebody `height` metres tall."""
+    """The standard body of somebody `height` metres tall."""
     skeleton = standard_skeleton(min(2.6, max(0.5, height)))
     body = standard_body(skeleton, min(2.0, max(0.5, girth)))
-    digit = np.full(len(body), -1, np.int64)
+    scale = skeleton.height / REFERENCE_HEIGHT
+    return Build(skeleton, body, _digits(body), PALM_CENTRE * _MIRRORED * scale)
+
+
+@lru_cache(maxsize=64)
+def build_like(proportions: Proportions) -> Build:
+    """The body of an avatar."""
+    skeleton, body = proportions.skeleton, proportions.body
+    palm = np.array([_palm(skeleton, body, row) for row in range(2)])
+    return Build(skeleton, body, _digits(body), palm)
+
+
+def _palm(skeleton: Skeleton, body: Body, row: int) -> F64:
+    """Below the surface of an avatar's own hand, where a hand of average shape and its length has its palm."""
+    hand, finger = HAND_JOINT[row], JOINT_INDEX[f"{SIDES[row]}_middle_proximal"]
+    average = standard_skeleton().rest
+    scale = float(np.linalg.norm(skeleton.rest[finger] - skeleton.rest[hand]))
+    scale /= float(np.linalg.norm(average[finger] - average[hand]))
+    at = PALM_CENTRE * _MIRRORED[row] * min(2.0, max(0.4, scale))
+    low = np.inf
+    for i in np.flatnonzero(body.joint == hand):
+        for t in np.linspace(0.0, 1.0, 33):
+            ball, radius = (1.0 - t) * body.a[i] + t * body.b[i], (1.0 - t) * body.radius_a[i] + t * body.radius_b[i]
+            under = radius**2 - (ball[0] - at[0]) ** 2 - (ball[2] - at[2]) ** 2
+            if under > 0.0:
+                low = min(low, float(ball[1] - np.sqrt(under)))
+    if np.isfinite(low):
+        at[1] = min(0.4 * at[1], max(2.5 * at[1], low - PALM_GIVE))
+    return at
+
+
+def _digits(body: Body) -> I64:
+    """(P,) digit of each primitive by its joint; a hand in one piece is all palm."""
+    of_joint = dict.fromkeys(range(len(JOINT_INDEX)), -1)
     for row, side in enumerate(SIDES):
+        of_joint[HAND_JOINT[row]] = DIGITS * row + PALM
         for i, name in enumerate(finger_joints(side)):
-            digit[body.names.index(name)] = DIGITS * row + i // 3
-        for name in (f"{side}_palm", f"{side}_knuckles"):
-            digit[body.names.index(name)] = DIGITS * row + PALM
-    return Build(skeleton, body, digit)
+            of_joint[JOINT_INDEX[name]] = DIGITS * row + i // 3
+    return np.array([of_joint[j] for j in body.joint.tolist()], np.int64)
 
 
 @dataclass(frozen=True)
@@ -128,7 +168,8 @@ def pose_figure(figure: Figure, t_ns: int, last: Posed | None = None) -> Posed |
     """
     if figure.posture is None:
         return None
-    build = build_of(figure.person.height, figure.person.build)
+    person = figure.person
+    build = build_of(person.height, person.build) if person.proportions is None else build_like(person.proportions)
     usable = last if last is not None and last.build is build else None
     if usable is not None and usable.figure.posture is figure.posture:
         joints, body, primitives = usable.joints, usable.body, usable.primitives

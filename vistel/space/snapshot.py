@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from base64 import b64decode, b64encode
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import Posture, Stance
+from vistel.figure.proportions import Proportions
 from vistel.space.bonds import Bond
 from vistel.space.commands.history import Change, History, Stood
 from vistel.space.commands.ledger import Ledger
@@ -229,7 +231,7 @@ def _to_posture(d: Any) -> Posture | None:
 
 def _from_figure(f: Figure) -> dict[str, Any]:
     return {
-        "person": [f.person.participant, f.person.height, f.person.build],
+        "person": _from_person(f.person),
         "posture": _from_posture(f.posture),
         "before": _from_posture(f.before),
         "seq": f.seq,
@@ -239,10 +241,27 @@ def _from_figure(f: Figure) -> dict[str, Any]:
     }
 
 
+def _from_person(p: Person) -> list[Any]:
+    """With proportions one entry more: without, snapshots are as they were before avatars had any."""
+    standard = [p.participant, p.height, p.build]
+    if (own := p.proportions) is None:
+        return standard
+    return [*standard, [list(own.names), list(own.joint), b64encode(own.numbers).decode()]]
+
+
+def _to_person(d: Any) -> Person:
+    name, height, build, *rest = d
+    own = None
+    if rest:
+        names, joint, numbers = rest[0]
+        own = Proportions(tuple(str(n) for n in names), tuple(int(j) for j in joint), b64decode(numbers, validate=True))
+        own = Proportions.from_arrays(own.names, own.joint, *own.arrays)
+    return Person(str(name), float(height), float(build), own)
+
+
 def _to_figure(d: dict[str, Any]) -> Figure:
-    name, height, build = d["person"]
     return Figure(
-        Person(str(name), float(height), float(build)), _to_posture(d["posture"]), _to_posture(d["before"]),
+        _to_person(d["person"]), _to_posture(d["posture"]), _to_posture(d["before"]),
         int(d["seq"]), int(d["t_ns"]), int(d["before_t_ns"]), _rows(d["opened"], 2, 4),
     )  # fmt: skip
 

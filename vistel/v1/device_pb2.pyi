@@ -62,18 +62,22 @@ class GloveFrame(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., right: _Optional[bool] = ..., raw: _Optional[bytes] = ..., angles: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class FaceFrame(_message.Message):
-    __slots__ = ("header", "device", "marks", "gaze", "channels")
+    __slots__ = ("header", "device", "marks", "gaze", "channels", "lids", "guessed")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     DEVICE_FIELD_NUMBER: _ClassVar[int]
     MARKS_FIELD_NUMBER: _ClassVar[int]
     GAZE_FIELD_NUMBER: _ClassVar[int]
     CHANNELS_FIELD_NUMBER: _ClassVar[int]
+    LIDS_FIELD_NUMBER: _ClassVar[int]
+    GUESSED_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     device: str
     marks: _containers.RepeatedScalarFieldContainer[float]
     gaze: _containers.RepeatedScalarFieldContainer[float]
     channels: _containers.RepeatedScalarFieldContainer[float]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., marks: _Optional[_Iterable[float]] = ..., gaze: _Optional[_Iterable[float]] = ..., channels: _Optional[_Iterable[float]] = ...) -> None: ...
+    lids: _containers.RepeatedScalarFieldContainer[float]
+    guessed: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., marks: _Optional[_Iterable[float]] = ..., gaze: _Optional[_Iterable[float]] = ..., channels: _Optional[_Iterable[float]] = ..., lids: _Optional[_Iterable[float]] = ..., guessed: _Optional[int] = ...) -> None: ...
 
 class RawBytes(_message.Message):
     __slots__ = ("header", "device", "direction", "data", "read_size", "read_after_ns")

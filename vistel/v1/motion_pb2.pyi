@@ -10,7 +10,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Motion(_message.Message):
-    __slots__ = ("header", "key_seq", "body", "hands", "stance", "gaze", "face", "stale")
+    __slots__ = ("header", "key_seq", "body", "hands", "stance", "gaze", "face", "stale", "frame")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     KEY_SEQ_FIELD_NUMBER: _ClassVar[int]
     BODY_FIELD_NUMBER: _ClassVar[int]
@@ -19,6 +19,7 @@ class Motion(_message.Message):
     GAZE_FIELD_NUMBER: _ClassVar[int]
     FACE_FIELD_NUMBER: _ClassVar[int]
     STALE_FIELD_NUMBER: _ClassVar[int]
+    FRAME_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     key_seq: int
     body: _containers.RepeatedScalarFieldContainer[int]
@@ -27,10 +28,11 @@ class Motion(_message.Message):
     gaze: _containers.RepeatedScalarFieldContainer[int]
     face: _containers.RepeatedScalarFieldContainer[int]
     stale: int
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., key_seq: _Optional[int] = ..., body: _Optional[_Iterable[int]] = ..., hands: _Optional[_Iterable[int]] = ..., stance: _Optional[_Iterable[int]] = ..., gaze: _Optional[_Iterable[int]] = ..., face: _Optional[_Iterable[int]] = ..., stale: _Optional[int] = ...) -> None: ...
+    frame: bytes
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., key_seq: _Optional[int] = ..., body: _Optional[_Iterable[int]] = ..., hands: _Optional[_Iterable[int]] = ..., stance: _Optional[_Iterable[int]] = ..., gaze: _Optional[_Iterable[int]] = ..., face: _Optional[_Iterable[int]] = ..., stale: _Optional[int] = ..., frame: _Optional[bytes] = ...) -> None: ...
 
 class Participant(_message.Message):
-    __slots__ = ("header", "participant", "site", "display_name", "avatar", "height_m", "local_only")
+    __slots__ = ("header", "participant", "site", "display_name", "avatar", "height_m", "local_only", "parcel", "proportions")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
     SITE_FIELD_NUMBER: _ClassVar[int]
@@ -38,6 +40,8 @@ class Participant(_message.Message):
     AVATAR_FIELD_NUMBER: _ClassVar[int]
     HEIGHT_M_FIELD_NUMBER: _ClassVar[int]
     LOCAL_ONLY_FIELD_NUMBER: _ClassVar[int]
+    PARCEL_FIELD_NUMBER: _ClassVar[int]
+    PROPORTIONS_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     participant: str
     site: str
@@ -45,7 +49,41 @@ class Participant(_message.Message):
     avatar: str
     height_m: float
     local_only: bool
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., participant: _Optional[str] = ..., site: _Optional[str] = ..., display_name: _Optional[str] = ..., avatar: _Optional[str] = ..., height_m: _Optional[float] = ..., local_only: _Optional[bool] = ...) -> None: ...
+    parcel: str
+    proportions: Proportions
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., participant: _Optional[str] = ..., site: _Optional[str] = ..., display_name: _Optional[str] = ..., avatar: _Optional[str] = ..., height_m: _Optional[float] = ..., local_only: _Optional[bool] = ..., parcel: _Optional[str] = ..., proportions: _Optional[_Union[Proportions, _Mapping]] = ...) -> None: ...
+
+class Proportions(_message.Message):
+    __slots__ = ("names", "joint", "rest", "tip", "a", "b", "radius_a", "radius_b")
+    NAMES_FIELD_NUMBER: _ClassVar[int]
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    REST_FIELD_NUMBER: _ClassVar[int]
+    TIP_FIELD_NUMBER: _ClassVar[int]
+    A_FIELD_NUMBER: _ClassVar[int]
+    B_FIELD_NUMBER: _ClassVar[int]
+    RADIUS_A_FIELD_NUMBER: _ClassVar[int]
+    RADIUS_B_FIELD_NUMBER: _ClassVar[int]
+    names: _containers.RepeatedScalarFieldContainer[str]
+    joint: _containers.RepeatedScalarFieldContainer[int]
+    rest: _containers.RepeatedScalarFieldContainer[float]
+    tip: _containers.RepeatedScalarFieldContainer[float]
+    a: _containers.RepeatedScalarFieldContainer[float]
+    b: _containers.RepeatedScalarFieldContainer[float]
+    radius_a: _containers.RepeatedScalarFieldContainer[float]
+    radius_b: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., joint: _Optional[_Iterable[int]] = ..., rest: _Optional[_Iterable[float]] = ..., tip: _Optional[_Iterable[float]] = ..., a: _Optional[_Iterable[float]] = ..., b: _Optional[_Iterable[float]] = ..., radius_a: _Optional[_Iterable[float]] = ..., radius_b: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class AvatarPart(_message.Message):
+    __slots__ = ("header", "parts", "size", "data")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    PARTS_FIELD_NUMBER: _ClassVar[int]
+    SIZE_FIELD_NUMBER: _ClassVar[int]
+    DATA_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    parts: int
+    size: int
+    data: bytes
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., parts: _Optional[int] = ..., size: _Optional[int] = ..., data: _Optional[bytes] = ...) -> None: ...
 
 class Prop(_message.Message):
     __slots__ = ("header", "thing", "pose", "health", "velocity", "spin")

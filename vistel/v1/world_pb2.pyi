@@ -229,14 +229,16 @@ class WorldInputs(_message.Message):
         epoch: int
         def __init__(self, participant: _Optional[str] = ..., motion_seq: _Optional[int] = ..., left: _Optional[bool] = ..., epoch: _Optional[int] = ...) -> None: ...
     class Person(_message.Message):
-        __slots__ = ("participant", "height_m", "build")
+        __slots__ = ("participant", "height_m", "build", "proportions")
         PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
         HEIGHT_M_FIELD_NUMBER: _ClassVar[int]
         BUILD_FIELD_NUMBER: _ClassVar[int]
+        PROPORTIONS_FIELD_NUMBER: _ClassVar[int]
         participant: str
         height_m: float
         build: float
-        def __init__(self, participant: _Optional[str] = ..., height_m: _Optional[float] = ..., build: _Optional[float] = ...) -> None: ...
+        proportions: _motion_pb2.Proportions
+        def __init__(self, participant: _Optional[str] = ..., height_m: _Optional[float] = ..., build: _Optional[float] = ..., proportions: _Optional[_Union[_motion_pb2.Proportions, _Mapping]] = ...) -> None: ...
     HEADER_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     MOTIONS_FIELD_NUMBER: _ClassVar[int]

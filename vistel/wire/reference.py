@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
-from vistel.wire.motion import KEY_INTERVAL_NS, MOTION_FIELDS
+from vistel.wire.motion import FULL_INTERVAL_NS, KEY_SPACING, LATE_FULL_NS, MOTION_FIELDS, MotionField
 from vistel.wire.topics import MESSAGE_VERSION, TOPICS, Delivery, Publisher, Topic
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/reference/topics.md"
@@ -21,12 +22,12 @@ def page() -> str:
     """The whole page, Markdown."""
     rows = "\n".join(_row(t) for t in TOPICS)
     fields = "\n".join(
-        f"| `{f.part}` | {f.name} | {f.count} | {f.low:.4g} … {f.high:.4g} {f.unit} | {f.step:.4g} {f.unit} |"
+        f"| `{f.part}` | {f.name} | {f.count} | {f.low:.4g} … {f.high:.4g} {f.unit} | {_step(f)} | {f.group} |"
         for f in MOTION_FIELDS
     )
     return f"""# Topics and messages
 
-<!-- Made by `python -m vistel.wire.reference` from vistel/wire/topics.py and vistel/wire/motion.py; do not edit. -->
+<!-- Made by `python -m vistel.wire.reference` from vistel/wire/topics.py and vistel/wire/motion_codec/layout.py; do not edit. -->
 
 Everything that crosses the bus, message version {MESSAGE_VERSION}. The messages are described in `proto/vistel/v1/*.proto`.
 
@@ -45,15 +46,18 @@ A message that does not parse, or has another version, is dropped and counted; i
 
 ## Motion
 
-A posture in about 90 bytes. Every number is a whole number of steps; a key frame at least every
-{KEY_INTERVAL_NS / 1e9:g} s carries the numbers, the frames between carry differences, by turns to the last key frame and
-to the one before it (`key_seq` says which). Zeros at the end of a list are left out. A number outside its range is sent
-as the end of the range.
+A posture in some forty bytes, `Motion.frame`: [how they are read](motion-stream.md). Every number is a whole number of
+steps; a number outside its range is sent as the end of the range. Every {KEY_SPACING}rd frame is a key frame, at least every
+{LATE_FULL_NS / 1e9:g} s (when much moves every {FULL_INTERVAL_NS / 1e9:g} s) a full one, which refers to no other.
 
-| list | numbers | count | range | step |
-|---|---|--:|---|--:|
+| part | numbers | count | range | step | group |
+|---|---|--:|---|--:|--:|
 {fields}
 """
+
+
+def _step(f: MotionField) -> str:
+    return f"{math.degrees(f.step):.4g} π/180 rad" if f.unit == "rad" else f"{f.step:.4g} {f.unit}"
 
 
 def _row(t: Topic) -> str:

@@ -96,6 +96,8 @@ TOPICS: tuple[Topic, ...] = (
           "what a participant does"),
     Topic("participant", f"{_SITE}/participant/{{participant}}/about", motion_pb2.Participant, 0, _R, _S, True,
           "who a participant is"),
+    Topic("avatar_part", f"{_SITE}/avatar/{{digest}}/{{part}}", motion_pb2.AvatarPart, 0, _R, _S, True,
+          "a piece of a participant's own avatar"),
     Topic("prop", f"{_SITE}/prop/{{thing}}/pose", motion_pb2.Prop, 60, _N, _S, True,
           "where a tracked thing is"),
     Topic("image_delay", f"{_SITE}/renderer/delay", service_pb2.ImageDelay, 2, _N, _S, True,

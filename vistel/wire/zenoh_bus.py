@@ -44,8 +44,11 @@ log = logging.getLogger("vistel.bus")
 BEAT_S = 1.0
 """A reliable key that was silent for so long says what its last message was."""
 
-_BULK = frozenset({"device_raw", "world_inputs"})
+_BULK = frozenset({"device_raw", "world_inputs", "avatar_part"})
 """Reliable topics that must not delay motion on a thin uplink."""
+_SAID_ONCE = frozenset({"avatar_part"})
+"""Reliable topics with very many keys that are said once: they repeat what their last message was ever more seldom."""
+_SELDOMEST_BEATS = 64
 
 
 class BusError(RuntimeError):
@@ -288,6 +291,8 @@ class _ZenohPublication:
         self._lock = threading.Lock()
         self._seq = 0
         self._spoke = False
+        self._said_once = topic.name in _SAID_ONCE
+        self._silent_beats = 0
         self._cache = SendCache(epoch) if topic.delivery is Delivery.RELIABLE else None
         priority = zenoh.Priority.DATA
         if self._cache is not None:
@@ -317,10 +322,18 @@ class _ZenohPublication:
 
     def beat(self) -> None:
         """Say what the last message was, if nothing was said lately."""
-        if self._cache is not None and self._seq and not self._spoke:
-            with contextlib.suppress(zenoh.ZError):
-                self._publisher.put(b"", attachment=self._cache.beat().to_bytes())
-        self._spoke = False
+        if self._cache is None or not self._seq:
+            return
+        if self._spoke:
+            self._spoke, self._silent_beats = False, 0
+            return
+        self._silent_beats += 1
+        # A power of two: a loss is noticed within twice the time that the network was away.
+        n = self._silent_beats
+        if self._said_once and n & (n - 1) and n % _SELDOMEST_BEATS:
+            return
+        with contextlib.suppress(zenoh.ZError):
+            self._publisher.put(b"", attachment=self._cache.beat().to_bytes())
 
     def _repeat(self, query: zenoh.Query) -> None:
         assert self._cache is not None

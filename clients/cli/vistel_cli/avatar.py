@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import json
+import math
 import time
-from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.avatar_files import Json, busy, check_output, facts, load, own, report, save
+from vistel_cli.avatar_texture import islands, register
+from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 if TYPE_CHECKING:
     from vistel.figure.avatar import Avatar
@@ -20,8 +22,10 @@ app = typer.Typer(
     help="Make, look at and export avatars: the people of a conference.", no_args_is_help=True, rich_markup_mode="rich"
 )
 
+app.command()(islands)
+app.command()(register)
+
 Output = Annotated[Path, typer.Option("--output", "-o", help="Avatar to write: .usda, .usdc, .usd or .usdz.")]
-Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")]
 Primitives = Annotated[
     int, typer.Option("--primitives", help="Cone-spheres in the body: 23 (hands whole), 55 (fingers apart), or up to 200.")
 ]
@@ -48,21 +52,21 @@ def generate(
     """
     from vistel.figure.avatar import builtin_avatar  # noqa: PLC0415 - what makes people takes long to load
 
-    _check_output(output)
+    check_output(output)
     name = name or output.stem
     began = time.perf_counter()
     try:
-        with _busy("making the person", not as_json):
+        with busy("making the person", not as_json):
             avatar = builtin_avatar(f"builtin:{look}", name=name, height=height)
     except ValueError as fault:
         fail(str(fault), USAGE)
-    _save(avatar, output, not as_json)
-    _report(as_json, {"output": str(output), **_facts(avatar), "seconds": round(time.perf_counter() - began, 2)})
+    save(avatar, output, not as_json)
+    report(as_json, {"output": str(output), **facts(avatar), "seconds": round(time.perf_counter() - began, 2)})
 
 
 @app.command("import")
 def import_(
-    file: Annotated[Path, typer.Argument(help="The mesh: .obj.")],
+    file: Annotated[Path, typer.Argument(help="The mesh: .obj, .glb, .gltf, .vrm, .usda, .usdc, .usd or .usdz.")],
     output: Output,
     name: Annotated[str, typer.Option(help="Of the person.")] = "",
     height: Annotated[float | None, typer.Option(min=0.5, max=2.6, help="Of the person [m]; found otherwise.")] = None,
@@ -88,23 +92,31 @@ def import_(
 
       vistel avatar import scan.obj -o me.usda
 
+      vistel avatar import me.vrm -o me.usda
+
       vistel avatar import base.obj -o me.usda --rig rig.game_engine.json --weights weights.game_engine.json.gz --texture skin.png
     """
     from vistel.figure.making.make import make_avatar  # noqa: PLC0415
     from vistel.figure.making.read import Extras, read_source  # noqa: PLC0415
     from vistel.figure.making.source import MakingError  # noqa: PLC0415
 
-    _check_output(output)
+    check_output(output)
     if up is not None and up.upper() not in ("Y", "Z"):
         fail(f"--up: expected Y or Z, got {up!r}", USAGE)
     if weights is not None and rig is None:
         fail("--weights: are of a rig; give --rig too", USAGE)
     began = time.perf_counter()
+    if (avatar := own(file)) is not None:
+        avatar = avatar if not name else replace(avatar, name=name)
+        save(avatar, output, not as_json)
+        out.print("  an avatar of VISTEL: taken as it is", soft_wrap=True) if not as_json else None
+        report(as_json, {"output": str(output), **facts(avatar), "seconds": round(time.perf_counter() - began, 2)})
+        return
     try:
-        with _busy(f"reading {file.name}", not as_json):
+        with busy(f"reading {file.name}", not as_json):
             source = read_source(file, Extras(texture, tuple(clothes or ()), rig, weights, tuple(target or ())))
         fitting = time.perf_counter()
-        with _busy("fitting", not as_json) as status:
+        with busy("fitting", not as_json) as status:
             made = make_avatar(
                 source, name=name or output.stem, unit=unit, up=up.upper() if up else None, height=height,
                 primitives=primitives, step=lambda text: status.update(f"fitting: {text}") if status else None,
@@ -116,21 +128,21 @@ def import_(
         fail(f"{fault.filename or file}: cannot be read: {fault.strerror or fault}", USAGE)
     except ValueError as fault:
         fail(f"{file}: {fault}", USAGE)
-    _save(made.avatar, output, not as_json)
-    facts = {
-        "output": str(output), **_facts(made.avatar), "joints_from": made.skeleton_from, "weights_from": made.weights_from,
-        "arms_below_horizontal_deg": round(57.29578 * made.pose_angle, 1), **_fit_facts(made.fit),
+    save(made.avatar, output, not as_json)
+    said = {
+        "output": str(output), **facts(made.avatar), "joints_from": made.skeleton_from, "weights_from": made.weights_from,
+        "arms_below_horizontal_deg": round(math.degrees(made.pose_angle), 1), **_fit_facts(made.fit),
         "fit_seconds": round(fitted, 2), "seconds": round(time.perf_counter() - began, 2),
     }  # fmt: skip
     if as_json:
-        facts |= {"joint_names": dict(made.joint_of), "unknown_joints": list(made.unknown), "notes": list(made.notes)}
+        said |= {"joint_names": dict(made.joint_of), "unknown_joints": list(made.unknown), "notes": list(made.notes)}
     else:
         for note in made.notes:
             out.print(f"  {escape(note)}", soft_wrap=True)
         if made.unknown:
             unknown = escape(", ".join(made.unknown))
             out.print(f"  joints without a name of ours go with the one above them: {unknown}", soft_wrap=True)
-    _report(as_json, facts)
+    report(as_json, said)
 
 
 @app.command("fit")
@@ -148,20 +160,20 @@ def fit(
     """
     from vistel.figure.making.make import refit  # noqa: PLC0415
 
-    avatar = _load(file)
+    avatar = load(file)
     target = output or file
     if target.suffix.lower() == ".npz":
         fail(f"{target}: is a cached person; write it elsewhere with -o NAME.usda", USAGE)
-    _check_output(target)
+    check_output(target)
     began = time.perf_counter()
     try:
-        with _busy("fitting", not as_json):
+        with busy("fitting", not as_json):
             fitted, result = refit(avatar, primitives)
     except ValueError as fault:
         fail(f"--{fault}", USAGE)
     took = time.perf_counter() - began
-    _save(fitted, target, not as_json)
-    _report(as_json, {"output": str(target), **_fit_facts(result), "fit_seconds": round(took, 2)})
+    save(fitted, target, not as_json)
+    report(as_json, {"output": str(target), **_fit_facts(result), "fit_seconds": round(took, 2)})
 
 
 @app.command("inspect")
@@ -186,37 +198,42 @@ def inspect(
         except ValueError as fault:
             fail(str(fault), USAGE)
     else:
-        avatar = _load(Path(file))
+        avatar = load(Path(file))
     if sheet is not None and not sheet.parent.is_dir():
         fail(f"{sheet}: there is no directory {sheet.parent}", USAGE)
-    with _busy("looking at the avatar", not as_json):
-        facts, lines = inspect_avatar(avatar)
+    with busy("looking at the avatar", not as_json):
+        said, lines = inspect_avatar(avatar)
     if sheet is not None:
         _draw(avatar, sheet, not as_json)
-        facts["sheet"] = str(sheet)
+        said["sheet"] = str(sheet)
     if not as_json:
         for line in lines:
             out.print(line, highlight=False, soft_wrap=True)
-    _report(as_json, facts)
+    report(as_json, said)
 
 
 @app.command("export")
 def export(
     file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
-    output: Annotated[Path, typer.Option("--output", "-o", help="What to write: .usda, .usdc, .usdz or .obj.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="What to write: .usda, .usdc, .usdz, .glb, .vrm or .obj.")],
+    author: Annotated[str, typer.Option(help="Whom a VRM file names as its author; the avatar's name otherwise.")] = "",
     as_json: Json = False,
 ) -> None:
-    """Write an avatar in another format: USD keeps everything, OBJ the shape and its texture.
+    """Write an avatar in another format: USD keeps everything, glTF and VRM 1.0 all but the coarser levels of detail (which
+    come again when read), OBJ the shape and its texture.
 
     [bold]Examples[/bold]
 
       vistel avatar export me.usda -o me.usdz
+
+      vistel avatar export me.usda -o me.vrm --author "Ben Okri"
     """
     from vistel.figure.avatar_file import export_obj  # noqa: PLC0415
+    from vistel.figure.avatar_gltf import GLTF_ENDINGS, save_gltf  # noqa: PLC0415
     from vistel.figure.avatar_usd import USD_ENDINGS  # noqa: PLC0415
 
     ending = output.suffix.lower()
-    known = (*USD_ENDINGS, ".obj")
+    known = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")
     if ending not in known:
         fail(f"{output}: expected a name that ends in {', '.join(known)}", USAGE)
     if not output.parent.is_dir():
@@ -229,15 +246,16 @@ def export(
         except ValueError as fault:
             fail(str(fault), USAGE)
     else:
-        avatar = _load(Path(file))
+        avatar = load(Path(file))
     if ending in USD_ENDINGS:
-        _save(avatar, output, not as_json)
+        save(avatar, output, not as_json)
     else:
         try:
-            export_obj(avatar, output)
+            with busy(f"writing {output.name}", not as_json):
+                save_gltf(avatar, output, author=author) if ending in GLTF_ENDINGS else export_obj(avatar, output)
         except OSError as fault:
             fail(f"{output}: cannot be written: {fault.strerror or fault}", FAILED)
-    _report(as_json, {"output": str(output), "bytes": output.stat().st_size, **_facts(avatar)})
+    report(as_json, {"output": str(output), "bytes": output.stat().st_size, **facts(avatar)})
 
 
 def _draw(avatar: Avatar, sheet: Path, show: bool) -> None:
@@ -246,7 +264,7 @@ def _draw(avatar: Avatar, sheet: Path, show: bool) -> None:
     from vistel_services.renderer.portrait import Portraits  # noqa: PLC0415
 
     try:
-        with _busy("drawing", show):
+        with busy("drawing", show):
             portraits = Portraits()
             try:
                 portraits.sheet([avatar], standard_postures(), columns=7).save(sheet)
@@ -258,55 +276,5 @@ def _draw(avatar: Avatar, sheet: Path, show: bool) -> None:
         fail(f"{sheet}: cannot be written: {fault}", FAILED)
 
 
-def _busy(text: str, show: bool) -> Any:
-    return err.status(escape(text)) if show and err.is_terminal else nullcontext()
-
-
-def _load(file: Path) -> Avatar:
-    from vistel.figure.avatar_file import AvatarFileError, load_any  # noqa: PLC0415
-
-    try:
-        return load_any(file)
-    except AvatarFileError as fault:
-        fail(str(fault), USAGE)
-    except OSError as fault:
-        fail(f"{file}: cannot be read: {fault.strerror or fault}", USAGE)
-
-
-def _check_output(output: Path) -> None:
-    from vistel.figure.avatar_usd import USD_ENDINGS  # noqa: PLC0415
-
-    if output.suffix.lower() not in USD_ENDINGS:
-        fail(f"{output}: expected a name that ends in {', '.join(USD_ENDINGS)}", USAGE)
-    if not output.parent.is_dir():
-        fail(f"{output}: there is no directory {output.parent}", USAGE)
-
-
-def _save(avatar: Avatar, output: Path, show: bool) -> None:
-    from vistel.figure.avatar_usd import save_usd  # noqa: PLC0415
-
-    try:
-        with _busy(f"writing {output.name}", show):
-            save_usd(avatar, output)
-    except OSError as fault:
-        fail(f"{output}: cannot be written: {fault.strerror or fault}", FAILED)
-
-
-def _facts(avatar: Avatar) -> dict[str, Any]:
-    return {
-        "name": avatar.name, "height_m": round(avatar.skeleton.height, 3), "vertices": len(avatar.mesh.vertices),
-        "triangles": len(avatar.mesh.triangles), "eyeballs": len(avatar.eyeballs), "levels": 1 + len(avatar.coarser),
-        "primitives": len(avatar.body),
-    }  # fmt: skip
-
-
 def _fit_facts(result: Any) -> dict[str, Any]:
     return {"primitives": len(result.body), "mean_distance_mm": round(1e3 * result.mean_distance, 2)}
-
-
-def _report(as_json: bool, facts: dict[str, Any]) -> None:
-    if as_json:
-        print(json.dumps(facts))
-        return
-    for key, value in facts.items():
-        out.print(f"{key.replace('_', ' '):26} {escape(str(value))}", soft_wrap=True)

@@ -8,7 +8,22 @@ import sys
 
 import typer
 
-from vistel_cli import avatar, bench, devices, doctor, log, polygonise, record, replay, scanline, sim, site, trace, up
+from vistel_cli import (
+    avatar,
+    bench,
+    calibrate,
+    devices,
+    doctor,
+    log,
+    polygonise,
+    record,
+    replay,
+    scanline,
+    sim,
+    site,
+    trace,
+    up,
+)
 
 app = typer.Typer(
     name="vistel",
@@ -29,6 +44,7 @@ app.command("scanline")(scanline.scanline)
 app.command("bench")(bench.bench)
 app.command("polygonise")(polygonise.polygonise)
 app.add_typer(avatar.app, name="avatar")
+app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(site.app, name="site")
 app.add_typer(log.app, name="log")
 

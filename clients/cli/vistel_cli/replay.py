@@ -19,6 +19,7 @@ from vistel.wire.log import LogError, LogReader
 from vistel.wire.zenoh_bus import Router, ZenohBus
 from vistel_cli.feed import LIVE_SERVICES, Feeder
 from vistel_cli.launch import host_spec
+from vistel_cli.recorded_avatars import with_recorded_avatars
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 from vistel_cli.up import write_conference
 from vistel_cli.verify import verify_log
@@ -75,7 +76,7 @@ def replay(
         err.print(f"[yellow]{log}: {line}[/yellow]", soft_wrap=True)
     if verify:
         raise typer.Exit(verify_log(reader, as_json))
-    conference = _conference(reader, log, site)
+    conference = with_recorded_avatars(_conference(reader, log, site), reader)
     length = (reader.end_ns - reader.begin_ns) * 1e-9
     if begin >= length:
         fail(f"--from {begin:g}: the log is {length:.1f} s long", USAGE)

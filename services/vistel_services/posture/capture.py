@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,8 @@ class Capture:
     """Takes what the devices say and gives postures of one person."""
 
     def __init__(
-        self, person: Person, skeleton: Skeleton | None = None, comfort: Comfort | None = None
+        self, person: Person, skeleton: Skeleton | None = None,
+        comfort: Comfort | Mapping[str, Comfort] | None = None,
     ) -> None:
         """`skeleton`: where the person was measured; else one of their height. `comfort`: of the elbow's swivel."""
         self.person = person

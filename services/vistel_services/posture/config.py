@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from vistel.conference.avatar_files import avatar_file
 from vistel.conference.model import Conference, Site, public_avatar
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import Stance
@@ -32,6 +34,8 @@ class Person:
     """Device name to side."""
     face: str | None = None
     """Name of what sees their face."""
+    avatar_file: Path | None = None
+    """Where their avatar is read from; None for a built-in person."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
             seat=Stance(position, heading), tracker=f"{p.name}-tracker" if t else None,
             stations={station: receiver for receiver, station in t.stations.items()} if t else {},
             transmitter=transmitter, gloves={f"{p.name}-glove-{side}": side for side in p.gloves},
-            face=f"{p.name}-face" if p.face else None,
+            face=f"{p.name}-face" if p.face else None, avatar_file=avatar_file(p),
         ))  # fmt: skip
     first = people[0].seat
     props = tuple(

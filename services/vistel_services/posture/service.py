@@ -19,10 +19,12 @@ from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.wire.bus import Bus, Publication, Subscription
 from vistel.wire.clock import Clock
 from vistel.wire.motion import MotionEncoder, MotionSample, StalePart
+from vistel.wire.proportions import to_message
 from vistel.wire.topics import BY_NAME
 from vistel_services.posture.capture import RATE_HZ, Capture, warm_up
 from vistel_services.posture.config import Config, Person, TrackedProp
 from vistel_services.posture.face import FaceCapture
+from vistel_services.posture.own_avatar import OwnAvatar, own_avatar, send_parts
 from vistel_services.posture.props import PropCapture
 
 log = logging.getLogger("vistel.posture")
@@ -49,9 +51,10 @@ def preload(conference: Conference) -> None:
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
-    """Publish Participant and Motion of every person of the site, and its props, until cancelled."""
+    """Publish Participant, Motion and avatar of every person of the site, and its props, until cancelled."""
     await asyncio.to_thread(warm_up)
-    makers = [_Maker(person, config.site, bus) for person in config.people]
+    avatars = [await asyncio.to_thread(own_avatar, person) for person in config.people]
+    makers = [_Maker(*who, config.site, bus) for who in zip(config.people, avatars, strict=True)]
     by_device: dict[str, _Maker] = {d: m for m in makers for d in (m.person.tracker, *m.person.gloves) if d}
     props = {prop.tracker: _PropMaker(prop, config.site, bus) for prop in config.props}
     tracker = bus.subscribe(BY_NAME["tracker"], queue_all=True, site=config.site)
@@ -67,6 +70,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             group.create_task(_follow_faces(face, by_face))
             for maker in makers:
                 group.create_task(maker.keep_going(clock))
+            for own in avatars:
+                if own is not None:
+                    group.create_task(send_parts(own, config.site, bus, clock))
     finally:
         tracker.close()
         glove.close()
@@ -118,9 +124,10 @@ class _PropMaker:
 class _Maker:
     """Makes one participant's Motion."""
 
-    def __init__(self, person: Person, site: str, bus: Bus) -> None:
+    def __init__(self, person: Person, own: OwnAvatar | None, site: str, bus: Bus) -> None:
         self.person = person
-        self.capture = Capture(person)
+        self.capture = Capture(person, own.proportions.skeleton if own else None)
+        self._own = own
         self.face = FaceCapture()
         self._site = site
         self._bus = bus
@@ -135,6 +142,10 @@ class _Maker:
             participant=self.person.name, site=self._site, display_name=self.person.display_name,
             avatar=self.person.avatar, height_m=self.person.height_m,
         )  # fmt: skip
+        if self._own is not None:
+            limbs = self._own.proportions
+            about.parcel = self._own.digest
+            about.proportions.CopyFrom(to_message(limbs.names, limbs.joint, limbs.arrays))
         about.header.t_ns = clock.now_ns()
         about.header.source = f"{self._site}/posture"
         self._about.put(about)

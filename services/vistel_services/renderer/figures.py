@@ -15,6 +15,7 @@ from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.posture import JointPose, Posture, pose_joints
+from vistel.figure.proportions import Proportions
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.ghost import GhostSource, ghosts_of
@@ -98,9 +99,9 @@ def avatar_model(avatar: Avatar) -> FigureModel:
 class StandIn:
     """A figure of its bare limbs in grey: shown while an avatar is being made, and for one that cannot be had."""
 
-    def __init__(self, height: float) -> None:
-        self.skeleton = standard_skeleton(height)
-        self.body = standard_body(self.skeleton)
+    def __init__(self, height: float, proportions: Proportions | None = None) -> None:
+        self.skeleton = proportions.skeleton if proportions else standard_skeleton(height)
+        self.body = proportions.body if proportions else standard_body(self.skeleton)
         self.casters = casters(self.body)
         b = self.body
         parts = [

@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from vistel.figure.figure import vertex_normals
 from vistel.figure.figure_plan import FigurePlanner
-from vistel.figure.skeleton import JOINT_INDEX
+from vistel.figure.rigid_bulge import BulgeShapes
+from vistel.figure.rigid_weights import TWIST_BONES
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.implicit import (
     contact_set,
     deform_table,
@@ -49,7 +51,7 @@ def constants() -> str:
     """The kernels' numbers, as GLSL."""
     whole = {
         "LANES": kernels_field.LANES, "MAX_EVALUATIONS": kernels_solve.MAX_EVALUATIONS, "GAP": GAP,
-        "TABLE_WIDTH": TABLE_WIDTH, "BONE_TEXELS": BONE // 4,
+        "TABLE_WIDTH": TABLE_WIDTH, "BONE_TEXELS": BONE // 4, "BONES": len(JOINTS) + len(TWIST_BONES),
         **{k: getattr(contact_set, k) for k in ("CONE_SPHERE", "ROUNDED_POLYGON", "SUPERELLIPSOID")},
         **{k: getattr(deform_table, k) for k in ("NEIGHBOUR", "COLLIDES", "FORCE")},
         **{k: getattr(ghost_effects, k) for k in ("FADING", "PULLED", "DIRECTIONAL", "SHEAR", "RADIAL")},
@@ -96,7 +98,7 @@ def open_deformer(surface: Surface, asked: str) -> GpuDeformer | None:
 class SkinShape:
     """What of a deforming skin never changes. rest, rest_normal: (V, 3); bone, weight: (V, 4); place: (V, 2) block and
     lane; calibration: (V, 7); overlap: (NO, LANES); corner: (C, 3) of every drawn corner its vertex and fan from,
-    to; fan."""
+    to; fan; bulge: (V, 6) of `BulgeShapes` out, along and hinge, -1 none."""
 
     rest: F32
     rest_normal: F32
@@ -107,6 +109,7 @@ class SkinShape:
     overlap: F32
     corner: I32
     fan: I32
+    bulge: F32
 
     @staticmethod
     def of(planner: FigurePlanner) -> SkinShape:
@@ -115,7 +118,7 @@ class SkinShape:
         places, skin = planner.planner.places(), figure.skin
         rest, rest_normal = skin.rest
         shape = SkinShape.of_places(
-            places, rest, rest_normal, skin.influences.bone, skin.influences.weight, avatar.mesh.corner_vertex
+            places, rest, rest_normal, skin.influences.bone, skin.influences.weight, avatar.mesh.corner_vertex, skin.shapes
         )
         for ball, joint in zip(avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False):
             shape = shape.with_stiff(ball.vertices, vertex_normals(ball), joint, ball.corner_vertex)
@@ -123,18 +126,22 @@ class SkinShape:
 
     @staticmethod
     def of_places(
-        places: Places, rest: F32, rest_normal: F32, bone: I32, weight: F32, corner_vertex: I32
-    ) -> SkinShape:
-        """A mesh. rest .. weight: (V, ...) and corner_vertex: (C,), in the mesh's own order."""
+        places: Places, rest: F32, rest_normal: F32, bone: I32, weight: F32, corner_vertex: I32,
+        shapes: BulgeShapes | None = None,
+    ) -> SkinShape:  # fmt: skip
+        """A mesh. rest .. weight: (V, ...) and corner_vertex: (C,), in the mesh's own order; shapes: what bulges."""
         order = places.vertex
         back = np.empty(len(rest), np.int32)
         back[order] = np.arange(len(order), dtype=np.int32)
         of_corner = back[corner_vertex]
+        bulge = _no_bulge(len(rest))
+        if shapes is not None:
+            bulge = np.hstack([shapes.out, shapes.along, shapes.hinge[:, None]]).astype(np.float32)
         corner = np.stack([of_corner, places.fan_start[of_corner], places.fan_start[of_corner + 1]], axis=1)
         return SkinShape(
             rest[order], rest_normal[order], bone[order], weight[order],
             np.stack([places.block, places.lane], axis=1), places.calibration, places.overlap,
-            corner.astype(np.int32), places.fan,
+            corner.astype(np.int32), places.fan, bulge[order],
         )  # fmt: skip
 
     def with_stiff(self, rest: F32, rest_normal: F32, joint: int, corner_vertex: I32) -> SkinShape:
@@ -148,8 +155,12 @@ class SkinShape:
             np.concatenate([self.weight, np.tile(np.array((1, 0, 0, 0), np.float32), (n, 1))]),
             np.concatenate([self.place, np.tile(np.array(_NO_BLOCK, np.int32), (n, 1))]),
             np.concatenate([self.calibration, np.zeros((n, 7), np.float32)]),
-            self.overlap, np.concatenate([self.corner, corners]), self.fan,
+            self.overlap, np.concatenate([self.corner, corners]), self.fan, np.concatenate([self.bulge, _no_bulge(n)]),
         )  # fmt: skip
+
+
+def _no_bulge(count: int) -> F32:
+    return np.tile(np.array((0, 0, 0, 0, 0, -1), np.float32), (count, 1))
 
 
 class GpuDeformer:
@@ -207,11 +218,13 @@ class GpuSkin:
         places = ctx.buffer(shape.place.astype(np.int32).tobytes())
         calibration = ctx.buffer(shape.calibration.astype(np.float32).tobytes())
         corner = ctx.buffer(shape.corner.astype(np.int32).tobytes())
+        bulge = ctx.buffer(np.ascontiguousarray(shape.bulge, np.float32).tobytes())
         # Whole rows of a texture each, which are copied from them.
         size = 16 * TABLE_WIDTH * _rows(self._count)
         self._rigid, self._normal, self._placed = (ctx.buffer(reserve=size) for _ in range(3))
         self._skin = ctx.vertex_array(
-            engine.skin, [(fixed, "3f 3f 4f", "rest", "rest_normal", "weight"), (bones, "4i", "bone")]
+            engine.skin,
+            [(fixed, "3f 3f 4f", "rest", "rest_normal", "weight"), (bones, "4i", "bone"), (bulge, "3f 3f", "bulge", "bulging")],
         )
         self._inputs = [
             (self._rigid, "4f", "position"), (self._normal, "4f", "normal"), (places, "2i", "place"),
@@ -225,7 +238,7 @@ class GpuSkin:
         self._fans = _table(ctx, shape.fan, "i4")
         self._at, self._normals = (ctx.texture((TABLE_WIDTH, _rows(self._count)), 4, dtype="f4") for _ in range(2))
         self._parts = [
-            fixed, bones, places, calibration, corner, self._rigid, self._normal, self._placed, self._skin,
+            fixed, bones, places, calibration, corner, bulge, self._rigid, self._normal, self._placed, self._skin,
             self._solve, self._corner, self._overlap, self._fans, self._at, self._normals,
         ]  # fmt: skip
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
@@ -10,6 +10,7 @@ from vistel.conference.model import Conference
 from vistel.figure.avatar import Avatar, scaled
 from vistel.figure.avatar_builtin import builtin_avatar, default_cache
 from vistel.figure.avatar_file import load_any
+from vistel.figure.parcel import unpack
 from vistel.figure.posture import standing
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.stage import About
@@ -23,14 +24,21 @@ def files_of(conference: Conference) -> dict[str, Path]:
     return {p.name: Path(p.avatar) for p in people if Path(p.avatar).is_absolute()}
 
 
-def load_avatar_of(about: About, files: Mapping[str, Path] = _NONE) -> Avatar:
-    """The avatar a participant asks for, as tall as the participant: built in, a file that this site knows the participant
-    by, or one of the avatar folder. What came over the network is never taken for a path.
+def no_parcel(digest: str) -> bytes:
+    """Where no avatars come from other sites."""
+    raise ValueError(f"avatar: parcel {digest} is not here")
+
+
+def load_avatar_of(about: About, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel) -> Avatar:
+    """The avatar a participant has, as tall as the participant: built in, the `parcel` they sent, or, from who sends none, a
+    file that this site knows them by or one of the avatar folder. What came over the network is never taken for a path.
 
     Takes seconds the first time. Raises ValueError or OSError when there is none of that description.
     """
     if about.avatar.startswith("builtin"):
         return builtin_avatar(about.avatar, name=about.name, height=about.height)
+    if about.parcel:
+        return scaled(unpack(parcel(about.parcel), f"avatar of {about.name}"), about.height)
     known = files.get(about.name)
     if known is None and Path(about.avatar).name != about.avatar:
         raise ValueError(f"avatar: expected the name of a file in {default_cache()}, got {about.avatar!r}")
@@ -42,8 +50,8 @@ def load_avatar_of(about: About, files: Mapping[str, Path] = _NONE) -> Avatar:
         ) from fault
 
 
-def load_shape(about: About, files: Mapping[str, Path] = _NONE) -> Person:
+def load_shape(about: About, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel) -> Person:
     """The deforming figure of a participant. Raises ValueError or OSError when the avatar cannot be had."""
-    person = Person(load_avatar_of(about, files))
+    person = Person(load_avatar_of(about, files, parcel))
     person.pose(standing())  # kernels not yet compiled on this machine are compiled here, not between two pictures
     return person

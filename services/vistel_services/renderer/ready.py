@@ -6,15 +6,20 @@ A process that waits to take over makes it ahead (`preload`); what is not there 
 from __future__ import annotations
 
 import contextlib
+from dataclasses import replace
 
 import numpy as np
 
+from vistel.conference.avatar_files import avatar_file
 from vistel.conference.model import Conference, public_avatar
+from vistel.figure.parcel import read_parcel
 from vistel.figure.posture import standing
 from vistel.space.room import meeting_room
+from vistel.wire import motion
+from vistel.wire.parcels import digest_of
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.figures import Person, StandIn
-from vistel_services.renderer.people import files_of, load_shape
+from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.room import Furniture, Panel, build_room
 from vistel_services.renderer.stage import About
 
@@ -27,16 +32,19 @@ def preload(conference: Conference) -> None:
     """Make the room and the figures of everybody in the conference file; the first picture takes them."""
     seats = conference.room.seats
     _rooms[seats] = build_room(meeting_room(seats))
-    files = files_of(conference)
     for p in (p for site in conference.sites for p in site.participants):
         about = About(p.name, p.display_name or p.name, public_avatar(p.avatar), p.height)
         with contextlib.suppress(ValueError, OSError):  # told when they come
-            _figures[_key(about)] = load_shape(about, files)
+            file = avatar_file(p)
+            parcel = read_parcel(file)[1] if file else b""
+            about = replace(about, parcel=digest_of(parcel) if file else "")
+            _figures[_key(about)] = load_shape(about, parcel=lambda _, parcel=parcel: parcel)
     stand_in = StandIn(1.75)
     touching = stand_in.ghosts(stand_in.pose(standing()).posed, None)
     for figure in _figures.values():
         figure.ghosts(figure.pose(standing(), [touching]).posed, None)
     antialias(np.zeros((8, 8, 4), np.uint8))
+    motion.warm_up()
 
 
 def take_figure(about: About) -> Person | None:
@@ -51,4 +59,4 @@ def take_room(seats: int) -> tuple[list[Panel], Furniture]:
 
 def _key(about: About) -> _Key:
     """Heights to a tenth of a millimetre: on the wire they are rounded."""
-    return about.avatar, about.name, round(about.height, 4)
+    return about.parcel or about.avatar, about.name, round(about.height, 4)

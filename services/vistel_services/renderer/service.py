@@ -23,6 +23,7 @@ from vistel.v1 import service_pb2
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
+from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.stage import Instant, Stage
@@ -125,10 +126,11 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Draw until cancelled."""
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(config.delay_s * 1e9))
+    deliveries = Deliveries(bus, stage)
     inputs = _Inputs(bus, stage)
     reporter = _Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     video = _open_video(config)
-    easel = _Easel(config, thread)
+    easel = _Easel(config, thread, deliveries)
     late = asyncio.create_task(inputs.catch_up(clock), name="snapshot")
     period_ns = round(1e9 / config.rate)
     due_ns = clock.now_ns()
@@ -136,6 +138,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     try:
         while True:
             inputs.take()
+            deliveries.take()
             instant = stage.instant(clock.now_ns())
             picture = await easel.draw(instant)
             if picture is not None:
@@ -149,6 +152,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     finally:
         late.cancel()
         inputs.close()
+        deliveries.close()
         await asyncio.shield(_wind_up(easel, video, thread))
 
 
@@ -202,8 +206,9 @@ class _Inputs:
 class _Easel:
     """The studio in its own thread; set up again when drawing fails (a graphics card lost, a window closed)."""
 
-    def __init__(self, config: Config, thread: ThreadPoolExecutor) -> None:
+    def __init__(self, config: Config, thread: ThreadPoolExecutor, deliveries: Deliveries) -> None:
         self._config, self._thread = config, thread
+        self._load = partial(load_shape, files=config.avatars, parcel=deliveries.parcel)
         self._view = config.view
         self._studio: Studio | None = None
         self._started = False
@@ -239,7 +244,7 @@ class _Easel:
         if self._studio is None:
             # Setting up takes a while: the instant is old when it is done, the next one is drawn.
             began = time.perf_counter()
-            self._studio = Studio(self._view, self._config.seats, partial(load_shape, files=self._config.avatars))
+            self._studio = Studio(self._view, self._config.seats, self._load)
             found = self._studio.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",

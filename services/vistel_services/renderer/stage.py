@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from vistel.figure.posture import Posture
+from vistel.figure.proportions import Proportions
 from vistel.space.things import Thing
 from vistel.v1 import motion_pb2, world_pb2
+from vistel.wire.parcels import is_digest
+from vistel.wire.proportions import from_message
 from vistel_services.renderer.motion_in import Between, Heard, MotionReader
 from vistel_services.renderer.playout import Playout, Timing
 from vistel_services.renderer.world_view import WorldView, between, follow, thing_of
@@ -22,12 +25,16 @@ GONE_NS = 20_000_000_000
 
 @dataclass(frozen=True)
 class About:
-    """Who a participant is."""
+    """Who a participant is. parcel: digest of an avatar of their own; proportions: what its limbs are like; here: it need
+    not be waited for."""
 
     name: str
     display_name: str
     avatar: str = "builtin"
     height: float = 1.75
+    parcel: str = ""
+    proportions: Proportions | None = None
+    here: bool = True
 
 
 @dataclass(frozen=True)
@@ -54,8 +61,8 @@ class Instant:
 
 
 class _Person:
-    def __init__(self, about: About, delay_ns: int) -> None:
-        self.about = about
+    def __init__(self, about: About, delay_ns: int, site: str = "") -> None:
+        self.about, self.site = about, site
         self.reader = MotionReader()
         self.playout: Playout[Heard | Between] = Playout(Between, delay_ns)
 
@@ -71,18 +78,39 @@ class Stage:
         self._world: Playout[WorldView] = Playout(between, delay_ns)
         self._latest = WorldView()
         self._began = False
+        self._arrived: set[str] = set()
 
     def hear_about(self, message: motion_pb2.Participant) -> None:
         """Who somebody is."""
+        parcel = message.parcel if is_digest(message.parcel) else ""
         about = About(
             message.participant, message.display_name or message.participant, message.avatar or "builtin",
-            message.height_m if 0.5 <= message.height_m <= 2.6 else 1.75,
+            message.height_m if 0.5 <= message.height_m <= 2.6 else 1.75, parcel, _limbs(message),
+            not parcel or parcel in self._arrived,
         )  # fmt: skip
         person = self._people.get(about.name)
         if person is None:
-            self._people[about.name] = _Person(about, self._delay_ns)
+            self._people[about.name] = _Person(about, self._delay_ns, message.site)
         else:
-            person.about = about
+            person.about, person.site = about, message.site
+
+    @property
+    def awaited(self) -> frozenset[str]:
+        """Digests of avatars that somebody has and that are not here yet."""
+        return frozenset(p.about.parcel for p in self._people.values() if not p.about.here)
+
+    def avatar_arrived(self, digest: str) -> None:
+        """An avatar is here."""
+        self._arrived.add(digest)
+        for person in self._people.values():
+            if person.about.parcel == digest:
+                person.about = replace(person.about, here=True)
+
+    def avatar_refused(self, site: str, digest: str) -> None:
+        """What `site` sent as an avatar is none: its people need not wait for it."""
+        for person in self._people.values():
+            if person.about.parcel == digest and person.site == site:
+                person.about = replace(person.about, here=True)
 
     def hear_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
         """What somebody did; before we heard who they are, they are shown under their key's name."""
@@ -139,3 +167,13 @@ class Stage:
             except ValueError as e:
                 log.error("event=bad_thing thing=%s reason=%r action=not_drawn", t.id, str(e))
         self._described, self._things = described, MappingProxyType(things)
+
+
+def _limbs(message: motion_pb2.Participant) -> Proportions | None:
+    if not message.HasField("proportions"):
+        return None
+    try:
+        return Proportions.from_arrays(**from_message(message.proportions))
+    except ValueError as e:
+        log.error("event=bad_proportions participant=%s reason=%r shown=average", message.participant, str(e))
+        return None

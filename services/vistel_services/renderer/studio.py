@@ -6,7 +6,7 @@ import logging
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +66,11 @@ class _Cast:
     at: F64 | None = None
     remark: str = ""
 
+    @property
+    def waiting(self) -> bool:
+        """Their own figure is not there yet, and will be."""
+        return self.coming is not None or (not self.about.here and isinstance(self.shape, StandIn))
+
 
 class Studio:
     """Owns the surface. Create, use and close it in one thread."""
@@ -109,12 +114,12 @@ class Studio:
     @property
     def complete(self) -> bool:
         """Everybody met so far has their own figure (or will never have), and the picture its final filters."""
-        return self._smoothing.done() and not any(cast.coming for cast in self._cast.values())
+        return self._smoothing.done() and not self.stand_ins
 
     @property
     def stand_ins(self) -> int:
         """How many are drawn as stand-ins because their avatar is not there yet."""
-        return sum(cast.coming is not None for cast in self._cast.values())
+        return sum(cast.waiting for cast in self._cast.values())
 
     def close(self) -> None:
         """Give everything back."""
@@ -185,7 +190,7 @@ class Studio:
             return now
         except Exception:  # one figure that cannot be computed must not take the picture away from everybody
             log.exception("event=figure_failed participant=%s shown=stand-in", name)
-            cast.shape, cast.remark = StandIn(cast.about.height), "figure failed"
+            cast.shape, cast.remark = StandIn(cast.about.height, cast.about.proportions), "figure failed"
             return cast.shape.pose(posture)
 
     def _pixels_per_m(self, hips: F64 | None) -> float:
@@ -205,6 +210,8 @@ class Studio:
             return Label(person.about.display_name, "no signal", warning=True)
         if cast.remark:
             return Label(person.about.display_name, cast.remark, warning=True)
+        if cast.waiting and not cast.about.here:
+            return Label(person.about.display_name, "avatar on its way")
         held = [g.thing for g in instant.world.grasps if g.participant == person.about.name]
         names = [instant.things[h].name if h in instant.things else h for h in dict.fromkeys(held)]
         return Label(person.about.display_name, f"holds {', '.join(names)}" if names else "")
@@ -237,8 +244,13 @@ class Studio:
         figure = take_figure(about)
         if figure is not None:
             return _Cast(about, figure, None)
-        stand_in = before.shape if before and before.about.height == about.height else StandIn(about.height)
-        return _Cast(about, stand_in, self._loader.submit(self._load_ready, about))
+        if before and not before.waiting and not before.remark and replace(before.about, here=about.here) == about:
+            return replace(before, about=about)
+        if before and (before.about.height, before.about.proportions) == (about.height, about.proportions):
+            stand_in = before.shape
+        else:
+            stand_in = StandIn(about.height, about.proportions)
+        return _Cast(about, stand_in, self._loader.submit(self._load_ready, about) if about.here else None)
 
     def _load_ready(self, about: About) -> Shape:
         """Their figure, with all it takes to plan its frames."""

@@ -8,11 +8,13 @@ import numpy as np
 
 from vistel.figure.people.recipe import parse_spec
 from vistel.figure.posture import Posture, Stance
+from vistel.figure.proportions import Proportions
 from vistel.space.inputs import CommandInput, MotionInput, Person, PropInput
 from vistel.v1.command_pb2 import Command
 from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.v1.world_pb2 import WorldInputs
 from vistel.wire.motion import MotionSample
+from vistel.wire.proportions import from_message
 from vistel_services.world.asked import action, pose
 
 log = logging.getLogger("vistel.world")
@@ -26,8 +28,14 @@ def motion_input(participant: str, sample: MotionSample) -> MotionInput:
 
 
 def person(participant: str, message: Participant) -> Person:
-    """Height and girth of somebody; an avatar that cannot be read counts as average."""
+    """Height and girth of somebody, or the proportions of their own avatar; what cannot be read counts as average."""
     build = 1.0
+    if message.HasField("proportions"):
+        try:
+            own = Proportions.from_arrays(**from_message(message.proportions))
+            return Person(participant, own.skeleton.height, build, own)
+        except ValueError as e:
+            log.warning("proportions refused participant=%s reason=%r contacts=average", participant, str(e))
     if message.avatar.startswith("builtin"):
         try:
             build = parse_spec(message.avatar, participant).build
@@ -51,4 +59,8 @@ def prop_input(message: Prop) -> PropInput:
 
 def people_of(inputs: WorldInputs) -> tuple[Person, ...]:
     """Who came in a recorded step."""
-    return tuple(Person(p.participant, p.height_m, p.build) for p in inputs.people)
+    return tuple(Person(p.participant, p.height_m, p.build, _own(p)) for p in inputs.people)
+
+
+def _own(p: WorldInputs.Person) -> Proportions | None:
+    return Proportions.from_arrays(**from_message(p.proportions)) if p.HasField("proportions") else None

@@ -12,6 +12,7 @@ from vistel.space.things import Primitive, Thing
 from vistel.space.view import HandForce, Outcome, ThingView, WorldView
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.v1.command_pb2 import CommandResult
+from vistel.wire.proportions import to_message
 
 F64 = NDArray[np.float64]
 
@@ -94,7 +95,10 @@ def command_result(outcome: Outcome, t_ns: int) -> CommandResult:
 
 def input_person(p: Person) -> world_pb2.WorldInputs.Person:
     """Somebody, as recorded with the step they came in."""
-    return world_pb2.WorldInputs.Person(participant=p.participant, height_m=p.height, build=p.build)
+    out = world_pb2.WorldInputs.Person(participant=p.participant, height_m=p.height, build=p.build)
+    if (own := p.proportions) is not None:
+        out.proportions.CopyFrom(to_message(own.names, own.joint, own.arrays))
+    return out
 
 
 def _thing(t: Thing) -> world_pb2.Thing:

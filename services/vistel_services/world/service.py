@@ -19,6 +19,7 @@ from vistel.space.things import Matter
 from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot
+from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -211,6 +212,7 @@ def _inputs_message(inputs: StepInputs, arrived: Arrived, before: bytes) -> Worl
 
 def warm_up() -> None:
     """Make the kernels (the first time this takes half a minute), so that no step waits for them."""
+    motion.warm_up()
     soft = Extra("clay", "clay", "ball", 0.04, 1.0, 0.3, 0, 0.0, 0.0, Matter("plastic", sticky=0.02))
     world = World(meeting_room(2, [soft]))
     people = (Person("a"), Person("b"))  # in one place, so that their hands meet

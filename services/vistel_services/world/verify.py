@@ -112,7 +112,12 @@ class _Rerun:
         if self._world is None:
             self._skip("before the first state in the log, or after a gap")
             return
-        inputs = self._inputs(message)
+        try:
+            inputs = self._inputs(message)
+        except ValueError as e:  # of a body that cannot be
+            self._world = None
+            self._skip(str(e))
+            return
         if inputs is None:
             self._world = None
             self._skip("a motion the world used is not in the log")

@@ -18,6 +18,7 @@ from vistel.figure.posture import (
     Stance,
     collar_scale,
     interpolate,
+    pose_joints,
     spine_chord,
 )
 from vistel.figure.rotation import (
@@ -193,7 +194,7 @@ def _carried_over(place: Place, take: Recording, k: int, turn: F64, hips: F64) -
     for s, side in (("left", 1.0), ("right", -1.0)):
         collar = top + chest @ (rest[JOINT_INDEX[f"{s}_shoulder"]] - top_rest)
         arm = rotation(f"{s}_upper_arm")
-        length = collar_scale(np.ascontiguousarray(chest.T @ arm), side)
+        length = collar_scale(np.ascontiguousarray(chest.T @ arm), side, skeleton.collar_shortening)
         shoulder = collar + chest @ (offsets[JOINT_INDEX[f"{s}_upper_arm"]] * length)
         elbow = shoulder + skeleton.upper_arm * direction(f"{s}_upper_arm", f"{s}_lower_arm")
         wrist = elbow + skeleton.lower_arm * direction(f"{s}_lower_arm", f"{s}_hand")
@@ -226,10 +227,12 @@ def _solve(place: Place, frames: Sequence[Joints], fingers: F64) -> list[Posture
         )
         solved = solver.solve(k / RATE_HZ, receivers, (fingers[k, 0], fingers[k, 1])).posture
         dofs = solved.dofs.copy()
+        pose = pose_joints(skeleton, solved)
         for s, side in (("left", 1.0), ("right", -1.0)):
-            collar = p + chest @ (half_width * side)
+            j = JOINT_INDEX[f"{s}_shoulder"]
+            collar, chest = pose.position[j], pose.rotation[j]
             wrist, hand = frame.hands[s]
-            bone = skeleton.offsets[JOINT_INDEX[f"{s}_upper_arm"]]
+            bone = skeleton.offsets[j + 1]
             toward = chest.T @ (frame.elbows[s] - collar) - bone
             arm, _, _ = arm_dofs(
                 chest.T @ (wrist - collar), np.ascontiguousarray(chest.T @ hand), bone, side, skeleton.upper_arm,

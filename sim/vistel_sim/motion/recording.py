@@ -6,13 +6,14 @@ pose, so that they mean the same as the figure's own joint rotations.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.calibration.pivots import fit_neck
 from vistel.figure.posture import collar_scale
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
 
 F64 = NDArray[np.float64]
@@ -51,24 +52,30 @@ class Recording:
         p, r = self.joint(parent)
         return np.median(np.einsum("nji,nj->ni", r, self.joint(child)[0] - p), axis=0)
 
-    def _neck_bone(self) -> F64:
-        """(3,) from neck joint to head; the figure's neck takes half of the head's turn."""
-        out: list[F64] = []
-        d = self.joint("head")[0] - self.joint("neck")[0]
-        for chest, head, v in zip(self.joint("chest")[1], self.joint("head")[1], d, strict=True):
-            a, b = (quaternion_from_matrix(np.ascontiguousarray(m)) for m in (chest, head))
-            out.append(matrix_from_quaternion(slerp(a, b, 0.5)).T @ v)
-        return np.median(np.array(out), axis=0)
+    def _neck(self) -> tuple[F64, F64]:
+        """(3,) of the neck's joint seen from the chest, and (3,) from there to the head."""
+        p, chest = self.joint("chest")
+        seen = np.einsum("nji,nj->ni", chest, self.joint("head")[0] - p)
+        turned = np.einsum("nji,njk->nik", chest, self.joint("head")[1])
+        neck = self.offset("chest", "neck")
+        a, b = fit_neck(turned, seen, neck, np.median(seen, axis=0) - neck).vectors
+        return a, b
 
-    def _collar_bone(self, side: str, sign: float) -> F64:
-        """(3,) from collar joint to shoulder as it would be in the T-pose: its length depends on the raised arm."""
+    def _collars(self, shortening: float) -> tuple[dict[str, F64], float]:
+        """(3,) from each collar joint to its shoulder in the T-pose, for a bone that loses `shortening` with the arm
+        overhead; and how far shoulders are off it [m], root mean square."""
         _, chest = self.joint("chest")
-        _, arm = self.joint(f"{side}_upper_arm")
-        d = self.joint(f"{side}_upper_arm")[0] - self.joint(f"{side}_shoulder")[0]
-        local = np.einsum("nji,nj->ni", chest, d)
-        shoulder = np.einsum("nji,njk->nik", chest, arm)
-        scale = np.array([collar_scale(np.ascontiguousarray(m), sign) for m in shoulder])
-        return np.median(local / scale[:, None], axis=0)
+        bones: dict[str, F64] = {}
+        squares = 0.0
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            _, arm = self.joint(f"{side}_upper_arm")
+            d = self.joint(f"{side}_upper_arm")[0] - self.joint(f"{side}_shoulder")[0]
+            local = np.einsum("nji,nj->ni", chest, d)
+            shoulder = np.einsum("nji,njk->nik", chest, arm)
+            scale = np.array([collar_scale(np.ascontiguousarray(m), sign, shortening) for m in shoulder])
+            bones[side] = np.median(local / scale[:, None], axis=0)
+            squares += float(((scale[:, None] * bones[side] - local) ** 2).sum(axis=1).mean())
+        return bones, math.sqrt(squares / 2.0)
 
     def measured(self) -> Skeleton:
         """The skeleton of the person recorded: their own spine, shoulders and arms; legs after their hips' height."""
@@ -85,18 +92,20 @@ class Recording:
         spine_8 = np.array([0.0, spine * (SPINE_SEGMENTS - 1) / SPINE_SEGMENTS, 0.0])
         offsets = {f"spine_{k}": np.array([0.0, spine / SPINE_SEGMENTS, 0.0]) for k in range(2, SPINE_SEGMENTS + 1)}
         offsets |= {"spine_1": first, "hips": np.array([0.0, hips_height, 0.0])}
-        offsets["neck"] = top + np.array([0.0, NECK_ABOVE_SPINE * scale, 0.0]) - spine_8
-        offsets["head"] = self._neck_bone()
+        neck, offsets["head"] = self._neck()
+        offsets["neck"] = collars + neck - spine_8
+        shortening = min((0.0, 0.06, 0.12, 0.18, 0.24), key=lambda share: self._collars(share)[1])
+        bones, _ = self._collars(shortening)
         for side in SIDES:
             offsets[f"{side}_shoulder"] = collars + self.offset("chest", f"{side}_shoulder") - spine_8
             sign = 1.0 if side == "left" else -1.0
-            offsets[f"{side}_upper_arm"] = self._collar_bone(side, sign)
+            offsets[f"{side}_upper_arm"] = bones[side]
             for parent, child in (("upper_arm", "lower_arm"), ("lower_arm", "hand")):
                 p, q = self.joint(f"{side}_{parent}")[0], self.joint(f"{side}_{child}")[0]
                 # Nearly the longest seen, so that the hand stays in reach.
                 length = float(np.percentile(np.linalg.norm(q - p, axis=1), 95))
                 offsets[f"{side}_{child}"] = np.array([sign * length, 0.0, 0.0])
-        return measured_skeleton(standard, offsets)
+        return measured_skeleton(standard, offsets, shortening)
 
 
 def resampled(recording: Recording, rate_hz: float) -> Recording:

@@ -77,13 +77,14 @@ def test_holes_stay_and_are_said(tmp_path: Path) -> None:
     assert np.isfinite(Figure(made.avatar).pose(standard_postures()["sitting"]).vertices).all()
 
 
-def test_a_mesh_that_is_not_manifold_works_without_coarser_levels(tmp_path: Path) -> None:
+def test_a_mesh_that_is_not_manifold_works_and_has_its_levels_of_detail(tmp_path: Path) -> None:
     a, b, _ = (person().mesh.triangles[0] + 1).tolist()
     path = write_obj(tmp_path / "a.obj", person().mesh.vertices)
     path.write_text(path.read_text() + f"v 0 1 0.12\nf {a} {b} -1\n")
     made = _made(path)
     assert made.sound.branching > 0
-    assert made.avatar.coarser == ()
+    assert [len(level.mesh.triangles) <= n for level, n in zip(made.avatar.coarser, (6000, 2600), strict=True)] == [True, True]
+    assert np.isfinite(Figure(made.avatar.coarser[1]).pose(standard_postures()["sitting"]).vertices).all()
     assert any("not manifold" in note for note in made.notes)
 
 

@@ -30,7 +30,7 @@ from vistel.figure.posture import (
 )
 from vistel.figure.rotation import rotation_y, rotation_z, rotvec_from_matrix, rotvec_from_quaternion
 from vistel.figure.sensors import receiver_poses
-from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
+from vistel.figure.skeleton import COLLAR_SHORTENING, JOINT_INDEX, standard_skeleton
 from vistel.figure.solve import FINGER_LIMITS, WRIST_DEVIATION, WRIST_FLEXION, WRIST_TWIST, PostureSolver
 from vistel.figure.solve_arm import arm_dofs, elbow_at, elbow_circle, elbow_flexion
 from vistel.figure.solve_swivel import wrist_angles
@@ -102,7 +102,7 @@ def test_golden_collar_length() -> None:
     (name,) = [n for n in golden() if n.startswith("collar length")]
     i, length, tolerance = arm_case(name)
     # The figure's collar bone is measured in the T-pose, where the elevation is 90 degrees.
-    t_pose, hanging = collar_scale(np.eye(3), 1.0), collar_scale(rotation_z(-math.pi / 2), 1.0)
+    t_pose, hanging = (collar_scale(r, 1.0, COLLAR_SHORTENING) for r in (np.eye(3), rotation_z(-math.pi / 2)))
     assert t_pose == pytest.approx(1.0, abs=1e-12)
     assert i["L0"] * t_pose / hanging == pytest.approx(length, abs=tolerance)
 

@@ -31,7 +31,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, Shape]]:
     """The figures `preload` has made; loading one takes no file and no time."""
     out: dict[str, Shape] = {}
 
-    def load(about: About, _files: object) -> Shape:
+    def load(about: About, **_given: object) -> Shape:
         if not about.avatar.startswith("builtin"):
             raise FileNotFoundError(about.avatar)
         return out.setdefault(about.name, StandIn(about.height))

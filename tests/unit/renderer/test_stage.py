@@ -115,7 +115,7 @@ def test_an_unchanged_description_keeps_the_same_things() -> None:
 def test_a_broken_motion_is_passed_over() -> None:
     stage = Stage(0)
     stage_with_motion(stage, "ada", range(3))
-    broken = motion_pb2.Motion(key_seq=9, body=[1] * 99)
+    broken = motion_pb2.Motion(frame=b"\x01\x02\x00")
     broken.header.seq, broken.header.t_ns = 9, 9 * STEP
     stage.hear_motion("ada", broken, 9 * STEP)
     assert stage.instant(10 * STEP).people[0].timing.age_ns == 8 * STEP

@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import pose_body, standard_body
-from vistel.figure.detail import coarser, with_levels
+from vistel.figure.detail import coarser
 from vistel.figure.making.dress import Dressed, drawn, dress
 from vistel.figure.making.joints import NEEDED, Jointed, jointed
 from vistel.figure.making.landmarks import joints_by_shape
+from vistel.figure.making.levels import with_coarser
 from vistel.figure.making.names import SPINE
 from vistel.figure.making.parts import Parts, Soundness, covered, parts_of, soundness, weld
+from vistel.figure.making.places import joints_by_place
 from vistel.figure.making.primitives import WITH_FINGERS, BodyFit, fit_body
 from vistel.figure.making.repose import repose
 from vistel.figure.making.rigs import mapped
@@ -31,8 +33,6 @@ from vistel.figure.skeleton import JOINT_INDEX, JOINTS, REFERENCE_HEIGHT, Skelet
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 
-LEVELS = (6_000, 2_600)
-"""Triangles of the coarser levels of detail, as the built-in people have."""
 MOST_TRIANGLES = 30_000
 """More than that is not seen in a conference and costs time at every picture."""
 
@@ -63,16 +63,16 @@ def make_avatar(
     step: told what is being done. Raises MakingError.
     """
     step("parts")
-    parts = parts_of(source)
+    known = mapped(source.rig)
+    parts = parts_of(source, known.gaze(source.triangles))
     notes = [*source.notes, *parts.notes]
     used = np.unique(source.triangles[parts.skin])
     if not np.isfinite(source.points).all():
         bad = int(np.argmin(np.isfinite(source.points).all(axis=1)))
         raise MakingError(f"vertex {bad} is not finite; repair the mesh")
-    known = mapped(source.rig)
     left = known.left()
     placed = upright(
-        source.points[used], unit=unit or (None if height else source.unit), up=up or source.up, height=height, left=left
+        source.points[used], unit=unit, up=up, height=height, left=left, head=known.head(), told=(source.unit, source.up)
     )
     notes += placed.notes
     points = placed(source.points)
@@ -97,12 +97,20 @@ def make_avatar(
     at = {n: placed(p[None])[0] for n, p in known.at.items()}
     skeleton_from = f"rig ({len(known.joint_of)} of {known.count} joints known)"
     if any(n not in at for n in NEEDED):
+        missing = next(n for n in NEEDED if n not in at)
         shape = joints_by_shape(points[rows], np.searchsorted(rows, body).astype(np.int32))
-        if known.count:
-            missing = next(n for n in NEEDED if n not in at)
-            notes.append(f"the rig has no joint known as {missing}: joints by the shape of the mesh instead")
-        at = dict(shape)
-        skeleton_from = "shape of the mesh"
+        places = {} if source.rig is None else joints_by_place(placed(source.rig.at), source.rig.parents, shape, crown)
+        if source.rig is not None and places:
+            known = mapped(replace(source.rig, told={**source.rig.told, **places}))
+            at = {n: placed(p[None])[0] for n, p in known.at.items()}
+            names = source.rig.names
+            notes.append("joints told by position: " + ", ".join(f"{names[j]} = {ours}" for j, ours in sorted(places.items())))
+            skeleton_from = f"rig ({len(places)} of {known.count} joints by position)"
+        else:
+            if known.count:
+                notes.append(f"the rig has no joint known as {missing}: joints by the shape of the mesh instead")
+            at = dict(shape)
+            skeleton_from = "shape of the mesh"
     at |= _eye_centres(points, eyes)
     joints = jointed(at, crown)
 
@@ -137,9 +145,11 @@ def make_avatar(
         if len(tri) > MOST_TRIANGLES:
             notes.append(f"{len(tri)} triangles reduced to about {MOST_TRIANGLES}")
             avatar = replace(avatar, mesh=coarser(mesh, MOST_TRIANGLES))
-        avatar = with_levels(avatar, [n for n in LEVELS if n < 0.8 * len(avatar.mesh.triangles)])
     elif len(tri) > 4 * MOST_TRIANGLES:
         raise MakingError(f"{len(tri)} triangles and not manifold; repair the mesh or reduce it to {4 * MOST_TRIANGLES} first")
+    else:
+        step("levels of detail")
+    avatar = with_coarser(avatar, manifold=sound.manifold)
     arm = joints.found.tip[JOINT_INDEX["left_upper_arm"]]
     return Making(
         avatar, tuple(notes), skeleton_from, known.joint_of, known.unknown,
@@ -185,8 +195,12 @@ def _eye_centres(points: F64, eyes: I32) -> dict[str, F64]:
     rows = np.unique(eyes)
     for side, sign in (("left", 1.0), ("right", -1.0)):
         mine = rows[sign * points[rows, 0] > 0.0]
-        if len(mine) >= 8:
-            out[f"{side}_eye"] = 0.5 * (points[mine].min(axis=0) + points[mine].max(axis=0))
+        if len(mine) < 8:
+            continue
+        low, high = points[mine].min(axis=0), points[mine].max(axis=0)
+        # Flat ones, as drawn figures have them, turn about the joint behind them.
+        if high[2] - low[2] > 0.35 * max(high[0] - low[0], high[1] - low[1]):
+            out[f"{side}_eye"] = 0.5 * (low + high)
     return out
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import zlib
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -133,9 +133,22 @@ def _text(path: Path) -> str:
         raise MakingError(f"{path}: damaged ({fault}); fetch the file again") from fault
 
 
-def read_clothes(path: Path, body: Source) -> tuple[Path, F64, NDArray[np.int64], Path | None]:
-    """MakeHuman's clothes (.mhclo) on the body of its base mesh: the OBJ, the places (N, 3) of its vertices on this body,
-    the body's vertices that it hides, and the picture its material names. Raises MakingError."""
+@dataclass(frozen=True)
+class Clothes:
+    """MakeHuman's clothes on a body. mesh: the OBJ; places: (N, 3) of its vertices; hidden: the body's vertices that it
+    hides; picture: the file its material names; corner, share: (N, 3) the body's vertices that each of the clothes is bound
+    to, and how much."""
+
+    mesh: Path
+    places: F64
+    hidden: NDArray[np.int64]
+    picture: Path | None
+    corner: NDArray[np.int64]
+    share: F64
+
+
+def read_clothes(path: Path, body: Source) -> Clothes:
+    """MakeHuman's clothes (.mhclo) on the body of its base mesh. Raises MakingError."""
     mesh: Path | None = None
     picture: Path | None = None
     scale = np.ones(3)
@@ -170,12 +183,14 @@ def read_clothes(path: Path, body: Source) -> tuple[Path, F64, NDArray[np.int64]
                         text = text[2:]
                     hidden += range(first, min(last, len(body.points) - 1) + 1)
         table = np.array(rows, np.float64).reshape(-1, 9)
-        corner = body.points[table[:, :3].astype(np.int64)]
+        bound = table[:, :3].astype(np.int64)
+        corner = body.points[bound]
     except (ValueError, IndexError) as fault:
         raise MakingError(f"{path}:{number}: not clothes for this mesh ({fault}); use MakeHuman's base mesh") from fault
     if mesh is None or not rows:
         raise MakingError(f"{path}: names no mesh (obj_file) or binds no vertices (verts); expected MakeHuman clothes")
-    return mesh, np.einsum("nk,nkj->nj", table[:, 3:6], corner) + table[:, 6:9] * scale, np.array(hidden, np.int64), picture
+    places = np.einsum("nk,nkj->nj", table[:, 3:6], corner) + table[:, 6:9] * scale
+    return Clothes(mesh, places, np.array(hidden, np.int64), picture, bound, table[:, 3:6])
 
 
 def _diffuse(material: Path) -> Path | None:

@@ -36,14 +36,17 @@ class Parts:
     notes: tuple[str, ...]
 
 
-def parts_of(source: Source) -> Parts:
-    """By the names of groups and materials. Raises MakingError where nothing is left."""
+def parts_of(source: Source, gaze: Mask | None = None) -> Parts:
+    """By the names of groups and materials, and for eyeballs by `gaze`: (F,) faces that wholly follow the joint of an eye.
+    Raises MakingError where nothing is left."""
     notes: list[str] = []
     names = [g.lower() for g in source.groups]
     materials = [m.name.lower() for m in source.materials]
     eye_group = np.array([is_eye(n) for n in names])
     eye_material = np.array([is_eye(n) for n in materials])
     eyes = eye_group[source.group] | eye_material[source.material]
+    if gaze is not None:
+        eyes = eyes | gaze
     hidden = np.array([n.startswith(_HIDDEN) or any(w in n for w in _INSIDE) for n in names])[source.group] & ~eyes
     skin = ~eyes & ~hidden
     if hidden.any():
@@ -78,9 +81,13 @@ def covered(points: F64, body: I32, worn: I32, size: float) -> Mask:
     face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal = np.stack([np.bincount(body.ravel(), np.repeat(face[:, k], 3), len(points)) for k in range(3)], axis=1)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    distance, nearest = KDTree(points[cloth]).query(points[used])
-    outside = np.einsum("ni,ni->n", points[cloth[nearest]] - points[used], normal[used]) > -0.002 * size
-    under = (distance < 0.035 * size) & outside
+    # Straight above it there must be cloth, at a place that the middles of its faces tell closely enough.
+    above = np.vstack([points[cloth], points[worn].mean(axis=1)])
+    distance, nearest = KDTree(above).query(points[used])
+    off = above[nearest] - points[used]
+    height = np.einsum("ni,ni->n", off, normal[used])
+    beside = np.sqrt(np.maximum(distance**2 - height**2, 0.0))
+    under = (distance < 0.035 * size) & (height > -0.002 * size) & (beside < 0.009 * size)
     if len(border):
         under &= KDTree(points[border]).query(points[used])[0] > 0.016 * size
     hidden = np.zeros(len(points), np.bool_)
@@ -118,7 +125,7 @@ class Soundness:
         if self.border:
             out.append(f"{self.holes} holes or open edges ({self.border} edges): they stay open")
         if self.branching:
-            out.append(f"not manifold at {self.branching} edges: works, but without coarser levels of detail")
+            out.append(f"not manifold at {self.branching} edges: works; coarser levels of detail are cut apart there")
         if self.pieces > 1:
             out.append(f"{self.pieces} separate pieces (clothes, hair): they move with the body together")
         return tuple(out)

@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from vistel.figure.making.makehuman import apply_target, cubes_rig, read_clothes, read_rig
-from vistel.figure.making.parts import WORN, is_eye
+from vistel.figure.making.parts import WORN, is_eye, parts_of
 from vistel.figure.making.pictures import decode, read_picture
+from vistel.figure.making.read_gltf import read_gltf
 from vistel.figure.making.read_obj import read_obj
+from vistel.figure.making.read_usd import USD_ENDINGS, read_usd
 from vistel.figure.making.source import MakingError, Material, Source
 
-ENDINGS = (".obj",)
+GLTF_ENDINGS = (".glb", ".gltf", ".vrm")
+ENDINGS = (".obj", *GLTF_ENDINGS, *USD_ENDINGS)
 EYES = "eyeballs"
 
 
@@ -55,15 +58,18 @@ def read_source(path: Path, extras: Extras | None = None) -> Source:
         if cloth.suffix.lower() != ".mhclo":
             source = _joined(source, read_mesh(cloth))
             continue
-        mesh, places, hidden, picture = read_clothes(cloth, body)
-        worn = read_mesh(mesh)
-        if len(worn.points) != len(places):
-            raise MakingError(f"{cloth}: binds {len(places)} vertices, {mesh.name} has {len(worn.points)}; fetch both again")
-        if picture is not None:
+        clothes = read_clothes(cloth, body)
+        worn = read_mesh(clothes.mesh)
+        if len(worn.points) != len(clothes.places):
+            raise MakingError(
+                f"{cloth}: binds {len(clothes.places)} vertices, {clothes.mesh.name} has {len(worn.points)}; fetch both again"
+            )
+        if clothes.picture is not None:
             notes: list[str] = []
-            cloth_material = Material(cloth.stem, None, read_picture(picture, notes))
+            cloth_material = Material(cloth.stem, None, read_picture(clothes.picture, notes))
             worn = _with_material(replace(worn, notes=(*worn.notes, *notes)), worn.group >= 0, cloth_material)
-        source = _joined(_without(source, hidden), replace(worn, points=places), "fitted: ")
+        bound = clothes.corner, clothes.share
+        source = _joined(_without(source, clothes.hidden), replace(worn, points=clothes.places), bound)
     return source
 
 
@@ -72,6 +78,10 @@ def read_mesh(path: Path) -> Source:
     ending = path.suffix.lower()
     if ending == ".obj":
         return read_obj(path)
+    if ending in GLTF_ENDINGS:
+        return read_gltf(path)
+    if ending in USD_ENDINGS:
+        return read_usd(path)
     raise MakingError(f"{path}: no format for {ending or 'a name without an ending'!r}, expected {', '.join(ENDINGS)}")
 
 
@@ -107,20 +117,37 @@ def _without(source: Source, vertices: NDArray[np.int64]) -> Source:
     return source.of_faces(~np.asarray(gone[source.triangles].all(axis=1), np.bool_))
 
 
-def _joined(source: Source, worn: Source, called: str = WORN) -> Source:
-    """Both meshes as one; what is worn takes no part in finding unit and joints."""
+def _joined(
+    source: Source, worn: Source, bound: tuple[NDArray[np.int64], NDArray[np.float64]] | None = None
+) -> Source:
+    """Both meshes as one; what is worn takes no part in finding unit and joints. bound: the vertices of `source` that each
+    of the worn ones follows, and how much; otherwise the skin next to it."""
     points, uvs = len(source.points), len(source.uv)
     rig = source.rig
     if rig is not None and rig.weight is not None:
-        # What is worn follows the skin under it.
-        _, nearest = KDTree(source.points).query(worn.points)
-        rig = replace(rig, weight=np.vstack([rig.weight, rig.weight[nearest]]))
+        at, share = bound if bound is not None else _nearest_skin(source, worn.points)
+        rig = replace(rig, weight=np.vstack([rig.weight, _shared(rig.weight, at, share)]))
     uv = np.where(worn.uv_triangles >= 0, worn.uv_triangles + uvs, -1).astype(np.int32)
     return replace(
         source, points=np.vstack([source.points, worn.points]), uv=np.vstack([source.uv, worn.uv]), rig=rig,
         triangles=np.vstack([source.triangles, worn.triangles + points]).astype(np.int32),
         uv_triangles=np.vstack([source.uv_triangles, uv]), group=np.append(source.group, worn.group + len(source.groups)),
-        groups=(*source.groups, *(f"{called}{g or worn.name}" for g in worn.groups)),
+        groups=(*source.groups, *(f"{WORN}{g or worn.name}" for g in worn.groups)),
         material=np.append(source.material, worn.material + len(source.materials)),
         materials=(*source.materials, *worn.materials), notes=(*source.notes, *worn.notes),
     )  # fmt: skip
+
+
+def _nearest_skin(source: Source, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """(N, 4) vertices of the skin next to each point, and shares by nearness."""
+    skin = np.unique(source.triangles[parts_of(source).skin])
+    distance, nearest = KDTree(source.points[skin]).query(points, k=4)
+    near = 1.0 / (distance + 1e-3 * float(np.ptp(source.points[skin])))
+    return skin[nearest], near / near.sum(axis=1, keepdims=True)
+
+
+def _shared(weight: NDArray[np.float32], at: NDArray[np.int64], share: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(N, J) weights of what follows these vertices; bindings may lie outside their triangle."""
+    share = np.maximum(share, 0.0)
+    share /= np.maximum(share.sum(axis=1, keepdims=True), 1e-9)
+    return np.einsum("nk,nkj->nj", share, weight[at]).astype(np.float32)

@@ -13,6 +13,7 @@ from vistel.figure.making.source import Rig
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,19 @@ class Known:
     joint_of_column: Mapping[int, str]
     unknown: tuple[str, ...]
     weight: F32 | None
+
+    def gaze(self, triangles: I32) -> NDArray[np.bool_] | None:
+        """(F,) faces whose corners follow the joint of an eye alone; None without such a joint."""
+        eyes = [c for c, name in self.joint_of_column.items() if name.endswith("_eye")]
+        if self.weight is None or len(eyes) < 2:
+            return None
+        return np.asarray((self.weight[:, eyes].sum(axis=1) > 0.95)[triangles].all(axis=1), np.bool_)
+
+    def head(self) -> F64 | None:
+        """(3,) from the feet to the head, None where the rig has none."""
+        feet = [self.at[f"{side}_foot"] for side in ("left", "right") if f"{side}_foot" in self.at]
+        top = self.at.get("head", self.at.get("neck"))
+        return None if top is None or not feet else top - np.mean(feet, axis=0)
 
     def left(self) -> F64 | None:
         """(3,) from the right arm to the left one, None where the rig has none."""
@@ -43,7 +57,7 @@ def mapped(rig: Rig | None) -> Known:
     column: dict[int, str] = {}
     unknown: list[str] = []
     for i, name in enumerate(rig.names):
-        ours = house_joint(name)
+        ours = rig.told.get(i) or house_joint(name)
         if ours is None:
             unknown.append(name)
             continue

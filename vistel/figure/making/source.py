@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,12 +30,14 @@ class Material:
 @dataclass(frozen=True)
 class Rig:
     """Joints of a file, in its frame and unit. names, parents (J,) (-1 none), at (J, 3); weight: (V, J) shares of the
-    joints in each vertex, None where the file has none."""
+    joints in each vertex, None where the file has none; told: the house's joint (or SPINE) of those of which the file
+    says what they are, by index."""
 
     names: tuple[str, ...]
     parents: I32
     at: F64
     weight: F32 | None = None
+    told: Mapping[int, str] = field(default_factory=dict[int, str])
 
 
 @dataclass(frozen=True)

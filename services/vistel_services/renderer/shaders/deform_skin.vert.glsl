@@ -5,6 +5,8 @@ in vec3 rest;
 in vec3 rest_normal;
 in ivec4 bone;
 in vec4 weight;              // largest first
+in vec3 bulge;               // vistel.figure.rigid_bulge: way out,
+in vec3 bulging;             // share above and below the joint, hinge or -1
 out vec4 position;
 out vec4 normal;
 
@@ -15,9 +17,15 @@ vec3 turned(vec3 v, vec3 r, float s) {
 void main() {
     int bones = words(0).x;
     int first = bones + BONE_TEXELS * bone.x;
+    vec3 shape = rest;
+    int hinge = int(bulging.z);
+    if (hinge >= 0) {        // amplitudes come after the bones, two for each hinge
+        vec4 pair = numbers(bones + BONE_TEXELS * BONES + hinge / 2);
+        shape += dot(bulging.xy, hinge % 2 == 0 ? pair.xy : pair.zw) * bulge;
+    }
     if (weight.x >= 1.0) {
         vec4 x = numbers(first), y = numbers(first + 1), z = numbers(first + 2);
-        vec4 p = vec4(rest, 1.0);
+        vec4 p = vec4(shape, 1.0);
         position = vec4(dot(x, p), dot(y, p), dot(z, p), 0.0);
         normal = vec4(dot(x.xyz, rest_normal), dot(y.xyz, rest_normal), dot(z.xyz, rest_normal), 0.0);
         return;
@@ -36,6 +44,6 @@ void main() {
     dual *= scale;
     vec3 r = real.xyz, t = dual.xyz;
     // The imaginary parts r and t: p' = turned p + 2 (s t - e r + r x t).
-    position = vec4(turned(rest, r, real.w) + 2.0 * (real.w * t - dual.w * r + cross(r, t)), 0.0);
+    position = vec4(turned(shape, r, real.w) + 2.0 * (real.w * t - dual.w * r + cross(r, t)), 0.0);
     normal = vec4(turned(rest_normal, r, real.w), 0.0);
 }

@@ -1,0 +1,94 @@
+"""Recorded hands: Leap Motion recordings to finger angles (../shared/data/hand/leap, LZString's base64 of JSON)."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.solve import FINGER_LIMITS
+
+F64 = NDArray[np.float64]
+
+_ALPHABET = {c: i for i, c in enumerate("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/=")}
+
+
+class _Bits:
+    """Six bits of a letter, the highest first; numbers come with their lowest bit first."""
+
+    def __init__(self, text: str) -> None:
+        self._values = [_ALPHABET[c] for c in text.strip()]
+        self._at = 0
+
+    def take(self, count: int) -> int:
+        out = 0
+        for k in range(count):
+            letter, bit = divmod(self._at, 6)
+            out |= (self._values[letter] >> (5 - bit) & 1) << k
+            self._at += 1
+        return out
+
+
+def decompress(text: str) -> str:
+    """LZString's `decompressFromBase64`."""
+    bits = _Bits(text)
+    words: dict[int, str] = {}
+    word = chr(bits.take(16 if bits.take(2) else 8))
+    words[3] = word
+    out, size, left, width = [word], 4, 4, 3
+    while True:
+        code = bits.take(width)
+        if code == 2:
+            return "".join(out)
+        if code < 2:
+            words[size] = chr(bits.take(16 if code else 8))
+            code, size, left = size, size + 1, left - 1
+            if left == 0:
+                left, width = 1 << width, width + 1
+        entry = words.get(code, word + word[0])
+        out.append(entry)
+        words[size] = word + entry[0]
+        size, left, word = size + 1, left - 1, entry
+        if left == 0:
+            left, width = 1 << width, width + 1
+
+
+def finger_angles(path: Path, rate_hz: float) -> F64:
+    """(n, 20) radians at `rate_hz`, order of one row of `Posture.hands`, of the first hand seen."""
+    times: list[float] = []
+    rows: list[F64] = []
+    for frame in json.loads(decompress(path.read_text("ascii")))["frames"]:
+        angles = _angles(frame) if isinstance(frame, dict) else None
+        if angles is not None:
+            times.append(frame["timestamp"] * 1e-6)
+            rows.append(angles)
+    seconds, table = np.array(times) - times[0], np.array(rows)
+    table[:, [5, 9, 13, 17]] -= np.median(table[:, 9])
+    at = np.arange(0.0, seconds[-1], 1.0 / rate_hz)
+    out = np.stack([np.interp(at, seconds, column) for column in table.T], 1)
+    return np.clip(out, FINGER_LIMITS[:, 0], FINGER_LIMITS[:, 1])
+
+
+def _angles(frame: dict[str, Any]) -> F64 | None:
+    if not frame.get("hands"):
+        return None
+    hand = frame["hands"][0]
+    down, ahead = np.array(hand["palmNormal"]), np.array(hand["direction"])
+    aside = np.cross(ahead, down)
+    fingers = {p["type"]: p for p in frame["pointables"] if p.get("handId") == hand["id"] and "type" in p}
+    if len(fingers) < 5:
+        return None
+    out = np.zeros(20)
+    for i, finger in sorted(fingers.items()):
+        points = [np.array(finger[k]) for k in ("mcpPosition", "pipPosition", "dipPosition", "tipPosition")]
+        bones = [(b - a) / max(1e-6, float(np.linalg.norm(b - a))) for a, b in pairwise(points)]
+        bends = [math.acos(min(1.0, max(-1.0, float(a @ b)))) for a, b in pairwise(bones)]
+        base = math.atan2(float(bones[0] @ down), float(bones[0] @ ahead))
+        spread = math.asin(min(1.0, max(-1.0, float(bones[0] @ aside))))
+        out[4 * i : 4 * i + 4] = (base, spread, *bends)
+    return out

@@ -1,0 +1,10 @@
+"""`vistel calibrate`: measure people and devices once, so that everything afterwards fits them. A module a command."""
+
+from __future__ import annotations
+
+import typer
+
+from vistel_cli import calibrate_distortion
+
+app = typer.Typer(help="Measure people and devices: what is found is kept in files that a conference uses.", no_args_is_help=True)
+app.command("distortion")(calibrate_distortion.distortion)

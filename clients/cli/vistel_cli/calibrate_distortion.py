@@ -1,0 +1,100 @@
+"""`vistel calibrate distortion`: what metal in the room does to a magnetic tracker."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from vistel_cli.terminal import USAGE, fail, out
+
+F64 = NDArray[np.float64]
+
+POSITION, ROTATION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
+
+
+def distortion(
+    points: Annotated[Path, typer.Argument(help="CSV of known points: true_x ... and read_x ..., metres.")],
+    output: Annotated[Path, typer.Option("--out", help="The grid.")] = Path("distortion.json"),
+    step: Annotated[float, typer.Option(help="Metres between the grid's corners.")] = 0.1,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+) -> None:
+    """Make a correction grid from points whose true place is known.
+
+    The file has a line of headings and one line per point, transmitter frame: true_x, true_y, true_z and read_x, read_y,
+    read_z in metres; where orientations are known too, true_qx ... true_qw and read_qx ... read_qw.
+
+    [bold]Example[/bold]
+
+      vistel calibrate distortion points.csv --out distortion.json
+    """
+    # Loads what only this command needs.
+    from vistel.figure.calibration.distortion import (  # noqa: PLC0415
+        DistortionError,
+        fit_distortion,
+        judge,
+        pose_errors,
+        save_distortion,
+    )
+
+    if not 0.01 <= step <= 1.0:
+        fail(f"--step {step}: expected 0.01 to 1 m", USAGE)
+    true, read = read_points(points)
+    errors = pose_errors(true, read)
+    try:
+        report = judge(read[0], errors, step)
+        save_distortion(fit_distortion(read[0], errors, step), output)
+    except DistortionError as e:
+        fail(f"{points}: {e}")
+    except OSError as e:
+        fail(f"{output}: cannot be written: {e.strerror}")
+    better = report.after_m < 0.7 * report.before_m
+    found: dict[str, Any] = {
+        "points": report.points, "before_mm": round(1e3 * report.before_m, 2), "after_mm": round(1e3 * report.after_m, 2),
+        "before_deg": round(math.degrees(report.before_rad), 3), "after_deg": round(math.degrees(report.after_rad), 3),
+        "file": str(output), "verdict": "good" if better else "of no use",
+    }  # fmt: skip
+    if as_json:
+        out.print_json(data=found)
+        return
+    out.print(
+        f"{report.points} points. As read: {found['before_mm']} mm, {found['before_deg']}°; corrected, at points left out "
+        f"of the fit: {found['after_mm']} mm, {found['after_deg']}° (root mean square). Written to {output}.",
+        soft_wrap=True,
+    )
+    if not better:
+        out.print("The grid hardly helps: measure more points, closer together, or there is no distortion to correct.")
+
+
+def read_points(path: Path) -> tuple[tuple[F64, F64], tuple[F64, F64]]:
+    """(true, read): positions (n, 3) and quaternions (n, 4) each; the end of the command with one line where it cannot be."""
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as e:
+        fail(f"{path}: cannot be read as CSV: {e}")
+    columns = set(rows[0]) if rows else set()
+    missing = [f"{w}_{a}" for w in ("true", "read") for a in POSITION if f"{w}_{a}" not in columns]
+    if missing:
+        fail(f"{path}: lacks the columns {', '.join(missing)}")
+    turned = all(f"{w}_{a}" in columns for w in ("true", "read") for a in ROTATION)
+    out: list[tuple[F64, F64]] = []
+    for which in ("true", "read"):
+        table = np.zeros((len(rows), 7))
+        table[:, 6] = 1.0
+        for k, row in enumerate(rows):
+            try:
+                names = POSITION + ROTATION if turned else POSITION
+                table[k, : len(names)] = [float(row[f"{which}_{a}"]) for a in names]
+            except (TypeError, ValueError):
+                fail(f"{path}: line {k + 2}: expected numbers in every column")
+        norm = np.linalg.norm(table[:, 3:], axis=1, keepdims=True)
+        if not np.isfinite(table).all() or np.abs(norm - 1.0).max() > 0.1:
+            fail(f"{path}: line {int(np.abs(norm - 1.0).argmax()) + 2}: expected finite numbers and unit quaternions")
+        out.append((table[:, :3], table[:, 3:] / norm))
+    return out[0], out[1]

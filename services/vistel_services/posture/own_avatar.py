@@ -1,0 +1,62 @@
+"""A participant's own avatar: read where they sit, said to the others and sent to who draws them."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+from vistel.conference.avatar_files import keep_parcel
+from vistel.figure.avatar import scaled
+from vistel.figure.parcel import read_parcel
+from vistel.figure.proportions import Proportions
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel.wire.parcels import digest_of, parts_of
+from vistel.wire.topics import BY_NAME
+from vistel_services.posture.config import Person
+
+log = logging.getLogger("vistel.posture")
+
+PART_EVERY_NS = 20_000_000
+"""Parts follow one another no faster: 2.4 MB a second, which leaves room for motion."""
+
+
+@dataclass(frozen=True)
+class OwnAvatar:
+    """What its limbs are like, as tall as the participant, and the avatar as a parcel."""
+
+    proportions: Proportions
+    parcel: bytes
+    digest: str
+
+
+def own_avatar(person: Person) -> OwnAvatar | None:
+    """The avatar of a participant's file; None for a built-in person, and, told in one line, for a file that cannot be used."""
+    path = person.avatar_file
+    if path is None:
+        return None
+    try:
+        avatar, parcel = read_parcel(path)
+        next(parts_of(parcel))
+        grown = scaled(avatar, person.height_m)
+        own = OwnAvatar(Proportions.of(grown.skeleton, grown.body), parcel, digest_of(parcel))
+    except FileNotFoundError:
+        reason = f"no file {path.name!r} beside the conference file or in {path.parent}; copy it there"
+    except (ValueError, OSError) as fault:
+        reason = str(fault)
+    else:
+        keep_parcel(own.digest, own.parcel)
+        log.info("event=avatar_read participant=%s digest=%s bytes=%d", person.name, own.digest, len(parcel))
+        return own
+    log.error("event=avatar_refused participant=%s avatar=%s reason=%r shown=stand-in", person.name, path, reason)
+    return None
+
+
+async def send_parts(own: OwnAvatar, site: str, bus: Bus, clock: Clock) -> None:
+    """Put the parcel on the bus, a part at a time; late joiners get it from there."""
+    due_ns = clock.now_ns()
+    for name, part in parts_of(own.parcel):
+        part.header.t_ns, part.header.source = clock.now_ns(), f"{site}/posture"
+        bus.publish(BY_NAME["avatar_part"], digest=own.digest, part=name).put(part)
+        due_ns += PART_EVERY_NS
+        await clock.sleep_until_ns(due_ns)

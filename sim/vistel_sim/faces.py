@@ -1,0 +1,42 @@
+"""What the cameras on a simulated participant's helmet look at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.face_marks import Expressions
+from vistel.protocol.live_link_face import CHANNELS
+from vistel_sim.camera_noise import light_at
+from vistel_sim.face_picture import FacePicture, View
+
+U8 = NDArray[np.uint8]
+F64 = NDArray[np.float64]
+
+Channels = Callable[[float], Sequence[float]]
+"""t [s] -> 61 values, order of CHANNELS."""
+
+_HAND_EVERY_S, _HAND_S = 17.0, 0.8
+
+
+class FaceScene:
+    """A face that does what `channels` say; the helmet slips a little, now and then a hand passes."""
+
+    def __init__(self, channels: Channels, seed: int) -> None:
+        self.picture_of = FacePicture(seed)
+        self._channels = channels
+        self._expressions = Expressions(CHANNELS)
+
+    def marks(self, t_s: float) -> F64:
+        """(13, 2) metres: the truth."""
+        return self._expressions.marks(self._channels(t_s))
+
+    def picture(self, number: int, t_s: float, drifting_s: float) -> U8:
+        """See `Scene.picture`. A mount that drifts slips by 3 mm/s, 12 mm at most."""
+        slip = (0.0008 * math.sin(0.11 * t_s), 0.0008 * math.sin(0.07 * t_s) - min(0.012, 0.003 * drifting_s), 0.0)
+        phase = t_s % _HAND_EVERY_S
+        hand = ((-60.0 + 760.0 * phase / _HAND_S, 300.0, 55.0),) if phase < _HAND_S and t_s > _HAND_S else ()
+        return self.picture_of.draw(self.marks(t_s), number, View(slip, light_at(t_s, drifting_s), hand))

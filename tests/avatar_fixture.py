@@ -1,0 +1,49 @@
+"""A small avatar of its own proportions, for tests: a generated person of few triangles whose arms are long."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from vistel.figure.avatar import Avatar, Mesh, builtin_avatar
+from vistel.figure.body import Body
+from vistel.figure.skeleton import JOINT_INDEX, Skeleton
+
+LONGER = 1.18
+"""Arms beyond the shoulder joint."""
+THICKER = 1.25
+
+
+@lru_cache(maxsize=1)
+def long_armed() -> Avatar:
+    """1.75 m tall, one level of detail, hands and forearms thicker than average."""
+    whole = builtin_avatar("builtin:seed=3", name="long", height=1.75)
+    small = whole.coarser[-1]
+    at = float(small.skeleton.rest[JOINT_INDEX["left_upper_arm"], 0])
+
+    def stretched(p: np.ndarray) -> np.ndarray:
+        out = np.array(p)
+        x = np.abs(out[:, 0])
+        out[:, 0] = np.sign(out[:, 0]) * np.where(x > at, at + LONGER * (x - at), x)
+        return out
+
+    rest = stretched(small.skeleton.rest)
+    b = small.body
+    old = small.skeleton.rest[b.joint]
+    arm = np.array([any(w in n for w in ("forearm", "palm", "knuckles")) for n in b.names])
+    thick = np.where(arm, THICKER, 1.0)
+    body = Body(
+        b.names, b.joint, stretched(old + b.a) - rest[b.joint], stretched(old + b.b) - rest[b.joint], b.radius_a * thick,
+        b.radius_b * thick,
+    )  # fmt: skip
+    tip = stretched(small.skeleton.rest + small.skeleton.tip) - rest
+
+    def grown(mesh: Mesh) -> Mesh:
+        return replace(mesh, vertices=stretched(mesh.vertices).astype(np.float32), bone=None, weight=None)
+
+    return replace(
+        small, name="long", skeleton=Skeleton(rest, tip), body=body, mesh=grown(small.mesh),
+        eyeballs=tuple(small.eyeballs), albedo=np.ascontiguousarray(whole.albedo[::16, ::16]), coarser=(),
+    )  # fmt: skip

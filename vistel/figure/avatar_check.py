@@ -1,0 +1,64 @@
+"""Whether an avatar that was read from somewhere can be drawn: nothing in it points beyond what is there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar_file import AvatarFileError
+from vistel.figure.proportions import Proportions
+from vistel.figure.rigid_weights import TWIST_BONES
+from vistel.figure.skeleton import JOINTS
+
+MOST_VERTICES, MOST_TRIANGLES = 200_000, 400_000
+MOST_LEVELS = 6
+MOST_TEXELS = 4096
+"""Along a side of the texture."""
+
+
+def check_avatar(avatar: Avatar, where: str) -> None:
+    """Raises AvatarFileError, one line that begins with `where`, when it cannot be drawn."""
+    try:
+        Proportions.of(avatar.skeleton, avatar.body)
+    except ValueError as fault:
+        raise AvatarFileError(f"{where}: {fault}") from fault
+    if len(avatar.coarser) > MOST_LEVELS or len(avatar.eyeballs) > 2:
+        raise AvatarFileError(f"{where}: {len(avatar.coarser)} levels, {len(avatar.eyeballs)} eyeballs")
+    texels = avatar.albedo
+    if texels.dtype != np.uint8 or texels.ndim != 3 or texels.shape[2] != 3 or not 0 < max(texels.shape) <= MOST_TEXELS:
+        raise AvatarFileError(f"{where}: a texture of {texels.shape}, expected at most {MOST_TEXELS} texels along a side")
+    for level in (avatar, *avatar.coarser):
+        for mesh in (level.mesh, *level.eyeballs):
+            _check_mesh(mesh, len(avatar.body), where)
+
+
+def _check_mesh(mesh: Mesh, primitives: int, where: str) -> None:
+    count, drawn, faces = len(mesh.vertices), len(mesh.uv), len(mesh.triangles)
+    if not 3 < count <= MOST_VERTICES or not 3 < faces <= MOST_TRIANGLES or not 3 < drawn <= 3 * MOST_TRIANGLES:
+        raise AvatarFileError(f"{where}: {count} vertices, {faces} triangles; expected at most {MOST_VERTICES}, {MOST_TRIANGLES}")
+    shapes = (
+        (mesh.vertices, (count, 3), "f"), (mesh.triangles, (faces, 3), "i"), (mesh.corner_vertex, (drawn,), "i"),
+        (mesh.uv, (drawn, 2), "f"), (mesh.corner_triangles, (faces, 3), "i"), (mesh.limb, (count,), "i"),
+    )  # fmt: skip
+    if any(array.shape != shape or array.dtype.kind != kind for array, shape, kind in shapes):
+        raise AvatarFileError(f"{where}: a mesh whose arrays do not fit together")
+    if not (np.isfinite(mesh.vertices).all() and np.isfinite(mesh.uv).all()) or np.abs(mesh.vertices).max() > 10.0:
+        raise AvatarFileError(f"{where}: vertices that are not finite, or far away")
+    _within(mesh.triangles, count, where)
+    _within(mesh.corner_triangles, drawn, where)
+    _within(mesh.corner_vertex, count, where)
+    _within(mesh.limb, primitives, where)
+    if not np.array_equal(mesh.corner_vertex[mesh.corner_triangles], mesh.triangles):
+        raise AvatarFileError(f"{where}: texture corners of other triangles")
+    if (mesh.bone is None) != (mesh.weight is None):
+        raise AvatarFileError(f"{where}: bones without weights")
+    if mesh.bone is not None and mesh.weight is not None:
+        if mesh.bone.shape != (count, 4) or mesh.weight.shape != (count, 4) or not np.isfinite(mesh.weight).all():
+            raise AvatarFileError(f"{where}: weights that do not fit the mesh")
+        _within(mesh.bone, len(JOINTS) + len(TWIST_BONES), where)
+
+
+def _within(index: NDArray[np.int32], limit: int, where: str) -> None:
+    if index.min() < 0 or index.max() >= limit:
+        raise AvatarFileError(f"{where}: a mesh that points beyond its own arrays")

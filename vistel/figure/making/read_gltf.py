@@ -1,0 +1,303 @@
+"""A person's mesh from glTF 2.0, GLB and VRM: as the file shows it, with its rig, weights, materials and pictures."""
+
+# pyright: basic
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from vistel.figure.making.gltf import Document, read_document
+from vistel.figure.making.gltf_nodes import Nodes, influences, parents_within
+from vistel.figure.making.pictures import decode
+from vistel.figure.making.source import MakingError, Material, Rig, Source
+from vistel.figure.making.vrm import humanoid, version
+
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+
+_MOST_WEIGHTS = 300_000_000
+_STRIP, _FAN, _TRIANGLES = 5, 6, 4
+_SEEN = 0.35
+"""Mean opacity of a face's place in its picture below which it is not drawn: figures are opaque."""
+
+
+def read_gltf(path: Path) -> Source:
+    """The mesh of a glTF file. Raises MakingError, OSError."""
+    document = read_document(path)
+    try:
+        return _Reader(document).source()
+    except (TypeError, ValueError, KeyError, AttributeError, IndexError, OverflowError) as fault:
+        if isinstance(fault, MakingError):
+            raise
+        raise MakingError(f"{path}: not as glTF 2.0 has it ({fault}); export the file again") from fault
+
+
+@dataclass
+class _Part:
+    """A primitive: points (N, 3), triangles (F, 3), uv (N, 2) or None, influences (N, J) or None."""
+
+    points: F64
+    triangles: I32
+    uv: F64 | None
+    weight: NDArray[np.float32] | None
+    group: int
+    material: int
+
+
+class _Reader:
+    def __init__(self, document: Document) -> None:
+        self.document, self.nodes, self.notes = document, Nodes(document), list[str]()
+        self.told = humanoid(document)
+        skinned = [j for skin in document.rows("skins") for j in skin.get("joints", [])]
+        self.joints = sorted({j for j in (*skinned, *self.told) if isinstance(j, int) and 0 <= j < len(self.nodes)})
+        self.column = {j: k for k, j in enumerate(self.joints)}
+        self.groups: dict[str, int] = {}
+        self._pictures: dict[int, NDArray[np.uint8] | None] = {}
+        self.materials = [self._material(m) for m in document.rows("materials")]
+        self.materials.append(Material("", None, None))
+        self.morphs = 0
+
+    def source(self) -> Source:
+        parts = [p for node in self.nodes.drawn() for p in self._node(node)]
+        parts = [p for p in parts if len(p.triangles)]
+        path = self.document.path
+        if not parts:
+            raise MakingError(f"{path}: no triangles; expected a glTF file with the surface of a person")
+        if kind := version(self.document):
+            self.notes.append(f"{kind}, humanoid map of {len(self.told)} bones")
+        if self.morphs:
+            self.notes.append(f"{self.morphs} morph targets left out: figures move by their joints")
+        starts = np.cumsum([0, *(len(p.points) for p in parts)])
+        points = np.vstack([p.points for p in parts])
+        if not np.isfinite(points).all():
+            raise MakingError(f"{path}: points that are not finite; repair the mesh")
+        if len(points) * max(1, len(self.joints)) > _MOST_WEIGHTS:
+            raise MakingError(f"{path}: {len(points)} vertices; reduce the mesh to at most some 100,000 first")
+        triangles = np.vstack([p.triangles + start for p, start in zip(parts, starts, strict=False)]).astype(np.int32)
+        if triangles.min() < 0 or triangles.max() >= len(points):
+            raise MakingError(f"{path}: triangles of vertices that are not there; export the file again")
+        uv = np.vstack([np.zeros((len(p.points), 2)) if p.uv is None else p.uv for p in parts])
+        bare = np.concatenate([np.full(len(p.triangles), p.uv is None) for p in parts])
+        counts = [len(p.triangles) for p in parts]
+        return Source(
+            path.stem, points, triangles, np.nan_to_num(uv), np.where(bare[:, None], np.int32(-1), triangles),
+            np.repeat([p.group for p in parts], counts).astype(np.int32), tuple(self.groups),
+            np.repeat([p.material for p in parts], counts).astype(np.int32), tuple(self.materials), self._rig(parts),
+            1.0, "Y", tuple(self.notes),
+        )  # fmt: skip
+
+    def _rig(self, parts: Sequence[_Part]) -> Rig | None:
+        if not self.joints:
+            return None
+        weight = None
+        if any(p.weight is not None for p in parts):
+            none = np.zeros(len(self.joints), np.float32)
+            weight = np.vstack([np.tile(none, (len(p.points), 1)) if p.weight is None else p.weight for p in parts])
+        names = tuple(str(self.nodes.name(j)) for j in self.joints)
+        told = {self.column[j]: ours for j, ours in self.told.items() if j in self.column}
+        at = np.array([self.nodes.matrix[j][:3, 3] for j in self.joints])
+        return Rig(names, parents_within(self.nodes, self.joints), at, weight, told)
+
+    def _node(self, node: int) -> list[_Part]:
+        row = self.document.row("nodes", node)
+        mesh = self.document.row("meshes", row["mesh"])
+        name = str(row.get("name") or mesh.get("name") or f"mesh {row['mesh']}")
+        group = self.groups.setdefault(name, len(self.groups))
+        out: list[_Part] = []
+        for primitive in mesh.get("primitives", []):
+            packed = [n for n in primitive.get("extensions", {}) if "compression" in n]
+            if packed:
+                raise MakingError(f"{self.document.path}: {name} is compressed ({packed[0]}); export it without compression")
+            if primitive.get("mode", _TRIANGLES) not in (_TRIANGLES, _STRIP, _FAN):
+                self.notes.append(f"{name}: lines or points left out")
+                continue
+            out.append(self._primitive(primitive, mesh, row, node, group))
+        return out
+
+    def _primitive(self, primitive: dict[str, Any], mesh: dict[str, Any], row: dict[str, Any], node: int, group: int) -> _Part:
+        read, attributes = self.document.array, primitive["attributes"]
+        points = self._columns(attributes["POSITION"], 3)
+        targets, shares = primitive.get("targets", []), row.get("weights", mesh.get("weights", []))
+        self.morphs += len(targets)
+        for target, share in zip(targets, shares, strict=False):
+            if share and "POSITION" in target:
+                points = points + float(share) * self._columns(target["POSITION"], 3)
+        index = read(primitive["indices"])[:, 0].astype(np.int64) if "indices" in primitive else np.arange(len(points))
+        triangles = _triangles(index, primitive.get("mode", _TRIANGLES))
+        if len(triangles) and triangles.max() >= len(points):
+            raise MakingError(f"{self.document.path}: triangles of vertices that are not there; export the file again")
+        if "skin" in row:
+            skin = self.document.row("skins", row["skin"])
+            points, weight = self._skinned(points, attributes, skin)
+        else:
+            matrix = self.nodes.matrix[node]
+            points = points @ matrix[:3, :3].T + matrix[:3, 3]
+            if np.linalg.det(matrix[:3, :3]) < 0.0:
+                triangles = triangles[:, ::-1]
+            weight = self._rigid(node, len(points))
+        material = primitive.get("material", len(self.materials) - 1)
+        if not isinstance(material, int) or not 0 <= material < len(self.materials):
+            raise MakingError(f"{self.document.path}: a material that is not there; export the file again")
+        uv = self._uv(attributes, material)
+        triangles = self._seen(triangles, uv, material)
+        return _Part(points, triangles.astype(np.int32), uv, weight, group, material)
+
+    def _columns(self, accessor: int, columns: int) -> F64:
+        out = self.document.array(accessor).astype(np.float64)
+        if out.shape[1] != columns:
+            raise MakingError(f"{self.document.path}: accessor {accessor} has {out.shape[1]} columns, expected {columns}")
+        return out
+
+    def _skinned(self, points: F64, attributes: dict[str, int], skin: dict[str, Any]) -> tuple[F64, NDArray[np.float32]]:
+        """Points as the joints of the file stand, and their shares."""
+        joints, share = influences(self.document, attributes, skin, len(points))
+        of = np.array([self.column[j] for j in skin["joints"]])
+        bind = np.tile(np.eye(4), (len(of), 1, 1))
+        if "inverseBindMatrices" in skin:
+            bind = self.document.array(skin["inverseBindMatrices"]).astype(np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
+        matrices = np.array([self.nodes.matrix[j] @ b for j, b in zip(skin["joints"], bind, strict=True)])
+        whole = np.column_stack([points, np.ones(len(points))])
+        moved, weight = np.zeros((len(points), 3)), np.zeros((len(points), len(self.joints)), np.float32)
+        rows = np.arange(len(points))
+        for k in range(joints.shape[1]):
+            moved += share[:, k, None] * np.einsum("nij,nj->ni", matrices[joints[:, k], :3], whole)
+            np.add.at(weight, (rows, of[joints[:, k]]), share[:, k])
+        return moved, weight
+
+    def _rigid(self, node: int, count: int) -> NDArray[np.float32] | None:
+        """Shares of a mesh that hangs on a joint, as eyes and hats do."""
+        at = node
+        while at >= 0 and at not in self.column:
+            at = int(self.nodes.parents[at])
+        if at < 0:
+            return None
+        out = np.zeros((count, len(self.joints)), np.float32)
+        out[:, self.column[at]] = 1.0
+        return out
+
+    def _uv(self, attributes: dict[str, int], material: int) -> F64 | None:
+        rows = self.document.rows("materials")
+        info = _colour_texture(rows[material]) if material < len(rows) else {}
+        moved = info.get("extensions", {}).get("KHR_texture_transform", {})
+        which = moved.get("texCoord", info.get("texCoord", 0))
+        name = f"TEXCOORD_{which}"
+        if name not in attributes:
+            return None
+        uv = self._columns(attributes[name], 2)
+        if moved:
+            (x, y), (sx, sy), turn = moved.get("offset", (0, 0)), moved.get("scale", (1, 1)), float(moved.get("rotation", 0))
+            c, s = np.cos(turn), np.sin(turn)
+            uv = (uv * (sx, sy)) @ np.array([[c, -s], [s, c]]) + (x, y)
+        return np.column_stack([uv[:, 0], 1.0 - uv[:, 1]])
+
+    def _seen(self, triangles: NDArray[np.int64], uv: F64 | None, material: int) -> NDArray[np.int64]:
+        """The triangles without those that their picture leaves transparent."""
+        rows = self.document.rows("materials")
+        if uv is None or material >= len(rows) or rows[material].get("alphaMode", "OPAQUE") == "OPAQUE" or not len(triangles):
+            return triangles
+        alpha = self._alpha(_colour_texture(rows[material]))
+        if alpha is None:
+            return triangles
+        corner = uv[triangles]
+        middle = corner.mean(axis=1, keepdims=True)
+        places = np.concatenate([middle, 0.7 * corner + 0.3 * middle], axis=1)
+        x = (np.mod(places[..., 0], 1.0) * (alpha.shape[1] - 1)).astype(np.int64)
+        y = ((1.0 - np.mod(places[..., 1], 1.0)) * (alpha.shape[0] - 1)).astype(np.int64)
+        keep = alpha[y, x].mean(axis=1) >= 255 * _SEEN
+        if not keep.all():
+            self.notes.append(f"material {self.materials[material].name!r}: {int((~keep).sum())} transparent faces left out")
+        return triangles[keep]
+
+    def _alpha(self, info: dict[str, Any]) -> NDArray[np.uint8] | None:
+        data = self._picture_data(info)
+        if data is None:
+            return None
+        try:
+            with Image.open(io.BytesIO(data)) as picture:
+                if picture.mode not in ("RGBA", "LA", "PA") and "transparency" not in picture.info:
+                    return None
+                return np.asarray(picture.convert("RGBA"), np.uint8)[..., 3]
+        except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError):
+            return None
+
+    def _picture_data(self, info: dict[str, Any]) -> bytes | None:
+        if "index" not in info:
+            return None
+        texture = self.document.row("textures", info["index"])
+        other = next((e["source"] for e in texture.get("extensions", {}).values() if isinstance(e, dict) and "source" in e), None)
+        image = texture.get("source", other)
+        try:
+            return self.document.picture(image)
+        except MakingError:
+            return None
+
+    def _material(self, row: dict[str, Any]) -> Material:
+        name = str(row.get("name", ""))
+        colour = row.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
+        factor = np.clip(np.array(colour[:3], np.float64), 0.0, 1.0)
+        r, g, b = np.round(255.0 * srgb(factor)).astype(int).tolist()
+        info = _colour_texture(row)
+        if "index" not in info:
+            return Material(name, (r, g, b))
+        picture = self._picture(info, name)
+        if picture is not None and (factor < 1.0).any():
+            picture = np.round(255.0 * srgb(linear(picture / 255.0) * factor)).astype(np.uint8)
+        return Material(name, (r, g, b), picture)
+
+    def _picture(self, info: dict[str, Any], name: str) -> NDArray[np.uint8] | None:
+        """One array for all materials that show the same picture."""
+        if info["index"] not in self._pictures:
+            data, picture = self._picture_data(info), None
+            where = f"texture {self._picture_name(info)} of material {name!r}"
+            if data is None:
+                self.notes.append(f"{where} is not there; a plain colour instead (put it beside the mesh, or --texture FILE)")
+            else:
+                try:
+                    picture = decode(data)
+                except MakingError as fault:
+                    self.notes.append(f"{where}: {fault}; a plain colour instead")
+            self._pictures[info["index"]] = picture
+        return self._pictures[info["index"]]
+
+    def _picture_name(self, info: dict[str, Any]) -> str:
+        image = self.document.row("textures", info["index"]).get("source")
+        rows = self.document.rows("images")
+        row = rows[image] if isinstance(image, int) and 0 <= image < len(rows) else {}
+        uri = str(row.get("uri", ""))
+        return str(row.get("name") or ("" if uri.startswith("data:") else uri) or f"number {image}")
+
+
+def _colour_texture(row: dict[str, Any]) -> dict[str, Any]:
+    """What the material says of the texture of its colour, {} without one."""
+    old = row.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness", {}).get("diffuseTexture", {})
+    return row.get("pbrMetallicRoughness", {}).get("baseColorTexture", old)
+
+
+def srgb(linear_light: F64) -> F64:
+    """sRGB of linear light, both 0 to 1."""
+    return np.where(linear_light <= 0.0031308, 12.92 * linear_light, 1.055 * np.power(linear_light, 1 / 2.4) - 0.055)
+
+
+def linear(encoded: F64) -> F64:
+    """Linear light of sRGB, both 0 to 1."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, np.power((encoded + 0.055) / 1.055, 2.4))
+
+
+def _triangles(index: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
+    if mode == _TRIANGLES:
+        return index[: len(index) // 3 * 3].reshape(-1, 3)
+    if len(index) < 3:
+        return np.zeros((0, 3), np.int64)
+    if mode == _FAN:
+        return np.column_stack([np.full(len(index) - 2, index[0]), index[1:-1], index[2:]])
+    strip = np.column_stack([index[:-2], index[1:-1], index[2:]])
+    strip[1::2] = strip[1::2, [1, 0, 2]]
+    return strip

@@ -1,0 +1,75 @@
+"""How much of the marks' colour is in each pixel, whatever the light (a chroma key in a calibrated colour space)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+U8 = NDArray[np.uint8]
+F64 = NDArray[np.float64]
+
+FULL = 200.0
+"""What the key says of a pixel that is all mark; what is over leaves room for brighter light."""
+_FLOOR = 12.0
+"""Added to the background's second moments [grey levels²]: the noise of a camera."""
+_STEP = 8
+"""Every how many pixels the background is sampled."""
+
+
+@dataclass(frozen=True)
+class ColourKey:
+    """mark: (3,) mean colour of the marks, BGR 0..255. background: (3, 3) second moments E[c cᵀ] of everything else.
+
+    The key is the linear map of colours that is 1 at `mark` and smallest over the background (constrained energy
+    minimisation). Being linear, it reads a pixel half covered by a mark as half; having no constant, it
+    only scales with the light, so that weighted centroids do not move.
+    """
+
+    mark: F64
+    background: F64
+
+    @property
+    def weights(self) -> F64:
+        """(3,) of blue, green, red."""
+        w = np.linalg.solve(self.background + _FLOOR * np.eye(3), self.mark)
+        return w / float(w @ self.mark)
+
+    def apply(self, frame: U8) -> U8:
+        """frame: (h, w, 3) BGR. (h, w), `FULL` where there is only mark, 0 where there is none."""
+        return np.asarray(cv2.transform(frame, (FULL * self.weights)[None].astype(np.float32)), np.uint8)
+
+    def contrast(self) -> float:
+        """How far the marks stand out of the background: mean square of the key over marks to that over the rest."""
+        w = self.weights
+        return float(1.0 / max(w @ self.background @ w, 1e-9))
+
+    def followed(self, mark: F64, background: F64, share: float) -> ColourKey:
+        """Drawn by `share` towards what is seen now."""
+        return ColourKey(
+            self.mark + share * (mark - self.mark), self.background + share * (background - self.background)
+        )
+
+
+def generic_green(frame: U8) -> U8:
+    """(h, w) 255 where a pixel is a strong green of any brightness; for frames of which no key is known yet."""
+    hsv = cv2.cvtColor(frame, cv2.COLOR_BGR2HSV)
+    return np.asarray(cv2.inRange(hsv, np.array((38, 80, 40)), np.array((92, 255, 255))), np.uint8)
+
+
+def background_moments(frame: U8, marks: U8) -> F64:
+    """(3, 3) second moments of the pixels where `marks` (h, w), grown a little, is 0; of every 8th pixel each way."""
+    grown = cv2.dilate(marks, np.ones((5, 5), np.uint8))[_STEP // 2 :: _STEP, _STEP // 2 :: _STEP]
+    colours = frame[_STEP // 2 :: _STEP, _STEP // 2 :: _STEP][grown == 0].astype(np.float64)
+    if not len(colours):
+        return np.zeros((3, 3))
+    return colours.T @ colours / len(colours)
+
+
+def mean_colour(frame: U8, mask: U8) -> F64:
+    """(3,) mean colour of the inner pixels of `mask` (h, w), BGR; NaN where it has none."""
+    inner = cv2.erode(mask, np.ones((3, 3), np.uint8))
+    count = int(cv2.countNonZero(inner))
+    return np.array(cv2.mean(frame, inner)[:3]) if count else np.full(3, np.nan)

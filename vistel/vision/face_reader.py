@@ -1,0 +1,104 @@
+"""From pictures of a helmet's face camera to the marks of the face: key, spots, identity, the helmet's slip taken out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.face_marks import MARK_COUNT, REST
+from vistel.vision.colour_key import FULL, background_moments, mean_colour
+from vistel.vision.face_calibration import FaceCalibration, marks_mask
+from vistel.vision.mark_shape import standard_shape
+from vistel.vision.mark_tracker import MarkTracker
+from vistel.vision.spots import Spots, find_spots, take_apart
+
+U8 = NDArray[np.uint8]
+F64 = NDArray[np.float64]
+
+_LIGHT_S = 0.5
+"""In which the key follows the light."""
+_SLIP_S = 1.0
+"""In which a slip of the helmet is believed."""
+_SMALLEST, _LARGEST = 0.35, 3.2
+"""Of the calibrated mass: a spot of less is the rest of a hidden mark, or of another colour; of more, no mark."""
+_TWO = 1.45
+"""A spot of so many masses holds two marks."""
+
+
+@dataclass(frozen=True)
+class FaceReading:
+    """marks: (13, 2) metres, head's frame, as a standard face would have them, or None where no face is found.
+    pixels: (13, 2) where they are in the picture. seen: (13,) False where a mark's place is guessed. trouble: what is
+    wrong, for a person; empty when nothing."""
+
+    marks: F64 | None
+    pixels: F64
+    seen: NDArray[np.bool_]
+    trouble: str
+
+
+class FaceReader:
+    """Reads one camera's pictures in order."""
+
+    def __init__(self, calibration: FaceCalibration) -> None:
+        self._calibration = calibration
+        self._to_head, self._origin = calibration.to_head()
+        self._rest = calibration.neutral @ self._to_head.T + self._origin
+        self._shape = replace(standard_shape(), rest=self._rest.ravel())
+        self._tracker = MarkTracker(self._shape)
+        self._key = calibration.key
+        self._slip = np.zeros(4)
+
+    def read(self, frame: U8, dt_s: float) -> FaceReading:
+        """frame: (h, w, 3) BGR, of the calibrated size. dt_s: since the frame before."""
+        key = self._key.apply(frame)
+        mass = self._calibration.mass
+        spots = find_spots(key, FULL, smallest=_SMALLEST * mass, largest=_LARGEST * mass)
+        centres = self._parted(key, spots, dt_s)
+        tracked = self._tracker.step(centres @ self._to_head.T + self._origin, dt_s)
+        nothing = np.zeros(MARK_COUNT, bool)
+        if not tracked.found:
+            # The light may have gone on elsewhere than it left: begin with the calibrated colour.
+            self._key = self._calibration.key
+            why = f"no face: {len(centres)} spots of the marks' colour, {MARK_COUNT} expected"
+            return FaceReading(None, np.full((MARK_COUNT, 2), np.nan), nothing, why)
+        self._follow_light(frame, key, spots, tracked.spot[tracked.seen], dt_s)
+        slip = self._shape.slip_of(tracked.position, tracked.seen)
+        self._slip += (slip - self._slip) * -math.expm1(-dt_s / _SLIP_S)
+        moved = tracked.position - self._rest - (self._shape.slip @ self._slip).reshape(-1, 2)
+        pixels = (tracked.position - self._origin) @ np.linalg.inv(self._to_head).T
+        hidden = MARK_COUNT - int(tracked.seen.sum())
+        return FaceReading(REST + moved, pixels, tracked.seen, f"{hidden} marks hidden" if hidden else "")
+
+    def _parted(self, key: U8, spots: Spots, dt_s: float) -> F64:
+        """(n, 2) centres [px]: those of `spots`, the parts of those that hold several marks at the end."""
+        big = np.flatnonzero(spots.mass > _TWO * self._calibration.mass)
+        if not len(big):
+            return spots.centre
+        expected = (self._tracker.expected(dt_s) - self._origin) @ np.linalg.inv(self._to_head).T
+        centres = spots.centre.copy()
+        more: list[F64] = []
+        for k in big:
+            x, y, w, h = (int(v) for v in spots.box[k])
+            inside = ((expected >= (x - 2, y - 2)) & (expected <= (x + w + 1, y + h + 1))).all(1)
+            if inside.sum() < 2:
+                continue
+            parts, masses = take_apart(key, (x, y, w, h), FULL, expected[inside])
+            if (masses > _SMALLEST * self._calibration.mass).all():
+                centres[k] = parts[0]
+                more.append(parts[1:])
+        return np.vstack((centres, *more))
+
+    def _follow_light(self, frame: U8, key: U8, spots: Spots, own: NDArray[np.int64], dt_s: float) -> None:
+        """Draw the key towards the colours of this frame."""
+        own = own[own < len(spots)]
+        if len(own) < MARK_COUNT // 2:
+            return
+        mask = marks_mask(key, spots, own)
+        colour = mean_colour(frame, mask)
+        if np.isfinite(colour).all():
+            share = -math.expm1(-dt_s / _LIGHT_S)
+            self._key = self._key.followed(colour, background_moments(frame, mask), share)

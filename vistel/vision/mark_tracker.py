@@ -1,0 +1,210 @@
+"""Which spot is which mark, from frame to frame: a Kalman filter over all marks together, and one assignment.
+
+The filter's covariance is that of `MarkShape`, so a mark that is hidden follows those that are seen. Where exchanging two
+marks would be nearly as likely, neither is claimed: both are guessed until the others tell them apart.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from vistel.figure.face_marks import MARK_COUNT
+from vistel.vision.mark_shape import MarkShape, standard_shape
+
+F64 = NDArray[np.float64]
+Bool = NDArray[np.bool_]
+
+_RELAX_S = 0.8
+"""In which a face forgets: the time constant of the filter's pull to rest."""
+_NOISE_M = 0.0004
+"""Of a centre, with what a mark does between two frames on its own."""
+_GATE = 25.0
+"""Squared Mahalanobis distance beyond which a spot is not a mark."""
+_MARGIN = 14.0
+"""Two marks are told apart when exchanging them costs so much more (log likelihood ratio, doubled)."""
+_ODD, _ODD_S = 8.0, 0.6
+"""Marks are doubted where exchanging two makes the face so much likelier by itself, and looked for anew after so long."""
+_MARK_M, _NEAR = 0.003, 6.0
+"""A mark's size, and the squared Mahalanobis distance within which a hidden mark may be under another's spot."""
+_SPEED_KEPT_S = 0.25
+"""Time constant in which the speed of a hidden mark dies away."""
+_LOST_S = 0.7
+"""With fewer than `_ENOUGH` marks seen for so long everything is looked for anew."""
+_ENOUGH = 6
+
+
+@dataclass(frozen=True)
+class TrackedMarks:
+    """position: (13, 2) metres, as the camera sees the head's frame. seen: (13,) False where it is guessed from the
+    others. spot: (13,) index of each mark's spot, -1 where it has none of its own. found: whether the face is."""
+
+    position: F64
+    seen: Bool
+    spot: NDArray[np.int64]
+    found: bool
+
+
+class MarkTracker:
+    """Feed it the spots of each frame, in metres of the head's frame, with the time since the last."""
+
+    def __init__(self, shape: MarkShape | None = None) -> None:
+        self._shape = shape or standard_shape()
+        self._prior = self._shape.covariance
+        self._mean = self._shape.rest.copy()
+        self._cov = self._prior.copy()
+        self._speed = np.zeros(2 * MARK_COUNT)
+        self._found = False
+        self._poor_s = self._odd_s = 0.0
+
+    def expected(self, dt_s: float) -> F64:
+        """(13, 2) where the marks are likely to be `dt_s` after the last frame."""
+        return self._predict(dt_s)[0].reshape(-1, 2)
+
+    def forget(self) -> None:
+        """Look for everything anew."""
+        self._mean, self._cov = self._shape.rest.copy(), self._prior.copy()
+        self._speed[:] = 0.0
+        self._found, self._poor_s, self._odd_s = False, 0.0, 0.0
+
+    def step(self, spots: F64, dt_s: float) -> TrackedMarks:
+        """spots: (n, 2) metres. dt_s: since the step before."""
+        mean, cov = self._predict(dt_s)
+        spot = self._assign(spots, mean, cov)
+        if not self._found:
+            spot = self._settle(spots, spot, mean, cov)
+        unsure = self._unsure(spots, spot, mean, cov)
+        odd = self._odd(spots, spot)
+        self._odd_s = self._odd_s + dt_s if odd.any() else 0.0
+        seen = (spot >= 0) & ~unsure
+        if not self._found:
+            self._found = int(seen.sum()) >= MARK_COUNT - 2
+            if not self._found:
+                return TrackedMarks(mean.reshape(-1, 2), np.zeros(MARK_COUNT, bool), spot, False)
+        self._update(spots, np.where(seen, spot, -1), mean, cov, dt_s)
+        self._poor_s = 0.0 if seen.sum() >= _ENOUGH else self._poor_s + dt_s
+        position, found = self._mean.reshape(-1, 2).copy(), self._found
+        if self._poor_s > _LOST_S or self._odd_s > _ODD_S:
+            self.forget()
+        seen &= ~odd
+        return TrackedMarks(position, seen, np.where(seen, spot, -1), found)
+
+    def _predict(self, dt_s: float) -> tuple[F64, F64]:
+        if not self._found:
+            return self._shape.rest, self._prior
+        keep = math.exp(-dt_s / _RELAX_S)
+        rest = self._shape.rest
+        mean = rest + keep * (self._mean - rest) + self._speed * dt_s
+        return mean, keep**2 * self._cov + (1.0 - keep**2) * self._prior
+
+    def _assign(self, spots: F64, mean: F64, cov: F64) -> NDArray[np.int64]:
+        """(13,) the spot of each mark, -1 for none: the cheapest one-to-one choice; a missing mark costs the gate."""
+        out = np.full(MARK_COUNT, -1, np.int64)
+        if not len(spots):
+            return out
+        d = spots[None] - mean.reshape(-1, 1, 2)
+        blocks = np.stack([cov[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] for i in range(MARK_COUNT)])
+        inverse = np.linalg.inv(blocks + _NOISE_M**2 * np.eye(2))
+        cost = np.minimum(np.einsum("ijk,ikl,ijl->ij", d, inverse, d), 10.0 * _GATE)
+        # One spare place per mark, so that any number of marks may go without a spot.
+        rows, columns = linear_sum_assignment(np.hstack((cost, np.full((MARK_COUNT, MARK_COUNT), _GATE))))
+        for i, j in zip(rows, columns, strict=True):
+            if j < len(spots):
+                out[i] = j
+        return out
+
+    def _settle(self, spots: F64, spot: NDArray[np.int64], mean: F64, cov: F64) -> NDArray[np.int64]:
+        """A first assignment improved until it stays: what the marks found say of the others narrows the search."""
+        for _ in range(6):
+            at = np.flatnonzero(spot >= 0)
+            if len(at) < 4:
+                return spot
+            better = np.full(MARK_COUNT, -1, np.int64)
+            m, p = _condition(mean, cov, at, spots[spot[at]], 4.0 * _NOISE_M)
+            better = self._assign(spots, m, p + (2.0 * _NOISE_M) ** 2 * np.eye(len(p)))
+            if np.array_equal(better, spot):
+                return spot
+            spot = better
+        return spot
+
+    def _unsure(self, spots: F64, spot: NDArray[np.int64], mean: F64, cov: F64) -> Bool:
+        """(13,) marks whose spot might as well be another mark's, or another spot theirs."""
+        out = np.zeros(MARK_COUNT, bool)
+        at = np.flatnonzero(spot >= 0)
+        if len(at) < 2:
+            return spot >= 0
+        where = spots[spot[at]]
+        pull, block = _residual(where, at, mean, cov)
+        for i, j in zip(*np.nonzero(_exchanged(where, pull, block) < _MARGIN), strict=True):
+            out[at[i]] = out[at[j]] = True
+        # A spot that nobody has might be this mark's.
+        spare = np.setdiff1d(np.arange(len(spots)), spot[at])
+        if len(spare):
+            e = spots[spare][None] - where[:, None]
+            own = block[np.arange(len(at)), :, np.arange(len(at))]
+            change = 2.0 * np.einsum("nmk,nk->nm", e, pull) + np.einsum("nmk,nkl,nml->nm", e, own, e)
+            out[at[(change < _MARGIN).any(1)]] = True
+        # A mark without a spot might lie under this one, or have it.
+        hidden = np.flatnonzero(spot < 0)
+        if len(hidden):
+            m, p = _condition(mean, cov, at, where, _NOISE_M)
+            e = where[:, None] - m.reshape(-1, 2)[hidden][None]
+            under = np.stack([p[2 * h : 2 * h + 2, 2 * h : 2 * h + 2] for h in hidden]) + _MARK_M**2 * np.eye(2)
+            near = np.einsum("nhk,hkl,nhl->nh", e, np.linalg.inv(under), e)
+            out[at[(near < _NEAR).any(1)]] = True
+        return out
+
+    def _odd(self, spots: F64, spot: NDArray[np.int64]) -> Bool:
+        """(13,) marks that would make a likelier face if two of them were exchanged, whatever the frames before say."""
+        out = np.zeros(MARK_COUNT, bool)
+        at = np.flatnonzero(spot >= 0)
+        if len(at) >= 2:
+            where = spots[spot[at]]
+            change = _exchanged(where, *_residual(where, at, self._shape.rest, self._prior))
+            for i, j in zip(*np.nonzero(change < -_ODD), strict=True):
+                out[at[i]] = out[at[j]] = True
+        return out
+
+    def _update(self, spots: F64, spot: NDArray[np.int64], mean: F64, cov: F64, dt_s: float) -> None:
+        before = self._mean
+        at = np.flatnonzero(spot >= 0)
+        self._mean, self._cov = _condition(mean, cov, at, spots[spot[at]], _NOISE_M)
+        if dt_s > 0.0:
+            share = 0.5
+            new = (1.0 - share) * self._speed + share * (self._mean - before) / dt_s
+            hidden = np.repeat(spot < 0, 2)
+            self._speed = np.where(hidden, self._speed * math.exp(-dt_s / _SPEED_KEPT_S), new)
+
+
+def _residual(where: F64, at: NDArray[np.int64], mean: F64, cov: F64) -> tuple[F64, F64]:
+    """Of marks `at` measured at `where` (k, 2): S⁻¹ d (k, 2) and S⁻¹ (k, 2, k, 2)."""
+    index = np.column_stack((2 * at, 2 * at + 1)).ravel()
+    inverse = np.linalg.inv(cov[np.ix_(index, index)] + _NOISE_M**2 * np.eye(len(index)))
+    pull = inverse @ (where - mean.reshape(-1, 2)[at]).ravel()
+    return pull.reshape(-1, 2), inverse.reshape(len(at), 2, len(at), 2)
+
+
+def _exchanged(where: F64, pull: F64, block: F64) -> F64:
+    """(k, k) upper triangle: by how much dᵀ S⁻¹ d grows when two marks' measurements are exchanged; infinite elsewhere."""
+    out = np.full((len(where), len(where)), np.inf)
+    i, j = np.triu_indices(len(where), 1)
+    e = where[j] - where[i]
+    curve = block[i, :, i] + block[j, :, j] - block[i, :, j] - block[j, :, i]
+    out[i, j] = 2.0 * np.einsum("nk,nk->n", e, pull[i] - pull[j]) + np.einsum("nk,nkl,nl->n", e, curve, e)
+    return out
+
+
+def _condition(mean: F64, cov: F64, at: NDArray[np.int64], where: F64, noise: float) -> tuple[F64, F64]:
+    """Mean and covariance of all marks, given that marks `at` were measured at `where` (k, 2)."""
+    if not len(at):
+        return mean, cov
+    index = np.column_stack((2 * at, 2 * at + 1)).ravel()
+    rows = cov[index]
+    s = rows[:, index] + noise**2 * np.eye(len(index))
+    gain = np.linalg.solve(s, rows).T
+    new = cov - gain @ rows
+    return mean + gain @ (where.ravel() - mean[index]), 0.5 * (new + new.T)

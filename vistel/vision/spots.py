@@ -1,0 +1,91 @@
+"""Where the key is high: spots with sub-pixel centres, and spots in which two marks have run together, taken apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+U8 = NDArray[np.uint8]
+F64 = NDArray[np.float64]
+
+_RISE = 0.35
+"""Share of the key's height from which a pixel belongs to a spot."""
+_MARGIN = 2
+"""Pixels around a spot that still hold some of its blurred edge."""
+_FAINT = 0.08
+"""Share of the key's height below which a pixel's key counts as noise."""
+
+
+@dataclass(frozen=True)
+class Spots:
+    """centre: (n, 2) x, y [px]; a pixel's centre has whole coordinates. mass: (n,) pixels' worth of mark. box: (n, 4)
+    x, y, width, height [px] with its margin. length: (n,) longer side of the box over the square root of the mass."""
+
+    centre: F64
+    mass: F64
+    box: NDArray[np.int64]
+    length: F64
+
+    def __len__(self) -> int:
+        return len(self.mass)
+
+
+def find_spots(key: U8, full: float, *, smallest: float = 6.0, largest: float = 4000.0) -> Spots:
+    """Spots of a key picture (h, w) whose height over a mark is `full`; masses outside [smallest, largest] left out."""
+    _, mask = cv2.threshold(key, _RISE * full, 255, cv2.THRESH_BINARY)
+    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    height, width = key.shape
+    centres: list[tuple[float, float]] = []
+    masses: list[float] = []
+    boxes: list[tuple[int, int, int, int]] = []
+    for outline in outlines:
+        x, y, w, h = cv2.boundingRect(outline)
+        if w * h < smallest or w * h > 6.0 * largest:
+            continue
+        x0, y0 = max(0, x - _MARGIN), max(0, y - _MARGIN)
+        x1, y1 = min(width, x + w + _MARGIN), min(height, y + h + _MARGIN)
+        weight = window_weights(key, (x0, y0, x1 - x0, y1 - y0), full)
+        mass = float(weight.sum())
+        if not smallest <= mass <= largest:
+            continue
+        centres.append((
+            x0 + float(weight.sum(0) @ np.arange(x1 - x0)) / mass, y0 + float(weight.sum(1) @ np.arange(y1 - y0)) / mass
+        ))  # fmt: skip
+        masses.append(mass)
+        boxes.append((x0, y0, x1 - x0, y1 - y0))
+    box = np.array(boxes, np.int64).reshape(-1, 4)
+    mass = np.array(masses)
+    return Spots(np.array(centres).reshape(-1, 2), mass, box, box[:, 2:].max(1, initial=0) / np.sqrt(mass))
+
+
+def window_weights(key: U8, box: tuple[int, int, int, int], full: float) -> F64:
+    """(h, w) of a box x, y, w, h: how much of each pixel is mark, 0..about 1."""
+    x, y, w, h = box
+    weight = key[y : y + h, x : x + w] * (1.0 / full)
+    weight[weight < _FAINT] = 0.0
+    return weight
+
+
+def take_apart(key: U8, box: tuple[int, int, int, int], full: float, seeds: F64, rounds: int = 8) -> tuple[F64, F64]:
+    """Centres (k, 2) [px] and masses (k,) of `k` marks that have run together, near `seeds` (k, 2) [px].
+
+    Each pixel's weight goes to the nearest centre, as often as `rounds` times; a centre that gets nothing has mass 0.
+    """
+    weight = window_weights(key, box, full)
+    ys, xs = np.nonzero(weight)
+    points = np.column_stack((xs + box[0], ys + box[1])).astype(np.float64)
+    w = weight[ys, xs]
+    centres = np.array(seeds, np.float64)
+    masses = np.zeros(len(centres))
+    for _ in range(rounds):
+        owner = ((points[:, None] - centres[None]) ** 2).sum(2).argmin(1)
+        masses = np.bincount(owner, w, len(centres))
+        new = np.column_stack([np.bincount(owner, w * points[:, k], len(centres)) for k in (0, 1)])
+        moved = np.where(masses[:, None] > 0.0, new / np.maximum(masses, 1e-9)[:, None], centres)
+        if np.abs(moved - centres).max() < 0.01:
+            break
+        centres = moved
+    return centres, masses

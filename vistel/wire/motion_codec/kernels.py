@@ -1,0 +1,304 @@
+"""A frame's whole numbers to bytes and back; integer arithmetic only, so that every machine gives the same bits.
+
+A range coder with static models. Both directions run the same `_frame`, so they cannot disagree. The layout is told in
+docs/reference/motion-stream.md. No number exceeds 2^53, so that a decoder can be written where numbers are doubles.
+"""
+
+# pyright: basic
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba as nb
+import numpy as np
+
+# The wire may not import the mathematics, whose decorator watches over kernels that call each other across files;
+# these are all in this file, which Numba's own cache does watch.
+_compiled: Any = nb.njit(cache=True, nogil=True, error_model="numpy")
+
+# Where what stands in the coder's state.
+LOW, RANGE, CACHE, WAITING, AT, CODE, SIZE = range(7)
+STATE_SIZE = 7
+TOP = 1 << 24
+FULL_RANGE = (1 << 32) - 1
+
+# What a header holds; SPAN is the reference's and is not sent.
+IS_FULL, VERSION, HAS, GRAIN, KEEP, DISTANCE, STALE, SPAN = range(8)
+HEADER_SIZE = 8
+SAME = -1
+"""STALE as in the reference; in a full frame: none."""
+
+FULL, AFTER_FULL, AFTER_CHANGE = 0, 1, 2
+"""Kinds of frames: without reference; referring to a key frame without, or with, a reference of its own."""
+
+NEAR, NEAR_2, GROUP, ALL, CHANGE, PARTNER = range(6)
+"""Rows of the weights: what the expected size of a residual is made of."""
+
+LOGS = 64
+MIDDLE = 20
+ESCAPE_BITS = 24
+
+
+@_compiled
+def _shift_out(s, out):
+    if s[LOW] < 0xFF000000 or s[LOW] > FULL_RANGE:
+        carry = s[LOW] >> 32
+        if s[WAITING] > 0:
+            _byte(s, out, s[CACHE] + carry)
+            for _ in range(s[WAITING] - 1):
+                _byte(s, out, 0xFF + carry)
+            s[WAITING] = 0
+        s[CACHE] = (s[LOW] >> 24) & 0xFF
+    s[WAITING] += 1
+    s[LOW] = (s[LOW] & 0x00FFFFFF) << 8
+
+
+@_compiled
+def _byte(s, out, value):
+    # The first byte out of the coder is always 0 and is not sent.
+    if s[AT] >= 0 and s[AT] < out.size:
+        out[s[AT]] = value & 0xFF
+    s[AT] += 1
+
+
+@_compiled
+def _next(s, data):
+    byte = np.int64(data[s[AT]]) if s[AT] < s[SIZE] else np.int64(0)
+    s[AT] += 1
+    return byte
+
+
+@_compiled
+def _code(s, data, encode, cumulative, width, bits):
+    """One symbol of a model whose widths add up to 2^bits. Decoding: only brings the target; see `_took`."""
+    r = s[RANGE] >> bits
+    if encode:
+        s[LOW] += r * cumulative
+        s[RANGE] = r * width
+        while s[RANGE] < TOP:
+            s[RANGE] <<= 8
+            _shift_out(s, data)
+        return 0
+    return min(s[CODE] // r, (1 << bits) - 1)
+
+
+@_compiled
+def _took(s, data, cumulative, width, bits):
+    r = s[RANGE] >> bits
+    s[CODE] -= r * cumulative
+    s[RANGE] = r * width
+    while s[RANGE] < TOP:
+        s[RANGE] <<= 8
+        s[CODE] = ((s[CODE] << 8) & FULL_RANGE) | _next(s, data)
+
+
+@_compiled
+def _bits(s, data, encode, value, bits):
+    """A number of at most 12 bits, all values alike."""
+    if encode:
+        _code(s, data, True, value, 1, bits)
+        return value
+    found = _code(s, data, False, 0, 0, bits)
+    _took(s, data, found, 1, bits)
+    return found
+
+
+@_compiled
+def _flag(s, data, encode, value, share):
+    """0 or 1; share: of 1, in 4096ths."""
+    if encode:
+        if value:
+            _code(s, data, True, 0, share, 12)
+        else:
+            _code(s, data, True, share, 4096 - share, 12)
+        return value
+    if _code(s, data, False, 0, 0, 12) < share:
+        _took(s, data, 0, share, 12)
+        return 1
+    _took(s, data, share, 4096 - share, 12)
+    return 0
+
+
+@_compiled
+def _many(s, data, encode, value):
+    """A number from 0 of any size: how many bits it has after adding 1, then these."""
+    length = 0
+    while length < ESCAPE_BITS and _bits(s, data, encode, np.int64((value + 1) >> (length + 1) > 0), 1):
+        length += 1
+    found = np.int64(1)
+    for k in range(length):
+        at = length - 1 - k
+        found = found * 2 + _bits(s, data, encode, ((value + 1) >> at) & 1, 1)
+    return found - 1
+
+
+@_compiled
+def _residual(s, data, encode, value, cumulative, shift):
+    """A signed number by a model: its high part by the table, the low bits as they are."""
+    last = cumulative.size - 2
+    high, low = value >> shift, value & ((1 << shift) - 1)
+    symbol = min(max(high + MIDDLE, 0), last)
+    if encode:
+        _code(s, data, True, cumulative[symbol], cumulative[symbol + 1] - cumulative[symbol], 15)
+    else:
+        target = _code(s, data, False, 0, 0, 15)
+        symbol = np.int64(0)
+        step = np.int64(32)
+        while step:
+            if symbol + step <= last and cumulative[symbol + step] <= target:
+                symbol += step
+            step >>= 1
+        _took(s, data, cumulative[symbol], cumulative[symbol + 1] - cumulative[symbol], 15)
+        high = symbol - MIDDLE
+    if symbol == 0:
+        high = -MIDDLE - _many(s, data, encode, -MIDDLE - high)
+    elif symbol == last:
+        high = last - MIDDLE + _many(s, data, encode, high - (last - MIDDLE))
+    if shift:
+        low = _bits(s, data, encode, low, shift)
+    return (high << shift) + low
+
+
+@_compiled
+def _log(x, logs):
+    """16 log2(1 + 2x), about; from the table, for large x by halving."""
+    more = np.int64(0)
+    while x >= LOGS:
+        x >>= 1
+        more += 16
+    return logs[x] + more
+
+
+@_compiled
+def _scaled(a, b, c):
+    """a * b / c, cut off towards zero; b, c not negative."""
+    p = abs(a) * b // c
+    return -p if a < 0 else p
+
+
+@_compiled
+def _numbers(
+    s, data, encode, values, reference, change, kind, distance, span, has, part, group, low, high, mean, partner, follow,
+    go_on, bias, age, weights, logs, cumulative, shifts,
+):  # fmt: skip
+    """The numbers of every part that the frame has, in order; `values` is read or written."""
+    n = values.size
+    left = np.zeros(n, np.int64)  # what the partner's rule did not foresee, with sign
+    sizes = np.zeros(n, np.int64)  # what no rule foresaw
+    groups = np.zeros(weights.shape[2], np.int64)
+    everything = np.int64(0)
+    near = np.int64(0)
+    near_2 = np.int64(0)
+    far = min(distance, 32) - 1 if distance > 0 else 0
+    for c in range(n):
+        if not has[part[c]]:
+            values[c] = 0
+            continue
+        p = partner[c]
+        with_partner = p >= 0 and has[part[p]]
+        moved = np.int64(0)
+        if kind == FULL:
+            expected = mean[c]
+        else:
+            if kind == AFTER_CHANGE:
+                moved = _scaled(change[c], go_on[c] * min(distance, 2 * span), 256 * span)
+            expected = reference[c] + moved
+        base = expected
+        if with_partner:
+            expected += _scaled(left[p], abs(follow[kind, c]), 256) * (1 if follow[kind, c] >= 0 else -1)
+        expected = min(max(expected, low[c]), high[c])
+        g = group[c]
+        w = weights[kind, :, g]
+        about = (
+            bias[kind, c] + age[kind, g, far] + w[NEAR] * _log(near, logs) + w[NEAR_2] * _log(near_2, logs)
+            + w[GROUP] * _log(groups[g] >> 4, logs) + w[ALL] * _log(everything >> 4, logs)
+        )  # fmt: skip
+        if kind == AFTER_CHANGE:
+            about += w[CHANGE] * _log(abs(_scaled(change[c], min(distance, 2 * span), span)), logs)
+        if with_partner:
+            about += w[PARTNER] * _log(sizes[p], logs)
+        model = min(max(about >> 9, 0), shifts.size - 1)
+        r = _residual(s, data, encode, values[c] - expected, cumulative[model], shifts[model])
+        if not encode:
+            values[c] = min(max(expected + r, low[c]), high[c])
+        left[c] = values[c] - base
+        size = min(abs(r), 4095)
+        sizes[c] = size
+        near_2, near = near, size
+        groups[g] += ((size << 6) - groups[g]) >> 1
+        everything += ((size << 6) - everything) >> 3
+
+
+@_compiled
+def _header(s, data, encode, header):
+    """header: kind of reference and what is told of it; see `HEADER`."""
+    header[IS_FULL] = _flag(s, data, encode, header[IS_FULL], 256)
+    if header[IS_FULL]:
+        header[VERSION] = _bits(s, data, encode, header[VERSION], 8)
+        header[HAS] = _bits(s, data, encode, header[HAS], 8)
+        header[GRAIN] = _bits(s, data, encode, header[GRAIN], 3)
+        header[KEEP] = 1
+    else:
+        header[KEEP] = _flag(s, data, encode, header[KEEP], 1024)
+        short = _bits(s, data, encode, min(header[DISTANCE] - 1, 3), 2)
+        header[DISTANCE] = short + 1 if short < 3 else 4 + _many(s, data, encode, header[DISTANCE] - 4)
+    if _flag(s, data, encode, np.int64(header[STALE] != SAME), 32):
+        header[STALE] = _bits(s, data, encode, header[STALE], 12)
+    else:
+        header[STALE] = SAME
+
+
+
+
+@_compiled
+def _kind(header):
+    if header[IS_FULL]:
+        return FULL
+    return AFTER_CHANGE if header[SPAN] > 0 else AFTER_FULL
+
+
+@_compiled
+def encode_frame(out, header, values, reference, change, has, layout, model):
+    """Writes a frame to `out` (uint8, long enough); returns the number of bytes."""
+    s = np.zeros(STATE_SIZE, np.int64)
+    s[RANGE] = FULL_RANGE
+    s[WAITING], s[AT] = 1, -1
+    part, group, low, high = layout
+    mean, partner, follow, go_on, bias, age, weights, logs, cumulative, shifts = model
+    _header(s, out, True, header)
+    _numbers(s, out, True, values, reference, change, _kind(header), header[DISTANCE], header[SPAN], has, part, group,
+             low, high, mean, partner, follow, go_on, bias, age, weights, logs, cumulative, shifts)  # fmt: skip
+    # The number between low and low + range with the most zeros at its end; zeros at the end are not sent.
+    for zeros in range(24, -8, -8):
+        mask = (1 << zeros) - 1 if zeros > 0 else 0
+        end = (s[LOW] + mask) & ~mask
+        if end < s[LOW] + s[RANGE]:
+            s[LOW] = end
+            break
+    for _ in range(5):
+        _shift_out(s, out)
+    size = s[AT]
+    while size > 0 and out[size - 1] == 0:
+        size -= 1
+    return size
+
+
+@_compiled
+def begin_frame(data, header, s):
+    """Reads the header; the coder's state goes on in `s`."""
+    s[:] = 0
+    s[RANGE], s[SIZE] = FULL_RANGE, data.size
+    for _ in range(4):
+        s[CODE] = (s[CODE] << 8) | _next(s, data)
+    _header(s, data, False, header)
+
+
+@_compiled
+def decode_frame(data, header, s, values, reference, change, has, layout, model):
+    """Reads the numbers after `begin_frame`; False where the bytes are no whole frame."""
+    part, group, low, high = layout
+    mean, partner, follow, go_on, bias, age, weights, logs, cumulative, shifts = model
+    _numbers(s, data, False, values, reference, change, _kind(header), header[DISTANCE], header[SPAN], has, part, group,
+             low, high, mean, partner, follow, go_on, bias, age, weights, logs, cumulative, shifts)  # fmt: skip
+    return s[AT] - 4 <= data.size + 4 and data.size <= s[AT]

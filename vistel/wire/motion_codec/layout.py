@@ -1,0 +1,129 @@
+"""What a Motion holds: every number, its unit, range, step and order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+DEGREE = float(np.pi / 180)
+PI = float(np.pi)
+
+
+@dataclass(frozen=True)
+class MotionField:
+    """`count` consecutive numbers of the part `part`; the error of each is at most HOLD x step within [low, high].
+
+    group: numbers whose changes tell of each other's.
+    """
+
+    part: str
+    name: str
+    count: int
+    unit: str
+    low: float
+    high: float
+    step: float
+    group: int
+
+
+def _angles(part: str, name: str, count: int, degrees: float, group: int) -> MotionField:
+    return MotionField(part, name, count, "rad", -PI, PI, degrees * DEGREE, group)
+
+
+_FINGER = (("base, spread", 2, 0.17), ("middle", 1, 0.14), ("end", 1, 0.18))
+
+
+def _hand(side: str) -> tuple[MotionField, ...]:
+    return tuple(
+        _angles("hands", f"{side} {finger} {name}", count, degrees, 3)
+        for finger in ("thumb", "index", "middle", "ring", "little")
+        for name, count, degrees in _FINGER
+    )
+
+
+def _arm(side: str) -> tuple[MotionField, ...]:
+    return (
+        _angles("body", f"{side} shoulder", 3, 0.06, 2),
+        _angles("body", f"{side} elbow", 1, 0.06, 2),
+        _angles("body", f"{side} wrist", 3, 0.075, 2),
+    )
+
+
+def _leg(side: str) -> tuple[MotionField, ...]:
+    return (
+        _angles("legs", f"{side} hip", 3, 0.06, 8),
+        _angles("legs", f"{side} knee", 1, 0.06, 8),
+        _angles("legs", f"{side} foot", 3, 0.12, 8),
+        _angles("legs", f"{side} toes", 1, 0.3, 8),
+    )
+
+
+MOTION_FIELDS: tuple[MotionField, ...] = (
+    _angles("body", "ankle", 1, 0.05, 0),
+    _angles("body", "knee", 1, 0.05, 0),
+    _angles("body", "spine rotation", 3, 0.06, 0),
+    MotionField("body", "spine shift", 3, "m", -1.0, 1.0, 0.00025, 0),
+    _angles("body", "neck", 3, 0.18, 1),
+    *_arm("left"), *_arm("right"),
+    *_hand("left"), *_hand("right"),
+    MotionField("stance", "position", 3, "m", -100.0, 100.0, 0.0004, 4),
+    _angles("stance", "heading", 1, 0.06, 4),
+    _angles("gaze", "yaw, pitch", 2, 0.15, 5),
+    MotionField("face", "13 marks x (x, y)", 26, "m", -0.25, 0.25, 0.0005, 6),
+    MotionField("lids", "left, right opening", 2, "1", 0.0, 2.0, 0.04, 7),
+    MotionField("legs", "hips' shift", 3, "m", -2.0, 2.0, 0.0004, 8),
+    _angles("legs", "hips", 3, 0.06, 8),
+    *_leg("left"), *_leg("right"),
+)  # fmt: skip
+"""Order, unit, range and step of every number of a Motion; what lies outside the range is sent as its end.
+
+The steps are finer where an error moves much: chosen so that after forward kinematics the errors of all joints
+together stay within 0.2 degrees and 1 mm (99 of 100), at the fewest bits.
+"""
+
+PARTS = ("body", "hands", "stance", "gaze", "face", "lids", "legs")
+OPTIONAL = ("gaze", "face", "lids", "legs")
+"""Parts that a Motion may lack, in the order of their bits."""
+GROUPS = 9
+
+GRAINS_TENTHS = (5, 7, 10, 14, 20, 28, 40, 56)
+"""Steps may be made finer or coarser as a whole, by half octaves; in tenths of the steps above."""
+USUAL_GRAIN = 2
+
+COUNTS = {part: sum(f.count for f in MOTION_FIELDS if f.part == part) for part in PARTS}
+NUMBERS = sum(COUNTS.values())
+_ENDS = dict(zip(PARTS, accumulate(COUNTS.values()), strict=True))
+PLACES = {part: slice(end - COUNTS[part], end) for part, end in _ENDS.items()}
+"""Where the numbers of each part stand among all."""
+
+
+class Scale(NamedTuple):
+    """step (n,) in each number's unit; low, high (n,) in steps."""
+
+    step: F64
+    low: I64
+    high: I64
+
+
+PART_OF: I64 = np.repeat([PARTS.index(f.part) for f in MOTION_FIELDS], [f.count for f in MOTION_FIELDS])
+GROUP_OF: I64 = np.repeat([f.group for f in MOTION_FIELDS], [f.count for f in MOTION_FIELDS])
+
+
+@cache
+def scale(grain: int = USUAL_GRAIN) -> Scale:
+    """Steps and ranges at one of the grains."""
+    tenths = GRAINS_TENTHS[grain]
+    counts = [f.count for f in MOTION_FIELDS]
+    step = np.repeat([f.step * tenths / 10 for f in MOTION_FIELDS], counts)
+    # Whole numbers from whole numbers: the same ends on every machine.
+    low = np.repeat([-((-round(f.low / f.step) * 10) // tenths) for f in MOTION_FIELDS], counts).astype(np.int64)
+    high = np.repeat([(round(f.high / f.step) * 10) // tenths for f in MOTION_FIELDS], counts).astype(np.int64)
+    return Scale(step, low, high)
