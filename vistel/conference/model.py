@@ -67,6 +67,10 @@ class TrackerConfig(_Polhemus):
     """
 
     kind: Literal["fastrak", "liberty", "patriot", "vmc"] = "fastrak"
+    calibration: Path | None = None
+    """What `vistel calibrate tracker` found: where the transmitter stands and how receivers sit; before its position here."""
+    distortion: Path | None = None
+    """What `vistel calibrate distortion` found: a grid of what metal does to positions and orientations."""
 
     stations: dict[Literal["chest", "head", "left_hand", "right_hand"], int] = {
         "chest": 1, "head": 2, "left_hand": 3, "right_hand": 4,
@@ -190,6 +194,8 @@ class Participant(_Model):
     """What sees their face; without one it stays at rest."""
     eye: EyeConfig | None = None
     """What sees where they look and when they blink, before a phone that also says so."""
+    body: Path | None = None
+    """What `vistel calibrate body` found: their own bones, and how they carry their arms."""
     motion: str | None = None
     """What the simulated devices feel: a file (.bvh, a folder of 6-DOF recordings) or a built-in choreography ("meeting",
     "clay")."""
@@ -252,6 +258,8 @@ class Display(_Model):
     frames_per_s: float = Field(default=30.0, gt=0, le=240)
     engine: Literal["auto", "cpu", "gpu"] = "auto"
     """What deforms figures; auto: the GPU where one draws, else the CPU."""
+    layers: bool = True
+    """Whether muscles and bones show under figures' skins."""
 
 
 class Site(_Model):
@@ -423,13 +431,24 @@ def _person_with_files(person: Participant, folder: Path) -> Participant:
     for name, camera in (("face", person.face), ("eye", person.eye)):
         if camera is not None:
             update[name] = camera.model_copy(update=_camera_files(camera, folder))
+    update["body"] = _beside(person.body, folder)
+    update["gloves"] = {
+        s: g.model_copy(update={"calibration": _beside(g.calibration, folder)}) for s, g in person.gloves.items()
+    }
+    if person.tracker is not None:
+        t = person.tracker
+        found = {"calibration": _beside(t.calibration, folder), "distortion": _beside(t.distortion, folder)}
+        update["tracker"] = t.model_copy(update=found)
     return person.model_copy(update=update)
+
+
+def _beside(path: Path | None, folder: Path) -> Path | None:
+    return (folder / path).resolve() if path is not None and (folder / path).is_file() else path
 
 
 def _camera_files(camera: _Camera, folder: Path) -> dict[str, Any]:
     out: dict[str, Any] = {}
-    if camera.calibration is not None and (folder / camera.calibration).is_file():
-        out["calibration"] = (folder / camera.calibration).resolve()
+    out["calibration"] = _beside(camera.calibration, folder)
     if (folder / camera.source).is_file():
         out["source"] = str((folder / camera.source).resolve())
     return out

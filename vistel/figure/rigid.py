@@ -82,8 +82,17 @@ class Rows:
 class Layers(Protocol):
     """What lies under a skin and moves it at rest (see `vistel.figure.layers`)."""
 
+    @property
+    def values(self) -> F32:
+        """(C,) how far each layer acts since the last call."""
+        ...
+
     def skin(self, joints: JointPose, rows: Rows, dual: F32, matrix: F32, vertices: F32, normals: F32) -> None:
         """As `rigid_lanes.skin`."""
+        ...
+
+    def lay(self, joints: JointPose, rows: Rows, rest: F32, rest_normal: F32, out: F32) -> None:
+        """Write the vertices at rest (V, 3) with the layers to `out`."""
         ...
 
 
@@ -115,6 +124,7 @@ class RigidSkin:
         self._table = np.zeros((len(HINGES), len(BENDS), 2))
         self._amplitude = np.zeros((len(HINGES), 2), np.float32)
         self._bulged = self._vertices.copy()
+        self._laid = self._vertices.copy()
         of_place = self.shapes.hinge[self.rows.index]
         order = np.argsort(of_place, axis=None, kind="stable")
         self._bulge_start = np.searchsorted(of_place.reshape(-1)[order], np.arange(len(HINGES) + 1)).astype(np.int32)
@@ -130,12 +140,19 @@ class RigidSkin:
         return self._matrix
 
     def bones(self, joints: JointPose) -> F32:
-        """(B + 1, 20) of all bones, rest to room: the matrix as of `matrices`, the dual quaternion (x, y, z, w, then the
-        dual part); the last row begins with the amplitudes of the bulges, two for each of HINGES."""
-        out = np.zeros((len(self._matrix) + 1, 20), np.float32)
-        out[:-1, :12], out[:-1, 12:] = self.matrices(joints), self._dual
+        """(at least B + 1, 20) of all bones, rest to room: the matrix as of `matrices`, the dual quaternion (x, y, z, w, then the
+        dual part); row B begins with the amplitudes of the bulges, two for each of HINGES; what each layer does follows
+        from row B + 1 on."""
+        bones, layers = len(self._matrix), 0 if self.layers is None else len(self.layers.values)
+        out = np.zeros((bones + 1 + -(-layers // 20), 20), np.float32)
+        out[:bones, :12], out[:bones, 12:] = self.matrices(joints), self._dual
         self._bulge(joints)
-        out[-1, : self._amplitude.size] = self._amplitude.reshape(-1)
+        out[bones, : self._amplitude.size] = self._amplitude.reshape(-1)
+        if self.layers is None:
+            self._laid[:] = self._bulged
+        else:
+            self.layers.lay(joints, self.rows, self._bulged, self._normals, self._laid)
+            out[bones + 1 :].reshape(-1)[:layers] = self.layers.values
         return out
 
     @property
@@ -160,7 +177,7 @@ class RigidSkin:
     def parts(self, index: I32) -> SkinParts:
         """Parts of the skin, of vertices index (P, n), to be posed one by one with the bones as last posed."""
         return SkinParts(
-            index, self._bulged, self._normals[index], self.influences.bone[index], self.influences.weight[index],
+            index, self._laid, self._normals[index], self.influences.bone[index], self.influences.weight[index],
             self._single[index], self._dual, self._matrix, np.empty((3, index.shape[1], 3), np.float32),
         )  # fmt: skip
 

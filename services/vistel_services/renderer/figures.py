@@ -14,6 +14,8 @@ from vistel.figure.avatar import Avatar
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
+from vistel.figure.layers.places import Places
+from vistel.figure.layers.skin import Anatomy, SkinLayers
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.proportions import Proportions
 from vistel.figure.skeleton import Skeleton, standard_skeleton
@@ -139,12 +141,21 @@ class StandIn:
 
 
 class Person:
-    """An avatar's figure, drawn with as much detail as can be seen."""
+    """An avatar's figure, drawn with as much detail as can be seen. layers: muscles and bones move its skin."""
 
-    def __init__(self, avatar: Avatar) -> None:
+    def __init__(self, avatar: Avatar, *, layers: bool = True) -> None:
         self.skeleton, self.body, self.casters = avatar.skeleton, avatar.body, casters(avatar.body)
         self._finest = _Level(avatar, None)
         self._levels = [self._finest, *(_Level(a, self._finest.figure) for a in avatar.coarser)]
+        if layers:
+            anatomy = Anatomy.of(Places(avatar))
+            for level in self._levels:
+                level.figure.layers = SkinLayers(level.figure, anatomy)
+
+    def bare(self) -> None:
+        """Let the skin follow the joints alone from now on."""
+        for level in self._levels:
+            level.forget_layers()
 
     def pose(
         self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False
@@ -169,6 +180,10 @@ class _Level:
         self._corners = [mesh.corner_vertex for mesh in (avatar.mesh, *avatar.eyeballs)]
         count = len(self.model.uv)
         self._positions, self._normals = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
+
+    def forget_layers(self) -> None:
+        """Let the skin follow the joints alone from now on."""
+        self.figure.layers, self._planner = None, None
 
     def pose(self, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
         """The figure in `posture`, deformed by its own limbs and by `ghosts`."""

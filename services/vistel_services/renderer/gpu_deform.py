@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.figure import vertex_normals
 from vistel.figure.figure_plan import FigurePlanner
+from vistel.figure.layers.skin import LayerTerms
 from vistel.figure.rigid_bulge import BulgeShapes
 from vistel.figure.rigid_weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
@@ -40,7 +41,7 @@ I32 = NDArray[np.int32]
 
 TABLE_WIDTH = 1024
 """Texels in a row of every table."""
-PLAN, OVERLAP, PLACED, NORMALS, FANS = range(5)
+PLAN, OVERLAP, PLACED, NORMALS, FANS, TERMS, CHANNELS = range(7)
 """Texture units."""
 ENGINES = ("auto", "cpu", "gpu")
 _NO_BLOCK = (-1, 0)
@@ -98,7 +99,8 @@ def open_deformer(surface: Surface, asked: str) -> GpuDeformer | None:
 class SkinShape:
     """What of a deforming skin never changes. rest, rest_normal: (V, 3); bone, weight: (V, 4); place: (V, 2) block and
     lane; calibration: (V, 7); overlap: (NO, LANES); corner: (C, 3) of every drawn corner its vertex and fan from,
-    to; fan; bulge: (V, 6) of `BulgeShapes` out, along and hinge, -1 none."""
+    to; fan; bulge: (V, 6) of `BulgeShapes` out, along and hinge, -1 none; layers: (V, 2) of `LayerTerms` from, to, fall: (V,),
+    channel: (N,), term: (N, 4)."""
 
     rest: F32
     rest_normal: F32
@@ -110,6 +112,10 @@ class SkinShape:
     corner: I32
     fan: I32
     bulge: F32
+    layers: I32
+    fall: F32
+    channel: I32
+    term: F32
 
     @staticmethod
     def of(planner: FigurePlanner) -> SkinShape:
@@ -118,8 +124,9 @@ class SkinShape:
         places, skin = planner.planner.places(), figure.skin
         rest, rest_normal = skin.rest
         shape = SkinShape.of_places(
-            places, rest, rest_normal, skin.influences.bone, skin.influences.weight, avatar.mesh.corner_vertex, skin.shapes
-        )
+            places, rest, rest_normal, skin.influences.bone, skin.influences.weight, avatar.mesh.corner_vertex, skin.shapes,
+            None if figure.layers is None else figure.layers.terms(),
+        )  # fmt: skip
         for ball, joint in zip(avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False):
             shape = shape.with_stiff(ball.vertices, vertex_normals(ball), joint, ball.corner_vertex)
         return shape
@@ -127,9 +134,10 @@ class SkinShape:
     @staticmethod
     def of_places(
         places: Places, rest: F32, rest_normal: F32, bone: I32, weight: F32, corner_vertex: I32,
-        shapes: BulgeShapes | None = None,
+        shapes: BulgeShapes | None = None, layers: LayerTerms | None = None,
     ) -> SkinShape:  # fmt: skip
-        """A mesh. rest .. weight: (V, ...) and corner_vertex: (C,), in the mesh's own order; shapes: what bulges."""
+        """A mesh. rest .. weight: (V, ...) and corner_vertex: (C,), in the mesh's own order; shapes: what bulges; layers: what
+        lies under it."""
         order = places.vertex
         back = np.empty(len(rest), np.int32)
         back[order] = np.arange(len(order), dtype=np.int32)
@@ -142,6 +150,7 @@ class SkinShape:
             rest[order], rest_normal[order], bone[order], weight[order],
             np.stack([places.block, places.lane], axis=1), places.calibration, places.overlap,
             corner.astype(np.int32), places.fan, bulge[order],
+            *_layers(layers or LayerTerms.none(len(rest)), order),
         )  # fmt: skip
 
     def with_stiff(self, rest: F32, rest_normal: F32, joint: int, corner_vertex: I32) -> SkinShape:
@@ -156,7 +165,14 @@ class SkinShape:
             np.concatenate([self.place, np.tile(np.array(_NO_BLOCK, np.int32), (n, 1))]),
             np.concatenate([self.calibration, np.zeros((n, 7), np.float32)]),
             self.overlap, np.concatenate([self.corner, corners]), self.fan, np.concatenate([self.bulge, _no_bulge(n)]),
+            np.concatenate([self.layers, np.zeros((n, 2), np.int32)]),
+            np.concatenate([self.fall, np.zeros(n, np.float32)]), self.channel, self.term,
         )  # fmt: skip
+
+
+def _layers(terms: LayerTerms, order: I32) -> tuple[I32, F32, I32, F32]:
+    start = terms.start
+    return np.stack([start[:-1], start[1:]], axis=1)[order], terms.fall[order], terms.channel, terms.term
 
 
 def _no_bulge(count: int) -> F32:
@@ -192,6 +208,7 @@ class GpuDeformer:
     def _bind(self, program: moderngl.Program) -> None:
         for name, unit in (
             ("plan", PLAN), ("overlap", OVERLAP), ("placed", PLACED), ("rigid_normals", NORMALS), ("fans", FANS),
+            ("terms", TERMS), ("channels", CHANNELS),
         ):  # fmt: skip
             if name in program and isinstance(program[name], moderngl.Uniform):
                 program[name].value = unit  # type: ignore[union-attr]
@@ -219,13 +236,16 @@ class GpuSkin:
         calibration = ctx.buffer(shape.calibration.astype(np.float32).tobytes())
         corner = ctx.buffer(shape.corner.astype(np.int32).tobytes())
         bulge = ctx.buffer(np.ascontiguousarray(shape.bulge, np.float32).tobytes())
+        layers = ctx.buffer(np.ascontiguousarray(shape.layers, np.int32).tobytes())
+        fall = ctx.buffer(shape.fall.astype(np.float32).tobytes())
         # Whole rows of a texture each, which are copied from them.
         size = 16 * TABLE_WIDTH * _rows(self._count)
         self._rigid, self._normal, self._placed = (ctx.buffer(reserve=size) for _ in range(3))
         self._skin = ctx.vertex_array(
             engine.skin,
-            [(fixed, "3f 3f 4f", "rest", "rest_normal", "weight"), (bones, "4i", "bone"), (bulge, "3f 3f", "bulge", "bulging")],
-        )
+            [(fixed, "3f 3f 4f", "rest", "rest_normal", "weight"), (bones, "4i", "bone"), (bulge, "3f 3f", "bulge", "bulging"),
+             (layers, "2i", "layers"), (fall, "1f", "fall")],
+        )  # fmt: skip
         self._inputs = [
             (self._rigid, "4f", "position"), (self._normal, "4f", "normal"), (places, "2i", "place"),
             (calibration, "4f 3f", "calibration_a", "calibration_b"),
@@ -236,10 +256,12 @@ class GpuSkin:
         self._plan = ctx.texture((TABLE_WIDTH, 1), 4, dtype="i4")
         self._overlap = _table(ctx, shape.overlap.reshape(-1), "f4")
         self._fans = _table(ctx, shape.fan, "i4")
+        self._terms, self._channels = _table(ctx, shape.term, "f4"), _table(ctx, shape.channel, "i4")
         self._at, self._normals = (ctx.texture((TABLE_WIDTH, _rows(self._count)), 4, dtype="f4") for _ in range(2))
         self._parts = [
-            fixed, bones, places, calibration, corner, bulge, self._rigid, self._normal, self._placed, self._skin,
-            self._solve, self._corner, self._overlap, self._fans, self._at, self._normals,
+            fixed, bones, places, calibration, corner, bulge, layers, fall, self._rigid, self._normal, self._placed,
+            self._skin, self._solve, self._corner, self._overlap, self._fans, self._terms, self._channels, self._at,
+            self._normals,
         ]  # fmt: skip
 
     def run(self, plan: FramePlan, out: moderngl.Buffer) -> None:
@@ -247,7 +269,9 @@ class GpuSkin:
         engine = self.engine
         engine.use()
         self._upload(plan)
-        for unit, texture in ((PLAN, self._plan), (OVERLAP, self._overlap), (FANS, self._fans)):
+        for unit, texture in (
+            (PLAN, self._plan), (OVERLAP, self._overlap), (FANS, self._fans), (TERMS, self._terms), (CHANNELS, self._channels),
+        ):  # fmt: skip
             texture.use(unit)
         self._skin.transform([self._rigid, self._normal], moderngl.POINTS, self._count)
         placed = self._rigid
@@ -300,7 +324,7 @@ def _rows(texels: int) -> int:
 
 
 def _table(ctx: moderngl.Context, values: F32 | I32, dtype: str) -> moderngl.Texture:
-    """One number per texel."""
-    padded = np.zeros(TABLE_WIDTH * _rows(len(values)), values.dtype)
+    """One number per texel, or one row of them."""
+    padded = np.zeros((TABLE_WIDTH * _rows(len(values)), *values.shape[1:]), values.dtype)
     padded[: len(values)] = values
-    return ctx.texture((TABLE_WIDTH, _rows(len(values))), 1, padded.tobytes(), alignment=4, dtype=dtype)
+    return ctx.texture((TABLE_WIDTH, _rows(len(values))), padded[0].size, padded.tobytes(), alignment=4, dtype=dtype)

@@ -66,8 +66,9 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         raise ValueError("renderer: runs at a site, and none was named")
     shown = site.display
     view = View(
-        shown.width, shown.height, shown.view, site.participants[0].name, shown.window, f"VISTEL {site.name}", shown.engine
-    )
+        shown.width, shown.height, shown.view, site.participants[0].name, shown.window, f"VISTEL {site.name}", shown.engine,
+        shown.layers,
+    )  # fmt: skip
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
         paths.video(site.name) if shown.video else None, files_of(conference),

@@ -21,7 +21,7 @@ from vistel.space.things import Thing
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
 from vistel_services.renderer.draw import FigureView, Frame, LabelView, Painter, ThingView
-from vistel_services.renderer.figures import COARSER_BELOW, Posed, Shape, StandIn, limb_rows
+from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
 from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
 from vistel_services.renderer.gpu_deform import open_deformer
@@ -47,7 +47,7 @@ NO_SIGNAL_NS = 1_500_000_000
 @dataclass(frozen=True)
 class View:
     """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". engine: what deforms
-    figures, one of `gpu_deform.ENGINES`."""
+    figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins."""
 
     width: int
     height: int
@@ -56,6 +56,7 @@ class View:
     window: bool
     title: str = "VISTEL"
     engine: str = "auto"
+    layers: bool = True
 
 
 @dataclass
@@ -243,7 +244,7 @@ class Studio:
         """Their own figure if it was made ahead, else what was shown of them `before` or a stand-in while it is made."""
         figure = take_figure(about)
         if figure is not None:
-            return _Cast(about, figure, None)
+            return _Cast(about, self._dressed(figure), None)
         if before and not before.waiting and not before.remark and replace(before.about, here=about.here) == about:
             return replace(before, about=about)
         if before and (before.about.height, before.about.proportions) == (about.height, about.proportions):
@@ -254,10 +255,16 @@ class Studio:
 
     def _load_ready(self, about: About) -> Shape:
         """Their figure, with all it takes to plan its frames."""
-        shape = self._load(about)
+        shape = self._dressed(self._load(about))
         if self._deformer is not None:
             for size in (math.inf, *COARSER_BELOW):
                 shape.pose(standing(), (), size, planned=True)
+        return shape
+
+    def _dressed(self, shape: Shape) -> Shape:
+        """A figure with muscles and bones under its skin, or without them, as the view says."""
+        if not self.view.layers and isinstance(shape, Person):
+            shape.bare()
         return shape
 
     def _furnish(self, instant: Instant) -> None:

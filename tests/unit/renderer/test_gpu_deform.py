@@ -15,7 +15,8 @@ import pytest
 
 from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
-from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
+from vistel.figure.layers.skin import SkinLayers
+from vistel.figure.posture import ELBOW, KNEE, SHOULDER, Posture, Stance, standing
 from vistel.implicit.constraint import Pull
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.deform import Deformer
@@ -331,9 +332,11 @@ def test_bad_input_makes_no_nan_and_moves_nothing_far(arm: Arm, fault: str) -> N
 class Person:
     """A person whole: rigid skin, deformation and corners by both engines."""
 
-    def __init__(self, engine: GpuDeformer) -> None:
+    def __init__(self, engine: GpuDeformer, layered: bool) -> None:
         self.avatar = tube_person()
         self.figure = Figure(self.avatar)
+        if layered:
+            self.figure.layers = SkinLayers(self.figure)
         self.planner = FigurePlanner(self.figure)
         self.skin = GpuSkin(engine, SkinShape.of(self.planner))
 
@@ -360,7 +363,12 @@ class Person:
 
 @pytest.fixture(scope="module")
 def person(engine: GpuDeformer) -> Person:
-    return Person(engine)
+    return Person(engine, layered=False)
+
+
+@pytest.fixture(scope="module")
+def layered(engine: GpuDeformer) -> Person:
+    return Person(engine, layered=True)
 
 
 def embracing(forward: float = 0.0, turned: float = 0.0) -> Posture:
@@ -377,6 +385,17 @@ def test_a_person_bends_alike(person: Person) -> None:
         dofs[ELBOW[side]] = 2.0
     person.agree(Posture(dofs))
     assert person.figure.moved.any()
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.2, 2.4])
+def test_layers_under_the_skin_show_alike(layered: Person, angle: float) -> None:
+    dofs = standing().dofs.copy()
+    dofs[KNEE] = 0.7 * angle
+    for side in ("left", "right"):
+        dofs[ELBOW[side]] = angle
+    layered.agree(Posture(dofs))
+    assert layered.figure.layers is not None
+    assert np.abs(layered.figure.layers.moved).max() > 1e-3
 
 
 def test_two_people_hug_alike(person: Person) -> None:

@@ -151,6 +151,27 @@ def skin_over(t, index, bone, single, weight, rest, dual, matrix, work, vertices
 
 
 @fast
+def lay(t, index, rest, rest_normal, out):
+    """The skin at rest, rest (V, 3), with the layers at VALUE laid on: out (V, 3), MOVED. index: (R, LANES)."""
+    start, channel, moved = ints(t[TERM_START]), ints(t[TERM_CHANNEL]), floats(t[MOVED])
+    value, term = floats(t[VALUE]), floats(t[TERM])
+    for v in range(len(rest)):
+        for axis in range(3):
+            out[v, axis] = rest[v, axis]
+    for r in range(len(index)):
+        if start[r] == start[r + 1]:
+            continue
+        for i in range(LANES):
+            d = np.float32(0.0)
+            for k in range(start[r], start[r + 1]):
+                d += value[channel[k]] * term[k * 4 * LANES + i]
+            v = index[r, i]
+            moved[v] = d
+            for axis in range(3):
+                out[v, axis] = rest[v, axis] + d * rest_normal[v, axis]
+
+
+@fast
 def fold(t, work):
     """Write the offsets that keep the implicit component's skin where MOVED says. work: (LANES,)."""
     vertex, place, moved, out = ints(t[FOLD_VERTEX]), ints(t[FOLD_PLACE]), floats(t[MOVED]), pointer(work)

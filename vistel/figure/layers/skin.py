@@ -48,6 +48,24 @@ class Anatomy:
         return Anatomy(Muscles.of(places), bones_of(places))
 
 
+@dataclass(frozen=True)
+class LayerTerms:
+    """The layers by vertex: those of vertex v are start[v] : start[v + 1] (start (V + 1,)) of channel (N,) and of term (N, 4),
+    along the normal [m] and to the normal; fall: (V,) how fast its own field falls where the implicit component shapes
+    the skin [1/m], else 0."""
+
+    start: I32
+    channel: I32
+    term: F32
+    fall: F32
+
+    @staticmethod
+    def none(vertices: int) -> LayerTerms:
+        """Of a skin without layers."""
+        start, no = np.zeros(vertices + 1, np.int32), np.zeros(0, np.int32)
+        return LayerTerms(start, no, np.zeros((0, 4), np.float32), np.zeros(vertices, np.float32))
+
+
 class SkinLayers:
     """Muscles and bones under the skin of one figure. They move its vertices at rest, before the joints carry them."""
 
@@ -81,6 +99,12 @@ class SkinLayers:
         )  # fmt: skip
         k.fold(self._table, self._work)
 
+    def lay(self, joints: JointPose, rows: Rows, rest: F32, rest_normal: F32, out: F32) -> None:
+        """Write to `out` the skin at rest, both (V, 3), with the layers as they are with `joints`, for an engine that poses
+        it elsewhere."""
+        k.drive(self._table, joints.rotation, joints.position)
+        k.lay(self._table, rows.index, rest, rest_normal, out)
+
     def clear(self) -> None:
         """Let no layer act on the figure any more."""
         self._moved[:] = 0.0
@@ -90,6 +114,16 @@ class SkinLayers:
     def moved(self) -> F32:
         """(V,) how far the last `skin` moved each vertex along its normal at rest [m]."""
         return self._moved
+
+    def terms(self) -> LayerTerms:
+        """What an engine needs that poses the skin elsewhere."""
+        channel, vertex = np.nonzero(np.abs(self._terms).max(axis=1) > 0.0)
+        order = np.argsort(vertex, kind="stable")
+        channel, vertex = channel[order], vertex[order]
+        start = np.searchsorted(vertex, np.arange(len(self._fall) + 1))
+        return LayerTerms(
+            start.astype(np.int32), channel.astype(np.int32), np.ascontiguousarray(self._terms[channel, :, vertex]), self._fall
+        )
 
     def _keep(self, slot: int, array: NDArray[np.generic]) -> None:
         array = np.ascontiguousarray(array)
@@ -112,7 +146,7 @@ class SkinLayers:
 
     def _keep_rows(self, figure: Figure) -> None:
         index = figure.skin.rows.index
-        terms = np.array([_terms(figure, p) for p in self.profiles])
+        self._terms = terms = np.array([_terms(figure, p) for p in self.profiles])
         acts: NDArray[np.bool_] = np.abs(terms).max(axis=1) > 0.0
         of_row: NDArray[np.bool_] = np.logical_or.reduce(acts[:, index], axis=2)
         channel, parts, start = list[int](), list[F32](), [0]
@@ -137,6 +171,7 @@ class SkinLayers:
         for profile in self.profiles:
             touched[profile.vertex] = True
         half = width // LANES
+        self._fall = np.zeros(len(slope), np.float32)
         place, which, base, slopes = list[int](), list[I32](), list[F32](), list[F64]()
         for b, p in zip(*np.nonzero((touched[vertex] & (calibration[:, :, ALPHA] > 0.0)).any(axis=2)), strict=True):
             for h in range(half):
@@ -145,6 +180,7 @@ class SkinLayers:
                 which.append(vertex[b, p, lanes])
                 base.append(calibration[b, p, OFFSET, lanes].copy())
                 slopes.append(slope[vertex[b, p, lanes]])
+                self._fall[vertex[b, p, lanes]] = slopes[-1]
         for slot, array in (
             (k.FOLD_VERTEX, np.array(which, np.int32)), (k.FOLD_PLACE, np.array(place, np.int32)),
             (k.FOLD_BASE, np.array(base, np.float32)), (k.FOLD_SLOPE, np.array(slopes, np.float32)),

@@ -5,7 +5,7 @@
 #include "deform_ghosts.glsl"
 uniform sampler2D overlap;   // shares with which neighbours collide, LANES per row
 
-in vec4 position;            // rigid; w unused
+in vec4 position;            // rigid; w: what layers add to the offset
 in vec4 normal;
 in ivec2 place;              // block (-1 none) and lane
 in vec4 calibration_a;       // weight, offset, contact, mu
@@ -35,7 +35,7 @@ void solve() {
     ivec4 mine = words(at.blocks + 2 * place.x), joint = words(at.blocks + 2 * place.x + 1);
     if (joint.w == 0)
         return;
-    float weight = calibration_a.x, offset = calibration_a.y, contact = calibration_a.z, mu = calibration_a.w;
+    float weight = calibration_a.x, offset = calibration_a.y + position.w, contact = calibration_a.z, mu = calibration_a.w;
     float inward = calibration_b.y, outward = calibration_b.z;
     vec3 p = position.xyz, n = normal.xyz;
     bool folds = joint.z >= 0;
