@@ -8,22 +8,7 @@ import sys
 
 import typer
 
-from vistel_cli import (
-    avatar,
-    bench,
-    calibrate,
-    devices,
-    doctor,
-    log,
-    polygonise,
-    record,
-    replay,
-    scanline,
-    sim,
-    site,
-    trace,
-    up,
-)
+from vistel_cli import avatar, bench, calibrate, devices, doctor, log, polygonise, record, replay, scanline, sim, site, trace, up
 
 app = typer.Typer(
     name="vistel",
