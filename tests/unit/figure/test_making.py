@@ -174,7 +174,8 @@ def test_a_mesh_cut_short_is_refused_or_works(tmp_path: Path, cut: float) -> Non
 @pytest.mark.parametrize(
     ("name", "ours"),
     [
-        ("mixamorig:LeftForeArm", "left_lower_arm"), ("upperarm_r", "right_upper_arm"), ("J_Bip_L_UpperLeg", "left_upper_leg"),
+        ("mixamorig:LeftForeArm", "left_lower_arm"), ("mixamorig_LeftHand", "left_hand"),
+        ("upperarm_r", "right_upper_arm"), ("J_Bip_L_UpperLeg", "left_upper_leg"),
         ("thigh.L", "left_upper_leg"), ("LeftUpLeg", "left_upper_leg"), ("calf_l", "left_lower_leg"), ("Spine2", "spine"),
         ("mixamorig:RightHandIndex2", "right_index_intermediate"), ("thumb_01_l", "left_thumb_metacarpal"),
         ("rightLittleDistal", "right_little_distal"), ("LHipJoint", "spine"), ("Head", "head"),

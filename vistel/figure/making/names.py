@@ -40,7 +40,7 @@ def house_joint(name: str) -> str | None:
     """The house's joint that a rig's joint of that name is, SPINE for any of the trunk's, None for names not known."""
     if name in JOINT_INDEX:
         return name
-    bare = _PREFIX.sub("", name.strip())
+    bare = _PREFIX.sub("", name.strip()).lstrip("_-. ")
     side, rest = _side(bare)
     if side is None:
         return _trunk(rest)

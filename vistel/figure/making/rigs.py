@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,8 +56,9 @@ def mapped(rig: Rig | None) -> Known:
     joint_of: dict[str, str] = {}
     column: dict[int, str] = {}
     unknown: list[str] = []
+    shared = _prefix(rig.names)
     for i, name in enumerate(rig.names):
-        ours = rig.told.get(i) or house_joint(name)
+        ours = rig.told.get(i) or house_joint(name) or house_joint(name.removeprefix(shared))
         if ours is None:
             unknown.append(name)
             continue
@@ -72,3 +73,12 @@ def mapped(rig: Rig | None) -> Known:
         if i not in column and j >= 0:
             column[i] = column[j]
     return Known(len(rig.names), at, joint_of, column, tuple(unknown), rig.weight)
+
+
+def _prefix(names: Sequence[str]) -> str:
+    """What all names begin with, up to a separator: the name of the figure, as some programs put it."""
+    first, last = min(names, default=""), max(names, default="")
+    if first == last:
+        return ""
+    shared = first[: next((k for k, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), len(first))]
+    return shared[: max(shared.rfind(c) for c in "_:.-| ") + 1]
