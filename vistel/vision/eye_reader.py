@@ -1,0 +1,132 @@
+"""From pictures of an eye to the pupil, the iris, where the eye looks and how far it is open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.vision.gaze_calibration import GazeCalibration
+from vistel.vision.pupil import SURE, Pupil, find_pupil
+
+U8 = NDArray[np.uint8]
+F64 = NDArray[np.float64]
+
+_KEPT = 0.05
+"""Share by which what an open eye looks like follows each picture of one."""
+_SIDE = np.radians(40.0)
+"""Of the iris's outline, what lies this near to the horizontal is not under a lid."""
+_BAND = 0.7
+"""Half width of the strip in which the lids are looked for, over the pupil's radius."""
+_OPEN_LEAST = 0.15
+
+
+@dataclass(frozen=True)
+class Iris:
+    """centre: (2,) [px]; radius [px]."""
+
+    centre: F64
+    radius: float
+
+
+@dataclass(frozen=True)
+class EyeReading:
+    """pupil: None where it is not seen. opening_px: height between the lids over the pupil. opening: 0 closed .. 1 as at
+    rest. gaze: (2,) yaw and pitch [rad], None where the pupil is not seen or no calibration tells."""
+
+    pupil: Pupil | None
+    opening_px: float
+    opening: float
+    gaze: F64 | None
+
+
+class EyeReader:
+    """Reads one camera's pictures in order. Without a calibration there is no gaze, and rest is learnt from the pictures."""
+
+    def __init__(self, calibration: GazeCalibration | None = None) -> None:
+        self._calibration = calibration
+        self._open_px = calibration.open_px if calibration is not None else 0.0
+        self._before: Pupil | None = None
+        self._seen: Pupil | None = None
+        self._key = 0.0
+
+    def read(self, picture: U8) -> EyeReading:
+        """picture: (h, w) grey."""
+        pupil = find_pupil(picture, self._before)
+        if pupil is not None and pupil.sure <= SURE:
+            pupil = None
+        self._before = pupil
+        if pupil is not None:
+            key = level_key(picture, pupil)
+            self._key = key if self._seen is None else self._key + _KEPT * (key - self._key)
+            self._seen = pupil
+        if self._seen is None:
+            return EyeReading(None, 0.0, 0.0, None)
+        height = opening_px(picture, pupil or self._seen, self._key)
+        if self._calibration is None:
+            # A lid is at rest most of the time, and wider only for moments.
+            self._open_px += (0.2 if height > self._open_px else 0.002) * (height - self._open_px)
+        opening = float(np.clip(height / max(self._open_px, 1.0), 0.0, 1.0))
+        if pupil is None and opening < _OPEN_LEAST:
+            opening = 0.0
+        gaze = self._calibration.gaze(pupil.centre) if pupil is not None and self._calibration is not None else None
+        return EyeReading(pupil, height, opening, gaze)
+
+
+def level_key(picture: U8, pupil: Pupil) -> float:
+    """The grey level between an eye and its lids: midway from the iris beside the pupil to the skin of the picture."""
+    x, y = (round(float(v)) for v in pupil.centre)
+    r = pupil.radius
+    row = slice(max(0, y - round(0.3 * r)), y + round(0.3 * r) + 1)
+    beside = np.concatenate((
+        picture[row, max(0, round(x - 1.6 * r)) : max(0, round(x - 1.2 * r))].ravel(),
+        picture[row, round(x + 1.2 * r) : round(x + 1.6 * r)].ravel(),
+    ))  # fmt: skip
+    iris = float(np.median(beside)) if len(beside) else pupil.level + 0.5 * pupil.contrast
+    skin = float(np.percentile(picture[::8, ::8], 75))
+    return 0.5 * (iris + max(skin, iris + 10.0))
+
+
+def opening_px(picture: U8, pupil: Pupil, key: float) -> float:
+    """Height [px] of what is darker than `key` round the pupil's place, in a strip as wide as most of the pupil."""
+    x, y = (float(v) for v in pupil.centre)
+    half = max(2.0, _BAND * pupil.radius)
+    strip = picture[:, max(0, round(x - half)) : round(x + half) + 1]
+    if not strip.size:
+        return 0.0
+    # The median across the strip is blind to single lashes and to the lamps' reflections.
+    dark = np.median(cv2.GaussianBlur(strip, (0, 0), 1.5), 1) < key
+    rows = np.flatnonzero(~dark)
+    at = int(np.clip(round(y), 0, len(dark) - 1))
+    near = np.flatnonzero(dark[max(0, at - round(pupil.radius)) : at + round(pupil.radius) + 1])
+    if not len(near):
+        return 0.0
+    at = max(0, at - round(pupil.radius)) + int(near[len(near) // 2])
+    above, below = rows[rows < at], rows[rows > at]
+    top = int(above[-1]) if len(above) else -1
+    bottom = int(below[0]) if len(below) else len(dark)
+    return float(bottom - top - 1)
+
+
+def find_iris(picture: U8, pupil: Pupil) -> Iris | None:
+    """The circle round the iris, from its left and right sides; None where neither shows."""
+    calm = cv2.GaussianBlur(picture, (0, 0), 2.0).astype(np.float32)
+    x, y = pupil.centre
+    radii = np.arange(1.35 * pupil.radius, 6.0 * pupil.radius, 0.5)
+    sides: list[float] = []
+    for turn in (0.0, np.pi):
+        angles = turn + np.linspace(-_SIDE, _SIDE, 17)[:, None]
+        px, py = x + radii * np.cos(angles), y + radii * np.sin(angles)
+        rolled = cv2.remap(
+            calm, px.astype(np.float32), py.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        profile = np.median(rolled, 0)
+        rise = np.zeros_like(profile)
+        rise[4:-4] = profile[8:] - profile[:-8]
+        sides.append(float(radii[int(rise.argmax())]) if rise.max() > 4.0 else np.nan)
+    right, left = sides
+    if not np.isfinite(right + left):
+        return None
+    return Iris(np.array((x + 0.5 * (right - left), y)), 0.5 * (right + left))

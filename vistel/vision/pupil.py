@@ -1,0 +1,277 @@
+"""The pupil in an infrared picture of an eye: a dark disc, found at any size, with its outline as an ellipse.
+
+Dark discs are proposed by how much darker a square is than the ring round it (Świrski, Bulling & Dodgson 2012); each is
+unrolled about its middle, where its outline is the path of steepest rise from dark to bright; the outline that rises best
+all round is the pupil's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+U8 = NDArray[np.uint8]
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+SURE = 3.5
+"""`Pupil.sure` from which an eye counts as open."""
+_WORK = 240
+"""Longer side of the picture that is searched [px]."""
+_SMALLEST, _LARGEST = 0.022, 0.125
+"""Radius of a pupil over the longer side of the picture."""
+_SIZES = 9
+_PROPOSALS = 8
+_RIM = 3
+"""Pixels at the edges of the small picture that are not looked at: cameras leave black lines there."""
+_ANGLES = 64
+_RADII = 40
+_COS, _SIN = (f(2.0 * np.pi * np.arange(_ANGLES) / _ANGLES) for f in (np.cos, np.sin))
+_FURTHEST = 2.4
+"""How far a disc is unrolled, over its radius."""
+_ROUNDS = 2
+_SIDEWAYS = 0.5
+"""What a step sideways costs an outline [grey levels]."""
+_STEEP = 2.0
+"""Grey levels over three pixels of the small picture from which a rise is an edge."""
+_OFF = 0.3
+"""How far from the middle of the picture pupils are, over its longer side."""
+_INNER_CLEAR, _INNER_CONTRAST = 0.6, 8.0
+
+
+@dataclass(frozen=True)
+class Pupil:
+    """centre: (2,) x, y [px]; axes: (2,) half lengths, longer first [px]; angle: of the longer one from +x towards +y [rad];
+    clear: 0..1, how much of the outline is a clear edge; contrast: grey levels by which the ring round it is brighter;
+    level: its own grey level; ragged: how uneven it is inside and along its edge, 0 for an even disc."""
+
+    centre: F64
+    axes: F64
+    angle: float
+    clear: float
+    contrast: float
+    level: float
+    ragged: float
+
+    @property
+    def sure(self) -> float:
+        """How far it is a pupil and no gap between lashes: above `SURE` it is taken for one."""
+        return self.clear * self.contrast / ((self.level + self.contrast + 1e-6) * (self.ragged + 0.05))
+
+    @property
+    def radius(self) -> float:
+        """Of the circle of the same area [px]."""
+        return float(np.sqrt(self.axes[0] * self.axes[1]))
+
+
+def find_pupil(picture: U8, before: Pupil | None = None) -> Pupil | None:
+    """picture: (h, w) grey. The best outline of a dark disc, None where none is; where one is like `before`, that one."""
+    scale = min(1.0, _WORK / max(picture.shape))
+    small = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1.0 else picture
+    calm = _without_glints(np.asarray(small, np.uint8)[_RIM:-_RIM, _RIM:-_RIM])
+    if before is not None:
+        x, y = (before.centre + 0.5) * scale - 0.5 - _RIM
+        again = [p for p in _outlines(calm, [(float(x), float(y), before.radius * scale)]) if _like(p, before, scale)]
+        if again:
+            return _enlarged(again[-1], scale)
+    found = _outlines(calm, _proposals(calm))
+    if not found:
+        return None
+    best = _inner(found, max(found, key=lambda p: _worth(p, calm.shape)))
+    return _enlarged(best, scale)
+
+
+def _enlarged(p: Pupil, scale: float) -> Pupil:
+    return replace(p, centre=(p.centre + _RIM + 0.5) / scale - 0.5, axes=p.axes / scale)
+
+
+def _like(p: Pupil, before: Pupil, scale: float) -> bool:
+    """Whether a pupil of the small picture is nearly as clear, as large and as dark as the one before."""
+    return (
+        p.sure > SURE and p.clear > before.clear - 0.1 and abs(p.contrast - before.contrast) < 0.3 * before.contrast
+        and 0.85 < p.radius / (before.radius * scale) < 1.18
+    )  # fmt: skip
+
+
+def _worth(p: Pupil, shape: tuple[int, ...]) -> float:
+    """How good a pupil it makes: clear all round, dark in bright; and not in a corner, as the camera looks at the eye."""
+    off = np.hypot(p.centre[0] - shape[1] / 2, p.centre[1] - shape[0] / 2) / max(shape)
+    return p.clear**2 * p.contrast / (p.level + p.contrast + 25.0) * float(np.exp(-0.5 * (off / _OFF) ** 2))
+
+
+def _inner(found: list[Pupil], outer: Pupil) -> Pupil:
+    """A clear and much darker disc within the best, where there is one: then that was the iris, nearly as dark."""
+    within = [
+        p for p in found
+        if p.radius < 0.75 * outer.radius and np.hypot(*(p.centre - outer.centre)) < 0.7 * outer.radius
+        and p.clear > _INNER_CLEAR and p.contrast > _INNER_CONTRAST and p.level + 0.5 * p.contrast < outer.level
+    ]  # fmt: skip
+    return max(within, key=lambda p: p.clear * p.contrast, default=outer)
+
+
+def _without_glints(picture: U8) -> F32:
+    """Reflections of the lamps, small and bright, replaced by what is round them; noise smoothed."""
+    opened = cv2.morphologyEx(picture, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9)))
+    glint = cv2.dilate(np.asarray(picture > opened + 40.0, np.uint8), np.ones((3, 3), np.uint8))
+    calm = np.where(glint > 0, opened, picture)
+    return cv2.GaussianBlur(calm.astype(np.float32), (0, 0), 1.2)
+
+
+def _proposals(calm: F32) -> list[tuple[float, float, float]]:
+    """x, y, radius [px] of dark discs, most likely first."""
+    height, width = calm.shape
+    longer = max(height, width)
+    pad = int(2.5 * _LARGEST * longer) + 2
+    table = cv2.integral(cv2.copyMakeBorder(calm, pad, pad, pad, pad, cv2.BORDER_REPLICATE), sdepth=cv2.CV_64F)
+
+    def box(half: int) -> F64:
+        """Mean of the square of side 2 half + 1 round each pixel."""
+        lo, hi = pad - half, pad + half + 1
+        total = (
+            table[hi : hi + height, hi : hi + width] - table[lo : lo + height, hi : hi + width]
+            - table[hi : hi + height, lo : lo + width] + table[lo : lo + height, lo : lo + width]
+        )  # fmt: skip
+        return np.asarray(total / (2 * half + 1) ** 2, np.float64)
+
+    found: list[tuple[float, float, float, float]] = []
+    for r in longer * np.geomspace(_SMALLEST, _LARGEST, _SIZES):
+        inner, outer = max(1, round(0.75 * r)), max(2, round(1.9 * r))
+        a, b = (2 * inner + 1) ** 2, (2 * outer + 1) ** 2
+        dark = box(inner)
+        ring = (b * box(outer) - a * dark) / (b - a)
+        answer = (ring - dark) / (dark + 25.0)
+        top = cv2.dilate(answer, np.ones((2 * inner + 1, 2 * inner + 1), np.uint8))
+        ys, xs = np.nonzero((answer >= top) & (answer > 0.05))
+        order = np.argsort(-answer[ys, xs])[:4]
+        found += [(float(answer[ys[k], xs[k]]), float(xs[k]), float(ys[k]), float(r)) for k in order]
+    found.sort(reverse=True)
+    out: list[tuple[float, float, float]] = []
+    for _, x, y, r in found:
+        if all(np.hypot(x - x2, y - y2) > 0.5 * min(r, r2) or not 0.7 < r / r2 < 1.42 for x2, y2, r2 in out):
+            out.append((x, y, r))
+    return out[:_PROPOSALS]
+
+
+def _outlines(calm: F32, discs: list[tuple[float, float, float]]) -> list[Pupil]:
+    """Ellipses round dark discs near x, y of about radius r. Each is unrolled about its middle as known, a few times."""
+    done: list[Pupil] = []
+    for _ in range(_ROUNDS):
+        if not discs:
+            break
+        rolled = np.stack([
+            cv2.remap(calm, *_rays(x, y, _FURTHEST * r), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            for x, y, r in discs
+        ])  # fmt: skip
+        rise = np.zeros_like(rolled)
+        rise[..., 2:-2] = 0.5 * (rolled[..., 4:] + rolled[..., 3:-1] - rolled[..., 1:-3] - rolled[..., :-4])
+        rise[..., : _RADII // 8] = 0.0
+        paths = _steepest_round(rise)
+        better: list[tuple[float, float, float]] = []
+        for (x, y, r), path, steepness in zip(discs, paths, rise, strict=True):
+            radii = path * (_FURTHEST * r / _RADII)
+            points = np.column_stack((x + radii * _COS, y + radii * _SIN))
+            p = _fitted(calm, points, steepness[np.arange(_ANGLES), path])
+            if p is not None:
+                done.append(p)
+                better.append((float(p.centre[0]), float(p.centre[1]), p.radius))
+        discs = better
+    return done
+
+
+def _rays(x: float, y: float, furthest: float) -> tuple[F32, F32]:
+    """Where a picture is sampled to unroll it: two of (angles, radii) [px]."""
+    radii = furthest * np.arange(_RADII)[None] / _RADII
+    return (x + radii * _COS[:, None]).astype(np.float32), (y + radii * _SIN[:, None]).astype(np.float32)
+
+
+def _steepest_round(rise: F32) -> NDArray[np.int64]:
+    """(p, angles) column of the closed path, one step sideways per angle at most, along which `rise` (p, angles, radii) is
+    most. The way round is gone one and a half times, so that the last time round its end meets its beginning."""
+    count, n, m = rise.shape
+    half = n // 2
+    order = np.arange(n + half) % n
+    back = np.zeros((n + half, count, m), np.int64)
+    column = np.arange(m)
+    total = rise[:, 0].astype(np.float64)
+    padded = np.full((count, m + 2), -np.inf)
+    for k in range(1, n + half):
+        padded[:, 1:-1] = total
+        three = np.stack((padded[:, :-2] - _SIDEWAYS, padded[:, 1:-1], padded[:, 2:] - _SIDEWAYS))
+        pick = three.argmax(0)
+        back[k] = column + pick - 1
+        total = np.take_along_axis(three, pick[None], 0)[0] + rise[:, order[k]]
+    path = np.zeros((count, n), np.int64)
+    at = total.argmax(1)
+    for k in range(n + half - 1, half - 1, -1):
+        path[:, order[k]] = at
+        at = back[k, np.arange(count), at]
+    return path
+
+
+def _fitted(calm: F32, points: F64, steep: F32) -> Pupil | None:
+    """An ellipse through most of the points whose edge is steep enough, the outliers (lids, lashes) left out."""
+    threshold = max(_STEEP, 0.35 * float(np.median(steep)))
+    height, width = calm.shape
+    inside = ((points >= 1.0) & (points <= (width - 2.0, height - 2.0))).all(1)
+    clear = (steep > threshold) & inside
+    use = clear
+    if use.sum() < 12:
+        return None
+    for _ in range(4):
+        (cx, cy), (w, h), degrees = cv2.fitEllipse(points[use].astype(np.float32))
+        if min(w, h) < 2.0 or max(w, h) > 2.0 * max(calm.shape):
+            return None
+        off = _distance(points, (cx, cy), (w / 2, h / 2), np.radians(degrees))
+        near = (np.abs(off) < max(1.0, 0.08 * np.sqrt(w * h) / 2)) & clear
+        if near.sum() < 12 or np.array_equal(near, use):
+            break
+        use = near
+    if h >= w:
+        axes, angle = (h / 2, w / 2), np.radians(degrees) + np.pi / 2
+    else:
+        axes, angle = (w / 2, h / 2), np.radians(degrees)
+    if axes[1] < 0.5 * axes[0] or np.sqrt(axes[0] * axes[1]) > 1.15 * _LARGEST * max(calm.shape):
+        return None
+    level, ring, spread = _levels(calm, (cx, cy), axes, angle)
+    if not np.isfinite(level + ring):
+        return None
+    contrast = max(0.0, ring - level)
+    edge = cv2.remap(
+        calm, *_rays(float(cx), float(cy), 2.0 * float(np.sqrt(axes[0] * axes[1]))), cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
+    )[:, _RADII // 2 + 2 : _RADII - _RADII // 7]  # fmt: skip
+    jumps = float(np.abs(np.diff(edge.mean(1))).mean())
+    ragged = jumps * spread / max(contrast, 1.0) ** 2
+    return Pupil(np.array((cx, cy)), np.array(axes), float(angle), float(near.mean()), contrast, level, ragged)
+
+
+def _distance(points: F64, centre: tuple[float, float], halves: tuple[float, float], angle: float) -> F64:
+    """Of points from an ellipse, roughly [px]; negative inside."""
+    d = points - centre
+    c, s = np.cos(angle), np.sin(angle)
+    rho = np.hypot((c * d[:, 0] + s * d[:, 1]) / halves[0], (c * d[:, 1] - s * d[:, 0]) / halves[1])
+    return (rho - 1.0) * np.hypot(d[:, 0], d[:, 1]) / np.maximum(rho, 1e-6)
+
+
+def _levels(
+    calm: F32, centre: tuple[float, float], axes: tuple[float, float], angle: float
+) -> tuple[float, float, float]:
+    """Median grey level inside an ellipse and in the ring just outside it; spread (10 % to 90 %) of the levels inside."""
+    reach = 1.5 * axes[0]
+    x0, x1 = max(0, int(centre[0] - reach)), min(calm.shape[1], int(centre[0] + reach) + 2)
+    y0, y1 = max(0, int(centre[1] - reach)), min(calm.shape[0], int(centre[1] + reach) + 2)
+    if x1 - x0 < 3 or y1 - y0 < 3:
+        return np.nan, np.nan, np.nan
+    y, x = np.mgrid[y0:y1, x0:x1]
+    c, s = np.cos(angle), np.sin(angle)
+    dx, dy = x - centre[0], y - centre[1]
+    rho = np.hypot((c * dx + s * dy) / axes[0], (c * dy - s * dx) / axes[1])
+    patch = calm[y0:y1, x0:x1]
+    inside, ring = patch[rho < 0.85], patch[(rho > 1.12) & (rho < 1.45)]
+    if not len(inside) or not len(ring):
+        return np.nan, np.nan, np.nan
+    low, level, high = np.percentile(inside, (10, 50, 90))
+    return float(level), float(np.median(ring)), float(high - low)
