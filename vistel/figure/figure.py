@@ -57,7 +57,7 @@ class Figure:
         self.skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, limb_joint, given)
         limbs = limbs_of(avatar.skeleton, avatar.body)
         fit = same_body.embedding.fit if same_body is not None else None
-        self.embedding = embed(mesh.vertices, mesh.limb, limbs, fit)
+        self.embedding = embed(mesh.vertices, mesh.limb, limbs, fit, normals)
         self.deformer = Deformer(mesh.triangles, self.embedding)
         self._layers: SkinLayers | None = None
         self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)

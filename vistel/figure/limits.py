@@ -177,7 +177,7 @@ def _deepest(posed: PosedBody, body: Body, arm: I32, rest: I32) -> tuple[float, 
     share = np.broadcast_to(_SAMPLES, (len(arm), len(_SAMPLES))).copy()
     # Next to the shoulder the upper arm grows out of the trunk.
     upper = np.array([JOINTS[int(j)].endswith("upper_arm") for j in body.joint[arm]])
-    share[upper] = 0.75 + 0.25 * share[upper]
+    share[upper] = 0.6 + 0.4 * share[upper]
     start, along = posed.a[arm], posed.b[arm] - posed.a[arm]
     p = (start[:, None] + share[:, :, None] * along[:, None]).reshape(-1, 3)
     mine = (posed.radius_a[arm, None] + share * (posed.radius_b - posed.radius_a)[arm, None]).reshape(-1)

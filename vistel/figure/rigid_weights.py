@@ -59,7 +59,7 @@ def bone_weights(skeleton: Skeleton, vertices: F32, triangles: I32, limb_joint: 
     for joint in np.unique(limb_joint):
         rows = np.flatnonzero(limb_joint == joint)
         weight[rows] = _limb(skeleton, p[rows], int(joint), trunk[rows])
-    return _smooth(weight, triangles)
+    return smoothed(weight, triangles, _SMOOTHING_ROUNDS)
 
 
 def zone_half_length(skeleton: Skeleton, joint: str) -> float:
@@ -204,8 +204,9 @@ def _knuckles(skeleton: Skeleton, weight: F64, p: F64, side: str) -> F64:
     return out
 
 
-def _smooth(weight: F64, triangles: I32) -> F64:
-    """A few rounds of averaging over neighbours, which closes seams between limbs. Rows keep their sum."""
+def smoothed(weight: F64, triangles: I32, rounds: int) -> F64:
+    """Weights (V, B), in place, after some rounds of averaging over neighbours, which closes seams between limbs. Rows keep
+    their sum."""
     count = len(weight)
     ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2).astype(np.int64)
     pairs = np.unique(np.concatenate([ends @ (count, 1), ends @ (1, count)]))  # one number sorts faster than two
@@ -213,7 +214,7 @@ def _smooth(weight: F64, triangles: I32) -> F64:
     counts = np.bincount(at, minlength=count)
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     lonely = counts == 0
-    for _ in range(_SMOOTHING_ROUNDS):
+    for _ in range(rounds):
         # Most bones are far from most vertices: only columns in use are averaged.
         used = np.flatnonzero(weight.any(axis=0))
         part = weight[:, used]

@@ -39,6 +39,8 @@ CREASE = 0.3
 """Share of DIFF in a joint's field: 1 is Singh's furrow, 0 lets the two limbs only abut in the crease's
 plane."""
 
+FACING, LEAST_ROOM = 0.5, 0.04
+"""Cosine between a vertex' normal and the way out of its limb from which it has all its room; least share of it."""
 AUTHORITY = 0.3
 """Share of the implicit model in the shape of a bent joint where nothing touches; the rest is the articulated shape's,
 whose bulges it would flatten. Where the limbs touch, contact decides alone."""
@@ -127,10 +129,14 @@ def shape_weight(r_in: float, r_influence: float) -> float:
     return T / float(quartic(np.array(r_in / r_influence)))
 
 
-def embed(vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None) -> Embedding:
+def embed(
+    vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None, normals: F32 | None = None
+) -> Embedding:
     """Embed a mesh at rest: vertices (V, 3) [m], limb (V,) the primitive each belongs to.
 
-    fit: of another mesh of the same body, such as a finer one; its own by default.
+    fit: of another mesh of the same body, such as a finer one; its own by default. normals: (V, 3) unit; where they are
+    given, skin that faces along its limb or into it (nostrils, lips, the inside of ears) has less room to move: along its
+    normal the field hardly changes, so that a touch would throw it far aside.
 
     Works for open, closed and degenerate meshes; a vertex no field reaches keeps w_v = W_CAP and the rest
     as offset. Raises ValueError for vertices that are not finite or limbs that do not exist.
@@ -147,7 +153,11 @@ def embed(vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None) -> Emb
     hinge, other, group, mu, alpha, df = _joints(p, group, limbs, fit, fields)
     weight = np.clip(T / np.maximum(df, 1e-9), W_FLOOR, W_CAP)
     offset = T - weight * df
-    distance, influence = _room(p, group, limbs, fit)
+    distance, influence, outwards = _room(p, group, limbs, fit)
+    inward, outward = 0.95 * distance, np.maximum(0.2 * influence, influence - distance)
+    if normals is not None:
+        facing = np.clip(np.einsum("vi,vi->v", outwards, normals) / FACING, LEAST_ROOM, 1.0)
+        inward, outward = facing * inward, facing * outward
     overlap: dict[tuple[int, int], F64] = {}
     for g in range(limbs.groups):
         rows = np.flatnonzero(group == g)
@@ -157,8 +167,7 @@ def embed(vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None) -> Emb
                 overlap[g, k] = 1.0 - _smoothstep(fields[k][rows] / (0.8 * T))
     return Embedding(
         p, limbs, fit, group, hinge, other, weight, offset, mu, alpha,
-        0.95 * distance, np.maximum(0.2 * influence, influence - distance),
-        _contact(group, limbs, fields, list(overlap)), overlap,
+        inward, outward, _contact(group, limbs, fields, list(overlap)), overlap,
     )  # fmt: skip
 
 
@@ -284,15 +293,18 @@ def _joints(p: F64, group: I32, limbs: Limbs, fit: Fit, fields: list[F64]) -> tu
     return hinge, other, group, mu, alpha, df
 
 
-def _room(p: F64, group: I32, limbs: Limbs, fit: Fit) -> tuple[F64, F64]:
-    """Distance of every vertex to the skeleton of its group, and the influence radius there [m]."""
-    distance, influence = np.full(len(p), np.inf), np.zeros(len(p))
+def _room(p: F64, group: I32, limbs: Limbs, fit: Fit) -> tuple[F64, F64, F64]:
+    """Distance of every vertex to the skeleton of its group, the influence radius there [m], and the unit vector (V, 3)
+    away from it."""
+    distance, influence, outwards = np.full(len(p), np.inf), np.zeros(len(p)), np.zeros((len(p), 3))
     for i in range(len(limbs.group)):
         rows = np.flatnonzero(group == limbs.group[i])
         axis = limbs.b[i] - limbs.a[i]
         s = np.clip((p[rows] - limbs.a[i]) @ axis / max(float(axis @ axis), 1e-12), 0.0, 1.0)
-        d = np.linalg.norm(p[rows] - limbs.a[i] - s[:, None] * axis, axis=1)
+        off = p[rows] - limbs.a[i] - s[:, None] * axis
+        d = np.linalg.norm(off, axis=1)
         r = (fit.radius_a[i] + s * (fit.radius_b[i] - fit.radius_a[i])) * fit.reach[i]
         nearer = d < distance[rows]
         distance[rows[nearer]], influence[rows[nearer]] = d[nearer], r[nearer]
-    return distance, influence
+        outwards[rows[nearer]] = off[nearer] / np.maximum(d[nearer], 1e-9)[:, None]
+    return distance, influence, outwards

@@ -8,11 +8,13 @@ from figure_fixture import tube_person
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.figure.figure import Figure
+from vistel.figure.figure import Figure, vertex_normals
+from vistel.figure.figure_limbs import limbs_of
 from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.deform import Deformer
+from vistel.implicit.embedding import embed
 from vistel.implicit.ghost import ghosts_of
 
 
@@ -142,7 +144,8 @@ def test_two_figures_agree_on_their_contact_surface(person, apart):
         assert overlap.max() <= 1e-4
         pressed = (np.linalg.norm(state.vertices - alone, axis=1) > 1e-3)[figure.deformer.lost == 0]
         assert np.count_nonzero(np.abs(overlap[pressed]) <= 1e-4) > 20
-        assert state.report.lost < 0.02 * state.report.moved
+        # Caps of the palm's tubes that lie inside other tubes have little room.
+        assert state.report.lost < 0.04 * state.report.moved
 
 
 def test_posing_is_deterministic_and_reuses_its_buffers(figure):
@@ -180,3 +183,19 @@ def test_a_person_is_calibrated_with_weights_near_one(figure):
     assert len(e.limbs.hinges) == 22
     assert np.all((e.mu >= 0) & (e.mu <= 1) & (e.alpha >= 0) & (e.alpha <= 1))
     assert np.all(e.mu[e.hinge < 0] == 0.0)
+
+
+def test_skin_that_faces_along_its_limb_is_not_thrown_aside_by_a_touch(person):
+    """A nostril: in the normal's direction the field hardly changes."""
+
+    mesh, normals = person.mesh, vertex_normals(person.mesh)
+    limbs = limbs_of(person.skeleton, person.body)
+    free = embed(mesh.vertices, mesh.limb, limbs)
+    arm = np.flatnonzero(mesh.limb == person.body.names.index("left_forearm"))
+    along = normals.copy()
+    along[arm[::2]] = (1.0, 0.0, 0.0)
+    held = embed(mesh.vertices, mesh.limb, limbs, None, along)
+    middle = arm[np.abs(mesh.vertices[arm, 0] - mesh.vertices[arm, 0].mean()) < 0.08]
+    odd = np.isin(middle, arm[::2])
+    assert np.all(held.outward[middle[odd]] < 0.3 * free.outward[middle[odd]])
+    np.testing.assert_allclose(held.inward[middle[~odd]], free.inward[middle[~odd]])
