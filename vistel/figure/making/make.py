@@ -27,12 +27,14 @@ from vistel.figure.making.source import MakingError, Source
 from vistel.figure.making.upright import upright
 from vistel.figure.making.weights import blended_weights, strongest
 from vistel.figure.posture import JointPose
-from vistel.figure.rigid_weights import TWIST_BONES, bone_weights
+from vistel.figure.rigid_weights import TWIST_BONES, bone_weights, smoothed
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, REFERENCE_HEIGHT, Skeleton
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 
+_SOFTER = 8
+"""Rounds of averaging that a file's weights get."""
 MOST_TRIANGLES = 30_000
 """More than that is not seen in a conference and costs time at every picture."""
 
@@ -124,7 +126,8 @@ def make_avatar(
     weight = own if file is None else blended_weights(file, known.joint_of_column, own)
     p = repose(p0, weight, joints)
     own = bone_weights(joints.rest, p.astype(np.float32), tri, limb_joint)
-    weight = own if file is None else blended_weights(file, known.joint_of_column, own)
+    # Weights painted for straight blends go over so abruptly that skin folds into itself at finger roots and elbows.
+    weight = own if file is None else smoothed(blended_weights(file, known.joint_of_column, own), tri, _SOFTER)
     floor = np.array((0.0, -p[:, 1].min(), 0.0))
     p, rest = p + floor, Skeleton(joints.rest.rest + floor, joints.rest.tip)
     bone, share = strongest(weight)
