@@ -24,6 +24,7 @@ from vistel.figure.rotation import (
 )
 from vistel.figure.sensors import Mount, Placement, joint_of_receiver, receiver_mounts
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
+from vistel.figure.solve_arm import arm_dofs
 from vistel.figure.solve_channel import Channel, Frame, HandChannel, blend, minimum_jerk
 from vistel.figure.solve_stance import StanceFollower
 from vistel.figure.solve_swivel import SWIVEL_SPEED, Comfort, solve_arm, wrist_angles
@@ -100,9 +101,12 @@ class PostureSolver:
         self._t: float | None = None
 
     def solve(
-        self, t_s: float, receivers: Mapping[str, Placement], hands: tuple[F64 | None, F64 | None] = (None, None)
+        self, t_s: float, receivers: Mapping[str, Placement], hands: tuple[F64 | None, F64 | None] = (None, None),
+        elbows: Mapping[str, F64] | None = None,
     ) -> Solved:
         """The posture at `t_s` from what is heard: receivers (room frame) and hand angles ((20,) left, right).
+
+        elbows: where they are known to point, (3,) from the shoulder in the chest's frame by side; else they are guessed.
 
         Receivers left out are silent. The head's orientation is met exactly, the chest's pose but for the little it
         leans towards a head that the neck cannot carry where it was measured; a wrist within reach is met to less than
@@ -136,11 +140,17 @@ class PostureSolver:
             seen = _seen_from(joints.get(f"{s}_hand"), chest_p, chest)
             wrist, hand = self._wrists[s].follow(t_s, seen, self._hand_at_rest(s))
             local = wrist + self._collar["left"] - self._collar[s]
-            arm, self._elbow[s], self._scale[s] = solve_arm(
-                local, np.ascontiguousarray(hand), self._bone[s], side, self._upper[s], self._lower[s],
-                up, self._hanging[s], self._elbow[s], self._scale[s],
-                SWIVEL_SPEED * dt, self._solved[s], self._weights[s], self._skeleton.collar_shortening,
-            )  # fmt: skip
+            if elbows is not None:
+                arm, self._elbow[s], self._scale[s] = arm_dofs(
+                    local, np.ascontiguousarray(hand), self._bone[s], side, self._upper[s], self._lower[s], elbows[s],
+                    0.0, self._scale[s], self._skeleton.collar_shortening,
+                )  # fmt: skip
+            else:
+                arm, self._elbow[s], self._scale[s] = solve_arm(
+                    local, np.ascontiguousarray(hand), self._bone[s], side, self._upper[s], self._lower[s],
+                    up, self._hanging[s], self._elbow[s], self._scale[s],
+                    SWIVEL_SPEED * dt, self._solved[s], self._weights[s], self._skeleton.collar_shortening,
+                )  # fmt: skip
             self._solved[s] = True
             dofs[SHOULDER[s]], dofs[ELBOW[s]] = arm[:3], arm[3]
             dofs[WRIST[s]] = _limit_wrist(arm[4:7], side)

@@ -8,10 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.carry_over import CarryOver
 from vistel.figure.posture import HAND_DOF_COUNT, pose_joints, standing
 from vistel.figure.sensors import Placement, out_of_frame, receiver_poses
 from vistel.figure.skeleton import Skeleton, standard_skeleton
-from vistel.figure.solve import PostureSolver, Solved
+from vistel.figure.solve import SIDES, PostureSolver, Solved
 from vistel.figure.solve_swivel import Comfort
 from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver
 from vistel_services.posture.config import Person
@@ -39,10 +40,18 @@ class Capture:
         self, person: Person, skeleton: Skeleton | None = None,
         comfort: Comfort | Mapping[str, Comfort] | None = None,
     ) -> None:
-        """`skeleton`: where the person was measured; else one of their height. `comfort`: of the elbow's swivel."""
+        """`skeleton`: of what others see, else one of the person's height; `comfort`: of the elbow's swivel.
+
+        A person who was measured is solved with their own body, and what they do is carried over to what others see.
+        """
         self.person = person
-        skeleton = skeleton or standard_skeleton(person.height_m)
-        self._solver = PostureSolver(skeleton, person.seat, comfort=comfort or Comfort())
+        shown = skeleton or standard_skeleton(person.height_m)
+        body = person.body
+        learnt = {s: body.comfort.get(s, Comfort()) for s in SIDES} if body is not None else Comfort()
+        self._solver = PostureSolver(
+            shown if body is None else body.skeleton, person.seat, person.mounts, comfort=comfort or learnt
+        )
+        self._carry_over = None if body is None else CarryOver(body.skeleton, shown, person.seat)
         self._filters = {receiver: PoseFilter() for receiver in person.stations.values()}
         self._gloves: dict[str, tuple[float, F64]] = {}
         self._epoch_ns: int | None = None
@@ -71,6 +80,8 @@ class Capture:
             if pose is None or r.health not in USABLE:
                 self.rejected += 1
                 continue
+            if self.person.distortion is not None:
+                pose = self.person.distortion.correct(*pose)
             self._filters[receiver].update(self._seconds(r.t_ns), *out_of_frame(self.person.transmitter, *pose))
             self._newest_ns = max(self._newest_ns, r.t_ns)
         if not self._newest_ns:
@@ -100,7 +111,10 @@ class Capture:
         receivers: dict[str, Placement] = {
             name: f.at(t) for name, f in self._filters.items() if t - f.t < SILENT_S
         }
-        return self._solver.solve(t, receivers, (self._hand("left", t), self._hand("right", t)))
+        solved = self._solver.solve(t, receivers, (self._hand("left", t), self._hand("right", t)))
+        if self._carry_over is None:
+            return solved
+        return Solved(self._carry_over.carry(t, solved.posture), solved.stale)
 
     def _seconds(self, t_ns: int) -> float:
         """Seconds since the first time this person was heard of: small numbers keep their nanoseconds."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,8 +11,10 @@ import numpy as np
 from vistel.conference.avatar_files import avatar_file
 from vistel.conference.model import Conference, Site, public_avatar
 from vistel.conference.paths import RunPaths
+from vistel.figure.calibration.distortion import Distortion, load_distortion
+from vistel.figure.calibration.files import Body, load_body, load_tracker
 from vistel.figure.posture import Stance
-from vistel.figure.sensors import Placement, transmitter_in_room
+from vistel.figure.sensors import Mount, Placement, transmitter_in_room
 from vistel.space.room import seat_pose
 
 
@@ -36,6 +39,12 @@ class Person:
     """Name of what sees their face."""
     avatar_file: Path | None = None
     """Where their avatar is read from; None for a built-in person."""
+    body: Body | None = None
+    """Their measured body; None: an average one of their height."""
+    mounts: Mapping[str, Mount] | None = None
+    """Measured places of the receivers on the body; None: where they should be."""
+    distortion: Distortion | None = None
+    """What metal does to their tracker."""
 
 
 @dataclass(frozen=True)
@@ -62,22 +71,29 @@ class Config:
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
-    """The people of `site`, the devices they wear, and the props they hold."""
+    """The people of `site`, the devices they wear, and the props they hold.
+
+    Raises CalibrationFileError, DistortionError (one line) for a file of theirs that cannot be used.
+    """
     if site is None:
         raise ValueError("posture: this service belongs to a site; name one")
     people: list[Person] = []
     for p in site.participants:
         position, heading = seat_pose(conference.room.seats, conference.seat_of(p.name))
         t = p.tracker
-        transmitter = transmitter_in_room(
-            position, heading, t.transmitter_position if t else np.zeros(3), t.transmitter_heading if t else 0.0
+        setup = load_tracker(t.calibration) if t and t.calibration else None
+        at, towards = (setup.position, setup.heading) if setup else (
+            (np.array(t.transmitter_position), t.transmitter_heading) if t else (np.zeros(3), 0.0)
         )
+        transmitter = transmitter_in_room(position, heading, at, towards)
         people.append(Person(
             name=p.name, display_name=p.display_name or p.name, avatar=public_avatar(p.avatar), height_m=p.height,
             seat=Stance(position, heading), tracker=f"{p.name}-tracker" if t else None,
             stations={station: receiver for receiver, station in t.stations.items()} if t else {},
             transmitter=transmitter, gloves={f"{p.name}-glove-{side}": side for side in p.gloves},
             face=f"{p.name}-face" if p.face else None, avatar_file=avatar_file(p),
+            body=load_body(p.body) if p.body else None, mounts=setup.mounts if setup else None,
+            distortion=load_distortion(t.distortion) if t and t.distortion else None,
         ))  # fmt: skip
     first = people[0].seat
     props = tuple(

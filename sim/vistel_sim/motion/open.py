@@ -15,6 +15,7 @@ from vistel.figure.posture import Posture
 from vistel.figure.sensors import Placement
 from vistel.space.room import BATON
 from vistel_sim.motion.bvh import load_bvh
+from vistel_sim.motion.calibration import CalibrationMoves
 from vistel_sim.motion.clay import write_clay
 from vistel_sim.motion.hand_over import play_hand_over
 from vistel_sim.motion.meeting import Meeting
@@ -30,13 +31,15 @@ MEETING = "meeting"
 """The name of the built-in choreography; also what a participant without `motion` does."""
 CLAY = "clay"
 """Another: the one nearest to the room's first thing that takes dents presses it."""
+CALIBRATION = "calibration"
+"""The moves that `vistel calibrate tracker` and `vistel calibrate body` ask for, once."""
 
 
 def open_motion(conference: Conference) -> MotionSource:
     """The motion of every participant. Raises MotionError (one line) for a file that cannot be played.
 
-    `motion` of a participant: "meeting" (or nothing), "clay", a .bvh file, or the folder of a two-person hand-over, whose
-    giver and taker are its first two participants; further ones watch them from their seats.
+    `motion` of a participant: "meeting" (or nothing), "clay", "calibration", a .bvh file, or the folder of a two-person
+    hand-over, whose giver and taker are its first two participants; further ones watch them from their seats.
     """
     everyone = places(conference)
     wanted: dict[str, list[Place]] = {}
@@ -45,6 +48,8 @@ def open_motion(conference: Conference) -> MotionSource:
             wanted.setdefault(person.motion or MEETING, []).append(everyone[person.name])
     meeting = wanted.pop(MEETING, [])
     sources: list[MotionSource] = []
+    if CALIBRATION in wanted:
+        sources.append(CalibrationMoves(wanted.pop(CALIBRATION)))
     if CLAY in wanted:
         thing = next((e for e in conference.room.extras() if e.matter.remembers), None)
         if thing is None:
@@ -64,7 +69,7 @@ def open_motion(conference: Conference) -> MotionSource:
             sources.append(PlayedFile({p.name: play_alone(p, take) for p in people}))
         else:
             raise MotionError(
-                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, a .bvh file or a folder with *_pose_saved.csv files"
+                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, {CALIBRATION!r}, a .bvh file or a folder with *_pose_saved.csv files"
             )
         log.info("motion from file path=%s participants=%s", path, ",".join(p.name for p in people))
     if meeting:

@@ -7,6 +7,7 @@ teaches stays: people differ far more from each other than from themselves.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -14,7 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize  # type: ignore[import-untyped]
 
+from vistel.figure.calibration.fit import Calibrated
+from vistel.figure.calibration.moves import RATE_HZ, MoveError, Track
 from vistel.figure.rotation import matrix_from_rotvec, rotation_x, rotation_z
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.figure.solve_swivel import SWIVEL_SPEED, Comfort, solve_arm
 
 F64 = NDArray[np.float64]
@@ -29,6 +33,8 @@ _LEAN = 0.5
 _MOST_MM = 150.0
 _TAIL = 0.3
 ROUNDS = 240
+MOST_ELBOW_M = 0.03
+"""Distances of an elbow to shoulder and wrist may differ so much from their bones, root mean square."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,54 @@ class ArmSamples:
     side: float
     interval_s: float
     shortening: float = 0.0
+
+
+def samples_of(moves: Mapping[str, Track], side: str, found: Calibrated) -> ArmSamples:
+    """An arm whose forearm carries the receiver of the head. Raises MoveError where the elbow cannot be told.
+
+    Where the elbow is from that receiver follows from the lengths of upper arm and forearm, which it keeps.
+    """
+    skeleton, sign = found.skeleton, 1.0 if side == "left" else -1.0
+    j = JOINT_INDEX[f"{side}_upper_arm"]
+    mounts = found.mounts
+    turn = {name: track.rotation @ mounts[name].rotation.T for name, track in moves.items()}
+    chest = turn["chest"]
+    collar = moves["chest"].position - np.einsum("nij,j->ni", chest, mounts["chest"].position)
+    if side == "right":
+        across = skeleton.rest[JOINT_INDEX["right_shoulder"]] - skeleton.rest[JOINT_INDEX["left_shoulder"]]
+        collar = collar + np.einsum("nij,j->ni", chest, across)
+    hand = f"{side}_hand"
+    wrist = moves[hand].position - np.einsum("nij,j->ni", turn[hand], mounts[hand].position)
+    shoulder = collar + np.einsum("nij,j->ni", chest, skeleton.offsets[j])
+    upper, lower = skeleton.length(JOINTS[j], JOINTS[j + 1]), skeleton.length(JOINTS[j + 1], JOINTS[j + 2])
+    worn = moves["head"]
+
+    def off(e: F64) -> F64:
+        elbow = worn.position + np.einsum("nij,j->ni", worn.rotation, e)
+        return np.concatenate((
+            np.linalg.norm(elbow - shoulder, axis=1) - upper, np.linalg.norm(elbow - wrist, axis=1) - lower,
+        ))  # fmt: skip
+
+    best: Any = min(
+        (cast("Any", optimize).least_squares(off, 0.08 * start) for start in (*np.eye(3), *-np.eye(3))),
+        key=lambda fit: float(fit.cost),
+    )
+    left = math.sqrt(float(np.mean(off(best.x) ** 2)))
+    if left > MOST_ELBOW_M:
+        raise MoveError(
+            f"{side}_forearm: the elbow is {1e3 * left:.0f} mm off its bones; does the receiver of the head sit fast on the "
+            f"{side} forearm, and were the other moves done well?"
+        )
+    elbow = worn.position + np.einsum("nij,j->ni", worn.rotation, np.asarray(best.x, np.float64))
+
+    def seen(p: F64) -> F64:
+        return np.einsum("nji,nj->ni", chest, p - collar)[::2].copy()
+
+    local = np.einsum("nji,njk->nik", chest, turn[hand])
+    return ArmSamples(
+        seen(wrist), seen(elbow), np.ascontiguousarray(local[::2]), np.ascontiguousarray(-chest[::2, 2]), skeleton.offsets[j],
+        upper, lower, sign, 2.0 / RATE_HZ, skeleton.collar_shortening,
+    )  # fmt: skip
 
 
 def elbow_errors(samples: ArmSamples, comfort: Comfort) -> F64:

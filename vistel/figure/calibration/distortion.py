@@ -106,16 +106,16 @@ def fit_distortion(read: F64, errors: F64, step: float = 0.1) -> Distortion:
     if len(read) < 8:
         raise DistortionError(f"{len(read)} points are too few; measure at least 8, better 50, all over the space in use")
     low, high = read.min(axis=0), read.max(axis=0)
-    counts = np.maximum(2, np.ceil((high - low) / step).astype(int) + 1)
-    if int(np.prod(counts)) > MOST_CORNERS:
+    counts = [max(2, math.ceil(float(span) / step) + 1) for span in high - low]
+    corners = math.prod(counts)
+    if corners > MOST_CORNERS:
         raise DistortionError(
             f"the points span {np.round(high - low, 2).tolist()} m: a grid of {step} m over that is too large; "
             "are they in metres? else choose a larger step"
         )
-    grid = Distortion(0.5 * (low + high) - 0.5 * step * (counts - 1), step, np.zeros((*counts.tolist(), 6)))
+    grid = Distortion(0.5 * (low + high) - 0.5 * step * (np.array(counts) - 1.0), step, np.zeros((*counts, 6)))
     samples = _sample_rows(grid, read)
     pairs = _neighbours(grid)
-    corners = int(np.prod(counts))
     lib, solver = cast("Any", sparse), cast("Any", linalg)
     at = lib.csr_matrix((samples[1].ravel(), (np.repeat(np.arange(len(read)), 8), samples[0].ravel())), (len(read), corners))
     smooth = lib.csr_matrix(
