@@ -1,8 +1,8 @@
 """Learns the model of the motion codec: `python -m benchmarks.motion_training OUT.json`.
 
-Least squares, in the order in which a frame is written: how much of a key frame's change goes on, which earlier number
-tells of a number and by how much, how large what is left will be; then how often each symbol comes. The model of a
-version that has been published is never made again.
+In the order in which a frame is written: how much of a key frame's change goes on, which earlier number tells of a
+number and by how much (least squares), how large what is left will be (gamma regression); then how often each symbol
+comes. The model of a version that has been published is never made again.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ I64 = NDArray[np.int64]
 MODELS = 26
 SYMBOLS = 2 * MIDDLE + 1
 TOTAL = 1 << 15
-SPACINGS = ((15, 3), (15, 5), (30, 8))
+LEAST = 0.25
+"""Added to what is left, so that nothing left has a size too."""
+SPACINGS = ((15, 2), (24, 2), (24, 3), (30, 8))
 """Frames from one full key frame to the next, and from one key frame to the next."""
 FEATURES = {FULL: (0, 1, 2, 3, 5), 1: (0, 1, 2, 3, 5), AFTER_CHANGE: (0, 1, 2, 3, 4, 5)}
 
@@ -121,26 +123,30 @@ def _find_partners(model: Model, kinds: dict[int, Frames]) -> None:
 
 
 def _fit_sizes(model: Model, kind: int, frames: Frames) -> None:
-    """Ridge regression of the logarithm of what is left, group by group."""
+    """Gamma regression with a logarithmic link of how much is left, group by group; by reweighted least squares."""
     left, features, _, _ = _run(model, kind, frames)
-    size, use = _log(np.abs(left), model.logs).astype(float), list(FEATURES[kind])
+    use = list(FEATURES[kind])
     far = np.clip(frames.distance, 1, 32) - 1
     age = 16.0 * np.log2(1.0 + np.arange(32))
     for g in range(GROUPS):
         members = np.flatnonzero(g == GROUP_OF)
-        rows, wanted = [], []
+        rows, sizes = [], []
         for i, c in enumerate(members):
             own = np.zeros((len(left), len(members)))
             own[:, i] = 1.0
-            rows.append(np.concatenate((features[:, c][:, use], age[far][:, None], own), axis=1))
-            wanted.append(size[:, c])
-        a, y = np.concatenate(rows), np.concatenate(wanted)
-        ridge = np.diag([480.0] * (len(use) + 1) + [144.0] * len(members))
-        found = np.linalg.solve(a.T @ a + ridge, a.T @ y)
+            rows.append(np.concatenate((features[:, c][:, use] / 16, age[far][:, None] / 16, own), axis=1))
+            sizes.append(np.abs(left[:, c]) + LEAST)
+        a, y = np.concatenate(rows), np.concatenate(sizes)
+        solver = np.linalg.inv(a.T @ a + np.diag([40.0] * (len(use) + 1) + [13.0] * len(members)))
+        found = solver @ (a.T @ np.log2(y))
+        for _ in range(5):
+            expected = 2.0 ** (a @ found)
+            surprise = np.minimum(y / expected - 1.0, 6.0)
+            found = solver @ (a.T @ (np.log2(expected) + surprise / np.log(2.0)))
         model.weights[kind, :, g] = 0
         model.weights[kind, use, g] = np.rint(64 * found[: len(use)])
         model.age[kind, g] = np.rint(64 * found[len(use)] * age) if kind != FULL else 0
-        model.bias[kind, members] = np.rint(64 * found[len(use) + 1 :])
+        model.bias[kind, members] = np.rint(1024 * (found[len(use) + 1 :] - np.log2(LEAST)))
 
 
 def _shifts() -> I64:
@@ -148,8 +154,8 @@ def _shifts() -> I64:
 
 
 def _expected() -> F64:
-    """Middle of the sizes that each model of a number is for."""
-    return (2.0 ** (np.arange(MODELS) / 2 + 0.25) - 1.0) / 2.0
+    """Middle of the sizes that each model of a number is for: half octaves above LEAST."""
+    return LEAST * (2.0 ** (np.arange(MODELS) / 2 + 0.25) - 1.0)
 
 
 def _count(model: Model, kinds: dict[int, Frames]) -> None:

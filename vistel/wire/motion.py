@@ -1,7 +1,7 @@
 """The Motion message: a participant's posture in some forty bytes, sixty times a second.
 
 Every number is rounded to a whole number of steps (`MOTION_FIELDS`), foreseen from a key frame, and what is left is
-entropy coded. Every third frame is a key frame; it refers to the key frame before it, the frames between to the last
+entropy coded. Every second frame is a key frame; it refers to the key frame before it, the frames between to the last
 one only, so that losing them harms nothing. At least twice a second a full key frame refers to nothing: a late joiner,
 and whoever lost a key frame, goes on there. docs/reference/motion-stream.md has the layout of the bytes.
 """
@@ -32,24 +32,22 @@ from vistel.wire.motion_codec.lists import ListKey, parts_of, read_key, well_for
 from vistel.wire.motion_codec.model import NEWEST, VERSIONS, tables
 
 __all__ = (
-    "COUNTS", "FULL_INTERVAL_NS", "MOTION_FIELDS", "PARTS", "MotionDecoder", "MotionEncoder", "MotionField", "MotionFrame",
-    "MotionSample", "StalePart", "warm_up",
+    "COUNTS", "FULL_INTERVAL_NS", "KEY_SPACING", "MOTION_FIELDS", "PARTS", "MotionDecoder", "MotionEncoder", "MotionField",
+    "MotionFrame", "MotionSample", "StalePart", "warm_up",
 )  # fmt: skip
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-FULL_INTERVAL_NS = 250_000_000
-"""A full key frame is due after this; one of a person who hardly moves may wait until `LATE_FULL_NS`."""
-LATE_FULL_NS = 450_000_000
-FULL_SHARE = 5
-"""A full key frame may wait until what was sent since the last is this many times its size."""
-KEY_SPACING = 3
+FULL_INTERVAL_NS = 400_000_000
+"""From one full key frame to the next, at most."""
+FRAME_NS = 1_000_000_000 // 60
+KEY_SPACING = 2
 """Frames from one key frame to the next."""
 KEYS_KEPT = 8
 OLDEST_KEY_NS = 1_000_000_000
 """A frame never refers to a key frame older than this; one that says so is from another life of its sender."""
-HOLD = 0.65
+HOLD = 0.55
 """A number stays as it was sent last until it is this many steps away, so that noise at the edge of two steps does not
 make what is still tremble."""
 MOST_BYTES = 1024
@@ -140,7 +138,7 @@ class MotionEncoder:
         self._out = np.zeros(MOST_BYTES, np.uint8)
         self._key: _Key | None = None
         self._sent = np.full(NUMBERS, np.nan)
-        self._full_ns = self._full_bytes = self._bytes = self._mask = self._last_seq = 0
+        self._full_ns = self._mask = self._last_seq = 0
 
     def encode(self, sample: MotionSample) -> Motion:
         """The message of a sample. Numbers that are not finite are sent as 0."""
@@ -162,7 +160,9 @@ class MotionEncoder:
         out = Motion()
         out.header.seq, out.header.t_ns = sample.seq, sample.t_ns
         out.frame = self._out[:size].tobytes()
-        self._note(sample, mask, size, key is None)
+        self._last_seq, self._mask = sample.seq, mask
+        if key is None:
+            self._full_ns = sample.t_ns
         if header[k.KEEP] or key is None:
             span = 0 if key is None else sample.seq - key.seq
             moved = values - before if span else _NOTHING
@@ -181,18 +181,9 @@ class MotionEncoder:
         key = self._key
         if key is None or sample.seq <= self._last_seq or mask != self._mask:
             return None
-        age = sample.t_ns - self._full_ns
-        if not 0 <= sample.t_ns - key.t_ns < LATE_FULL_NS or not 0 <= age < LATE_FULL_NS:
-            return None
-        if age >= FULL_INTERVAL_NS and self._bytes >= FULL_SHARE * self._full_bytes:
-            return None
-        return key
-
-    def _note(self, sample: MotionSample, mask: int, size: int, full: bool) -> None:
-        self._last_seq, self._mask = sample.seq, mask
-        self._bytes += size
-        if full:
-            self._full_ns, self._full_bytes, self._bytes = sample.t_ns, size, 0
+        # Due where the next frame would come too late.
+        late = sample.t_ns + FRAME_NS - self._full_ns > FULL_INTERVAL_NS
+        return None if late or sample.t_ns < key.t_ns else key
 
 
 class MotionFrame:

@@ -23,7 +23,7 @@ FUZZ = settings(
 STEP = {p: np.concatenate([np.full(f.count, f.step) for f in MOTION_FIELDS if f.part == p]) for p in PARTS}
 LOW = {p: np.concatenate([np.full(f.count, f.low) for f in MOTION_FIELDS if f.part == p]) for p in PARTS}
 HIGH = {p: np.concatenate([np.full(f.count, f.high) for f in MOTION_FIELDS if f.part == p]) for p in PARTS}
-HELD = 0.65
+HELD = 0.55
 """How many steps a number may be off."""
 
 
@@ -112,7 +112,7 @@ def key_frames(messages: list[Motion]) -> tuple[set[int], list[int | None]]:
     for i, message in enumerate(messages):
         alone = MotionDecoder().decode(message) is not None
         refers.append(None if alone else last)
-        if alone or (last is not None and i - last == 3):
+        if alone or (last is not None and i - last == 2):
             keys.add(i)
             last = i
     return keys, refers
