@@ -9,9 +9,12 @@ from typing import Any
 import pytest
 from world_site import WorldSite
 
+from vistel.space.commands.phrase import read
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing, ResetRoom
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.wire.topics import BY_NAME, Delivery
+from vistel_cli.ask import asked
+from vistel_services.command_messages import message_of
 
 DONE, REFUSED = CommandResult.OUTCOME_DONE, CommandResult.OUTCOME_REFUSED
 
@@ -202,3 +205,29 @@ def test_a_snapshot_that_cannot_be_written_is_told_and_nothing_else(tmp_path: Pa
     (tmp_path / "run").write_text("a file where the folder should be")
     site = scenario(tmp_path, lambda s: s.play(2.2))
     assert len(site.states()) > 120
+
+
+def test_a_line_from_a_console_is_done_or_refused_and_everybody_sees_what_became_of_it(tmp_path: Path) -> None:
+    said = ["bend the red baton 60", "larger ball", "create a pink ring", "delete the unicorn", "undo"]
+    answers: list[tuple[bool, list[str], str]] = []
+
+    async def play(site: WorldSite) -> None:
+        await site.play(0.3)
+        for n, line in enumerate(said):
+            command = message_of(read(line), f"line-{n}", "aiko")
+            answer = asyncio.create_task(asked(site.buses["aiko"], site.clock, command))
+            await site.play(0.2)
+            result = await answer
+            assert result is not None
+            answers.append((result.outcome == DONE, list(result.things), result.reason))
+
+    site = scenario(tmp_path, play)
+    assert answers == [
+        (True, ["baton"], ""), (True, ["ball"], ""), (True, ["ring-2"], ""),
+        (False, [], "there is no unicorn in the room"), (True, [], ""),
+    ]  # fmt: skip
+    last = next(s for s in reversed(site.states()) if s.key)
+    things = {t.id: t for t in last.things}
+    assert things["baton"].HasField("curve")
+    assert things["ball"].primitives[0].params[0] == pytest.approx(0.057)
+    assert "ring-2" not in things

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -134,6 +134,11 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
             )  # fmt: skip
             out.inverse_inertia[n] = np.linalg.inv(thing.mass * np.asarray(unit, np.float64))
     return out
+
+
+def outline(thing: Thing) -> Solids:
+    """The arrays of a single thing, without its inertia, which takes longest: for questions about its shape."""
+    return solids((replace(thing, mass=0.0),))
 
 
 def pose_solids(s: Solids, rotation: F64, position: F64) -> PrimitiveSet:

@@ -15,7 +15,7 @@ from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.v1.world_pb2 import WorldInputs
 from vistel.wire.motion import MotionSample
 from vistel.wire.proportions import from_message
-from vistel_services.world.asked import action, pose
+from vistel_services.command_messages import action_of, pose
 
 log = logging.getLogger("vistel.world")
 
@@ -47,7 +47,7 @@ def person(participant: str, message: Participant) -> Person:
 def command_input(participant: str, message: Command) -> CommandInput:
     """A command of `participant`, whose key it came on; one in another's name has no action and is refused."""
     own = message.participant in ("", participant)
-    return CommandInput(message.id, participant, action(message) if own else None)
+    return CommandInput(message.id, participant, action_of(message) if own else None)
 
 
 def prop_input(message: Prop) -> PropInput:

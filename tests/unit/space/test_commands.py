@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from test_world_steps import BATON, STEP_NS, Play, reaching, take_baton
 
-from tests.unit.space.test_world_steps import BATON, STEP_NS, Play, reaching, take_baton
 from vistel.figure.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.space.commands import actions as ask

@@ -17,7 +17,7 @@ from vistel.space.commands.reference import Speaker, meant
 from vistel.space.dynamics import FREE, HELD, Motions
 from vistel.space.people import pose_figure
 from vistel.space.room import Room
-from vistel.space.solids import Solids, solids
+from vistel.space.solids import Solids, outline
 from vistel.space.state import State
 from vistel.space.things import Thing
 
@@ -148,7 +148,7 @@ def changed(asked: Asked, before: Sequence[int], after: Sequence[Stood]) -> Stat
 
 
 def lowest(thing: Thing, position: F64, rotation: F64) -> float:
-    one = solids((thing,))
+    one = outline(thing)
     heights = one.probe @ matrix_from_quaternion(rotation)[1] - one.probe_radius
     return float(position[1] + heights.min())
 

@@ -20,7 +20,7 @@ from vistel.space.commands.asked import Answer, Asked, changed, lowest
 from vistel.space.commands.history import Change, Stood
 from vistel.space.glide import Glide, on_way
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
-from vistel.space.solids import solids
+from vistel.space.solids import outline
 from vistel.space.things import Thing
 
 F64 = NDArray[np.float64]
@@ -158,7 +158,7 @@ def place_meant(asked: Asked, where: ask.Where) -> F64:
 
 def free_spot(asked: Asked, thing: Thing, foot: F64, rotation: F64, apart_from: int = -1) -> F64:
     """(3,) where a thing can stand, its lowest point on the height of `foot`: there, or in rings round it."""
-    one = solids((thing,))
+    one = outline(thing)
     r = float(one.radius[0])
     height = foot[1] - lowest(thing, np.zeros(3), rotation) + 0.002
     others = [n for n in range(len(asked.state.things)) if n != apart_from]

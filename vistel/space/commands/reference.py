@@ -164,7 +164,7 @@ def meant(
 
 def _fits(which: Which, thing: Thing) -> bool:
     words = which.name.lower().split()
-    known = f"{thing.id} {thing.name} {thing.shape}".lower().split()
+    known = f"{thing.id} {thing.name} {thing.shape} {name_of_colour(thing.colour)}".lower().split()
     return (
         (not which.thing or thing.id == which.thing)
         and all(word in known for word in words)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.arc import Arc
 from vistel.space.commands.actions import Refused
-from vistel.space.solids import Solids, solids
+from vistel.space.solids import Solids, outline
 from vistel.space.things import Axis, Curve, Part, Primitive, Thing
 
 F64 = NDArray[np.float64]
@@ -42,7 +42,7 @@ def extent(s: Solids) -> F64:
 
 def longest_axis(thing: Thing) -> int:
     """Which of its own axes a thing is longest along; the first of equals."""
-    low, high = extent(solids((thing,)))
+    low, high = extent(outline(thing))
     return int(np.argmax((high - low).round(6)))
 
 
@@ -96,7 +96,7 @@ def curved(thing: Thing, bend: float, twist: float, side: F64) -> Thing:
     if _length(side) < 1e-3:
         side = np.eye(3)[(k + 1) % 3]
     side = side / _length(side)
-    low, high = extent(solids((thing,)))[:, k].tolist()
+    low, high = extent(outline(thing))[:, k].tolist()
     if abs(bend) < 1e-6 and all(p.kind in ("sphere", "cone_sphere") and _on_axis(p, along) for p in thing.primitives):
         raise Refused(f"the {thing.name} is round about its axis; twisting it would show nothing")
     count = min(14, max(4, math.ceil(max(abs(bend), abs(twist)) / SLICE)))
@@ -164,7 +164,7 @@ def _made_of(thing: Thing, primitives: Iterable[Primitive], mass: float) -> Thin
 
 
 def _sound(thing: Thing) -> Thing:
-    radius = float(solids((thing,)).radius[0])
+    radius = float(outline(thing).radius[0])
     thinnest = min(v for p in thing.primitives for k, v in enumerate(p.params) if k in _sizes(p))
     if not (SMALLEST <= radius <= LARGEST and thinnest >= THINNEST):
         raise Refused(

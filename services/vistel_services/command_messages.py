@@ -1,4 +1,4 @@
-"""From the messages of commands to what may be asked of the world."""
+"""Between the messages of commands and what may be asked of the world."""
 
 from __future__ import annotations
 
@@ -23,10 +23,42 @@ def pose(message: Pose) -> tuple[F64, F64]:
     return np.array([p.x, p.y, p.z], np.float64), rotation if rotation.any() else np.array([0.0, 0.0, 0.0, 1.0])
 
 
-def action(message: pb.Command) -> Action | None:
+def action_of(message: pb.Command) -> Action | None:
     """What a command asks for; None for nothing this world knows."""
     kind = message.WhichOneof("action")
     return None if kind is None else _READ[kind](getattr(message, kind))
+
+
+def message_of(action: Action, id: str, participant: str) -> pb.Command:
+    """A command that asks for an action."""
+    out = pb.Command(id=id, participant=participant)
+    getattr(out, _FIELD[type(action)]).SetInParent()
+    into = getattr(out, _FIELD[type(action)])
+    for name, value in vars(action).items():
+        _write(into, name, value)
+    return out
+
+
+def _write(into: Any, name: str, value: Any) -> None:
+    if isinstance(value, Which):
+        getattr(into, name).CopyFrom(_from_which(value))
+    elif isinstance(value, Towards | Along | Where):
+        setattr(into, name, _CODE[value])
+    elif name == "position":
+        into.pose.position.x, into.pose.position.y, into.pose.position.z = value.tolist()
+    elif name == "rotation":
+        q = into.pose.rotation
+        q.x, q.y, q.z, q.w = value.tolist()
+    elif value is not None:
+        setattr(into, name, value)
+
+
+def _from_which(w: Which) -> pb.Which:
+    shown = {how: code for code, how in _SHOWN.items()}
+    return pb.Which(
+        thing=w.thing, name=w.name, shape=w.shape, colour=w.colour, every=w.every,
+        shown=shown[w.shown] if w.shown else pb.Which.SHOWN_UNSPECIFIED,
+    )  # fmt: skip
 
 
 def _which(m: pb.Which) -> Which:
@@ -48,7 +80,16 @@ _TOWARDS = {
 _ALONG = {
     pb.ALONG_LONGEST: Along.LONGEST, pb.ALONG_UP: Along.UP, pb.ALONG_ACROSS: Along.ACROSS, pb.ALONG_AHEAD: Along.AHEAD,
 }  # fmt: skip
-_WHERE = {pb.WHERE_POINTED: Where.POINTED}
+_WHERE = {pb.WHERE_HERE: Where.HERE, pb.WHERE_POINTED: Where.POINTED}
+_CODE: dict[Towards | Along | Where, int] = {
+    value: code for table in (_TOWARDS, _ALONG, _WHERE) for code, value in table.items()
+}
+_FIELD: dict[type[Any], str] = {
+    ask.Move: "move", ask.Release: "release", ask.Delete: "delete", ask.Reset: "reset", ask.Select: "select",
+    ask.MoveBy: "move_by", ask.Place: "place", ask.Turn: "turn", ask.Scale: "scale", ask.Bend: "bend", ask.Twist: "twist",
+    ask.Paint: "paint", ask.Harden: "harden", ask.Copy: "copy", ask.Create: "create", ask.Grip: "grip",
+    ask.Attach: "attach", ask.Detach: "detach", ask.Undo: "undo", ask.Redo: "redo", ask.Stop: "stop",
+}  # fmt: skip
 
 _READ: dict[str, Callable[[Any], Action | None]] = {
     "move": lambda m: ask.Move(_named(m), *pose(m.pose)),

@@ -1,0 +1,91 @@
+"""Commands as lines of a console, and as messages."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from test_commands import ANYTHING
+
+from vistel.space.commands import actions as ask
+from vistel.space.commands.actions import Action, Along, Shown, Towards, Where, Which
+from vistel.space.commands.phrase import USAGE, PhraseError, read
+from vistel.space.commands.reference import COLOURS
+from vistel.v1.command_pb2 import Command
+from vistel_services.command_messages import action_of, message_of
+
+
+@pytest.mark.parametrize(
+    ("line", "action"),
+    [
+        ("move this left 10 cm", ask.MoveBy(ask.THIS, Towards.LEFT, 0.1)),
+        ("move the yellow ball up", ask.MoveBy(Which(name="yellow ball"), Towards.UP, 0.1)),
+        ("move box-2 ahead 0.25", ask.MoveBy(Which(name="box-2"), Towards.AHEAD, 0.25)),
+        ("put that there", ask.Place(Which(shown=Shown.POINTED), Where.POINTED)),
+        ("turn the can 90 degrees across", ask.Turn(Which(name="can"), 0.5 * math.pi, Along.ACROSS)),
+        ("scale ball 2", ask.Scale(Which(name="ball"), 2.0)),
+        ("taller box", ask.Scale(Which(name="box"), 1.5, Along.UP)),
+        ("bend red baton 40", ask.Bend(Which(name="red baton"), math.radians(40))),
+        ("straighten it", ask.Bend(ask.THIS, 0.0)),
+        ("paint all red things blue", ask.Paint(Which(name="red", every=True), COLOURS["blue"])),
+        ("create green ring 8 cm here", ask.Create("ring", 0.04, COLOURS["green"])),
+        ("create a ball there", ask.Create("ball", 0.04, 0, Where.POINTED)),
+        ("attach the ball to the blue box", ask.Attach(Which(name="ball"), Which(name="blue box"))),
+        ("select nothing", ask.Select(nothing=True)),
+        ("take held ball", ask.Grip(Which(name="ball", shown=Shown.HELD))),
+        ("release", ask.Release()),
+        ("undo", ask.Undo()),
+    ],
+)
+def test_a_line_is_read_as_what_it_says(line: str, action: Action) -> None:
+    assert read(line) == action
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("", "expected a command"), ("fly", "no command 'fly'"), ("move ball", "which way"), ("bend ball", "degrees"),
+        ("paint ball octarine", "what colour"), ("create sphinx", "create what"), ("attach ball", "to what"),
+        ("scale ball much", "what factor"),
+    ],
+)  # fmt: skip
+def test_what_is_no_command_is_told_with_what_was_expected(line: str, said: str) -> None:
+    with pytest.raises(PhraseError, match=said):
+        read(line)
+
+
+@given(st.text())
+def test_any_text_is_read_or_refused(text: str) -> None:
+    try:
+        read(text)
+    except PhraseError as e:
+        assert "\n" not in str(e)
+
+
+def test_every_verb_is_in_the_list_of_commands() -> None:
+    words = {w for w in USAGE.replace("|", " ").split() if w.islower()}
+    for verb in ("move", "put", "turn", "scale", "larger", "bend", "twist", "straighten", "paint", "soften", "harden", "copy",
+                 "delete", "create", "select", "take", "release", "attach", "detach", "undo", "redo", "stop", "reset"):  # fmt: skip
+        assert verb in words
+
+
+@given(ANYTHING)
+def test_what_is_asked_comes_through_its_message_unchanged(action: Action) -> None:
+    sent = message_of(action, "1", "ann")
+    got = action_of(Command.FromString(sent.SerializeToString()))
+    assert type(got) is type(action)
+    for f in fields(action):
+        a, b = getattr(action, f.name), getattr(got, f.name)
+        if f.name == "rotation" and not a.astype(np.float32).any():
+            assert b.tolist() == [0.0, 0.0, 0.0, 1.0]  # nothing said: as it is
+        elif isinstance(a, np.ndarray):
+            with np.errstate(over="ignore"):
+                assert np.array_equal(a.astype(np.float32), b.astype(np.float32), equal_nan=True)
+        elif isinstance(a, float) and a == 0.0 and f.name in ("distance", "size"):
+            assert b > 0.0  # nothing said: as far or as large as usual
+        else:
+            assert a == b or (isinstance(a, float) and math.isnan(a) and math.isnan(b))
