@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vistel.figure.face_marks import Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel_sim.camera_noise import light_at
+from vistel_sim.eye_picture import EyePicture
 from vistel_sim.face_picture import FacePicture, View
 
 U8 = NDArray[np.uint8]
@@ -20,6 +21,12 @@ Channels = Callable[[float], Sequence[float]]
 """t [s] -> 61 values, order of CHANNELS."""
 
 _HAND_EVERY_S, _HAND_S = 17.0, 0.8
+
+
+Gaze = Callable[[float], F64]
+"""t [s] -> (2,) yaw (left positive) and pitch (up positive) relative to the head [rad]."""
+
+_BLINK = CHANNELS.index("eyeBlinkLeft")
 
 
 class FaceScene:
@@ -40,3 +47,21 @@ class FaceScene:
         phase = t_s % _HAND_EVERY_S
         hand = ((-60.0 + 760.0 * phase / _HAND_S, 300.0, 55.0),) if phase < _HAND_S and t_s > _HAND_S else ()
         return self.picture_of.draw(self.marks(t_s), number, View(slip, light_at(t_s, drifting_s), hand))
+
+
+class EyeScene:
+    """An eye that looks where `gaze` says and blinks as `channels` say; the pupil answers to the light."""
+
+    def __init__(self, gaze: Gaze, channels: Channels, seed: int, *, right: bool = False) -> None:
+        self.picture_of = EyePicture(seed, right=right)
+        self.gaze = gaze
+        self._channels = channels
+
+    def opening(self, t_s: float) -> float:
+        """0 closed .. 1: the truth."""
+        return 1.0 - min(1.0, max(0.0, self._channels(t_s)[_BLINK]))
+
+    def picture(self, number: int, t_s: float, drifting_s: float) -> U8:
+        """See `Scene.picture`. Infrared lamps age: their light fades while it drifts."""
+        gain = light_at(t_s, drifting_s)[1]
+        return self.picture_of.draw(self.gaze(t_s), self.opening(t_s), number, gain, 1.0 + 0.12 * math.sin(0.4 * t_s))

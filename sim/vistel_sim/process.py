@@ -36,10 +36,10 @@ from vistel.space.room import meeting_room
 from vistel.wire import event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim import suite
-from vistel_sim.camera import SimulatedCamera, run_cameras
+from vistel_sim.camera import Scene, SimulatedCamera, run_cameras
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import Instrument, SimulatedDevice, run_devices
-from vistel_sim.faces import FaceScene
+from vistel_sim.faces import EyeScene, FaceScene
 from vistel_sim.fastrak import Fastrak, PoseSource
 from vistel_sim.faults import Fault, fault_from_text
 from vistel_sim.fivedt import Glove5, Glove16, Ultra
@@ -114,11 +114,18 @@ def simulated_cameras(
     """The face and eye cameras whose source is "sim"."""
     faults = tuple(faults)
     out: list[SimulatedCamera] = []
-    for name, _ in _camera_names(conference, site):
+    for name, person in _camera_names(conference, site):
         seed = device_seed(conference.seed, name)
-        scene = FaceScene(talking, seed)
+        if person.eye is not None and name.endswith("-eye"):
+            scene: Scene = EyeScene(_gaze_of(motion, person.name), talking, seed, right=person.eye.eye == "right")
+        else:
+            scene = FaceScene(talking, seed)
         out.append(SimulatedCamera(name, scene, paths.device(name), clock, start_ns, faults, seed=seed))
     return out
+
+
+def _gaze_of(motion: BodyMotion, participant: str) -> Callable[[float], F64]:
+    return lambda t_s: motion.posture(participant, t_s).gaze
 
 
 def _suite_owners(conference: Conference, site: str | None) -> list[Participant]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from device_site import STATE, RecordingBus, run
 
-from vistel.conference.model import Conference, Participant, Site
+from vistel.conference.model import Conference, FaceConfig, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.face_marks import REST
 from vistel.vision.face_calibration import calibrate_face, write_face
@@ -79,8 +79,7 @@ def test_marks_of_a_simulated_camera_arrive_as_they_are(tmp_path: Path) -> None:
             np.abs(np.array(f.marks) - scene.marks((f.header.t_ns - helmet.start_ns) * 1e-9).ravel()).max() for f in frames
         ]
         assert np.median(errors) < 0.004  # lips move at 0.1 m/s, and a picture takes some time
-        sight = face.face_sight(Participant.model_validate({"name": "ann", "face": face_config}).face)
-        decoder = face.CameraDecoder(F, sight)
+        decoder = face.CameraDecoder(F, face.sight_of(FaceConfig.model_validate(face_config))())
         again = [f for m in helmet.bus.on("device_raw", F) for t_ns, data in reads_of(m) for f in decoder.feed(data, t_ns)]
         assert [f.SerializeToString() for f in again] == [f.SerializeToString() for f in frames]
 

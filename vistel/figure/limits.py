@@ -49,7 +49,7 @@ def within_limits(posture: Posture) -> Posture:
         dofs[SHOULDER[side]] = _shoulder(dofs[SHOULDER[side]], sign)
         dofs[WRIST[side]] = _wrist(dofs[WRIST[side]], sign)
         hands[i] = _hand(hands[i])
-    return Posture(dofs, hands, posture.stance, posture.gaze)
+    return replace(posture, dofs=dofs, hands=hands)
 
 
 def ankle_range(knee: float) -> tuple[float, float]:

@@ -24,6 +24,7 @@ Rotation vectors are for the wire; interpolate between postures with `interpolat
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -75,13 +76,16 @@ class Posture:
     """What a participant's body does at one instant; see the module for the order of the numbers.
 
     dofs: (25,), hands: (2, 20), stance; gaze: (2,) yaw (left positive) and pitch (up positive) of both eyes
-    relative to the head [rad].
+    relative to the head [rad]. joints: rotation vectors (3,) of single joints relative to their parents, by name, from a
+    source that knows more of the body than the 25 (each leg, a collar bone, the jaw): they replace what the others say of
+    these joints, and what hangs on them goes along.
     """
 
     dofs: F64 = field(default_factory=lambda: np.zeros(DOF_COUNT))
     hands: F64 = field(default_factory=lambda: np.zeros((2, HAND_DOF_COUNT)))
     stance: Stance = field(default_factory=Stance)
     gaze: F64 = field(default_factory=lambda: np.zeros(2))
+    joints: Mapping[str, F64] = field(default_factory=dict[str, F64])
 
 
 @dataclass(frozen=True)
@@ -106,7 +110,10 @@ def standing() -> Posture:
 
 
 def pose_joints(skeleton: Skeleton, posture: Posture) -> JointPose:
-    """Forward kinematics: the posture's joints in the room frame (Singh §6.2; spec_maths §6)."""
+    """Forward kinematics: the posture's joints in the room frame (Singh §6.2; spec_maths §6).
+
+    Raises KeyError for a name in `Posture.joints` that is no joint.
+    """
     rotation = np.empty((len(JOINTS), 3, 3))
     position = np.empty((len(JOINTS), 3))
     _pose(
@@ -115,11 +122,17 @@ def pose_joints(skeleton: Skeleton, posture: Posture) -> JointPose:
         posture.stance.position, posture.stance.heading, skeleton.lower_leg, skeleton.upper_leg,
         skeleton.rest, skeleton.spine / SPINE_SEGMENTS, skeleton.collar_shortening, rotation, position,
     )  # fmt: skip
+    if posture.joints:
+        given, local = np.zeros(len(JOINTS), np.bool_), np.zeros((len(JOINTS), 3))
+        for name, rotvec in posture.joints.items():
+            given[JOINT_INDEX[name]], local[JOINT_INDEX[name]] = True, rotvec
+        _replace_joints(PARENTS, given, local, rotation, position)
     return JointPose(rotation, position)
 
 
 def interpolate(a: Posture, b: Posture, t: float) -> Posture:
-    """The posture between `a` (t = 0) and `b` (t = 1); rotations on the shorter arc."""
+    """The posture between `a` (t = 0) and `b` (t = 1); rotations on the shorter arc. Single joints that only one of them
+    gives are given in its half."""
     dofs = a.dofs + t * (b.dofs - a.dofs)
     for part in (SPINE_ROTATION, NECK, SHOULDER["left"], WRIST["left"], SHOULDER["right"], WRIST["right"]):
         dofs[part] = rotvec_from_quaternion(
@@ -129,11 +142,25 @@ def interpolate(a: Posture, b: Posture, t: float) -> Posture:
     stance = Stance(
         a.stance.position + t * (b.stance.position - a.stance.position), a.stance.heading + t * turn
     )
-    return Posture(dofs, a.hands + t * (b.hands - a.hands), stance, a.gaze + t * (b.gaze - a.gaze))
+    joints = dict(a.joints if t < 0.5 else b.joints)
+    for name in a.joints.keys() & b.joints.keys():
+        joints[name] = rotvec_from_quaternion(slerp(_quaternion(a.joints[name]), _quaternion(b.joints[name]), t))
+    return Posture(dofs, a.hands + t * (b.hands - a.hands), stance, a.gaze + t * (b.gaze - a.gaze), joints)
 
 
 def _quaternion(rotvec: F64) -> F64:
     return quaternion_from_matrix(matrix_from_rotvec(np.ascontiguousarray(rotvec)))
+
+
+@compiled
+def _replace_joints(parents: NDArray[np.int32], given: NDArray[np.bool_], local: F64, rotation: F64, position: F64) -> None:
+    """Turn the joints `given` by `local` (J, 3) relative to their parents, in place; what hangs on them goes along."""
+    before, at = rotation.copy(), position.copy()
+    for j in range(1, len(parents)):
+        p = parents[j]
+        position[j] = position[p] + turn(rotation[p], turn(before[p].T, at[j] - at[p]))
+        own = matrix_from_rotvec(local[j]) if given[j] else multiply(before[p].T, before[j])
+        rotation[j] = multiply(rotation[p], own)
 
 
 @compiled

@@ -52,6 +52,11 @@ class EyeReader:
         self._seen: Pupil | None = None
         self._key = 0.0
 
+    @property
+    def found(self) -> bool:
+        """Whether a pupil has been seen at all."""
+        return self._seen is not None
+
     def read(self, picture: U8) -> EyeReading:
         """picture: (h, w) grey."""
         pupil = find_pupil(picture, self._before)

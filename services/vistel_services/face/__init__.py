@@ -1,26 +1,28 @@
-"""The faces of a site: phones with Live Link Face and cameras on helmets in, FaceFrame messages out."""
+"""The faces of a site: phones with Live Link Face, face and eye cameras on helmets in; FaceFrame messages out."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 
-from vistel.conference.model import Conference, FaceConfig, Site
+from vistel.conference.model import Conference, EyeConfig, FaceConfig, Site
 from vistel.conference.paths import RunPaths
-from vistel.vision.face_calibration import FaceCalibration, read_face
+from vistel.vision.face_calibration import read_face
+from vistel.vision.gaze_calibration import read_gaze
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel_services.camera_transport import CameraSource, open_camera
 from vistel_services.device import keep_running
-from vistel_services.face.camera import CameraDecoder, CameraDriver, FaceSight
+from vistel_services.face.camera import CameraDecoder, CameraDriver, EyeSight, FaceSight, Sight
 from vistel_services.face.live_link import LiveLinkDecoder, LiveLinkDriver
 from vistel_services.udp_transport import open_udp
 
-__all__ = ["CameraDecoder", "Config", "FaceCamera", "LiveLinkDecoder", "Phone", "configure", "face_sight", "run"]
+__all__ = ["Camera", "CameraDecoder", "Config", "LiveLinkDecoder", "Phone", "configure", "run", "sight_of"]
 log = logging.getLogger("vistel.face")
 
 
@@ -34,13 +36,13 @@ class Phone:
 
 
 @dataclass(frozen=True)
-class FaceCamera:
-    """A camera that sees marks. keep: publish its pictures too."""
+class Camera:
+    """look: makes what sees something in its pictures; about: it, in words. keep: publish its pictures too."""
 
     name: str
     source: CameraSource
-    calibration: FaceCalibration | None
-    mirrored: bool
+    look: Callable[[], Sight]
+    about: str
     keep: bool
 
 
@@ -49,33 +51,39 @@ class Config:
     """What sees the faces of a site. raw: publish the phones' packets too."""
 
     phones: tuple[Phone, ...]
-    cameras: tuple[FaceCamera, ...]
+    cameras: tuple[Camera, ...]
     raw: bool
 
 
 def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
     """From the conference file. Raises CalibrationError."""
     phones: list[Phone] = []
-    cameras: list[FaceCamera] = []
+    cameras: list[Camera] = []
     for p in site.participants:
-        name = f"{p.name}-face"
         if p.face is not None and p.face.kind == "camera":
-            source = CameraSource(announce=paths.device(name)) if p.face.simulated else CameraSource(p.face.source)
-            keep = conference.record_raw and p.face.keep_pictures
-            cameras.append(FaceCamera(name, source, _calibration(p.face), p.face.mirrored, keep))
+            cameras.append(_camera(f"{p.name}-face", p.face, conference, paths))
         elif p.face is not None:
+            name = f"{p.name}-face"
             announce = paths.device(name) if p.face.port == "sim" else None
             phones.append(Phone(name, 0 if p.face.port == "sim" else p.face.port, announce))
+        if p.eye is not None:
+            cameras.append(_camera(f"{p.name}-eye", p.eye, conference, paths))
     return Config(tuple(phones), tuple(cameras), conference.record_raw)
 
 
-def face_sight(face: FaceConfig) -> FaceSight:
-    """What looks at the pictures of such a camera. Raises CalibrationError."""
-    return FaceSight(_calibration(face), mirrored=face.mirrored)
+def _camera(name: str, camera: FaceConfig | EyeConfig, conference: Conference, paths: RunPaths) -> Camera:
+    source = CameraSource(announce=paths.device(name)) if camera.simulated else CameraSource(camera.source)
+    about = "a face camera" if isinstance(camera, FaceConfig) else f"a camera at the {camera.eye} eye"
+    return Camera(name, source, sight_of(camera), about, conference.record_raw and camera.keep_pictures)
 
 
-def _calibration(face: FaceConfig) -> FaceCalibration | None:
-    return None if face.calibration is None else read_face(face.calibration)
+def sight_of(camera: FaceConfig | EyeConfig) -> Callable[[], Sight]:
+    """What sees something in the pictures of such a camera. Raises CalibrationError."""
+    if isinstance(camera, FaceConfig):
+        face = None if camera.calibration is None else read_face(camera.calibration)
+        return lambda: FaceSight(face, mirrored=camera.mirrored)
+    gaze = None if camera.calibration is None else read_gaze(camera.calibration)
+    return lambda: EyeSight(gaze)
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
@@ -92,7 +100,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         await asyncio.Event().wait()
 
 
-async def _run_camera(c: FaceCamera, bus: Bus, clock: Clock) -> None:
-    driver = CameraDriver(c.name, FaceSight(c.calibration, mirrored=c.mirrored), "a camera that sees 13 marks")
+async def _run_camera(c: Camera, bus: Bus, clock: Clock) -> None:
+    driver = CameraDriver(c.name, c.look(), c.about)
     opener = open_camera(c.source, clock, driver.decoder.look, keep=c.keep)
     await keep_running(driver, opener, bus, clock, log, raw=c.keep)

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.v1.device_pb2 import FaceFrame
+from vistel.vision.eye_reader import EyeReader
 from vistel.vision.face_calibration import CalibrationError, FaceCalibration, calibrate_face
 from vistel.vision.face_reader import FaceReader
+from vistel.vision.gaze_calibration import GazeCalibration
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import Link, NoAnswerError
 
@@ -76,6 +78,33 @@ class FaceSight:
             self.trouble = str(e)
         self._first = []
         return False
+
+
+class EyeSight:
+    """Gaze and lids of one eye; the other is taken to do the same. Without a calibration, lids only."""
+
+    def __init__(self, calibration: GazeCalibration | None) -> None:
+        self.trouble = ""
+        self._calibration = calibration
+        self._reader = EyeReader(calibration)
+
+    def see(self, picture: U8, dt_s: float, frame: FaceFrame) -> bool:
+        """See `Sight.see`."""
+        if picture.ndim == 3:
+            picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+        c = self._calibration
+        if c is not None and picture.shape != (c.height, c.width):
+            self.trouble = f"pictures of {picture.shape[1]}x{picture.shape[0]} px, calibrated with {c.width}x{c.height}"
+            return False
+        reading = self._reader.read(picture)
+        # Before the first pupil nobody knows whether the eye is closed or not in the picture.
+        self.trouble = "" if self._reader.found else "no eye has been seen yet"
+        if not self._reader.found:
+            return False
+        frame.lids.extend((reading.opening, reading.opening))
+        if reading.gaze is not None:
+            frame.gaze.extend(reading.gaze.tolist())
+        return True
 
 
 class CameraDecoder:

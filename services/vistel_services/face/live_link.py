@@ -8,6 +8,7 @@ from vistel.v1.device_pb2 import FaceFrame
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import Link, NoAnswerError
 
+_BLINKS = [CHANNELS.index(name) for name in ("eyeBlinkLeft", "eyeBlinkRight")]
 _HEARD_S = 2.0
 
 
@@ -36,6 +37,7 @@ class LiveLinkDecoder:
                 frame = FaceFrame(
                     device=self.device, marks=self._expressions.marks(packet.values).ravel().tolist(),
                     gaze=self._expressions.gaze(packet.values).tolist(), channels=packet.values,
+                    lids=[1.0 - min(1.0, max(0.0, packet.values[k])) for k in _BLINKS],
                 )  # fmt: skip
                 frame.header.t_ns = max(0, t_ns)
                 out.append(frame)

@@ -23,29 +23,39 @@ class FaceCapture:
         """(26,) metres, head frame; None before the first."""
         self.gaze: F64 | None = None
         """(2,) yaw and pitch [rad]; None before the first."""
+        self.lids: F64 | None = None
+        """(2,) opening of the left and the right eye, 0 closed .. 1 as at rest; None before the first."""
         self.rejected = 0
-        self._marks_ns = self._gaze_ns = 0
+        self._marks_ns = self._gaze_ns = self._eye_ns = 0
 
-    def take(self, frame: FaceFrame) -> None:
-        """An older frame than the last, or one that is not finite, changes nothing."""
-        marks, gaze = np.array(frame.marks, np.float64), np.array(frame.gaze, np.float64)
-        if len(marks) not in (0, 2 * MARK_COUNT) or len(gaze) not in (0, 2):
+    def take(self, frame: FaceFrame, *, eye_camera: bool = False) -> None:
+        """An older frame than the last, or one that is not finite, changes nothing; nor does what a phone says of eyes that
+        a camera watches. A gaze that is unknown, in a blink, stays what it was; the lids say that it is not stale."""
+        marks, gaze, lids = (np.array(part, np.float64) for part in (frame.marks, frame.gaze, frame.lids))
+        if len(marks) not in (0, 2 * MARK_COUNT) or len(gaze) not in (0, 2) or len(lids) not in (0, 2):
             self.rejected += 1
             return
-        if not (np.isfinite(marks).all() and np.isfinite(gaze).all()):
+        if not all(np.isfinite(part).all() for part in (marks, gaze, lids)):
             self.rejected += 1
             return
         t_ns = frame.header.t_ns
         if len(marks) and t_ns > self._marks_ns:
             self.marks, self._marks_ns = marks, t_ns
-        if len(gaze) and t_ns > self._gaze_ns:
-            self.gaze, self._gaze_ns = gaze, t_ns
+        if not (len(gaze) or len(lids)) or t_ns <= self._gaze_ns:
+            return
+        if eye_camera:
+            self._eye_ns = t_ns
+        elif self._eye_ns and t_ns - self._eye_ns < SILENT_NS:
+            return
+        self._gaze_ns = t_ns
+        self.gaze = gaze if len(gaze) else self.gaze
+        self.lids = np.clip(lids, 0.0, 2.0) if len(lids) else self.lids
 
     def stale(self, t_ns: int) -> StalePart:
         """Which of them has not been seen of late; nothing of what never was."""
         out = StalePart(0)
         if self.marks is not None and t_ns - self._marks_ns > SILENT_NS:
             out |= StalePart.FACE
-        if self.gaze is not None and t_ns - self._gaze_ns > SILENT_NS:
+        if (self.gaze is not None or self.lids is not None) and t_ns - self._gaze_ns > SILENT_NS:
             out |= StalePart.GAZE
         return out

@@ -60,7 +60,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     tracker = bus.subscribe(BY_NAME["tracker"], queue_all=True, site=config.site)
     glove = bus.subscribe(BY_NAME["glove"], queue_all=True, site=config.site)
     face = bus.subscribe(BY_NAME["face"], queue_all=True, site=config.site)
-    by_face = {m.person.face: m for m in makers if m.person.face}
+    by_face = {f"{m.person.name}-{what}": m for m in makers for what in ("face", "eye")}
     for maker in makers:
         maker.announce(clock)
     try:
@@ -100,9 +100,10 @@ async def _follow_gloves(subscription: Subscription, by_device: dict[str, _Maker
 
 async def _follow_faces(subscription: Subscription, by_face: dict[str, _Maker]) -> None:
     async for sample in subscription:
-        maker = by_face.get(sample.names["device"])
+        device = sample.names["device"]
+        maker = by_face.get(device)
         if maker is not None:
-            maker.face.take(sample.message)
+            maker.face.take(sample.message, eye_camera=device.endswith("-eye"))
 
 
 class _PropMaker:
@@ -169,7 +170,7 @@ class _Maker:
         return self._encoder.encode(MotionSample(
             seq=self._motion.next_seq, t_ns=t_ns, body=posture.dofs, hands=posture.hands,
             stance=np.array([*posture.stance.position, posture.stance.heading]),
-            gaze=self.face.gaze, face=self.face.marks,
+            gaze=self.face.gaze, face=self.face.marks, lids=self.face.lids,
             stale=reduce(or_, (_STALE_PART[name] for name in solved.stale), self.face.stale(t_ns)),
         ))  # fmt: skip
 

@@ -69,7 +69,8 @@ def open_motion(conference: Conference) -> MotionSource:
             sources.append(PlayedFile({p.name: play_alone(p, take) for p in people}))
         else:
             raise MotionError(
-                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, {CALIBRATION!r}, a .bvh file or a folder with *_pose_saved.csv files"
+                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, {CALIBRATION!r}, a .bvh file or a folder with "
+                "*_pose_saved.csv files"
             )
         log.info("motion from file path=%s participants=%s", path, ",".join(p.name for p in people))
     if meeting:

@@ -56,7 +56,7 @@ def test_a_round_trip_loses_nothing_of_the_finest_level(tmp_path: Path, ending: 
     save_gltf(make(), path)
     again = load_any(path)
     _same(replace(make(), coarser=()), replace(again, coarser=()))
-    assert [len(level.mesh.triangles) for level in again.coarser] == [n for n in (6000, 2600) if n < len(make().mesh.triangles)]
+    assert [len(level.mesh.triangles) for level in again.coarser] == [6000, 2600]
 
 
 def test_without_what_only_vistel_reads_it_comes_back_the_same_within_millimetres(tmp_path: Path) -> None:

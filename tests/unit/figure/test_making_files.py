@@ -18,10 +18,12 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
 from vistel.figure.avatar_usd import joints_only
 from vistel.figure.making.make import make_avatar
+from vistel.figure.making.places import joints_by_place
 from vistel.figure.making.read import read_source
 from vistel.figure.making.rigs import mapped
 from vistel.figure.making.source import MakingError, Source
 from vistel.figure.making.upright import Upright, upright
+from vistel.figure.rotation import matrix_from_rotvec
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
 
 _Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
@@ -76,6 +78,25 @@ def test_a_rig_with_unknown_names_is_mapped_by_position_and_shown(tmp_path: Path
         assert f"Knochen.{JOINT_INDEX[joint]:03d} = {joint}" in told
     wrong = [n for n, ours in made.joint_of.items() if ours not in ("spine", JOINTS[int(n[-3:])])]
     assert wrong == []
+
+
+def test_a_rig_with_unknown_names_is_mapped_with_hanging_arms_too() -> None:
+    a = small()
+    turn = np.tile(np.eye(3), (len(JOINTS), 1, 1))
+    for name, sign in (("left_upper_arm", -1.0), ("right_upper_arm", 1.0)):
+        turn[JOINT_INDEX[name]] = matrix_from_rotvec(np.array((0.0, 0.0, sign * 1.35)))
+    at, world = a.skeleton.rest.copy(), turn.copy()
+    for j in range(1, len(JOINTS)):
+        world[j] = world[PARENTS[j]] @ turn[j]
+        at[j] = at[PARENTS[j]] + world[PARENTS[j]] @ a.skeleton.offsets[j]
+    found = joints_by_place(at, PARENTS, a.skeleton.height)
+    assert {JOINTS[j] for j in found} >= {"left_hand", "right_lower_arm", "left_foot", "right_toes", "neck", "head", "hips"}
+    assert [(JOINTS[j], ours) for j, ours in found.items() if ours not in ("spine", JOINTS[j])] == []
+
+
+def test_a_rig_unlike_a_person_is_not_mapped() -> None:
+    rng = np.random.default_rng(2)
+    assert joints_by_place(rng.normal(size=(40, 3)), np.arange(-1, 39, dtype=np.int32), 1.7) == {}
 
 
 def _vrm_0(tree: dict[str, Any]) -> None:

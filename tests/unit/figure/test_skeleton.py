@@ -126,3 +126,28 @@ def test_a_joint_is_found_again_from_its_receiver() -> None:
         j = JOINT_INDEX[mounts[name].joint]
         assert p == pytest.approx(pose.position[j], abs=1e-12)
         assert r == pytest.approx(pose.rotation[j], abs=1e-9)
+
+
+def test_a_richer_source_turns_single_joints_and_what_hangs_on_them_goes_along() -> None:
+    plain = pose_joints(SKELETON, standing())
+    raised = Posture(standing().dofs, joints={"left_upper_leg": np.array((-math.radians(60), 0.0, 0.0))})
+    pose = pose_joints(SKELETON, raised)
+    knee, foot, other = JOINT_INDEX["left_lower_leg"], JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]
+    assert pose.position[knee, 2] > plain.position[knee, 2] + 0.3
+    assert np.linalg.norm(pose.position[foot] - pose.position[knee]) == pytest.approx(SKELETON.lower_leg)
+    assert pose.position[other] == pytest.approx(plain.position[other], abs=1e-12)
+    half = interpolate(Posture(standing().dofs, joints={"left_upper_leg": np.zeros(3)}), raised, 0.5)
+    assert half.joints["left_upper_leg"] == pytest.approx((-math.radians(30), 0, 0))
+
+
+def test_joints_as_they_are_change_nothing() -> None:
+    dofs = np.random.default_rng(3).normal(scale=0.4, size=DOF_COUNT)
+    plain = pose_joints(SKELETON, Posture(dofs))
+    again = pose_joints(SKELETON, Posture(dofs, joints={"jaw": np.zeros(3)}))
+    assert again.position == pytest.approx(plain.position, abs=1e-9)
+    assert again.rotation == pytest.approx(plain.rotation, abs=1e-9)
+
+
+def test_a_joint_of_no_such_name_is_named() -> None:
+    with pytest.raises(KeyError, match="third_leg"):
+        pose_joints(SKELETON, Posture(joints={"third_leg": np.zeros(3)}))

@@ -113,6 +113,11 @@ _LEFT_MUSCLES = (
         _span("upper_arm", 0.20, 0.92, (0.0, 0.0, 1.0), 0.40, 0.60, cover=0.06), 12.0,
     ),
     MuscleSpec(
+        "brachialis",
+        (_site("upper_arm", 0.50, _FRONT, 0.3), _site("upper_arm", 0.85, _FRONT, 0.35), _site("lower_arm", 0.10, _FRONT, 0.1)),
+        _span("upper_arm", 0.55, 0.95, _FRONT, 0.24, 0.45, cover=0.30), 14.0, 0.15,
+    ),
+    MuscleSpec(
         "triceps",
         (_site("shoulder", 0.0, _BACK, 0.5, at="upper_arm"), _site("upper_arm", 0.97, _BACK, 0.75),
          _site("lower_arm", 0.0, _BACK, 0.8)),

@@ -25,6 +25,7 @@ load, spread, _, _ = of_width(LANES)
     POINT_OFFSET,  # (S, 3) float64
     PATH_START,  # (M + 1,) int32
     LENGTH,  # (M, 2) float64: tendon, fibre [m]
+    EFFORT,  # (M,) float64 activation at least
     # Bones: B of them.
     HINGE,  # (B, 2) int32 joints
     DIRECTION,  # (B, 3) float64 unit, of the child at rest
@@ -46,18 +47,18 @@ load, spread, _, _ = of_width(LANES)
     ROWS,
     FOLDS,
     TABLE_LENGTH,
-) = range(23)
+) = range(24)
 
 LEAST, MOST = -0.6, 1.15
 """Bounds of what a muscle does, 1 being a belly at FULL of its length and active."""
 
 
 @inlined
-def _muscle_value(length, tendon, fibre):
+def _muscle_value(length, tendon, fibre, effort):
     """How much thicker a belly is than at rest, 1 where it is FULL of its length (see `contraction`)."""
     stretch = min(max((length - tendon) / fibre, SHORTEST), LONGEST)
     u = min(max((1.0 - stretch) / (1.0 - FULL), 0.0), 1.0)
-    active = u * u * (3.0 - 2.0 * u)
+    active = max(u * u * (3.0 - 2.0 * u), effort)
     belly = max(stretch * (1.0 - YIELD * active), 0.8 * SHORTEST)
     value = (1.0 / math.sqrt(belly) - 1.0) / (1.0 / math.sqrt(FULL * (1.0 - YIELD)) - 1.0)
     return min(max(value, LEAST), MOST)
@@ -67,7 +68,7 @@ def _muscle_value(length, tendon, fibre):
 def drive(t, rotation, position):
     """What every muscle and bone does with the joints at rotation (J, 3, 3), position (J, 3): VALUE."""
     joint, where, offset = ints(t[POINT_JOINT]), ints(t[POINT_AT]), doubles(t[POINT_OFFSET])
-    start, lengths, value = ints(t[PATH_START]), doubles(t[LENGTH]), floats(t[VALUE])
+    start, lengths, value, effort = ints(t[PATH_START]), doubles(t[LENGTH]), floats(t[VALUE]), doubles(t[EFFORT])
     for m in range(t[MUSCLES]):
         length, bx, by, bz = 0.0, 0.0, 0.0, 0.0
         for i in range(start[m], start[m + 1]):
@@ -79,7 +80,7 @@ def drive(t, rotation, position):
             if i > start[m]:
                 length += math.sqrt((ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2)
             bx, by, bz = ax, ay, az
-        value[m] = np.float32(_muscle_value(length, lengths[2 * m], lengths[2 * m + 1]))
+        value[m] = np.float32(_muscle_value(length, lengths[2 * m], lengths[2 * m + 1], effort[m]))
     hinge, direction, full = ints(t[HINGE]), doubles(t[DIRECTION]), doubles(t[FULL_COSINE])
     for b in range(t[BONES]):
         p, c = rotation[hinge[2 * b]], rotation[hinge[2 * b + 1]]

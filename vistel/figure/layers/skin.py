@@ -134,9 +134,12 @@ class SkinLayers:
         muscles, bones = self.anatomy.muscles, self.anatomy.bones
         joint, at, offset = muscles.bodies
         self._value = np.zeros(len(muscles) + len(bones), np.float32)
+        self.effort: F64 = np.zeros(len(muscles))
+        """(M,) activation that each muscle has at least, whatever the posture: to be written, such as from `forces.effort`."""
         for slot, array in (
             (k.POINT_JOINT, joint), (k.POINT_AT, at), (k.POINT_OFFSET, offset), (k.PATH_START, muscles.start),
             (k.LENGTH, np.stack([muscles.tendon, muscles.fibre], axis=1)), (k.VALUE, self._value),
+            (k.EFFORT, self.effort),
             (k.HINGE, np.array([b.hinge for b in bones], np.int32).reshape(-1, 2)),
             (k.DIRECTION, np.array([b.direction for b in bones]).reshape(-1, 3)),
             (k.FULL_COSINE, np.cos([b.full for b in bones])),

@@ -41,7 +41,7 @@ def dress(source: Source, bone: I32, eye: NDArray[Any], height_of: F64, height: 
     height_of: (V,) above the soles [m]."""
     notes: list[str] = []
     pictures: list[U8] = []
-    of_material: dict[int, int] = {}
+    of_picture: dict[int, int] = {}
     swatch: dict[tuple[int, int, int], int] = {}
 
     def plain(colour: tuple[int, int, int]) -> int:
@@ -57,9 +57,11 @@ def dress(source: Source, bone: I32, eye: NDArray[Any], height_of: F64, height: 
         rows = np.flatnonzero(source.material == m)
         material = source.materials[m]
         if material.picture is not None and has_uv[rows].any():
-            of_material[int(m)] = len(pictures)
-            pictures.append(material.picture)
-            slot[rows] = of_material[int(m)]
+            # Materials that show one picture share it.
+            if id(material.picture) not in of_picture:
+                of_picture[id(material.picture)] = len(pictures)
+                pictures.append(material.picture)
+            slot[rows] = of_picture[id(material.picture)]
             flat[rows] = ~has_uv[rows]
             continue
         if material.picture is not None:

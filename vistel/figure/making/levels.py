@@ -16,16 +16,21 @@ from vistel.figure.detail import with_levels
 
 LEVELS = (6_000, 2_600)
 """Triangles of the coarser levels of detail, as the built-in people have."""
+_WORTH = 0.8
+"""Share of the triangles that may stay for another level to be worth it."""
 
 
 def with_coarser(avatar: Avatar, *, manifold: bool = True) -> Avatar:
-    """The avatar with as many of LEVELS as are worth it. manifold: whether at most two faces meet at every edge of its
-    mesh; where they do not, the coarser levels are cut apart there, which bending does not open."""
-    counts = [n for n in LEVELS if n < 0.8 * len(avatar.mesh.triangles)]
-    if manifold:
-        return with_levels(avatar, counts)
-    cut = with_levels(replace(avatar, mesh=cut_apart(avatar.mesh)), counts)
-    return replace(cut, mesh=avatar.mesh)
+    """The avatar with its coarser levels, one for each of LEVELS: which is drawn goes by their order, so a mesh that has no
+    more triangles than a level asks for is that level itself. manifold: whether at most two faces meet at every edge of
+    the mesh; where more do, the coarser levels are cut apart, which bending does not open."""
+    at = avatar if manifold else replace(avatar, mesh=cut_apart(avatar.mesh))
+    levels: list[Avatar] = []
+    for count in LEVELS:
+        if count < _WORTH * len(at.mesh.triangles):
+            at = with_levels(at, [count]).coarser[0]
+        levels.append(replace(at, coarser=()))
+    return replace(avatar, coarser=tuple(levels))
 
 
 def cut_apart(mesh: Mesh) -> Mesh:

@@ -25,7 +25,7 @@ from vistel.figure.making.repose import repose
 from vistel.figure.making.rigs import mapped
 from vistel.figure.making.source import MakingError, Source
 from vistel.figure.making.upright import upright
-from vistel.figure.making.weights import blended_weights, strongest
+from vistel.figure.making.weights import blended_weights, limb_groups_of, strongest
 from vistel.figure.posture import JointPose
 from vistel.figure.rigid_weights import TWIST_BONES, bone_weights, smoothed
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, REFERENCE_HEIGHT, Skeleton
@@ -100,8 +100,7 @@ def make_avatar(
     skeleton_from = f"rig ({len(known.joint_of)} of {known.count} joints known)"
     if any(n not in at for n in NEEDED):
         missing = next(n for n in NEEDED if n not in at)
-        shape = joints_by_shape(points[rows], np.searchsorted(rows, body).astype(np.int32))
-        places = {} if source.rig is None else joints_by_place(placed(source.rig.at), source.rig.parents, shape, crown)
+        places = {} if source.rig is None else joints_by_place(placed(source.rig.at), source.rig.parents, crown)
         if source.rig is not None and places:
             known = mapped(replace(source.rig, told={**source.rig.told, **places}))
             at = {n: placed(p[None])[0] for n, p in known.at.items()}
@@ -111,7 +110,14 @@ def make_avatar(
         else:
             if known.count:
                 notes.append(f"the rig has no joint known as {missing}: joints by the shape of the mesh instead")
-            at = dict(shape)
+            try:
+                at = dict(joints_by_shape(points[rows], np.searchsorted(rows, body).astype(np.int32)))
+            except MakingError as fault:
+                if not known.count:
+                    raise
+                raise MakingError(
+                    f"its rig has no joint known as {missing}, and none that lies there ({fault}); name its joints as VRM does"
+                ) from fault
             skeleton_from = "shape of the mesh"
     at |= _eye_centres(points, eyes)
     joints = jointed(at, crown)
@@ -130,7 +136,7 @@ def make_avatar(
     weight = own if file is None else smoothed(blended_weights(file, known.joint_of_column, own), tri, _SOFTER)
     floor = np.array((0.0, -p[:, 1].min(), 0.0))
     p, rest = p + floor, Skeleton(joints.rest.rest + floor, joints.rest.tip)
-    bone, share = strongest(weight)
+    bone, share = strongest(weight, None if file is None else limb_groups_of(known.joint_of_column))
 
     step("primitives")
     fit = fit_body(rest, p, tri, bone[:, 0], primitives)

@@ -90,6 +90,9 @@ def covered(points: F64, body: I32, worn: I32, size: float) -> Mask:
     under = (distance < 0.035 * size) & (height > -0.002 * size) & (beside < 0.009 * size)
     if len(border):
         under &= KDTree(points[border]).query(points[used])[0] > 0.016 * size
+    if not under.all():
+        # What is seen beside the cloth goes on a little under it: one looks into collars and sleeves.
+        under &= KDTree(points[used[~under]]).query(points[used])[0] > 0.02 * size
     hidden = np.zeros(len(points), np.bool_)
     hidden[used] = under
     return np.asarray(hidden[body].all(axis=1), np.bool_)

@@ -14,7 +14,9 @@ from vistel.figure.making.source import MakingError
 U8 = NDArray[np.uint8]
 
 LARGEST = 2048
-"""Texels along a side at most."""
+"""Texels along a side of one picture at most."""
+WIDEST = 4096
+"""Texels along a side of all together at most."""
 
 
 def read_picture(path: Path, notes: list[str]) -> U8 | None:
@@ -49,9 +51,24 @@ def decode(data: bytes, largest: int = LARGEST) -> U8:
 
 def atlas(pictures: list[U8]) -> tuple[U8, NDArray[np.float64]]:
     """One picture that holds all of them, and (N, 4) where each lies: u0, v0, width, height in [0, 1], origin bottom
-    left. One picture alone stays as it is."""
+    left. One picture alone stays as it is; many large ones are reduced to what graphics cards take (WIDEST)."""
     if len(pictures) == 1:
         return pictures[0], np.array([[0.0, 0.0, 1.0, 1.0]])
+    out, where = _packed(pictures)
+    while max(out.shape) > WIDEST:
+        largest = max(p.shape[0] * p.shape[1] for p in pictures)
+        pictures = [_halved(p) if 4 * p.shape[0] * p.shape[1] > largest else p for p in pictures]
+        out, where = _packed(pictures)
+    return out, where
+
+
+def _halved(picture: U8) -> U8:
+    h, w, _ = picture.shape
+    return np.asarray(Image.fromarray(picture).resize((max(1, w // 2), max(1, h // 2)), Image.Resampling.BOX), np.uint8)
+
+
+def _packed(pictures: list[U8]) -> tuple[U8, NDArray[np.float64]]:
+    """Pictures on shelves, tallest first."""
     order = sorted(range(len(pictures)), key=lambda i: -pictures[i].shape[0])
     width = max(p.shape[1] for p in pictures)
     total = sum(p.shape[0] * p.shape[1] for p in pictures)

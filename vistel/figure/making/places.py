@@ -4,35 +4,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.making.names import SPINE
-from vistel.figure.skeleton import FINGERS, REFERENCE_HEIGHT
+from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, standard_skeleton
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 
-_NEAR = 0.16
-"""Farthest that a joint may be from where the mesh's shape puts it [m], for REFERENCE_HEIGHT."""
-_LIMBS = (("upper_arm", "lower_arm", "hand"), ("upper_leg", "lower_leg", "foot"))
+_FAR = 0.60
+"""Sum of the differences of a limb's lengths and places from those of a person [m], for REFERENCE_HEIGHT, from which on it
+is none."""
+_LEG, _ARM = ("upper_leg", "lower_leg", "foot"), ("upper_arm", "lower_arm", "hand")
 
 
-def joints_by_place(at: F64, parents: I32, shape: Mapping[str, F64], height: float) -> dict[int, str]:
-    """The house's joint (or SPINE) of those joints that lie where a person has them; empty where a limb is not found.
+def joints_by_place(at: F64, parents: I32, height: float) -> dict[int, str]:
+    """The house's joint (or SPINE) of those joints that lie as a person has them; empty where a limb is not found.
 
-    at: (J, 3) in the upright frame [m]; parents: (J,); shape: joints by the shape of the mesh.
+    at: (J, 3) in the upright frame [m]; parents: (J,). Limbs are known by the lengths of their bones, so that arms may hang.
     """
-    near = _NEAR * height / REFERENCE_HEIGHT
+    standard = standard_skeleton(height)
     above = [_ancestors(parents, j) for j in range(len(at))]
+    inner = set(parents.tolist())
     out: dict[int, str] = {}
-    for side in ("left", "right"):
-        for limb in _LIMBS:
-            chain = _chain(at, above, [shape[f"{side}_{joint}"] for joint in limb], near)
+    for limb in (_LEG, _ARM):
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            chain = _chain(at, above, standard, [f"{side}_{joint}" for joint in limb], sign, set(out))
             if chain is None:
                 return {}
+            if limb is _LEG and above[chain[2]][0] != chain[1] and chain[2] not in inner:
+                # The end of the toes stands for the ankle above it.
+                chain[2] = above[chain[2]][0]
             out |= {j: f"{side}_{joint}" for j, joint in zip(chain, limb, strict=True)}
     of = {name: j for j, name in out.items()}
     for side in ("left", "right"):
@@ -57,17 +60,18 @@ def joints_by_place(at: F64, parents: I32, shape: Mapping[str, F64], height: flo
         out[hips] = "hips"
     chest = trunk[0] if trunk else None
     top = [j for j in range(len(at)) if j not in out and (chest is None or chest in above[j])]
-    top = [j for j in top if abs(at[j, 0]) < 0.3 * near and at[j, 1] > shape["neck"][1] - near]
-    # A bone from the neck to the head, maybe with more on it.
+    scale = height / REFERENCE_HEIGHT
+    middle = 0.5 * (at[arms[0]] + at[arms[1]])
+    top = [j for j in top if abs(at[j, 0] - middle[0]) < 0.05 * scale and at[j, 1] > middle[1] - 0.03 * scale]
     top.sort(key=lambda j: (len(above[j]), j))
     if top:
-        neck = min(top, key=lambda j: float(np.linalg.norm(at[j] - shape["neck"])))
-        head = [j for j in top if neck in above[j]]
+        # A bone of the neck and one of the head on it, maybe with more on that.
+        neck, *_ = top
+        head = [j for j in top if neck in above[j] and at[j, 1] > middle[1] + 0.09 * scale]
         if head:
-            out[neck] = "neck"
-            out[min(head, key=lambda j: (len(above[j]), float(np.linalg.norm(at[j] - shape["head"]))))] = "head"
+            out[neck], out[head[0]] = "neck", "head"
         else:
-            out[neck] = "head" if at[neck, 1] > 0.5 * (shape["neck"][1] + shape["head"][1]) else "neck"
+            out[neck] = "head" if at[neck, 1] > middle[1] + 0.11 * scale else "neck"
     return out
 
 
@@ -81,16 +85,29 @@ def _ancestors(parents: I32, joint: int) -> list[int]:
     return out
 
 
-def _chain(at: F64, above: list[list[int]], wanted: list[F64], near: float) -> list[int] | None:
-    """Three joints, each hanging on the one before, that together lie nearest to `wanted`; None where one is far."""
-    distance = [np.linalg.norm(at - p, axis=1) for p in wanted]
-    best, chosen = np.inf, None
-    for third in np.flatnonzero(distance[2] < near).tolist():
-        for second in [j for j in above[third] if distance[1][j] < near]:
-            for first in [j for j in above[second] if distance[0][j] < near]:
+def _chain(
+    at: F64, above: list[list[int]], standard: Skeleton, names: list[str], sign: float, taken: set[int]
+) -> list[int] | None:
+    """Three joints of one side, each hanging on the one before, that are most like a person's limb of these names."""
+    first0, second0, third0 = (standard.rest[JOINT_INDEX[n]] for n in names)
+    long, longer = float(np.linalg.norm(second0 - first0)), float(np.linalg.norm(third0 - second0))
+    leg = names[0].endswith("leg")
+    scale = standard.height / REFERENCE_HEIGHT
+    best, chosen = _FAR * scale, None
+    free = [j for j in range(len(at)) if j not in taken and not taken & set(above[j]) and sign * at[j, 0] > 0.03 * scale]
+    for third in free:
+        if leg and at[third, 1] > 0.25 * standard.height:
+            continue
+        for second in [j for j in above[third] if j in set(free)]:
+            shank = abs(float(np.linalg.norm(at[third] - at[second])) - longer)
+            if shank >= best:
+                continue
+            for first in [j for j in above[second] if j in set(free)]:
+                thigh = abs(float(np.linalg.norm(at[second] - at[first])) - long)
+                place = float(np.abs(at[first, :2] - first0[:2]).sum())
+                low = abs(float(at[third, 1] - third0[1])) if leg else 0.0
                 # Joints of twist and of ends lie on the others: the one nearer to the trunk is the limb's.
-                total = float(distance[0][first] + distance[1][second] + distance[2][third])
-                total += 0.02 * near * (len(above[third]) - 3)
+                total = thigh + shank + place + low + 0.002 * scale * len(above[third])
                 if total < best:
                     best, chosen = total, [first, second, third]
     return chosen
