@@ -141,8 +141,8 @@ _LEFT_MUSCLES = (
     ),
     MuscleSpec(
         "pectoral",
-        (_site("spine_8", -0.4, (0.2, 0.0, 1.0), 0.95), _site("upper_arm", 0.12, _FRONT, 0.6)),
-        Belly(_site("spine_8", -0.8, (0.30, 0.0, 1.0)), _site("spine_8", -0.1, (1.0, 0.0, 0.75)), 0.11, 0.36, 0.05, 0.2),
+        (_site("spine_8", -0.6, (0.12, 0.0, 1.0), 0.95), _site("upper_arm", 0.14, _FRONT, 0.6)),
+        Belly(_site("spine_8", -0.8, (0.30, 0.0, 1.0)), _site("spine_8", 0.0, (1.0, 0.0, 0.70)), 0.11, 0.50, 0.05, 0.2),
         14.0,
     ),
     MuscleSpec(
