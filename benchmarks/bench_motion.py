@@ -22,7 +22,7 @@ from vistel.figure.posture import pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.motion import KEY_SPACING, MotionDecoder, MotionEncoder, MotionSample, warm_up
-from vistel.wire.motion_codec.layout import COUNTS, GRAINS_TENTHS, PLACES, USUAL_GRAIN
+from vistel.wire.motion_codec.layout import COUNTS, GRAINS_TENTHS, NUMBERS, PLACES, USUAL_GRAIN
 
 F64 = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def run() -> Iterator[Row]:
 
 
 def samples(rows: F64) -> list[MotionSample]:
-    """Of a stream, without legs."""
+    """Of a stream, without the joints beyond the 25 degrees of freedom."""
     return [
         MotionSample(
             i + 1, START_NS + i * FRAME_NS, row[PLACES["body"]], row[PLACES["hands"]].reshape(2, 20),
@@ -207,7 +207,7 @@ def _kbits(sizes: Iterable[int]) -> float:
 
 
 def _row(s: MotionSample) -> F64:
-    out = np.zeros(PLACES["legs"].stop)
+    out = np.zeros(NUMBERS)
     for part in PARTS:
         values = getattr(s, part)
         if values is not None:

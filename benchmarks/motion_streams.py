@@ -23,7 +23,6 @@ from vistel.figure.rotation import (
     matrix_from_quaternion,
     matrix_from_rotvec,
     quaternion_from_matrix,
-    rotation_y,
     rotvec_from_matrix,
 )
 from vistel.protocol.glove_calibration import default_calibration
@@ -78,13 +77,13 @@ def streams(recorded: Recorded) -> Iterator[tuple[str, F64]]:
     source, place = open_motion(conference), list(places(conference).values())[who]
     times = np.arange(int(seconds * RATE_HZ)) / RATE_HZ
     hands = [_to_and_fro(finger_angles(DATA / "hand/leap" / f"{n}.json.lz", RATE_HZ), len(times)) for n in recorded.hands]
-    legs = _legs(len(times))
-    bare = _put(np.array([_body(source.posture(place.name, t)) for t in times]), np.stack(hands, 1), recorded, legs)
+    more = _more(len(times))
+    bare = _put(np.array([_body(source.posture(place.name, t)) for t in times]), np.stack(hands, 1), recorded, more)
     yield f"{recorded.body}, as recorded", bare
     sensed, at = through_devices(source, place, seconds, recorded.seed)
     rows = np.minimum((at * RATE_HZ).astype(int), len(times) - 1)
     gloves = np.stack([_glove(h[rows], recorded.seed + i) for i, h in enumerate(hands)], 1)
-    yield f"{recorded.body}, from devices", _put(sensed, gloves, recorded, legs)
+    yield f"{recorded.body}, from devices", _put(sensed, gloves, recorded, more)
 
 
 def seated(seed: int, seconds: float, face: str = "recorded") -> Iterator[tuple[str, F64]]:
@@ -143,7 +142,7 @@ def _body(p: Posture) -> F64:
     return np.concatenate((p.dofs, p.stance.position, (p.stance.heading,)))
 
 
-def _put(body: F64, hands: F64, recorded: Recorded, legs: F64 | None) -> F64:
+def _put(body: F64, hands: F64, recorded: Recorded, more: F64 | None) -> F64:
     n = len(body)
     out = np.zeros((n, NUMBERS))
     out[:, PLACES["body"]], out[:, PLACES["stance"]] = body[:, :25], body[:, 25:]
@@ -154,8 +153,9 @@ def _put(body: F64, hands: F64, recorded: Recorded, legs: F64 | None) -> F64:
     out[:, PLACES["gaze"]] = [faces.gaze(c) for c in channels]
     blink = [CHANNELS.index("eyeBlinkLeft"), CHANNELS.index("eyeBlinkRight")]
     out[:, PLACES["lids"]] = 1.0 - channels[:, blink]
-    if legs is not None:
-        out[:, PLACES["legs"]] = legs[:n]
+    out[:, PLACES["jaw"].start] = 0.3 * channels[:, CHANNELS.index("jawOpen")]
+    if more is not None:
+        out[:, PLACES["legs"].start : PLACES["collars"].stop] = more[:n]
     return out
 
 
@@ -187,29 +187,18 @@ def _glove(angles: F64, seed: int) -> F64:
     return np.array(out)
 
 
-def _legs(n: int) -> F64:
-    """(n, 22) of a walking person, order of the part "legs"."""
+def _more(n: int) -> F64:
+    """(n, 30) legs and collar bones of a walking person, order of those parts."""
     bvh = parse_bvh(DATA / "body" / BODIES["cmu 18_01"][0])
-    position, rotation = bvh.pose()
-    at = {name.lower(): i for i, name in enumerate(bvh.names)}
-    hips = next(at[n] for n in ("hip", "hips", "root") if n in at)
-    unit = 0.94 / float(np.median(position[:, hips, 1]))
-    rows: list[F64] = []
-    for p, r in zip(position, rotation, strict=True):
-        heading = math.atan2(r[hips, 0, 2], r[hips, 2, 2])
-        facing = rotation_y(heading).T
-        shift = facing @ (p[hips] - np.median(position[:, hips], axis=0)) * unit
-        legs: list[float] = []
-        for side in "lr":
-            joints = [at[f"{side}{n}"] for n in ("femur", "tibia", "foot", "toes")]
-            hip, knee, foot, toes = (
-                rotvec_from_matrix(np.ascontiguousarray(r[bvh.parents[j]].T @ r[j])) for j in joints
-            )
-            legs += [*hip, float(knee[0]), *foot, float(toes[0])]
-        rows.append(np.array([*shift, *rotvec_from_matrix(np.ascontiguousarray(facing @ r[hips])), *legs]))
-    table = np.array(rows)
-    at = np.arange(0.0, len(table) - 1, 1.0 / (RATE_HZ * bvh.frame_s))
-    return _to_and_fro(np.stack([np.interp(at, np.arange(len(table)), column) for column in table.T], 1), n)
+    _, rotation = bvh.pose()
+    at = {name: i for i, name in enumerate(bvh.names)}
+    names = [f"{side}{part}" for side in "lr" for part in ("femur", "tibia", "foot", "toes")] + ["lclavicle", "rclavicle"]
+    joints = [(at[name], bvh.parents[at[name]]) for name in names]
+    table = np.array([
+        np.concatenate([rotvec_from_matrix(np.ascontiguousarray(r[p].T @ r[j])) for j, p in joints]) for r in rotation
+    ])  # fmt: skip
+    times = np.arange(0.0, len(table) - 1, 1.0 / (RATE_HZ * bvh.frame_s))
+    return _to_and_fro(np.stack([np.interp(times, np.arange(len(table)), column) for column in table.T], 1), n)
 
 
 def _to_and_fro(table: F64, n: int) -> F64:

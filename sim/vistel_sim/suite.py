@@ -16,7 +16,14 @@ F64 = NDArray[np.float64]
 _OTHERWISE = {"Hips": "hips", "Spine": "spine_1", "Chest": "spine_4", "UpperChest": "spine_8"}
 
 
+_UNITY_THUMB = {"ThumbProximal": "ThumbMetacarpal", "ThumbIntermediate": "ThumbProximal"}
+
+
 def _joint(bone: str) -> int:
+    for unity, anatomical in _UNITY_THUMB.items():
+        if bone.endswith(unity):
+            bone = bone.removesuffix(unity) + anatomical
+            break
     snake = "".join("_" + c.lower() if c.isupper() else c for c in bone).lstrip("_")
     return JOINT_INDEX[_OTHERWISE.get(bone, snake)]
 

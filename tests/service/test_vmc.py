@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from vistel.conference.model import Conference, Participant, Site, TrackerConfig
+from vistel.conference.paths import RunPaths
 from vistel.figure.posture import pose_joints
+from vistel.figure.skeleton import JOINT_INDEX
+from vistel.wire.motion import MotionDecoder, MotionEncoder, MotionSample
+from vistel_services.motions import LEGS, posture_of, rotations_of
+from vistel_services.posture import configure
+from vistel_services.posture.capture import Capture
 from vistel_services.tracker import VmcDecoder
 from vistel_sim import suite
 from vistel_sim.motion import open_motion
@@ -25,3 +35,35 @@ def test_receivers_are_where_the_body_has_them(t_s: float) -> None:
         p, q = want[role]
         assert [r.position.x, r.position.y, r.position.z] == pytest.approx(list(p), abs=2e-3)
         assert abs(np.dot([r.rotation.x, r.rotation.y, r.rotation.z, r.rotation.w], q)) > 0.99999
+
+
+def test_elbows_fingers_and_legs_are_those_of_the_body(tmp_path: Path) -> None:
+    person = Participant(name="ann", height=1.64, tracker=TrackerConfig(kind="vmc"))
+    conference = Conference(sites=[Site(name="a", participants=[person])])
+    motion, place = open_motion(conference), places(conference)["ann"]
+    decoder = VmcDecoder("ann-tracker", 1.64)
+    (who,) = configure(conference, conference.sites[0], RunPaths(tmp_path, tmp_path)).people
+    capture = Capture(who)
+    solved = None
+    for k in range(120):
+        truth = motion.posture("ann", 3.0 + k / 60)
+        # One foot forward and up, as no seat would have it.
+        truth = replace(truth, joints={"left_upper_leg": np.array([-1.9, 0.0, 0.2]), "left_foot": np.array([0.4, 0.0, 0.0])})
+        pose = pose_joints(place.skeleton, truth)
+        for frame in decoder.feed(suite.packet(pose, place.transmitter), 10**9 + k * 10**9 // 60):
+            if capture.tracker(frame):
+                solved = capture.solve(capture.newest_ns)
+    assert solved is not None and "legs" not in solved.stale
+    back = pose_joints(place.skeleton, solved.posture)
+    assert solved.posture.hands == pytest.approx(truth.hands, abs=1e-4)
+    for joint in ("left_lower_arm", "right_lower_arm"):
+        assert back.position[JOINT_INDEX[joint]] == pytest.approx(pose.position[JOINT_INDEX[joint]], abs=0.02)
+    for joint in LEGS:
+        turn = back.rotation[JOINT_INDEX[joint]].T @ pose.rotation[JOINT_INDEX[joint]]
+        assert math.acos(min(1.0, (np.trace(turn) - 1.0) / 2.0)) < math.radians(2.0), joint
+    sample = MotionSample(1, 0, solved.posture.dofs, solved.posture.hands, np.zeros(4), legs=rotations_of(solved.posture, LEGS))
+    heard = MotionDecoder().decode(MotionEncoder().encode(sample))
+    assert heard is not None
+    seen = posture_of(heard).joints
+    assert seen.keys() == set(LEGS)
+    assert all(seen[name] == pytest.approx(solved.posture.joints[name], abs=math.radians(0.2)) for name in LEGS)

@@ -23,6 +23,11 @@ PARENTS: dict[str, str] = {
     "RightHand": "RightLowerArm",
     "LeftUpperLeg": "Hips", "LeftLowerLeg": "LeftUpperLeg", "LeftFoot": "LeftLowerLeg",
     "RightUpperLeg": "Hips", "RightLowerLeg": "RightUpperLeg", "RightFoot": "RightLowerLeg",
+    "LeftToes": "LeftFoot", "RightToes": "RightFoot",
+} | {
+    f"{side}{finger}{digit}": f"{side}{finger}{before}" if before else f"{side}Hand"
+    for side in ("Left", "Right") for finger in ("Thumb", "Index", "Middle", "Ring", "Little")
+    for before, digit in (("", "Proximal"), ("Proximal", "Intermediate"), ("Intermediate", "Distal"))
 }  # fmt: skip
 """Bones of the body and their parents; a parent that is not sent stands still on its own parent."""
 ROOT = ""

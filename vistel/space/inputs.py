@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.posture import DOF_COUNT, HAND_DOF_COUNT, Posture
 from vistel.figure.proportions import Proportions
+from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.commands.actions import Action
 
 F64 = NDArray[np.float64]
@@ -88,4 +89,10 @@ def usable(posture: Posture) -> bool:
         and float(np.abs(posture.stance.position).max()) < FURTHEST
         and float(np.abs(posture.dofs).max()) < 20.0
         and float(np.abs(posture.hands).max()) < 20.0
+        and all(_usable_joint(name, rotation) for name, rotation in posture.joints.items())
     )
+
+
+def _usable_joint(name: str, rotation: F64) -> bool:
+    return name in JOINT_INDEX and rotation.shape == (3,) and float(np.abs(rotation).max()) < 20.0  # NaN is not
+

@@ -216,7 +216,10 @@ def _rows(values: Any, n: int, width: int) -> F64:
 def _from_posture(p: Posture | None) -> Any:
     if p is None:
         return None
-    return [p.dofs.tolist(), p.hands.tolist(), [*p.stance.position.tolist(), float(p.stance.heading)], p.gaze.tolist()]
+    stance = [*p.stance.position.tolist(), float(p.stance.heading)]
+    # Without single joints snapshots are as they were before postures had any.
+    joints = [{name: rotation.tolist() for name, rotation in sorted(p.joints.items())}] if p.joints else []
+    return [p.dofs.tolist(), p.hands.tolist(), stance, p.gaze.tolist(), *joints]
 
 
 def _to_posture(d: Any) -> Posture | None:
@@ -226,6 +229,7 @@ def _to_posture(d: Any) -> Posture | None:
     return Posture(
         np.array(d[0], np.float64).reshape(25), np.array(d[1], np.float64).reshape(2, 20),
         Stance(stance[:3], float(stance[3])), np.array(d[3], np.float64).reshape(2),
+        {str(name): _rows(rotation, 1, 3)[0] for name, rotation in d[4].items()} if len(d) > 4 else {},
     )  # fmt: skip
 
 

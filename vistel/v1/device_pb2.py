@@ -26,7 +26,7 @@ from vistel.v1 import envelope_pb2 as vistel_dot_v1_dot_envelope__pb2
 from vistel.v1 import geometry_pb2 as vistel_dot_v1_dot_geometry__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16vistel/v1/device.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\x1a\x18vistel/v1/geometry.proto\"\xad\x02\n\x0fTrackerReceiver\x12\x0f\n\x07station\x18\x01 \x01(\r\x12!\n\x08position\x18\x02 \x01(\x0b\x32\x0f.vistel.v1.Vec3\x12\'\n\x08rotation\x18\x03 \x01(\x0b\x32\x15.vistel.v1.Quaternion\x12\x31\n\x06health\x18\x04 \x01(\x0e\x32!.vistel.v1.TrackerReceiver.Health\x12\r\n\x05\x65rror\x18\x05 \x01(\t\x12\x0c\n\x04t_ns\x18\x06 \x01(\x06\"m\n\x06Health\x12\x16\n\x12HEALTH_UNSPECIFIED\x10\x00\x12\x0f\n\x0bHEALTH_GOOD\x10\x01\x12\x12\n\x0eHEALTH_FLAGGED\x10\x02\x12\x14\n\x10HEALTH_UNTRUSTED\x10\x03\x12\x10\n\x0cHEALTH_FAULT\x10\x04\"p\n\x0cTrackerFrame\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12-\n\treceivers\x18\x03 \x03(\x0b\x32\x1a.vistel.v1.TrackerReceiver\"k\n\nGloveFrame\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12\r\n\x05right\x18\x03 \x01(\x08\x12\x0b\n\x03raw\x18\x04 \x01(\x0c\x12\x0e\n\x06\x61ngles\x18\x05 \x03(\x02\"\x8c\x01\n\tFaceFrame\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12\r\n\x05marks\x18\x03 \x03(\x02\x12\x0c\n\x04gaze\x18\x04 \x03(\x02\x12\x10\n\x08\x63hannels\x18\x05 \x03(\x02\x12\x0c\n\x04lids\x18\x06 \x03(\x02\x12\x0f\n\x07guessed\x18\x07 \x01(\r\"\x83\x02\n\x08RawBytes\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12\x30\n\tdirection\x18\x03 \x01(\x0e\x32\x1d.vistel.v1.RawBytes.Direction\x12\x0c\n\x04\x64\x61ta\x18\x04 \x01(\x0c\x12\x11\n\tread_size\x18\x05 \x03(\r\x12\x15\n\rread_after_ns\x18\x06 \x03(\x04\"Z\n\tDirection\x12\x19\n\x15\x44IRECTION_UNSPECIFIED\x10\x00\x12\x19\n\x15\x44IRECTION_FROM_DEVICE\x10\x01\x12\x17\n\x13\x44IRECTION_TO_DEVICE\x10\x02\"\xce\x02\n\x0c\x44\x65viceStatus\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12,\n\x05state\x18\x03 \x01(\x0e\x32\x1d.vistel.v1.DeviceStatus.State\x12\x0e\n\x06\x64\x65tail\x18\x04 \x01(\t\x12\x0f\n\x07rate_hz\x18\x05 \x01(\x02\x12\x0e\n\x06\x66rames\x18\x06 \x01(\x04\x12\x15\n\rbytes_skipped\x18\x07 \x01(\x04\x12\x12\n\nreconnects\x18\x08 \x01(\x04\"\x80\x01\n\x05State\x12\x15\n\x11STATE_UNSPECIFIED\x10\x00\x12\x13\n\x0fSTATE_SEARCHING\x10\x01\x12\x12\n\x0eSTATE_STARTING\x10\x02\x12\x13\n\x0fSTATE_STREAMING\x10\x03\x12\x11\n\rSTATE_STALLED\x10\x04\x12\x0f\n\x0bSTATE_FAULT\x10\x05\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16vistel/v1/device.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\x1a\x18vistel/v1/geometry.proto\"\xad\x02\n\x0fTrackerReceiver\x12\x0f\n\x07station\x18\x01 \x01(\r\x12!\n\x08position\x18\x02 \x01(\x0b\x32\x0f.vistel.v1.Vec3\x12\'\n\x08rotation\x18\x03 \x01(\x0b\x32\x15.vistel.v1.Quaternion\x12\x31\n\x06health\x18\x04 \x01(\x0e\x32!.vistel.v1.TrackerReceiver.Health\x12\r\n\x05\x65rror\x18\x05 \x01(\t\x12\x0c\n\x04t_ns\x18\x06 \x01(\x06\"m\n\x06Health\x12\x16\n\x12HEALTH_UNSPECIFIED\x10\x00\x12\x0f\n\x0bHEALTH_GOOD\x10\x01\x12\x12\n\x0eHEALTH_FLAGGED\x10\x02\x12\x14\n\x10HEALTH_UNTRUSTED\x10\x03\x12\x10\n\x0cHEALTH_FAULT\x10\x04\"h\n\x0bTrackerBone\x12\r\n\x05joint\x18\x01 \x01(\t\x12!\n\x08position\x18\x02 \x01(\x0b\x32\x0f.vistel.v1.Vec3\x12\'\n\x08rotation\x18\x03 \x01(\x0b\x32\x15.vistel.v1.Quaternion\"\x97\x01\n\x0cTrackerFrame\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12-\n\treceivers\x18\x03 \x03(\x0b\x32\x1a.vistel.v1.TrackerReceiver\x12%\n\x05\x62ones\x18\x04 \x03(\x0b\x32\x16.vistel.v1.TrackerBone\"k\n\nGloveFrame\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12\r\n\x05right\x18\x03 \x01(\x08\x12\x0b\n\x03raw\x18\x04 \x01(\x0c\x12\x0e\n\x06\x61ngles\x18\x05 \x03(\x02\"\x8c\x01\n\tFaceFrame\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12\r\n\x05marks\x18\x03 \x03(\x02\x12\x0c\n\x04gaze\x18\x04 \x03(\x02\x12\x10\n\x08\x63hannels\x18\x05 \x03(\x02\x12\x0c\n\x04lids\x18\x06 \x03(\x02\x12\x0f\n\x07guessed\x18\x07 \x01(\r\"\x83\x02\n\x08RawBytes\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12\x30\n\tdirection\x18\x03 \x01(\x0e\x32\x1d.vistel.v1.RawBytes.Direction\x12\x0c\n\x04\x64\x61ta\x18\x04 \x01(\x0c\x12\x11\n\tread_size\x18\x05 \x03(\r\x12\x15\n\rread_after_ns\x18\x06 \x03(\x04\"Z\n\tDirection\x12\x19\n\x15\x44IRECTION_UNSPECIFIED\x10\x00\x12\x19\n\x15\x44IRECTION_FROM_DEVICE\x10\x01\x12\x17\n\x13\x44IRECTION_TO_DEVICE\x10\x02\"\xce\x02\n\x0c\x44\x65viceStatus\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0e\n\x06\x64\x65vice\x18\x02 \x01(\t\x12,\n\x05state\x18\x03 \x01(\x0e\x32\x1d.vistel.v1.DeviceStatus.State\x12\x0e\n\x06\x64\x65tail\x18\x04 \x01(\t\x12\x0f\n\x07rate_hz\x18\x05 \x01(\x02\x12\x0e\n\x06\x66rames\x18\x06 \x01(\x04\x12\x15\n\rbytes_skipped\x18\x07 \x01(\x04\x12\x12\n\nreconnects\x18\x08 \x01(\x04\"\x80\x01\n\x05State\x12\x15\n\x11STATE_UNSPECIFIED\x10\x00\x12\x13\n\x0fSTATE_SEARCHING\x10\x01\x12\x12\n\x0eSTATE_STARTING\x10\x02\x12\x13\n\x0fSTATE_STREAMING\x10\x03\x12\x11\n\rSTATE_STALLED\x10\x04\x12\x0f\n\x0bSTATE_FAULT\x10\x05\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -37,18 +37,20 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_TRACKERRECEIVER']._serialized_end=391
   _globals['_TRACKERRECEIVER_HEALTH']._serialized_start=282
   _globals['_TRACKERRECEIVER_HEALTH']._serialized_end=391
-  _globals['_TRACKERFRAME']._serialized_start=393
-  _globals['_TRACKERFRAME']._serialized_end=505
-  _globals['_GLOVEFRAME']._serialized_start=507
-  _globals['_GLOVEFRAME']._serialized_end=614
-  _globals['_FACEFRAME']._serialized_start=617
-  _globals['_FACEFRAME']._serialized_end=757
-  _globals['_RAWBYTES']._serialized_start=760
-  _globals['_RAWBYTES']._serialized_end=1019
-  _globals['_RAWBYTES_DIRECTION']._serialized_start=929
-  _globals['_RAWBYTES_DIRECTION']._serialized_end=1019
-  _globals['_DEVICESTATUS']._serialized_start=1022
-  _globals['_DEVICESTATUS']._serialized_end=1356
-  _globals['_DEVICESTATUS_STATE']._serialized_start=1228
-  _globals['_DEVICESTATUS_STATE']._serialized_end=1356
+  _globals['_TRACKERBONE']._serialized_start=393
+  _globals['_TRACKERBONE']._serialized_end=497
+  _globals['_TRACKERFRAME']._serialized_start=500
+  _globals['_TRACKERFRAME']._serialized_end=651
+  _globals['_GLOVEFRAME']._serialized_start=653
+  _globals['_GLOVEFRAME']._serialized_end=760
+  _globals['_FACEFRAME']._serialized_start=763
+  _globals['_FACEFRAME']._serialized_end=903
+  _globals['_RAWBYTES']._serialized_start=906
+  _globals['_RAWBYTES']._serialized_end=1165
+  _globals['_RAWBYTES_DIRECTION']._serialized_start=1075
+  _globals['_RAWBYTES_DIRECTION']._serialized_end=1165
+  _globals['_DEVICESTATUS']._serialized_start=1168
+  _globals['_DEVICESTATUS']._serialized_end=1502
+  _globals['_DEVICESTATUS_STATE']._serialized_start=1374
+  _globals['_DEVICESTATUS_STATE']._serialized_end=1502
 # @@protoc_insertion_point(module_scope)

@@ -37,15 +37,27 @@ class TrackerReceiver(_message.Message):
     t_ns: int
     def __init__(self, station: _Optional[int] = ..., position: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., rotation: _Optional[_Union[_geometry_pb2.Quaternion, _Mapping]] = ..., health: _Optional[_Union[TrackerReceiver.Health, str]] = ..., error: _Optional[str] = ..., t_ns: _Optional[int] = ...) -> None: ...
 
+class TrackerBone(_message.Message):
+    __slots__ = ("joint", "position", "rotation")
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    POSITION_FIELD_NUMBER: _ClassVar[int]
+    ROTATION_FIELD_NUMBER: _ClassVar[int]
+    joint: str
+    position: _geometry_pb2.Vec3
+    rotation: _geometry_pb2.Quaternion
+    def __init__(self, joint: _Optional[str] = ..., position: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., rotation: _Optional[_Union[_geometry_pb2.Quaternion, _Mapping]] = ...) -> None: ...
+
 class TrackerFrame(_message.Message):
-    __slots__ = ("header", "device", "receivers")
+    __slots__ = ("header", "device", "receivers", "bones")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     DEVICE_FIELD_NUMBER: _ClassVar[int]
     RECEIVERS_FIELD_NUMBER: _ClassVar[int]
+    BONES_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     device: str
     receivers: _containers.RepeatedCompositeFieldContainer[TrackerReceiver]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., receivers: _Optional[_Iterable[_Union[TrackerReceiver, _Mapping]]] = ...) -> None: ...
+    bones: _containers.RepeatedCompositeFieldContainer[TrackerBone]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., receivers: _Optional[_Iterable[_Union[TrackerReceiver, _Mapping]]] = ..., bones: _Optional[_Iterable[_Union[TrackerBone, _Mapping]]] = ...) -> None: ...
 
 class GloveFrame(_message.Message):
     __slots__ = ("header", "device", "right", "raw", "angles")

@@ -80,8 +80,9 @@ class MotionSample:
     body: (25,) rad and m, order of `MOTION_FIELDS` (that of `vistel.figure.posture`). hands: (2, 20) rad,
     left first. stance: (4,) x, y, z of the feet [m, room frame] and heading [rad]. stale: parts whose sensor is silent.
     What the sensors do not tell is None: gaze: (2,) yaw and pitch [rad]; face: (26,) 13 marks [m, head frame];
-    lids: (2,) opening of the left and the right eye, 0 closed .. 1 as at rest; legs: (22,) hips and both legs of who
-    is tracked from head to toe.
+    lids: (2,) opening of the left and the right eye, 0 closed .. 1 as at rest. From a source that knows more of the body,
+    rotation vectors of joints relative to their parents [rad]: legs: (8, 3) upper leg, lower leg, foot and toes, left first;
+    collars: (2, 3), left first; jaw: (3,).
     """
 
     seq: int
@@ -94,6 +95,8 @@ class MotionSample:
     stale: StalePart = NOTHING_STALE
     lids: F64 | None = None
     legs: F64 | None = None
+    collars: F64 | None = None
+    jaw: F64 | None = None
 
 
 class _Key(NamedTuple):
@@ -233,7 +236,8 @@ class MotionFrame:
     def _sample(self, parts: dict[str, F64], stale: int) -> MotionSample:
         return MotionSample(
             self.seq, self.t_ns, parts["body"], parts["hands"].reshape(2, 20), parts["stance"], parts.get("gaze"),
-            parts.get("face"), StalePart(stale & _ALL_STALE), parts.get("lids"), parts.get("legs"),
+            parts.get("face"), StalePart(stale & _ALL_STALE), parts.get("lids"), _rows(parts.get("legs")),
+            _rows(parts.get("collars")), parts.get("jaw"),
         )  # fmt: skip
 
 
@@ -320,6 +324,10 @@ def _read(seq: int, t_ns: int, reference: _Key, state: tuple[I64, I64, NDArray[n
     span = 0 if full else int(header[k.DISTANCE])
     change = _NOTHING if full or not header[k.KEEP] else values - reference.values
     return _Key(seq, t_ns, values, change, span, reference.has, reference.version, reference.grain, stale), bool(whole)
+
+
+def _rows(values: F64 | None) -> F64 | None:
+    return None if values is None else values.reshape(-1, 3)
 
 
 def _flat(sample: MotionSample) -> tuple[F64, int]:

@@ -17,6 +17,7 @@ from vistel.figure.solve_swivel import Comfort
 from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver
 from vistel_services.posture.config import Person
 from vistel_services.posture.one_euro import PoseFilter
+from vistel_services.posture.whole_body import WholeBody, whole_body
 
 F64 = NDArray[np.float64]
 
@@ -54,6 +55,7 @@ class Capture:
         self._carry_over = None if body is None else CarryOver(body.skeleton, shown, person.seat)
         self._filters = {receiver: PoseFilter() for receiver in person.stations.values()}
         self._gloves: dict[str, tuple[float, F64]] = {}
+        self._whole: tuple[float, WholeBody | None] = (-math.inf, None)
         self._epoch_ns: int | None = None
         self._newest_ns = 0
         self._solved_ns = 0
@@ -84,6 +86,9 @@ class Capture:
                 pose = self.person.distortion.correct(*pose)
             self._filters[receiver].update(self._seconds(r.t_ns), *out_of_frame(self.person.transmitter, *pose))
             self._newest_ns = max(self._newest_ns, r.t_ns)
+        whole = whole_body(frame, self.person.transmitter)
+        if whole is not None:
+            self._whole = self._seconds(frame.header.t_ns), whole
         if not self._newest_ns:
             return False
         complete = all(f.t > -math.inf for f in self._filters.values())
@@ -111,10 +116,14 @@ class Capture:
         receivers: dict[str, Placement] = {
             name: f.at(t) for name, f in self._filters.items() if t - f.t < SILENT_S
         }
-        solved = self._solver.solve(t, receivers, (self._hand("left", t), self._hand("right", t)))
-        if self._carry_over is None:
-            return solved
-        return Solved(self._carry_over.carry(t, solved.posture), solved.stale)
+        whole_t, whole = self._whole
+        fresh = whole is not None and t - whole_t < SILENT_S
+        elbows = whole.elbows() if whole is not None and fresh else None
+        solved = self._solver.solve(t, receivers, (self._hand("left", t), self._hand("right", t)), elbows)
+        posture = solved.posture if self._carry_over is None else self._carry_over.carry(t, solved.posture)
+        # What is silent is held, and told.
+        stale = solved.stale if whole is None or fresh else solved.stale | {"legs"}
+        return Solved(posture if whole is None else whole.dress(posture), stale)
 
     def _seconds(self, t_ns: int) -> float:
         """Seconds since the first time this person was heard of: small numbers keep their nanoseconds."""
@@ -124,7 +133,10 @@ class Capture:
 
     def _hand(self, side: str, t: float) -> F64 | None:
         heard = self._gloves.get(side)
-        return None if heard is None or t - heard[0] > SILENT_S else heard[1]
+        if heard is not None and t - heard[0] <= SILENT_S:
+            return heard[1]
+        whole_t, whole = self._whole
+        return whole.fingers(side) if whole is not None and t - whole_t <= SILENT_S else None
 
 
 def receiver_pose(r: TrackerReceiver) -> Placement | None:

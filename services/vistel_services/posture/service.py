@@ -21,6 +21,7 @@ from vistel.wire.clock import Clock
 from vistel.wire.motion import MotionEncoder, MotionSample, StalePart
 from vistel.wire.proportions import to_message
 from vistel.wire.topics import BY_NAME
+from vistel_services.motions import COLLARS, JAW, LEGS, rotations_of
 from vistel_services.posture.capture import RATE_HZ, Capture, warm_up
 from vistel_services.posture.config import Config, Person, TrackedProp
 from vistel_services.posture.face import FaceCapture
@@ -39,6 +40,7 @@ _STALE = Gauge("vistel_posture_stale_sensors", "Sensors that are silent", ["part
 _STALE_PART = {
     "chest": StalePart.CHEST, "head": StalePart.HEAD, "left_hand": StalePart.LEFT_HAND,
     "right_hand": StalePart.RIGHT_HAND, "left_glove": StalePart.LEFT_GLOVE, "right_glove": StalePart.RIGHT_GLOVE,
+    "legs": StalePart.LEGS,
 }  # fmt: skip
 
 PATIENCE_NS = 100_000_000
@@ -171,6 +173,7 @@ class _Maker:
             seq=self._motion.next_seq, t_ns=t_ns, body=posture.dofs, hands=posture.hands,
             stance=np.array([*posture.stance.position, posture.stance.heading]),
             gaze=self.face.gaze, face=self.face.marks, lids=self.face.lids,
+            legs=rotations_of(posture, LEGS), collars=rotations_of(posture, COLLARS), jaw=rotations_of(posture, JAW),
             stale=reduce(or_, (_STALE_PART[name] for name in solved.stale), self.face.stale(t_ns)),
         ))  # fmt: skip
 

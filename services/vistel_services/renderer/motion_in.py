@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from functools import cached_property
 
-import numpy as np
-
-from vistel.figure.posture import Posture, Stance, interpolate
+from vistel.figure.posture import Posture, interpolate
 from vistel.v1 import motion_pb2
 from vistel.wire.motion import MotionDecoder, MotionFrame
+from vistel_services.motions import posture_of
 
 
 class Heard:
@@ -20,9 +19,7 @@ class Heard:
     @cached_property
     def posture(self) -> Posture:
         """The posture."""
-        sample = self._frame.sample()
-        gaze = np.zeros(2) if sample.gaze is None else sample.gaze
-        return Posture(sample.body, sample.hands, Stance(sample.stance[:3], float(sample.stance[3])), gaze)
+        return posture_of(self._frame.sample())
 
 
 class Between:

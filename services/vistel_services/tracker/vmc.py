@@ -13,7 +13,7 @@ from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matri
 from vistel.figure.sensors import TRACKER_AXES, receiver_mounts
 from vistel.figure.skeleton import standard_skeleton
 from vistel.protocol.vmc import PARENTS, ROOT, Body, VmcParser
-from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
+from vistel.v1.device_pb2 import TrackerBone, TrackerFrame, TrackerReceiver
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import Link, NoAnswerError
 
@@ -22,6 +22,20 @@ STATIONS = {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}
 _CARRIED = {"chest": ("LeftShoulder", "UpperChest"), "head": ("Head", "Head"), "left_hand": ("LeftHand", "LeftHand"),
             "right_hand": ("RightHand", "RightHand")}  # fmt: skip
 """Of each receiver: the bone whose joint it sits by, and the bone it turns with."""
+_SPINE = {"Spine": "spine_1", "Chest": "spine_4", "UpperChest": "spine_8"}
+_THUMB = {"Proximal": "metacarpal", "Intermediate": "proximal"}
+
+
+def joint_of_bone(bone: str) -> str:
+    """Name in `vistel.figure.skeleton`. Unity counts a thumb's bones from the wrist, VRM 1.0 as anatomists do."""
+    if "Thumb" in bone:
+        for unity, anatomical in _THUMB.items():
+            bone = bone.replace(unity, anatomical.capitalize())
+    snake = "".join("_" + c.lower() if c.isupper() else c for c in bone).lstrip("_")
+    return _SPINE.get(bone, snake)
+
+
+_JOINTS = {bone: joint_of_bone(bone) for bone in ("Hips", *PARENTS)}
 _HEARD_S = 2.0
 
 
@@ -71,7 +85,18 @@ class VmcDecoder:
             receiver.position.x, receiver.position.y, receiver.position.z = position
             receiver.rotation.x, receiver.rotation.y, receiver.rotation.z, receiver.rotation.w = q
             frame.receivers.append(receiver)
+        for bone in body.bones:
+            if bone in _JOINTS:
+                frame.bones.append(_bone(_JOINTS[bone], *joints[bone]))
         return frame
+
+
+def _bone(joint: str, position: F64, rotation: F64) -> TrackerBone:
+    out = TrackerBone(joint=joint)
+    out.position.x, out.position.y, out.position.z = TRACKER_AXES.T @ position
+    q = quaternion_from_matrix(np.ascontiguousarray(TRACKER_AXES.T @ rotation))
+    out.rotation.x, out.rotation.y, out.rotation.z, out.rotation.w = q
+    return out
 
 
 class VmcDriver:

@@ -7,7 +7,6 @@ import logging
 import numpy as np
 
 from vistel.figure.people.recipe import parse_spec
-from vistel.figure.posture import Posture, Stance
 from vistel.figure.proportions import Proportions
 from vistel.space.inputs import CommandInput, MotionInput, Person, PropInput
 from vistel.v1.command_pb2 import Command
@@ -16,15 +15,14 @@ from vistel.v1.world_pb2 import WorldInputs
 from vistel.wire.motion import MotionSample
 from vistel.wire.proportions import from_message
 from vistel_services.command_messages import action_of, pose
+from vistel_services.motions import posture_of
 
 log = logging.getLogger("vistel.world")
 
 
 def motion_input(participant: str, sample: MotionSample) -> MotionInput:
     """A decoded motion as the world takes it."""
-    gaze = np.zeros(2) if sample.gaze is None else sample.gaze
-    posture = Posture(sample.body, sample.hands, Stance(sample.stance[:3], float(sample.stance[3])), gaze)
-    return MotionInput(participant, posture, sample.seq, sample.t_ns)
+    return MotionInput(participant, posture_of(sample), sample.seq, sample.t_ns)
 
 
 def person(participant: str, message: Participant) -> Person:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.motion import COUNTS, MOTION_FIELDS, PARTS, MotionDecoder, MotionEncoder, MotionSample, StalePart
-from vistel.wire.motion_codec.layout import GRAINS_TENTHS, scale
+from vistel.wire.motion_codec.layout import GRAINS_TENTHS, USUAL_GRAIN, scale
 
 FRAME_NS = 1_000_000_000 // 60
 FUZZ = settings(
@@ -46,7 +46,7 @@ def random_motion(
             MotionSample(
                 i + 1, 10**18 + i * FRAME_NS, values["body"], values["hands"].reshape(2, 20), values["stance"],
                 values["gaze"] if gaze else None, values["face"] if face else None, StalePart(int(rng.integers(512))),
-                values["lids"] if gaze else None, values["legs"] if legs else None,
+                values["lids"] if gaze else None, *((values["legs"], values["collars"], values["jaw"]) if legs else ()),
             )
         )  # fmt: skip
     return out
@@ -75,8 +75,8 @@ def test_every_number_comes_back_as_near_as_promised(
         assert back is not None
         assert (back.seq, back.t_ns, back.stale) == (sample.seq, sample.t_ns, sample.stale)
         assert back.hands.shape == (2, 20)
-        # At coarse grains the ends of a range are up to a step inside it.
-        assert near(back, sample, GRAINS_TENTHS[grain] / 10 * (HELD if grain <= 2 else 1.0))
+        # At other grains the ends of a range are up to two steps inside it.
+        assert near(back, sample, GRAINS_TENTHS[grain] / 10 * (HELD if grain == USUAL_GRAIN else 2.0))
 
 
 @settings(max_examples=25, deadline=None)

@@ -58,12 +58,8 @@ def _arm(side: str) -> tuple[MotionField, ...]:
 
 
 def _leg(side: str) -> tuple[MotionField, ...]:
-    return (
-        _angles("legs", f"{side} hip", 3, 0.06, 8),
-        _angles("legs", f"{side} knee", 1, 0.06, 8),
-        _angles("legs", f"{side} foot", 3, 0.12, 8),
-        _angles("legs", f"{side} toes", 1, 0.3, 8),
-    )
+    parts = (("upper leg", 0.07), ("lower leg", 0.07), ("foot", 0.12), ("toes", 0.25))
+    return tuple(_angles("legs", f"{side} {part}", 3, degrees, 8) for part, degrees in parts)
 
 
 MOTION_FIELDS: tuple[MotionField, ...] = (
@@ -74,14 +70,14 @@ MOTION_FIELDS: tuple[MotionField, ...] = (
     _angles("body", "neck", 3, 0.18, 1),
     *_arm("left"), *_arm("right"),
     *_hand("left"), *_hand("right"),
-    MotionField("stance", "position", 3, "m", -100.0, 100.0, 0.0004, 4),
+    MotionField("stance", "position", 3, "m", -100.0, 100.0, 0.00025, 4),
     _angles("stance", "heading", 1, 0.06, 4),
     _angles("gaze", "yaw, pitch", 2, 0.15, 5),
-    MotionField("face", "13 marks x (x, y)", 26, "m", -0.25, 0.25, 0.0005, 6),
+    MotionField("face", "13 marks x (x, y)", 26, "m", -0.25, 0.25, 0.0007, 6),
     MotionField("lids", "left, right opening", 2, "1", 0.0, 2.0, 0.04, 7),
-    MotionField("legs", "hips' shift", 3, "m", -2.0, 2.0, 0.0004, 8),
-    _angles("legs", "hips", 3, 0.06, 8),
     *_leg("left"), *_leg("right"),
+    _angles("collars", "left, right collar bone", 6, 0.07, 8),
+    _angles("jaw", "jaw", 3, 0.2, 8),
 )  # fmt: skip
 """Order, unit, range and step of every number of a Motion; what lies outside the range is sent as its end.
 
@@ -89,8 +85,8 @@ The steps are finer where an error moves much: chosen so that after forward kine
 together stay within 0.2 degrees and 1 mm (99 of 100), at the fewest bits.
 """
 
-PARTS = ("body", "hands", "stance", "gaze", "face", "lids", "legs")
-OPTIONAL = ("gaze", "face", "lids", "legs")
+PARTS = ("body", "hands", "stance", "gaze", "face", "lids", "legs", "collars", "jaw")
+OPTIONAL = ("gaze", "face", "lids", "legs", "collars", "jaw")
 """Parts that a Motion may lack, in the order of their bits."""
 GROUPS = 9
 
