@@ -1,8 +1,13 @@
-"""Draws docs/pictures/people-in-postures.png: built-in people, each in the standard postures.
+"""Draws docs/pictures/people-in-postures.png: people, each in the standard postures.
 
     python docs/pictures/people_in_postures.py [--out FILE] [AVATAR ...]
 
-AVATAR: what follows "builtin:", or an avatar file. Needs an OpenGL context (EGL without a display; software is fine).
+AVATAR: what follows "builtin:", or an avatar file; without, built-in people. Needs an OpenGL context (EGL without a display;
+software is fine). The picture in the repository has four built-in people (the first four of PEOPLE) and four made from
+MakeHuman's base mesh as docs/how-to/make-an-avatar.md says, with the rig game_engine and the skin
+young_lightskinned_male_diffuse2: caucasian-male-young and caucasian-female-young in male_casualsuit06, a heavy man
+(universal-male-young-averagemuscle-maxweight=1.3) and one half way between man and woman in male_elegantsuit01. The last went
+through Blender as GLB, his joints renamed Bone.000, Bone.001, ..., and was imported from that.
 """
 
 from __future__ import annotations
@@ -10,13 +15,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from PIL import Image
+
 from vistel.figure.avatar import builtin_avatar
 from vistel.figure.avatar_file import load_any
 from vistel.figure.standard_postures import standard_postures
 from vistel_services.renderer.portrait import Portraits
 
 PEOPLE = (
-    "seed=3,hair_style=5", "seed=2", "seed=7,hair_style=0", "seed=12,hair_style=3,build=1.2", "seed=4,pattern=4,top=7", "seed=5",
+    "seed=3,hair_style=5", "seed=12,hair_style=3,build=1.2", "seed=4,pattern=4,top=7", "seed=5", "seed=2", "seed=7,hair_style=0",
 )  # fmt: skip
 
 
@@ -30,7 +37,9 @@ def main() -> None:
         for p in arguments.people
     ]
     portraits = Portraits()
-    portraits.sheet(avatars, standard_postures(), (130, 180)).quantize(256).save(arguments.out, optimize=True)
+    sheet = portraits.sheet(avatars, standard_postures(), (130, 180))
+    # Dithered: a palette alone paints blotches on faces.
+    sheet.quantize(palette=sheet.quantize(256), dither=Image.Dither.FLOYDSTEINBERG).save(arguments.out, optimize=True)
     portraits.close()
 
 

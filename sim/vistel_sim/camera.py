@@ -79,7 +79,7 @@ class SimulatedCamera:
         if self._faults.active("black", t_s):
             picture = np.zeros_like(picture)
         if self._faults.active("saturation", t_s):
-            picture = cv2.multiply(picture, 4.0)
+            picture = np.asarray(np.minimum(4 * picture.astype(np.int32), 255), np.uint8)
         self._last = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes()
         return self._faults.damage(self._last, t_s)
 

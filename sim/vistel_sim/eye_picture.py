@@ -91,4 +91,4 @@ class EyePicture:
 
 def _over(below: F32, colour: F32, rho: F32, radius: float) -> F32:
     """A disc with a soft edge laid over a picture."""
-    return below + np.clip(0.5 + (radius - rho) / _SOFT_PX, 0.0, 1.0) * (colour - below)
+    return np.asarray(below + np.clip(0.5 + (radius - rho) / _SOFT_PX, 0.0, 1.0) * (colour - below), np.float32)

@@ -69,7 +69,7 @@ class FacePicture:
         middle = np.array((WIDTH / 2, HEIGHT / 2))
         lay[:, 2] = middle - lay[:, :2] @ middle + (_PX_PER_M * dx, -_PX_PER_M * dy)
         face = cv2.warpAffine(self._face, lay, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REPLICATE) if any(view.slip) else self._face
-        frame = np.asarray(cv2.multiply(face, (*gains, 1.0)), np.uint8)
+        frame = np.asarray(cv2.transform(face, np.diag(gains).astype(np.float32)), np.uint8)
         radius = _MARK_M * _PX_PER_M
         for k, (x, y) in enumerate(self.centres(marks, view)):
             _dab(frame, x, y, (radius, radius * self._aspect[k]), self._angle[k], gains * _GREEN, view.blur)

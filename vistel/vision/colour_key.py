@@ -35,7 +35,7 @@ class ColourKey:
     def weights(self) -> F64:
         """(3,) of blue, green, red."""
         w = np.linalg.solve(self.background + _FLOOR * np.eye(3), self.mark)
-        return w / float(w @ self.mark)
+        return np.asarray(w / float(w @ self.mark), np.float64)
 
     def apply(self, frame: U8) -> U8:
         """frame: (h, w, 3) BGR. (h, w), `FULL` where there is only mark, 0 where there is none."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -16,7 +17,7 @@ F64 = NDArray[np.float64]
 
 _KEPT = 0.05
 """Share by which what an open eye looks like follows each picture of one."""
-_SIDE = np.radians(40.0)
+_SIDE = math.radians(40.0)
 """Of the iris's outline, what lies this near to the horizontal is not under a lid."""
 _BAND = 0.7
 """Half width of the strip in which the lids are looked for, over the pupil's radius."""
@@ -122,7 +123,7 @@ def find_iris(picture: U8, pupil: Pupil) -> Iris | None:
     radii = np.arange(1.35 * pupil.radius, 6.0 * pupil.radius, 0.5)
     sides: list[float] = []
     for turn in (0.0, np.pi):
-        angles = turn + np.linspace(-_SIDE, _SIDE, 17)[:, None]
+        angles: F64 = turn + np.linspace(-_SIDE, _SIDE, 17)[:, None]
         px, py = x + radii * np.cos(angles), y + radii * np.sin(angles)
         rolled = cv2.remap(
             calm, px.astype(np.float32), py.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE

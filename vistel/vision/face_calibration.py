@@ -11,9 +11,9 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from vistel.figure.face_marks import MARK_COUNT, MARKS, REST
+from vistel.vision.assignment import cheapest
 from vistel.vision.colour_key import FULL, ColourKey, background_moments, generic_green, mean_colour
 from vistel.vision.spots import Spots, find_spots
 
@@ -161,21 +161,20 @@ def name_marks(spots: Spots, *, mirrored: bool = False) -> NDArray[np.int64] | N
     miss = np.abs(laid[:, :, None] - z[None, None]).min(2) / np.abs(turn)[:, None]
     best = int(np.minimum(miss, 0.03).sum(1).argmin())
     where, size = laid[best], float(np.abs(turn[best]))
+    columns = np.zeros(MARK_COUNT, np.int64)
     for _ in range(4):
-        rows, columns = linear_sum_assignment(np.minimum(np.abs(where[:, None] - z[None]) / size, 0.05))
-        assert len(rows) == MARK_COUNT
-        target = z[columns]
-        a, b = _fit(model, target)
+        columns = cheapest(np.minimum(np.abs(where[:, None] - z[None]) / size, 0.05))
+        a, b = _fit(model, z[columns])
         where, size = a * model + b, float(abs(a))
-    if np.sqrt((np.abs(where - target) ** 2).mean()) / size > _FIT_M:
+    if np.sqrt((np.abs(where - z[columns]) ** 2).mean()) / size > _FIT_M:
         return None
-    return columns.astype(np.int64)
+    return columns
 
 
 def _fit(source: NDArray[np.complex128], target: NDArray[np.complex128]) -> tuple[complex, complex]:
     """The similarity a z + b of least squares."""
     s, t = source - source.mean(), target - target.mean()
-    a = complex(np.vdot(s, t) / np.vdot(s, s).real)
+    a = complex((s.conj() @ t) / (s.conj() @ s).real)
     return a, complex(target.mean() - a * source.mean())
 
 

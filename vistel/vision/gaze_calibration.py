@@ -77,7 +77,7 @@ def _terms(uv: F64) -> F64:
 def _solve(terms: F64, to: F64) -> F64:
     # A breath of ridge on the quadratic terms: eight points must not be fitted to their noise.
     ridge = np.diag((0.0, 0.0, 0.0, 1e-3, 1e-3, 1e-3))
-    return np.linalg.solve(terms.T @ terms + ridge, terms.T @ to)
+    return np.asarray(np.linalg.solve(terms.T @ terms + ridge, terms.T @ to), np.float64)
 
 
 def _rms_deg(error: F64) -> float:

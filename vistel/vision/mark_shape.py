@@ -44,7 +44,7 @@ class MarkShape:
         j = self.slip[at]
         weighted = np.linalg.solve(self.expression[np.ix_(at, at)], j)
         prior = np.diag(self.slip_deviation**-2)
-        return np.linalg.solve(j.T @ weighted + prior, weighted.T @ (marks.ravel() - self.rest)[at])
+        return np.asarray(np.linalg.solve(j.T @ weighted + prior, weighted.T @ (marks.ravel() - self.rest)[at]), np.float64)
 
 
 @cache

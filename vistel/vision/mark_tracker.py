@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from vistel.figure.face_marks import MARK_COUNT
+from vistel.vision.assignment import cheapest
 from vistel.vision.mark_shape import MarkShape, standard_shape
 
 F64 = NDArray[np.float64]
@@ -29,6 +29,10 @@ _MARGIN = 14.0
 """Two marks are told apart when exchanging them costs so much more (log likelihood ratio, doubled)."""
 _ODD, _ODD_S = 8.0, 0.6
 """Marks are doubted where exchanging two makes the face so much likelier by itself, and looked for anew after so long."""
+_VAGUE_M = 0.006
+"""How well a spot tells where a mark is that may not be its own."""
+_TOUCH_M, _FITS = 0.0075, 16.0
+"""Marks nearer than this touch; and the squared Mahalanobis distance within which a mark lies as the others expect."""
 _MARK_M, _NEAR = 0.003, 6.0
 """A mark's size, and the squared Mahalanobis distance within which a hidden mark may be under another's spot."""
 _SPEED_KEPT_S = 0.25
@@ -60,6 +64,7 @@ class MarkTracker:
         self._speed = np.zeros(2 * MARK_COUNT)
         self._found = False
         self._poor_s = self._odd_s = 0.0
+        self._entangled = np.zeros((MARK_COUNT, MARK_COUNT), bool)
 
     def expected(self, dt_s: float) -> F64:
         """(13, 2) where the marks are likely to be `dt_s` after the last frame."""
@@ -70,6 +75,7 @@ class MarkTracker:
         self._mean, self._cov = self._shape.rest.copy(), self._prior.copy()
         self._speed[:] = 0.0
         self._found, self._poor_s, self._odd_s = False, 0.0, 0.0
+        self._entangled[:] = False
 
     def step(self, spots: F64, dt_s: float) -> TrackedMarks:
         """spots: (n, 2) metres. dt_s: since the step before."""
@@ -78,19 +84,19 @@ class MarkTracker:
         if not self._found:
             spot = self._settle(spots, spot, mean, cov)
         unsure = self._unsure(spots, spot, mean, cov)
-        odd = self._odd(spots, spot)
+        odd, fits = self._by_shape(spots, spot)
         self._odd_s = self._odd_s + dt_s if odd.any() else 0.0
-        seen = (spot >= 0) & ~unsure
+        self._entangle(spots, spot, mean, fits)
+        seen = (spot >= 0) & ~unsure & ~odd & ~self._entangled.any(1)
         if not self._found:
             self._found = int(seen.sum()) >= MARK_COUNT - 2
             if not self._found:
                 return TrackedMarks(mean.reshape(-1, 2), np.zeros(MARK_COUNT, bool), spot, False)
-        self._update(spots, np.where(seen, spot, -1), mean, cov, dt_s)
+        self._update(spots, spot, seen, mean, cov, dt_s)
         self._poor_s = 0.0 if seen.sum() >= _ENOUGH else self._poor_s + dt_s
         position, found = self._mean.reshape(-1, 2).copy(), self._found
         if self._poor_s > _LOST_S or self._odd_s > _ODD_S:
             self.forget()
-        seen &= ~odd
         return TrackedMarks(position, seen, np.where(seen, spot, -1), found)
 
     def _predict(self, dt_s: float) -> tuple[F64, F64]:
@@ -103,19 +109,15 @@ class MarkTracker:
 
     def _assign(self, spots: F64, mean: F64, cov: F64) -> NDArray[np.int64]:
         """(13,) the spot of each mark, -1 for none: the cheapest one-to-one choice; a missing mark costs the gate."""
-        out = np.full(MARK_COUNT, -1, np.int64)
         if not len(spots):
-            return out
+            return np.full(MARK_COUNT, -1, np.int64)
         d = spots[None] - mean.reshape(-1, 1, 2)
         blocks = np.stack([cov[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] for i in range(MARK_COUNT)])
         inverse = np.linalg.inv(blocks + _NOISE_M**2 * np.eye(2))
         cost = np.minimum(np.einsum("ijk,ikl,ijl->ij", d, inverse, d), 10.0 * _GATE)
         # One spare place per mark, so that any number of marks may go without a spot.
-        rows, columns = linear_sum_assignment(np.hstack((cost, np.full((MARK_COUNT, MARK_COUNT), _GATE))))
-        for i, j in zip(rows, columns, strict=True):
-            if j < len(spots):
-                out[i] = j
-        return out
+        columns = cheapest(np.hstack((cost, np.full((MARK_COUNT, MARK_COUNT), _GATE))))
+        return np.where(columns < len(spots), columns, -1)
 
     def _settle(self, spots: F64, spot: NDArray[np.int64], mean: F64, cov: F64) -> NDArray[np.int64]:
         """A first assignment improved until it stays: what the marks found say of the others narrows the search."""
@@ -158,32 +160,49 @@ class MarkTracker:
             out[at[(near < _NEAR).any(1)]] = True
         return out
 
-    def _odd(self, spots: F64, spot: NDArray[np.int64]) -> Bool:
-        """(13,) marks that would make a likelier face if two of them were exchanged, whatever the frames before say."""
-        out = np.zeros(MARK_COUNT, bool)
+    def _by_shape(self, spots: F64, spot: NDArray[np.int64]) -> tuple[Bool, Bool]:
+        """(13,) marks that would make a likelier face if two of them were exchanged, whatever the frames before say; and
+        (13,) marks that lie as a face's do and could not be any other."""
+        odd, fits = np.zeros(MARK_COUNT, bool), np.zeros(MARK_COUNT, bool)
         at = np.flatnonzero(spot >= 0)
-        if len(at) >= 2:
-            where = spots[spot[at]]
-            change = _exchanged(where, *_residual(where, at, self._shape.rest, self._prior))
-            for i, j in zip(*np.nonzero(change < -_ODD), strict=True):
-                out[at[i]] = out[at[j]] = True
-        return out
+        if len(at) < 2:
+            return odd, fits
+        where = spots[spot[at]]
+        pull, block = _residual(where, at, self._shape.rest, self._prior)
+        change = _exchanged(where, pull, block)
+        for i, j in zip(*np.nonzero(change < -_ODD), strict=True):
+            odd[at[i]] = odd[at[j]] = True
+        own = block[np.arange(len(at)), :, np.arange(len(at))]
+        far = np.einsum("nk,nk->n", pull, np.linalg.solve(own, pull[..., None])[..., 0])
+        clear = np.minimum(change, change.T).min(1) > _MARGIN
+        fits[at] = clear & (far < _FITS)
+        return odd, fits
 
-    def _update(self, spots: F64, spot: NDArray[np.int64], mean: F64, cov: F64, dt_s: float) -> None:
+    def _entangle(self, spots: F64, spot: NDArray[np.int64], mean: F64, fits: Bool) -> None:
+        """Two marks that touch are entangled until both are seen apart and lie as a face's marks do."""
+        at = mean.reshape(-1, 2).copy()
+        at[spot >= 0] = spots[spot[spot >= 0]]
+        apart = np.hypot(*(at[:, None] - at[None]).transpose(2, 0, 1)) + np.where(np.eye(MARK_COUNT) > 0, np.inf, 0.0)
+        told = fits & (spot >= 0)
+        self._entangled = (apart < _TOUCH_M) | (self._entangled & ~(told[:, None] & told[None]))
+
+    def _update(
+        self, spots: F64, spot: NDArray[np.int64], seen: Bool, mean: F64, cov: F64, dt_s: float
+    ) -> None:
         before = self._mean
-        at = np.flatnonzero(spot >= 0)
-        self._mean, self._cov = _condition(mean, cov, at, spots[spot[at]], _NOISE_M)
+        for these, noise in ((seen, _NOISE_M), ((spot >= 0) & ~seen, _VAGUE_M)):
+            at = np.flatnonzero(these)
+            mean, cov = _condition(mean, cov, at, spots[spot[at]], noise)
+        self._mean, self._cov = mean, cov
         if dt_s > 0.0:
-            share = 0.5
-            new = (1.0 - share) * self._speed + share * (self._mean - before) / dt_s
-            hidden = np.repeat(spot < 0, 2)
-            self._speed = np.where(hidden, self._speed * math.exp(-dt_s / _SPEED_KEPT_S), new)
+            new = 0.5 * self._speed + 0.5 * (self._mean - before) / dt_s
+            self._speed = np.where(np.repeat(seen, 2), new, self._speed * math.exp(-dt_s / _SPEED_KEPT_S))
 
 
 def _residual(where: F64, at: NDArray[np.int64], mean: F64, cov: F64) -> tuple[F64, F64]:
     """Of marks `at` measured at `where` (k, 2): S⁻¹ d (k, 2) and S⁻¹ (k, 2, k, 2)."""
     index = np.column_stack((2 * at, 2 * at + 1)).ravel()
-    inverse = np.linalg.inv(cov[np.ix_(index, index)] + _NOISE_M**2 * np.eye(len(index)))
+    inverse = np.asarray(np.linalg.inv(cov[np.ix_(index, index)] + _NOISE_M**2 * np.eye(len(index))), np.float64)
     pull = inverse @ (where - mean.reshape(-1, 2)[at]).ravel()
     return pull.reshape(-1, 2), inverse.reshape(len(at), 2, len(at), 2)
 

@@ -117,7 +117,7 @@ def _without_glints(picture: U8) -> F32:
     opened = cv2.morphologyEx(picture, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9)))
     glint = cv2.dilate(np.asarray(picture > opened + 40.0, np.uint8), np.ones((3, 3), np.uint8))
     calm = np.where(glint > 0, opened, picture)
-    return cv2.GaussianBlur(calm.astype(np.float32), (0, 0), 1.2)
+    return np.asarray(cv2.GaussianBlur(calm.astype(np.float32), (0, 0), 1.2), np.float32)
 
 
 def _proposals(calm: F32) -> list[tuple[float, float, float]]:
@@ -161,10 +161,10 @@ def _outlines(calm: F32, discs: list[tuple[float, float, float]]) -> list[Pupil]
     for _ in range(_ROUNDS):
         if not discs:
             break
-        rolled = np.stack([
+        rolled = np.asarray([
             cv2.remap(calm, *_rays(x, y, _FURTHEST * r), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
             for x, y, r in discs
-        ])  # fmt: skip
+        ], np.float32)  # fmt: skip
         rise = np.zeros_like(rolled)
         rise[..., 2:-2] = 0.5 * (rolled[..., 4:] + rolled[..., 3:-1] - rolled[..., 1:-3] - rolled[..., :-4])
         rise[..., : _RADII // 8] = 0.0
@@ -192,9 +192,9 @@ def _steepest_round(rise: F32) -> NDArray[np.int64]:
     most. The way round is gone one and a half times, so that the last time round its end meets its beginning."""
     count, n, m = rise.shape
     half = n // 2
-    order = np.arange(n + half) % n
+    order: NDArray[np.int64] = np.arange(n + half, dtype=np.int64) % n
     back = np.zeros((n + half, count, m), np.int64)
-    column = np.arange(m)
+    column: NDArray[np.int64] = np.arange(m, dtype=np.int64)
     total = rise[:, 0].astype(np.float64)
     padded = np.full((count, m + 2), -np.inf)
     for k in range(1, n + half):
@@ -220,6 +220,8 @@ def _fitted(calm: F32, points: F64, steep: F32) -> Pupil | None:
     use = clear
     if use.sum() < 12:
         return None
+    near = use
+    (cx, cy), (w, h), degrees = (0.0, 0.0), (0.0, 0.0), 0.0
     for _ in range(4):
         (cx, cy), (w, h), degrees = cv2.fitEllipse(points[use].astype(np.float32))
         if min(w, h) < 2.0 or max(w, h) > 2.0 * max(calm.shape):

@@ -51,9 +51,8 @@ def find_spots(key: U8, full: float, *, smallest: float = 6.0, largest: float = 
         mass = float(weight.sum())
         if not smallest <= mass <= largest:
             continue
-        centres.append((
-            x0 + float(weight.sum(0) @ np.arange(x1 - x0)) / mass, y0 + float(weight.sum(1) @ np.arange(y1 - y0)) / mass
-        ))  # fmt: skip
+        along, down = (np.arange(n, dtype=np.float64) for n in (x1 - x0, y1 - y0))
+        centres.append((x0 + float(weight.sum(0) @ along) / mass, y0 + float(weight.sum(1) @ down) / mass))
         masses.append(mass)
         boxes.append((x0, y0, x1 - x0, y1 - y0))
     box = np.array(boxes, np.int64).reshape(-1, 4)
@@ -64,7 +63,7 @@ def find_spots(key: U8, full: float, *, smallest: float = 6.0, largest: float = 
 def window_weights(key: U8, box: tuple[int, int, int, int], full: float) -> F64:
     """(h, w) of a box x, y, w, h: how much of each pixel is mark, 0..about 1."""
     x, y, w, h = box
-    weight = key[y : y + h, x : x + w] * (1.0 / full)
+    weight = np.asarray(key[y : y + h, x : x + w], np.float64) * (1.0 / full)
     weight[weight < _FAINT] = 0.0
     return weight
 
@@ -79,10 +78,10 @@ def take_apart(key: U8, box: tuple[int, int, int, int], full: float, seeds: F64,
     points = np.column_stack((xs + box[0], ys + box[1])).astype(np.float64)
     w = weight[ys, xs]
     centres = np.array(seeds, np.float64)
-    masses = np.zeros(len(centres))
+    masses: F64 = np.zeros(len(centres))
     for _ in range(rounds):
         owner = ((points[:, None] - centres[None]) ** 2).sum(2).argmin(1)
-        masses = np.bincount(owner, w, len(centres))
+        masses = np.asarray(np.bincount(owner, w, len(centres)), np.float64)
         new = np.column_stack([np.bincount(owner, w * points[:, k], len(centres)) for k in (0, 1)])
         moved = np.where(masses[:, None] > 0.0, new / np.maximum(masses, 1e-9)[:, None], centres)
         if np.abs(moved - centres).max() < 0.01:

@@ -62,7 +62,8 @@ def face(
         })  # fmt: skip
         return
     out.print(f"marks moved by {found.wander_px:.2f} px while the face was to be still")
-    out.print(f"they lie {found.misfit_mm:.1f} mm off those of a standard face; their colour stands out {found.key.contrast():.0f}:1")
+    out.print(f"they lie {found.misfit_mm:.1f} mm off those of a standard face")
+    out.print(f"their colour stands out of the rest {found.key.contrast():.0f}:1")
     if found.wander_px > _STILL_PX:
         out.print("[yellow]that is much: keep the face still and do it again[/yellow]")
     out.print(f"wrote {path}")

@@ -1,0 +1,16 @@
+"""The cheapest one-to-one choice."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
+
+F64 = NDArray[np.float64]
+
+
+def cheapest(cost: F64) -> NDArray[np.int64]:
+    """(rows,) the column of each row of `cost` (rows, columns >= rows), no column twice, of least total cost."""
+    return np.asarray(cast("tuple[NDArray[np.intp], NDArray[np.intp]]", linear_sum_assignment(cost))[1], np.int64)
