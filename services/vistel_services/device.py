@@ -60,6 +60,8 @@ class Link:
         self.recent = bytearray()
         """The last bytes that came."""
         self.frames = 0
+        self.attached = 0
+        """How often a transport was attached: a number for the present connection."""
         self._transport: Transport | None = None
         self._lost: str | None = None
         self._news = asyncio.Event()
@@ -67,6 +69,7 @@ class Link:
 
     def attach(self, transport: Transport) -> None:
         self._transport, self._lost = transport, None
+        self.attached += 1
         self.recent.clear()
 
     def arrived(self, data: bytes, frames: int) -> None:
@@ -233,6 +236,7 @@ async def keep_running(
             except TransportError as e:
                 lost = True
                 reporter.set(DeviceStatus.STATE_SEARCHING, str(e))
+                await asyncio.sleep(_REOPEN_S)
             except DeviceError as e:
                 reporter.set(DeviceStatus.STATE_FAULT, str(e))
                 await asyncio.sleep(_FAULT_S)

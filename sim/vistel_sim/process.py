@@ -11,7 +11,7 @@ import logging
 import signal
 import sys
 import zlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -32,6 +32,7 @@ from vistel.conference.model import (
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.sensors import Placement
+from vistel.protocol.vrpn import SIMULATED
 from vistel.space.room import meeting_room
 from vistel.wire import event_loop
 from vistel.wire.clock import Clock, SystemClock
@@ -47,6 +48,7 @@ from vistel_sim.liberty import Liberty
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.source import Place, places, prop_transmitter, receiver_on_prop
 from vistel_sim.phone import Packets, SimulatedSender, face_packets, run_senders, talking
+from vistel_sim.vrpn_server import SimulatedVrpn
 
 F64 = NDArray[np.float64]
 log = logging.getLogger("vistel.sim")
@@ -89,6 +91,7 @@ def simulated_devices(
     names = {d.name for d in devices} | {f"{p.name}-face" for p in _phone_owners(conference, site)}
     names |= {name for name, _ in _camera_names(conference, site)}
     names |= {f"{p.name}-tracker" for p in _suite_owners(conference, site)}
+    names |= {f"{p.name}-tracker" for p, _ in _server_owners(conference, site)}
     for fault in faults:
         if fault.device not in names:
             raise ValueError(f"fault: no simulated device {fault.device!r}; there are {', '.join(sorted(names))}")
@@ -131,6 +134,32 @@ def _gaze_of(motion: BodyMotion, participant: str) -> Callable[[float], F64]:
 def _suite_owners(conference: Conference, site: str | None) -> list[Participant]:
     people = [p for s in conference.sites if site in (None, s.name) for p in s.participants]
     return [p for p in people if p.tracker is not None and p.tracker.kind == "vmc" and p.tracker.port == "sim"]
+
+
+def simulated_servers(
+    conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
+    faults: Iterable[Fault] = (),
+) -> list[SimulatedVrpn]:  # fmt: skip
+    """The VRPN servers of trackers whose port is "sim"."""
+    faults = tuple(faults)
+    out: list[SimulatedVrpn] = []
+    for person, config in _server_owners(conference, site):
+        roles = {station: role for role, station in config.stations.items()}
+
+        def pose(station: int, t_s: float, name: str = person.name, roles: Mapping[int, str] = roles) -> Placement:
+            return motion.receivers(name, t_s)[roles[station]]
+
+        name = f"{person.name}-tracker"
+        out.append(SimulatedVrpn(
+            name, SIMULATED, pose, sorted(roles), paths.device(name), clock, start_ns, faults,
+            seed=device_seed(conference.seed, name),
+        ))  # fmt: skip
+    return out
+
+
+def _server_owners(conference: Conference, site: str | None) -> list[tuple[Participant, TrackerConfig]]:
+    people = [p for s in conference.sites if site in (None, s.name) for p in s.participants]
+    return [(p, p.tracker) for p in people if p.tracker is not None and p.tracker.kind == "vrpn" and p.tracker.port == "sim"]
 
 
 def simulated_senders(
@@ -177,7 +206,7 @@ def _site_instruments(conference: Conference, site: Site, motion: BodyMotion):
 
 
 def _instruments(person: Participant, seed: int, motion: BodyMotion):
-    if person.tracker is not None and person.tracker.port == "sim" and person.tracker.kind != "vmc":
+    if person.tracker is not None and person.tracker.port == "sim" and person.tracker.kind not in ("vmc", "vrpn"):
         name = f"{person.name}-tracker"
         roles = {station: role for role, station in person.tracker.stations.items()}
 
@@ -200,8 +229,8 @@ def _instruments(person: Participant, seed: int, motion: BodyMotion):
 
 
 def _tracker(config: TrackerConfig | PropTracker, pose: PoseSource, receivers: Sequence[int], seed: int) -> Instrument:
-    if config.kind == "vmc":
-        raise ValueError("a tracking suite is no serial device")
+    if config.kind in ("vmc", "vrpn"):
+        raise ValueError(f"{config.kind}: is no serial device")
     if config.kind == "fastrak":
         return Fastrak(pose, receivers=receivers, seed=seed, restart_s=_RESTART_S)
     return Liberty(
@@ -229,11 +258,14 @@ async def run_simulators(
     faults, start_ns = tuple(faults), clock.now_ns()
     devices = simulated_devices(conference, motion, paths, clock, start_ns, site=site, faults=faults)
     senders = simulated_senders(conference, motion, paths, clock, start_ns, site=site, faults=faults)
+    servers = simulated_servers(conference, motion, paths, clock, start_ns, site=site, faults=faults)
     cameras = simulated_cameras(conference, motion, paths, clock, start_ns, site=site, faults=faults)
-    log.info("simulated devices=%s", ",".join(d.name for d in (*devices, *senders, *cameras)))
+    log.info("simulated devices=%s", ",".join(d.name for d in (*devices, *senders, *servers, *cameras)))
     async with asyncio.TaskGroup() as group:
         group.create_task(run_devices(devices))
         group.create_task(run_senders(senders))
+        for server in servers:
+            group.create_task(server.run(), name=server.name)
         group.create_task(run_cameras(cameras))
 
 

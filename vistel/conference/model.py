@@ -41,7 +41,7 @@ class BusConfig(_Model):
     tls: Tls | None = None
 
 
-STATIONS = {"fastrak": 4, "liberty": 16, "patriot": 2}
+STATIONS = {"fastrak": 4, "liberty": 16, "patriot": 2, "vrpn": 256}
 """Receivers that a unit can have."""
 
 
@@ -60,13 +60,14 @@ class _Polhemus(_Model):
 
 
 class TrackerConfig(_Polhemus):
-    """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person; or a VR tracking suite that sends VMC to a UDP port.
+    """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person; a tracker of a VRPN server, whose sensor 0 is station 1; or a VR
+    tracking suite that sends VMC to a UDP port.
 
     A suite's floor and forward are `transmitter_position` (there by default the floor under the seat) and
     `transmitter_heading`.
     """
 
-    kind: Literal["fastrak", "liberty", "patriot", "vmc"] = "fastrak"
+    kind: Literal["fastrak", "liberty", "patriot", "vmc", "vrpn"] = "fastrak"
     calibration: Path | None = None
     """What `vistel calibrate tracker` found: where the transmitter stands and how receivers sit; before its position here."""
     distortion: Path | None = None
@@ -92,6 +93,13 @@ class TrackerConfig(_Polhemus):
             if self.stations != {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}:
                 raise ValueError("stations: a tracking suite has them as they are by default; leave them out")
             return self
+        if self.kind == "vrpn" and self.port != "sim":
+            from vistel.protocol.vrpn import parse_address  # noqa: PLC0415
+
+            try:
+                parse_address(self.port)
+            except ValueError as e:
+                raise ValueError(f"port: {e}") from e
         most = STATIONS[self.kind]
         if any(not 1 <= n <= most for n in self.stations.values()):
             raise ValueError(

@@ -16,9 +16,9 @@ from vistel.wire.topics import BY_NAME, Topic
 from vistel_services import glove, tracker
 from vistel_services.face import LiveLinkDecoder
 from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder
-from vistel_services.tracker import FastrakDecoder, LibertyDecoder, VmcDecoder
+from vistel_services.tracker import FastrakDecoder, LibertyDecoder, VmcDecoder, VrpnDecoder
 
-_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder | VmcDecoder
+_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder | VmcDecoder | VrpnDecoder
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "command"),

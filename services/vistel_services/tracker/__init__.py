@@ -1,4 +1,4 @@
-"""The trackers of a site: bytes of FASTRAK, LIBERTY and PATRIOT in, TrackerFrame messages out."""
+"""The trackers of a site: bytes of FASTRAK, LIBERTY, PATRIOT, VRPN servers and VR suites in, TrackerFrame messages out."""
 
 from __future__ import annotations
 
@@ -10,17 +10,22 @@ from pathlib import Path
 
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
+from vistel.protocol.vrpn import SIMULATED, parse_address
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel_services.device import Driver, keep_running
+from vistel_services.tcp_transport import open_tcp
 from vistel_services.tracker.decoder import FastrakDecoder
 from vistel_services.tracker.driver import FastrakDriver
 from vistel_services.tracker.liberty import LibertyDecoder, LibertyDriver
 from vistel_services.tracker.vmc import VmcDecoder, VmcDriver
+from vistel_services.tracker.vrpn import VrpnDecoder, VrpnDriver
 from vistel_services.transport import OpenTransport, open_serial
 from vistel_services.udp_transport import open_udp
 
-__all__ = ["Config", "FastrakDecoder", "LibertyDecoder", "TrackerDevice", "VmcDecoder", "configure", "decoder_of", "run"]
+__all__ = [
+    "Config", "FastrakDecoder", "LibertyDecoder", "TrackerDevice", "VmcDecoder", "VrpnDecoder", "configure", "decoder_of", "run",
+]  # fmt: skip
 log = logging.getLogger("vistel.tracker")
 
 
@@ -37,7 +42,7 @@ class TrackerDevice:
     height_m: float = 1.75
     """Of who wears it."""
     announce: Path | None = None
-    """Where a simulated suite finds the UDP port."""
+    """Where a simulated suite finds the UDP port, or a simulated VRPN server says its TCP port."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,7 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
             name := f"{p.name}-tracker", p.tracker.kind,
             str(paths.device(name)) if p.tracker.port == "sim" else p.tracker.port,
             p.tracker.baud, {str(role): n for role, n in p.tracker.stations.items()}, p.tracker.hemisphere,
-            p.height, paths.device(name) if p.tracker.kind == "vmc" and p.tracker.port == "sim" else None,
+            p.height, paths.device(name) if p.tracker.kind in ("vmc", "vrpn") and p.tracker.port == "sim" else None,
         )
         for p in site.participants if p.tracker is not None
     ]  # fmt: skip
@@ -78,6 +83,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
 
 
 def _opener(d: TrackerDevice, clock: Clock) -> OpenTransport:
+    if d.kind == "vrpn":
+        _, host, port = ("", "127.0.0.1", 0) if d.announce else parse_address(d.port)
+        return open_tcp(host, port, clock, d.announce)
     if d.kind != "vmc":
         return open_serial(d.port, d.baud, clock)
     return open_udp(0 if d.announce else int(d.port), clock, d.announce)
@@ -86,13 +94,19 @@ def _opener(d: TrackerDevice, clock: Clock) -> OpenTransport:
 def _driver(d: TrackerDevice) -> Driver:
     if d.kind == "vmc":
         return VmcDriver(d.name, d.port, d.height_m)
+    if d.kind == "vrpn":
+        return VrpnDriver(d.name, SIMULATED if d.announce else parse_address(d.port)[0], d.stations)
     if d.kind == "fastrak":
         return FastrakDriver(d.name, d.stations, d.hemisphere, d.baud)
     return LibertyDriver(d.name, d.kind, d.stations, d.hemisphere, d.baud)
 
 
-def decoder_of(kind: str, device: str, height_m: float) -> FastrakDecoder | LibertyDecoder | VmcDecoder:
+def decoder_of(
+    kind: str, device: str, height_m: float
+) -> FastrakDecoder | LibertyDecoder | VmcDecoder | VrpnDecoder:
     """What reads the recorded bytes of a tracker of this kind of the conference file, on a person so tall."""
+    if kind == "vrpn":
+        return VrpnDecoder(device, "")
     if kind == "vmc":
         return VmcDecoder(device, height_m)
     return FastrakDecoder(device) if kind == "fastrak" else LibertyDecoder(device)

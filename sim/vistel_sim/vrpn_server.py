@@ -1,0 +1,129 @@
+"""A VRPN server with one simulated tracker, as a FASTRAK's driver there would report it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vistel.protocol import vrpn
+from vistel.wire.clock import Clock
+from vistel_sim import rotations
+from vistel_sim.fastrak import CYCLE_S, PoseSource
+from vistel_sim.faults import DeviceFaults, Fault
+
+_MOST_WAITING = 65_536
+_NAMES = ("vrpn_Base text_message", vrpn.PING, vrpn.PONG, vrpn.POSE)
+
+
+class SimulatedVrpn:
+    """Serves `tracker` at a port of 127.0.0.1 that it writes into the file `announce`; stations (from 1) report in turn.
+
+    faults of the device `name`: unplug closes all connections and the port, stall silences it, garbage and cut damage reports.
+    """
+
+    def __init__(
+        self, name: str, tracker: str, pose: PoseSource, stations: Sequence[int], announce: Path, clock: Clock, start_ns: int,
+        faults: Iterable[Fault] = (), *, seed: int = 0, position_noise: float = 0.0008, angle_noise: float = 0.0026,
+        version: str = "07.38", period_s: float = CYCLE_S,
+    ) -> None:  # fmt: skip
+        self.name = name
+        self._tracker = tracker
+        self._pose = pose
+        self._stations = tuple(stations)
+        self._announce = announce
+        self._clock, self._start_ns = clock, start_ns
+        self._rng = np.random.default_rng(seed)
+        self._faults = DeviceFaults(faults, name, self._rng)
+        self._noise = (position_noise, angle_noise)
+        self._cookie = f"vrpn: ver. {version}  0".encode().ljust(vrpn.COOKIE_LENGTH, b"\0")
+        self._period_s = period_s
+        self._clients: set[asyncio.StreamWriter] = set()
+
+    async def run(self) -> None:
+        """Until cancelled; the port's file vanishes then."""
+        server: asyncio.Server | None = None
+        beat = 0
+        try:
+            while True:
+                beat += 1
+                due_ns = self._start_ns + round(beat * self._period_s * 1e9)
+                if self._clock.now_ns() - due_ns > 50_000_000:
+                    beat = int((self._clock.now_ns() - self._start_ns) * 1e-9 / self._period_s)
+                    continue
+                await self._clock.sleep_until_ns(due_ns)
+                t_s = (due_ns - self._start_ns) * 1e-9
+                unplugged = self._faults.active("unplug", t_s)
+                if unplugged and server is not None:
+                    await self._shut(server)
+                    server = None
+                elif not unplugged and server is None:
+                    server = await self._serve()
+                if not unplugged and not self._faults.active("stall", t_s):
+                    self._report(self._stations[beat % len(self._stations)], t_s)
+        finally:
+            if server is not None:
+                await self._shut(server)
+
+    async def _serve(self) -> asyncio.Server:
+        server = await asyncio.start_server(self._joined, "127.0.0.1", 0)
+        self._announce.parent.mkdir(parents=True, exist_ok=True)
+        new = self._announce.with_name(f".{self._announce.name}.new")
+        new.write_text(str(server.sockets[0].getsockname()[1]))
+        new.replace(self._announce)
+        return server
+
+    async def _shut(self, server: asyncio.Server) -> None:
+        self._announce.unlink(missing_ok=True)
+        server.close()
+        for client in self._clients:
+            client.close()
+        self._clients.clear()
+
+    async def _joined(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(self._cookie)
+        writer.write(vrpn.describe(vrpn.SENDER, 0, vrpn.CONTROL) + vrpn.describe(vrpn.SENDER, 1, self._tracker))
+        writer.write(b"".join(vrpn.describe(vrpn.TYPE, k, name) for k, name in enumerate(_NAMES)))
+        self._clients.add(writer)
+        try:
+            await self._answer(reader, writer)
+        except (ConnectionError, asyncio.IncompleteReadError):
+            pass
+        finally:
+            self._clients.discard(writer)
+            with contextlib.suppress(ConnectionError):
+                writer.close()
+
+    async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Pings to the tracker are answered; what else a client says is taken note of."""
+        if not (await reader.readexactly(vrpn.COOKIE_LENGTH)).startswith(b"vrpn: ver. 07."):
+            return
+        senders: dict[int, str] = {}
+        kinds: dict[int, str] = {}
+        while True:
+            head = await reader.readexactly(24)
+            length = int.from_bytes(head[:4], "big")
+            sender, kind = (int.from_bytes(head[k : k + 4], "big", signed=True) for k in (12, 16))
+            payload = await reader.readexactly(-(-max(0, min(length, 65_536) - 24) // 8) * 8)
+            if kind in (vrpn.SENDER, vrpn.TYPE):
+                text = payload[4 : 4 + int.from_bytes(payload[:4], "big")].rstrip(b"\0").decode("ascii", "replace")
+                (senders if kind == vrpn.SENDER else kinds)[sender] = text
+            elif kinds.get(kind) == vrpn.PING and senders.get(sender) == self._tracker:
+                writer.write(vrpn.message(_NAMES.index(vrpn.PONG), 1, t_ns=self._clock.now_ns()))
+
+    def _report(self, station: int, t_s: float) -> None:
+        if not self._clients:
+            return
+        p, q = self._pose(station, t_s)
+        position = np.asarray(p, np.float64) + self._noise[0] * self._rng.standard_normal(3)
+        turn = rotations.from_vector(self._noise[1] * self._rng.standard_normal(3)) @ rotations.matrix(np.asarray(q, np.float64))
+        x, y, z, w = rotations.quaternion(turn).tolist()
+        payload = vrpn.pose_payload(station - 1, (position[0], position[1], position[2]), (x, y, z, w))
+        data = vrpn.message(_NAMES.index(vrpn.POSE), 1, payload, self._clock.now_ns())
+        data = self._faults.damage(data, t_s)
+        for client in self._clients:
+            if client.transport.get_write_buffer_size() < _MOST_WAITING:
+                client.write(data)

@@ -1,0 +1,165 @@
+"""The tracker service joins VRPN servers: a simulated one, whatever happens to it, and the project's own where installed."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import shutil
+import socket
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from device_site import STATE, DeviceSite, pose, run
+
+from vistel.v1.device_pb2 import RawBytes, TrackerFrame
+from vistel.wire.raw_bytes import reads_of
+from vistel_services.tracker import VrpnDecoder
+from vistel_sim.device import SimulatedDevice
+from vistel_sim.fastrak import Fastrak
+from vistel_sim.faults import Fault
+from vistel_sim.vrpn_server import SimulatedVrpn
+
+T = "ann-tracker"
+PERSON: dict[str, Any] = {"gloves": {}, "tracker": {"kind": "vrpn"}}
+SERVER = shutil.which("vrpn_server")
+
+
+def frames(site: DeviceSite) -> list[TrackerFrame]:
+    return site.bus.on("tracker", T)
+
+
+@contextlib.asynccontextmanager
+async def joined(site: DeviceSite, faults: tuple[Fault, ...] = (), **options: Any) -> AsyncIterator[None]:
+    """Ann's tracker is a simulated server's Tracker0."""
+    async with site.running({}, person=PERSON):
+        server = SimulatedVrpn(
+            T, options.pop("tracker", "Tracker0"), pose, (1, 2, 3, 4), site.folder / "dev" / T, site.clock, site.start_ns,
+            faults, position_noise=0.0, angle_noise=0.0, **options,
+        )  # fmt: skip
+        task = asyncio.create_task(server.run())
+        try:
+            yield
+        finally:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+
+def test_a_trackers_sensors_come_as_stations_with_true_poses(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        async with joined(site):
+            await site.until(lambda: len(frames(site)) >= 120)
+            status = site.bus.status(T)
+            assert status.state == STATE.STATE_STREAMING
+            assert "Tracker0 of a VRPN server 07.38" in status.detail
+        errors = []
+        for frame in frames(site)[8:]:
+            assert [r.station for r in frame.receivers] == [1, 2, 3, 4]
+            newest = max(frame.receivers, key=lambda r: r.t_ns)
+            truth, q = site.truth(newest.station, newest.t_ns)
+            errors.append(np.linalg.norm(truth - [newest.position.x, newest.position.y, newest.position.z]))
+            r = newest.rotation
+            assert abs(np.dot(q, [r.x, r.y, r.z, r.w])) > 0.999
+        assert np.median(errors) < 0.006
+        # What was recorded gives the same again.
+        raw = [m for m in site.bus.on("device_raw", T) if m.direction == RawBytes.DIRECTION_FROM_DEVICE]
+        decoder = VrpnDecoder(T, "")
+        again = [f for m in raw for t_ns, data in reads_of(m) for f in decoder.feed(data, t_ns)]
+        assert len(again) > 60
+        assert again == frames(site)[: len(again)]
+
+    run(scenario())
+
+
+@pytest.mark.parametrize("kind", ["unplug", "stall", "garbage"])
+def test_a_server_that_goes_and_comes_back_is_joined_again(kind: Any, tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        async with joined(site, (Fault(T, kind, 1.0, 0.8),)):
+            await site.until(lambda: bool(frames(site)))
+            await site.until(lambda: bool(frames(site)) and frames(site)[-1].header.t_ns - site.start_ns > 2_500_000_000)
+            await site.until(lambda: site.bus.status(T).state == STATE.STATE_STREAMING)
+        if kind == "unplug":
+            assert STATE.STATE_SEARCHING in site.bus.states(T)[1:]
+        for frame in frames(site):
+            for r in frame.receivers:
+                q = r.rotation
+                assert abs(q.x**2 + q.y**2 + q.z**2 + q.w**2 - 1.0) < 1e-5
+
+    run(scenario())
+
+
+def test_a_tracker_that_the_server_does_not_have_is_told_with_those_it_has(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        async with joined(site, tracker="Head0"):
+            await site.until(lambda: site.bus.status(T).state == STATE.STATE_FAULT)
+            assert site.bus.status(T).detail == "the server has no Tracker0; it has Head0"
+
+    run(scenario())
+
+
+def test_a_server_of_another_version_is_told(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        async with joined(site, version="06.04"):
+            await site.until(lambda: site.bus.status(T).state == STATE.STATE_FAULT)
+            assert "VRPN 06.04" in site.bus.status(T).detail
+
+    run(scenario())
+
+
+def test_a_server_that_is_not_there_is_looked_for(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        with socket.socket() as s:
+            s.bind(("127.0.0.1", 0))
+            port = s.getsockname()[1]
+        person = {"gloves": {}, "tracker": {"kind": "vrpn", "port": f"Tracker0@127.0.0.1:{port}"}}
+        async with site.running({}, person=person):
+            await site.until(lambda: "is the server running?" in site.bus.status(T).detail)
+            assert site.bus.status(T).state == STATE.STATE_SEARCHING
+
+    run(scenario())
+
+
+def still(station: int, t_s: float) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
+    return (0.2 + 0.1 * station, 0.05 * station, -0.30), (0.0, 0.6, 0.0, 0.8)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(SERVER is None, reason="vrpn_server is not installed")
+def test_vrpns_own_server_with_its_fastrak_driver_on_the_simulated_fastrak_is_read(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        assert SERVER
+        site = DeviceSite(tmp_path)
+        unit = Fastrak(still, position_noise=0.0, angle_noise=0.0)
+        device = SimulatedDevice("unit", unit, tmp_path / "unit", site.clock, site.clock.now_ns())
+        simulation = asyncio.create_task(device.run())
+        (tmp_path / "vrpn.cfg").write_text(f"vrpn_Tracker_Fastrak\tTracker0\t{tmp_path / 'unit'}\t115200\n")
+        with socket.socket() as s:
+            s.bind(("127.0.0.1", 0))
+            port = s.getsockname()[1]
+        server = await asyncio.create_subprocess_exec(
+            SERVER, "-NIC", "127.0.0.1", "-f", str(tmp_path / "vrpn.cfg"), "-millisleep", "1", str(port),
+            stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.DEVNULL,
+        )  # fmt: skip
+        person = {"gloves": {}, "tracker": {"kind": "vrpn", "port": f"Tracker0@127.0.0.1:{port}"}}
+        try:
+            async with site.running({}, person=person):
+                await site.until(lambda: len(frames(site)) >= 80, 60.0)
+                await site.until(lambda: site.bus.status(T).state == STATE.STATE_STREAMING)
+                for r in frames(site)[-1].receivers:
+                    p, q = still(r.station, 0.0)
+                    # Inches on VRPN's side of the FASTRAK, metres on ours.
+                    assert [r.position.x, r.position.y, r.position.z] == pytest.approx(p, abs=1e-4)
+                    assert [r.rotation.x, r.rotation.y, r.rotation.z, r.rotation.w] == pytest.approx(q, abs=1e-3)
+        finally:
+            server.terminate()
+            await server.wait()
+            simulation.cancel()
+
+    run(scenario())

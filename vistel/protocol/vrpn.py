@@ -1,0 +1,262 @@
+"""VRPN over TCP: bytes in, reports of trackers and analog devices out; what a client says as bytes.
+
+Source: the VRPN project's description of its protocol (Format_Of_Protocol.txt) and its encoders (vrpn_Connection.C,
+vrpn_Tracker.C, vrpn_Analog.C, version 07.38). Both sides open with a cookie of 24 bytes, "vrpn: ver. 07.38  0" and zeros;
+the part up to the last full stop must be the same. Then messages, all numbers big endian:
+
+    length u32 | seconds u32 | microseconds u32 | sender i32 | type i32 | 4 bytes unused | payload, padded to eight
+
+`length` counts the header's 24 bytes and the payload without its padding. Negative types are the connection's own: -1 and
+-2 give the name of a sender and of a type (length u32, text, zero), -3 a UDP port. A client that names no UDP port is sent
+everything over TCP.
+
+    vrpn_Tracker Pos_Quat     sensor i32, unused i32, position 3 f64 [m], quaternion 4 f64 x y z w
+    vrpn_Analog Channel       count f64, values f64
+    vrpn_Base ping_message    nothing; a device that is there answers with vrpn_Base pong_message
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+from dataclasses import dataclass
+
+DEFAULT_PORT = 3883
+SIMULATED = "Tracker0"
+"""What a simulated server calls its tracker."""
+COOKIE_LENGTH = 24
+COOKIE = b"vrpn: ver. 07.38  0".ljust(COOKIE_LENGTH, b"\0")
+_MAGIC = b"vrpn: ver. 07."
+_OPENING = b"vrpn: ver. "
+
+SENDER, TYPE, UDP, LOG = -1, -2, -3, -4
+POSE, ANALOG = "vrpn_Tracker Pos_Quat", "vrpn_Analog Channel"
+PING, PONG = "vrpn_Base ping_message", "vrpn_Base pong_message"
+CONTROL = "VRPN Control"
+
+_HEADER = struct.Struct(">IIIii4x")
+_POSE = struct.Struct(">ii7d")
+_POSE_LENGTH = (_HEADER.size + _POSE.size).to_bytes(4, "big")
+_COOKIE = re.compile(rb"vrpn: ver\. \d\d\.\d\d  [0-3]")
+_LONGEST = 65_536
+_MOST_IDS = 2_000
+_MOST_SENSOR = 4_095
+_MOST_CHANNELS = 128
+_MOST_M = 1_000.0
+_NORM_TOLERANCE = 0.02
+_WAIT, _NO = -1, 0
+
+
+@dataclass(frozen=True, slots=True)
+class PoseReport:
+    """One sensor of a tracker. sensor: from 0; position [m]; rotation: unit quaternion (x, y, z, w), sensor to tracker.
+
+    t_ns: when its last byte was read: the server's own stamp is by another machine's clock.
+    """
+
+    device: str
+    sensor: int
+    position: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+    t_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class AnalogReport:
+    """All channels of an analog device, as its driver scales them."""
+
+    device: str
+    channels: tuple[float, ...]
+    t_ns: int
+
+
+class VrpnParser:
+    """Turns what a VRPN server sends into reports; steps over what it cannot be, byte by byte, and counts it."""
+
+    def __init__(self) -> None:
+        self.bytes_skipped = 0
+        self.version = ""
+        """Of the server, "07.38"; empty before its cookie has come."""
+        self.refused = ""
+        """The opening of a server whose version does not fit."""
+        self.pongs: set[str] = set()
+        """Devices that have answered a ping."""
+        self._buffer = bytearray()
+        self._senders: dict[int, str] = {}
+        self._types: dict[int, str] = {}
+
+    @property
+    def devices(self) -> tuple[str, ...]:
+        """Names the server has told, its own inner ones left out."""
+        return tuple(sorted(n for n in self._senders.values() if n != CONTROL))
+
+    def feed(self, data: bytes, t_ns: int) -> list[PoseReport | AnalogReport]:
+        """The reports completed by `data`, which was read at `t_ns`. Never raises, whatever the bytes."""
+        out: list[PoseReport | AnalogReport] = []
+        buffer = self._buffer
+        buffer += data
+        i = 0
+        while i < len(buffer):
+            taken = self._cookie_at(i) if buffer[i] == _OPENING[0] else self._message_at(i, t_ns, out)
+            if taken == _WAIT:
+                break
+            if taken == _NO:
+                self.bytes_skipped += 1
+                taken = 1
+            i += taken
+        del buffer[:i]
+        return out
+
+    def _cookie_at(self, i: int) -> int:
+        """How many bytes a cookie at `i` takes, or _NO, or _WAIT while it can still become one."""
+        seen = bytes(self._buffer[i : i + COOKIE_LENGTH])
+        if seen[: len(_OPENING)] != _OPENING[: len(seen)]:
+            return _NO
+        if len(seen) < COOKIE_LENGTH:
+            return _WAIT
+        if not _COOKIE.match(seen):
+            return _NO
+        # A new connection: numbers stand for other names now.
+        self._senders.clear()
+        self._types.clear()
+        self.pongs.clear()
+        text = seen[len(_OPENING) : 16].decode("ascii", "replace").strip()
+        self.version, self.refused = (text, "") if seen.startswith(_MAGIC) else ("", text)
+        return COOKIE_LENGTH
+
+    def _message_at(self, i: int, t_ns: int, out: list[PoseReport | AnalogReport]) -> int:
+        b = self._buffer
+        have = len(b) - i
+        if have < 4:
+            return _NO if have and b[i] else _WAIT
+        length = int.from_bytes(b[i : i + 4], "big")
+        if not _HEADER.size <= length <= _LONGEST:
+            return _NO
+        if have < _HEADER.size:
+            return _WAIT
+        _, _, micros, sender, kind = _HEADER.unpack_from(b, i)
+        if micros >= 1_000_000 or not -1 <= sender < (65_536 if kind < 0 else _MOST_IDS) or not -6 < kind < _MOST_IDS:
+            return _NO
+        size = length - _HEADER.size
+        name = self._types.get(kind, "")
+        if not self._fits(kind, name, size):
+            return _NO
+        padded = _HEADER.size + -(-size // 8) * 8
+        if self._begins_anew(i + 1, i + padded, whole=name == POSE):
+            return _NO
+        if have < padded:
+            return _WAIT
+        payload = bytes(b[i + _HEADER.size : i + length])
+        if kind in (SENDER, TYPE):
+            return padded if self._name(kind, sender, payload) else _NO
+        if kind >= 0 and not self._take(name, self._senders.get(sender, ""), payload, t_ns, out):
+            return _NO
+        return padded
+
+    def _fits(self, kind: int, name: str, size: int) -> bool:
+        """Whether a message of this type can have a payload of `size`: decided before waiting for all of it."""
+        if kind in (SENDER, TYPE):
+            return 5 <= size <= 256
+        if name == POSE:
+            return size == _POSE.size
+        if name == ANALOG:
+            return size % 8 == 0 and 8 <= size <= 8 * (_MOST_CHANNELS + 1)
+        return (kind < 0 or bool(name)) and size <= 4_096
+
+    def _begins_anew(self, i: int, end: int, *, whole: bool) -> bool:
+        """Whether a cookie or (unless `whole`) a sound pose lies between: then what was taken for a message is none."""
+        b = self._buffer
+        if _COOKIE.search(b, i, end) is not None:
+            return True
+        start = -1 if whole else b.find(_POSE_LENGTH, i, end)
+        while start >= 0:
+            if len(b) >= start + _HEADER.size + _POSE.size:
+                _, _, micros, sender, kind = _HEADER.unpack_from(b, start)
+                sound = micros < 1_000_000 and self._types.get(kind) == POSE and sender in self._senders
+                if sound and _pose(bytes(b[start + _HEADER.size : start + _HEADER.size + _POSE.size])) is not None:
+                    return True
+            start = b.find(_POSE_LENGTH, start + 1, end)
+        return False
+
+    def _name(self, kind: int, number: int, payload: bytes) -> bool:
+        length = int.from_bytes(payload[:4], "big")
+        text = payload[4 : 4 + length].rstrip(b"\0")
+        if length != len(payload) - 4 or number < 0 or not text.isascii() or not text.decode("ascii").isprintable():
+            return False
+        # A number keeps its name for as long as the connection lasts.
+        (self._senders if kind == SENDER else self._types).setdefault(number, text.decode("ascii"))
+        return True
+
+    def _take(self, name: str, device: str, payload: bytes, t_ns: int, out: list[PoseReport | AnalogReport]) -> bool:
+        """Whether the payload can be what its type says; its report, where it is one, is added to `out`."""
+        if name == PONG:
+            self.pongs.add(device)
+        elif name == POSE and device:
+            found = _pose(payload)
+            if found is None:
+                return False
+            out.append(PoseReport(device, *found, t_ns))
+        elif name == ANALOG and device:
+            values = struct.unpack(f">{len(payload) // 8}d", payload)
+            if not all(map(math.isfinite, values)) or int(values[0]) != len(values) - 1:
+                return False
+            out.append(AnalogReport(device, tuple(values[1:]), t_ns))
+        return True
+
+
+def _pose(
+    payload: bytes,
+) -> tuple[int, tuple[float, float, float], tuple[float, float, float, float]] | None:
+    """Sensor, position and rotation; None for what cannot be a pose."""
+    sensor, _, x, y, z, qx, qy, qz, qw = _POSE.unpack(payload)
+    # Comparisons with NaN are false, so these let none through.
+    if not 0 <= sensor <= _MOST_SENSOR or not (abs(x) < _MOST_M and abs(y) < _MOST_M and abs(z) < _MOST_M):
+        return None
+    if not (abs(qx) < 2.0 and abs(qy) < 2.0 and abs(qz) < 2.0 and abs(qw) < 2.0):
+        return None
+    norm = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+    if not abs(norm - 1.0) < _NORM_TOLERANCE:
+        return None
+    return sensor, (x, y, z), (qx / norm, qy / norm, qz / norm, qw / norm)
+
+
+def message(kind: int, sender: int, payload: bytes = b"", t_ns: int = 0) -> bytes:
+    """One message on the wire; `t_ns`: its stamp, conference time."""
+    head = _HEADER.pack(_HEADER.size + len(payload), t_ns // 1_000_000_000 & 0xFFFFFFFF, t_ns // 1_000 % 1_000_000, sender, kind)
+    return head + payload.ljust(-(-len(payload) // 8) * 8, b"\0")
+
+
+def describe(kind: int, number: int, name: str) -> bytes:
+    """SENDER or TYPE: that `number` stands for `name` in what follows."""
+    text = name.encode("ascii") + b"\0"
+    return message(kind, number, len(text).to_bytes(4, "big") + text)
+
+
+def hello(device: str) -> bytes:
+    """What a client sends first: its cookie, the device it means, and a ping to it."""
+    return COOKIE + describe(SENDER, 0, device) + describe(TYPE, 0, PING) + ping()
+
+
+def ping(t_ns: int = 0) -> bytes:
+    """Ask the device named in `hello` whether it is there."""
+    return message(0, 0, t_ns=t_ns)
+
+
+def pose_payload(sensor: int, position: tuple[float, float, float], rotation: tuple[float, float, float, float]) -> bytes:
+    """Of a POSE message."""
+    return _POSE.pack(sensor, sensor, *position, *rotation)
+
+
+def analog_payload(channels: tuple[float, ...]) -> bytes:
+    """Of an ANALOG message."""
+    return struct.pack(f">{len(channels) + 1}d", float(len(channels)), *channels)
+
+
+def parse_address(text: str) -> tuple[str, str, int]:
+    """Device, host and port of "Tracker0@host" or "Tracker0@host:3883". Raises ValueError."""
+    device, at, where = text.removeprefix("vrpn:").partition("@")
+    host, colon, port = where.partition(":")
+    if not device or not at or not host or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
+        raise ValueError(f'expected a device of a VRPN server, "Tracker0@host" or "Tracker0@host:3883", got {text!r}')
+    return device, host, int(port) if colon else DEFAULT_PORT
