@@ -78,14 +78,14 @@ def test_what_is_asked_comes_through_its_message_unchanged(action: Action) -> No
     sent = message_of(action, "1", "ann")
     got = action_of(Command.FromString(sent.SerializeToString()))
     assert type(got) is type(action)
-    for f in fields(action):
-        a, b = getattr(action, f.name), getattr(got, f.name)
-        if f.name == "rotation" and not a.astype(np.float32).any():
-            assert b.tolist() == [0.0, 0.0, 0.0, 1.0]  # nothing said: as it is
-        elif isinstance(a, np.ndarray):
-            with np.errstate(over="ignore"):
+    with np.errstate(over="ignore"):
+        for f in fields(action):
+            a, b = getattr(action, f.name), getattr(got, f.name)
+            if f.name == "rotation" and not a.astype(np.float32).any():
+                assert b.tolist() == [0.0, 0.0, 0.0, 1.0]  # nothing said: as it is
+            elif isinstance(a, np.ndarray):
                 assert np.array_equal(a.astype(np.float32), b.astype(np.float32), equal_nan=True)
-        elif isinstance(a, float) and a == 0.0 and f.name in ("distance", "size"):
-            assert b > 0.0  # nothing said: as far or as large as usual
-        else:
-            assert a == b or (isinstance(a, float) and math.isnan(a) and math.isnan(b))
+            elif isinstance(a, float) and a == 0.0 and f.name in ("distance", "size"):
+                assert b > 0.0  # nothing said: as far or as large as usual
+            else:
+                assert a == b or (isinstance(a, float) and math.isnan(a) and math.isnan(b))
