@@ -31,6 +31,12 @@ class _Channel:
         span = (self.last_ns - self.first_ns) * 1e-9
         return (self.messages - 1) / span if span > 0 else 0.0
 
+    @property
+    def kbit_s(self) -> float:
+        """Of the messages alone, without what the network puts round them."""
+        span = (self.last_ns - self.first_ns) * 1e-9
+        return self.bytes * 8e-3 / span if span > 0 else 0.0
+
 
 def _open(path: Path) -> LogReader:
     try:
@@ -63,18 +69,21 @@ def info(
         c.last_ns = r.log_ns
     length = (reader.end_ns - reader.begin_ns) * 1e-9
     if as_json:
-        rows = [{"key": k, "topic": c.topic, "messages": c.messages, "bytes": c.bytes, "rate_hz": round(c.rate_hz, 2),
-                 "longest_gap_s": round(c.longest_gap_s, 3)} for k, c in sorted(channels.items())]  # fmt: skip
+        rows = [
+            {"key": k, "topic": c.topic, "messages": c.messages, "bytes": c.bytes, "rate_hz": round(c.rate_hz, 2),
+             "kbit_s": round(c.kbit_s, 2), "longest_gap_s": round(c.longest_gap_s, 3)}
+            for k, c in sorted(channels.items())
+        ]  # fmt: skip
         out.print_json(data={"seconds": round(length, 3), "damage": reader.damage, "channels": rows})
         return
     table = Table("key", box=None)
     table.columns[0].overflow = "fold"
-    for heading in ("messages", "rate", "longest gap", "bytes"):
+    for heading in ("messages", "rate", "kbit/s", "longest gap", "bytes"):
         table.add_column(heading, justify="right", no_wrap=True)
     common = f"{os.path.commonpath(channels)}/" if len(channels) > 1 else ""
     out.print(f"channels under {common}" if common else "channels")
     for key, c in sorted(channels.items()):
-        figures = (str(c.messages), f"{c.rate_hz:.1f} Hz", f"{c.longest_gap_s:.2f} s", str(c.bytes))
+        figures = (str(c.messages), f"{c.rate_hz:.1f} Hz", f"{c.kbit_s:.1f}", f"{c.longest_gap_s:.2f} s", str(c.bytes))
         table.add_row(key.removeprefix(common), *figures)
     out.print(table)
     total = sum(c.messages for c in channels.values())

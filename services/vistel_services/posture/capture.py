@@ -17,6 +17,7 @@ from vistel.figure.solve_swivel import Comfort
 from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver
 from vistel_services.posture.config import Person
 from vistel_services.posture.one_euro import PoseFilter
+from vistel_services.posture.peaks import PeakHold
 from vistel_services.posture.whole_body import WholeBody, whole_body
 
 F64 = NDArray[np.float64]
@@ -26,6 +27,8 @@ SILENT_S = 0.25
 """A receiver or glove not heard of for this long counts as silent."""
 FAR_M = 5.0
 """A receiver farther from its transmitter than this is not believed."""
+FINGER_PEAK = math.radians(3.0)
+"""A finger that is farther than this from where it was before and after, between two postures, has knocked."""
 START_S = 1.0
 """How long the first posture waits for every receiver to be heard once."""
 
@@ -54,7 +57,8 @@ class Capture:
         )
         self._carry_over = None if body is None else CarryOver(body.skeleton, shown, person.seat)
         self._filters = {receiver: PoseFilter() for receiver in person.stations.values()}
-        self._gloves: dict[str, tuple[float, F64]] = {}
+        self._gloves: dict[str, float] = {}
+        self._fingers = {side: PeakHold(FINGER_PEAK) for side in SIDES}
         self._whole: tuple[float, WholeBody | None] = (-math.inf, None)
         self._epoch_ns: int | None = None
         self._newest_ns = 0
@@ -106,8 +110,9 @@ class Capture:
             self.rejected += 1
             return
         t = self._seconds(frame.header.t_ns)
-        if side not in self._gloves or t > self._gloves[side][0]:
-            self._gloves[side] = (t, angles)
+        if side not in self._gloves or t > self._gloves[side]:
+            self._gloves[side] = t
+            self._fingers[side].add(angles)
 
     def solve(self, t_ns: int) -> Solved:
         """The posture at `t_ns`, which must lie after the last one."""
@@ -133,8 +138,8 @@ class Capture:
 
     def _hand(self, side: str, t: float) -> F64 | None:
         heard = self._gloves.get(side)
-        if heard is not None and t - heard[0] <= SILENT_S:
-            return heard[1]
+        if heard is not None and t - heard <= SILENT_S:
+            return self._fingers[side].take()
         whole_t, whole = self._whole
         return whole.fingers(side) if whole is not None and t - whole_t <= SILENT_S else None
 

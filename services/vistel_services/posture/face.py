@@ -8,11 +8,14 @@ from numpy.typing import NDArray
 from vistel.figure.face_marks import MARK_COUNT
 from vistel.v1.device_pb2 import FaceFrame
 from vistel.wire.motion import StalePart
+from vistel_services.posture.peaks import PeakHold
 
 F64 = NDArray[np.float64]
 
 SILENT_NS = 250_000_000
 """A face not seen for this long keeps its last expression and is flagged."""
+MARK_PEAK_M, LID_PEAK = 0.001, 0.1
+"""What sticks out by more between two motions is said."""
 
 
 class FaceCapture:
@@ -26,6 +29,7 @@ class FaceCapture:
         self.lids: F64 | None = None
         """(2,) opening of the left and the right eye, 0 closed .. 1 as at rest; None before the first."""
         self.rejected = 0
+        self._marks_peaks, self._lids_peaks = PeakHold(MARK_PEAK_M), PeakHold(LID_PEAK)
         self._marks_ns = self._gaze_ns = self._eye_ns = 0
 
     def take(self, frame: FaceFrame, *, eye_camera: bool = False) -> None:
@@ -41,6 +45,7 @@ class FaceCapture:
         t_ns = frame.header.t_ns
         if len(marks) and t_ns > self._marks_ns:
             self.marks, self._marks_ns = marks, t_ns
+            self._marks_peaks.add(marks)
         if not (len(gaze) or len(lids)) or t_ns <= self._gaze_ns:
             return
         if eye_camera:
@@ -49,7 +54,14 @@ class FaceCapture:
             return
         self._gaze_ns = t_ns
         self.gaze = gaze if len(gaze) else self.gaze
-        self.lids = np.clip(lids, 0.0, 2.0) if len(lids) else self.lids
+        if len(lids):
+            self.lids = np.clip(lids, 0.0, 2.0)
+            self._lids_peaks.add(self.lids)
+
+    def for_motion(self) -> tuple[F64 | None, F64 | None, F64 | None]:
+        """Gaze, marks and lids for the next motion; with what was a peak since the last one, a blink say."""
+        marks = None if self.marks is None else self._marks_peaks.take()
+        return self.gaze, marks, None if self.lids is None else self._lids_peaks.take()
 
     def stale(self, t_ns: int) -> StalePart:
         """Which of them has not been seen of late; nothing of what never was."""

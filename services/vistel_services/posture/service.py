@@ -169,10 +169,11 @@ class _Maker:
 
     def _message(self, t_ns: int, solved: Solved) -> Motion:
         posture = solved.posture
+        gaze, marks, lids = self.face.for_motion()
         return self._encoder.encode(MotionSample(
             seq=self._motion.next_seq, t_ns=t_ns, body=posture.dofs, hands=posture.hands,
             stance=np.array([*posture.stance.position, posture.stance.heading]),
-            gaze=self.face.gaze, face=self.face.marks, lids=self.face.lids,
+            gaze=gaze, face=marks, lids=lids,
             legs=rotations_of(posture, LEGS), collars=rotations_of(posture, COLLARS), jaw=rotations_of(posture, JAW),
             stale=reduce(or_, (_STALE_PART[name] for name in solved.stale), self.face.stale(t_ns)),
         ))  # fmt: skip

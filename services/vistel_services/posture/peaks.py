@@ -1,0 +1,37 @@
+"""What a sensor says between two motions is not lost when it was a peak: a blink, a finger that knocks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+
+
+class PeakHold:
+    """Takes values as they come; gives, once per motion, the newest ones, or where a number was farther up or down in
+    between than both what was given last and what is now, that peak. The newest follow with the next motion.
+    """
+
+    def __init__(self, least: float) -> None:
+        """least: what sticks out by less is noise, no peak; in the values' unit."""
+        self._least_peak = least
+        self._given: F64 | None = None
+        self._newest = self._least = self._most = np.zeros(0)
+
+    def add(self, values: F64) -> None:
+        """(n,) or any other shape, always the same."""
+        if self._newest.shape != values.shape:
+            self._given, self._least, self._most = None, values, values
+        self._newest = values
+        self._least, self._most = np.minimum(self._least, values), np.maximum(self._most, values)
+
+    def take(self) -> F64:
+        """What to say now; only after `add`."""
+        given = self._newest if self._given is None else self._given
+        up = self._most - np.maximum(given, self._newest)
+        down = np.minimum(given, self._newest) - self._least
+        peak = np.maximum(up, down) > self._least_peak
+        out = np.where(peak, np.where(up >= down, self._most, self._least), self._newest)
+        self._given, self._least, self._most = out, self._newest, self._newest
+        return out
