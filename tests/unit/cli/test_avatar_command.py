@@ -11,8 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 from vistel.conference.model import load, public_avatar
-from vistel.figure.avatar import builtin_avatar
-from vistel.figure.avatar_file import export_obj
+from vistel.figure.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar_file import export_obj, load_any
+from vistel.figure.avatar_gltf import save_gltf
+from vistel.figure.avatar_usd import save_usd
 from vistel_cli.main import app
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
 from vistel_services.renderer.people import files_of, load_avatar_of
@@ -34,6 +36,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+def _of_others(avatar: Avatar, path: Path) -> None:
+    """The avatar as a program that knows nothing of VISTEL would write it."""
+    save_gltf(avatar, path)
+    path.write_bytes(path.read_bytes().replace(b'"VISTEL_avatar"', b'"OTHERS_avatar"'))
+
+
 def _has_gl() -> bool:
     try:
         open_surface(8, 8).close()
@@ -49,16 +57,23 @@ def test_the_commands_of_the_page_work_in_its_order(
     for name in ("base.obj", "rig.game_engine.json", "weights.game_engine.json.gz"):
         (folder / name).symlink_to(shared_data / "human/makehuman" / name)
     (folder / "skin.png").symlink_to(folder / "scan.png")
+    (folder / "face.png").symlink_to(folder / "scan.png")
+    small = builtin_avatar("builtin:seed=3", name="eva", height=1.70).coarser[0]
+    _of_others(small, folder / "me.vrm")
+    save_gltf(small, folder / "me.glb")
+    save_usd(small, folder / "character.usdz")
     target = "caucasian-male-young.target.gz"
     (folder / target).symlink_to(shared_data / "human/makehuman/targets" / target)
     commands = re.findall(r"^    (vistel avatar .*)$", PAGE.read_text("utf-8"), re.MULTILINE)
-    assert len(commands) == 7
+    assert len(commands) == 17
     for command in commands:
         if "--sheet" in command and not _has_gl():
             continue
         code, said = _run(*shlex.split(command)[1:])
         assert code == 0, f"{command}: {said}"
     assert (folder / "me.usdz").stat().st_size > 100_000
+    assert load_any(folder / "me.vrm").skeleton.height == pytest.approx(1.75, abs=0.02)
+    assert load_any(folder / "me.usda").registration == ()
 
 
 def test_import_reports_what_it_found(folder: Path) -> None:
@@ -95,7 +110,10 @@ def test_a_participant_is_drawn_with_the_file_beside_the_conference_file(folder:
         ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--up", "X"), ("inspect", "{f}/gone.usda"), ("inspect", "{f}/scan.obj"),
         ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--weights", "{f}/w"), ("inspect", "builtin:seed=x"),
         ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--primitives", "30"), ("generate", "-o", "{f}/x.usda", "--look", "age=3"),
-        ("export", "{f}/gone.usda", "-o", "{f}/x.usdz"), ("export", "builtin", "-o", "{f}/x.stl"),
+        ("export", "{f}/gone.usda", "-o", "{f}/x.usdz"), ("islands", "{f}/gone.usda"),
+        ("register", "{f}/gone.usda", "--island", "0"), ("import", "{f}/gone.vrm", "-o", "{f}/x.usda"),
+        ("register", "{f}/eva.usda", "--island", "0", "--move", "up"), ("register", "{f}/eva.usda", "--island", "9999"),
+        ("register", "{f}/eva.usda", "--island", "0", "--picture", "{f}/scan.obj"), ("export", "builtin", "-o", "{f}/x.stl"),
     ],
 )  # fmt: skip
 def test_wrong_usage_ends_in_one_line(folder: Path, words: tuple[str, ...]) -> None:
