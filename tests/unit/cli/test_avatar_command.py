@@ -66,7 +66,7 @@ def test_the_commands_of_the_page_work_in_its_order(
     (folder / target).symlink_to(shared_data / "human/makehuman/targets" / target)
     commands = re.findall(r"^    (vistel avatar .*)$", PAGE.read_text("utf-8"), re.MULTILINE)
     assert len(commands) == 17
-    for command in commands:
+    for command in dict.fromkeys(commands):
         if "--sheet" in command and not _has_gl():
             continue
         code, said = _run(*shlex.split(command)[1:])
