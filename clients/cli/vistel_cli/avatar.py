@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
+from vistel_cli.avatar_assemble import assemble
 from vistel_cli.avatar_files import Json, busy, check_output, facts, load, own, report, save
 from vistel_cli.avatar_layers import layers
 from vistel_cli.avatar_texture import islands, register
@@ -23,6 +24,7 @@ app = typer.Typer(
     help="Make, look at and export avatars: the people of a conference.", no_args_is_help=True, rich_markup_mode="rich"
 )
 
+app.command()(assemble)
 app.command()(layers)
 app.command()(islands)
 app.command()(register)
