@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import importlib.util
 from pathlib import Path
 from typing import Any
 
 import pytest
 from world_site import WorldSite
 
-from vistel.space.commands.phrase import read
+from vistel.space.room import meeting_room
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing, ResetRoom
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.wire.topics import BY_NAME, Delivery
-from vistel_cli.ask import asked
-from vistel_services.command_messages import message_of
+from vistel_services.activity import Answer, Room
 
 DONE, REFUSED = CommandResult.OUTCOME_DONE, CommandResult.OUTCOME_REFUSED
 
@@ -209,25 +209,71 @@ def test_a_snapshot_that_cannot_be_written_is_told_and_nothing_else(tmp_path: Pa
 
 def test_a_line_from_a_console_is_done_or_refused_and_everybody_sees_what_became_of_it(tmp_path: Path) -> None:
     said = ["bend the red baton 60", "larger ball", "create a pink ring", "delete the unicorn", "undo"]
-    answers: list[tuple[bool, list[str], str]] = []
+    answers: list[Answer] = []
 
     async def play(site: WorldSite) -> None:
         await site.play(0.3)
-        for n, line in enumerate(said):
-            command = message_of(read(line), f"line-{n}", "aiko")
-            answer = asyncio.create_task(asked(site.buses["aiko"], site.clock, command))
+        room = Room(site.buses["aiko"], site.clock, "aiko")
+        for line in said:
+            asking = asyncio.create_task(room.ask(line))
             await site.play(0.2)
-            result = await answer
-            assert result is not None
-            answers.append((result.outcome == DONE, list(result.things), result.reason))
+            answers.append(await asking)
+        room.close()
 
     site = scenario(tmp_path, play)
     assert answers == [
-        (True, ["baton"], ""), (True, ["ball"], ""), (True, ["ring-2"], ""),
-        (False, [], "there is no unicorn in the room"), (True, [], ""),
+        Answer(True, ("baton",), ""), Answer(True, ("ball",), ""), Answer(True, ("ring-2",), ""),
+        Answer(False, (), "there is no unicorn in the room"), Answer(True, (), ""),
     ]  # fmt: skip
     last = next(s for s in reversed(site.states()) if s.key)
     things = {t.id: t for t in last.things}
     assert things["baton"].HasField("curve")
     assert things["ball"].primitives[0].params[0] == pytest.approx(0.057)
     assert "ring-2" not in things
+
+
+def example(name: str) -> Any:
+    path = Path(__file__).parents[2] / "examples/activities" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_an_activity_makes_atoms_that_stick_when_they_are_brought_together(tmp_path: Path) -> None:
+    async def play(site: WorldSite) -> None:
+        await site.play(0.3)
+        room = Room(site.buses["aiko"], site.clock, "aiko")
+        activity = asyncio.create_task(example("molecule").build_water(room))
+        await site.play(1.5)
+        at = room.things["ball-2"].position
+        for n, atom in enumerate(("ball-3", "ball-4")):
+            place = move(atom, at[0] + 0.075 * (-1) ** n, at[1], at[2])
+            ask(site, "bruno", Command(id=atom, participant="bruno", move=place))
+            await site.play(0.8)
+        await asyncio.wait_for(activity, 1.0)
+        assert room.things["ball-2"].name == "red ball 2 with white ball 3 with white ball 4"
+        room.close()
+
+    scenario(tmp_path, play)
+
+
+def test_an_activity_paints_what_lies_on_its_place_and_ends_when_everything_does(tmp_path: Path) -> None:
+    puzzle = example("puzzle")
+
+    async def play(site: WorldSite) -> None:
+        await site.play(0.3)
+        room = Room(site.buses["aiko"], site.clock, "aiko")
+        activity = asyncio.create_task(puzzle.puzzle(room))
+        for thing, (x, z) in puzzle.PLACES.items():
+            place = move(thing, x, 0.79, z)
+            q = meeting_room(3).thing(thing).rotation
+            place.pose.rotation.x, place.pose.rotation.y, place.pose.rotation.z, place.pose.rotation.w = q.tolist()
+            ask(site, "bruno", Command(id=thing, participant="bruno", move=place))
+            await site.play(0.6)
+        await site.play(1.0)
+        assert activity.done(), {k: t.position for k, t in room.things.items()}
+        room.close()
+
+    scenario(tmp_path, play)

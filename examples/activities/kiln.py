@@ -1,0 +1,28 @@
+"""Fire the clay: when nobody has touched it for ten seconds it is hard and brown; until then everybody may shape it.
+
+vistel up examples/conferences/clay.toml --seconds 600       (prints its bus)
+python examples/activities/kiln.py examples/conferences/clay.toml --as aiko --hub tcp/127.0.0.1:7447
+"""
+
+from __future__ import annotations
+
+from vistel_services.activity import Room, run
+
+REST_S = 10.0
+
+
+async def kiln(room: Room) -> None:
+    """Clay that has been left alone is fired."""
+    touched_ns = 0
+    async for _ in room.steps():
+        if room.touched("clay") or not touched_ns:
+            touched_ns = room.t_ns
+        if room.t_ns - touched_ns > REST_S * 1e9:
+            await room.ask("harden clay")
+            await room.ask("paint clay brown")
+            print("fired")
+            return
+
+
+if __name__ == "__main__":
+    run(kiln)

@@ -1,0 +1,29 @@
+"""Build water: hydrogen that comes near the oxygen sticks to it. Carry the white balls to the red one.
+
+vistel up vistel/conference/demo.toml --seconds 600          (prints its bus)
+python examples/activities/molecule.py vistel/conference/demo.toml --as aiko --hub tcp/127.0.0.1:7447
+"""
+
+from __future__ import annotations
+
+from vistel_services.activity import Room, run
+
+NEAR = 0.08
+"""From centre to centre [m]."""
+
+
+async def build_water(room: Room) -> None:
+    """Two hydrogen atoms stick to an oxygen atom when they are brought near it."""
+    (oxygen,) = (await room.ask("create red ball 8 cm here")).things
+    free = [(await room.ask("create white ball 5 cm here")).things[0] for _ in range(2)]
+    async for _ in room.steps():
+        for hydrogen in [h for h in free if room.apart(h, oxygen) < NEAR]:
+            if (await room.ask(f"attach {oxygen} to {hydrogen}")).done:
+                free.remove(hydrogen)
+        if not free:
+            print("water")
+            return
+
+
+if __name__ == "__main__":
+    run(build_water)
