@@ -8,7 +8,23 @@ import sys
 
 import typer
 
-from vistel_cli import avatar, bench, calibrate, devices, doctor, log, polygonise, record, replay, scanline, sim, site, trace, up
+from vistel_cli import (
+    ask,
+    avatar,
+    bench,
+    calibrate,
+    devices,
+    doctor,
+    log,
+    polygonise,
+    record,
+    replay,
+    scanline,
+    sim,
+    site,
+    trace,
+    up,
+)
 
 app = typer.Typer(
     name="vistel",
@@ -27,6 +43,7 @@ app.command("devices")(devices.devices)
 app.command("trace")(trace.trace)
 app.command("scanline")(scanline.scanline)
 app.command("bench")(bench.bench)
+app.command("ask")(ask.ask)
 app.command("polygonise")(polygonise.polygonise)
 app.add_typer(avatar.app, name="avatar")
 app.add_typer(calibrate.app, name="calibrate")
