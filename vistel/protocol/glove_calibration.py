@@ -29,6 +29,8 @@ _DIRECT = (
     (16, "pinky_mpj"), (18, "pinky_pij"), (19, "pinky_dij"),
 )  # fmt: skip
 _DISTAL = ((7, 6), (11, 10), (15, 14), (19, 18))
+_ABDUCTIONS = (("middle_index_abduction", 4, 8), ("ring_middle_abduction", 8, 12), ("pinky_ring_abduction", 12, 16))
+"""Sensors between fingers, and the base flexions of the two fingers: bending both pulls at the sensor too."""
 _INDEX_ABDUCTION, _MIDDLE_ABDUCTION, _RING_ABDUCTION, _LITTLE_ABDUCTION = 5, 9, 13, 17
 
 
@@ -40,18 +42,22 @@ class CalibrationError(ValueError):
 class GloveCalibration:
     """offset: (22,) counts; gain: (22,) radians per count, in the order of `SENSORS_22`.
 
-    distal_ratio: end flexion / middle flexion, for gloves that do not measure the end joints.
+    distal_ratio: end flexion / middle flexion, for gloves that do not measure the end joints. coupling: abduction that the
+    three sensors between fingers seem to see per radian of their fingers' mean base flexion.
     """
 
     offset: tuple[float, ...]
     gain: tuple[float, ...]
     distal_ratio: float = 2.0 / 3.0
+    coupling: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if len(self.offset) != len(SENSORS_22) or len(self.gain) != len(SENSORS_22):
             raise CalibrationError(f"expected {len(SENSORS_22)} offsets and gains")
         if not all(map(math.isfinite, self.offset)) or not all(math.isfinite(g) and g for g in self.gain):
             raise CalibrationError("expected finite offsets and finite gains other than zero")
+        if len(self.coupling) != len(_ABDUCTIONS) or not all(abs(c) < 1.0 for c in self.coupling):
+            raise CalibrationError(f"coupling: expected {len(_ABDUCTIONS)} numbers between -1 and 1")
 
     def angles(self, raw: bytes) -> list[float]:
         """(20,) radians from 18 or 22 counts. Raises CalibrationError for another number of counts."""
@@ -67,6 +73,8 @@ class GloveCalibration:
         if len(raw) == 18:
             for end, middle in _DISTAL:
                 out[end] = self.distal_ratio * out[middle]
+        for (sensor, a, b), c in zip(_ABDUCTIONS, self.coupling, strict=True):
+            measured[sensor] -= c * 0.5 * (out[a] + out[b])
         out[_INDEX_ABDUCTION] = measured["middle_index_abduction"]
         out[_RING_ABDUCTION] = -measured["ring_middle_abduction"]
         out[_LITTLE_ABDUCTION] = out[_RING_ABDUCTION] - measured["pinky_ring_abduction"]
@@ -78,6 +86,8 @@ class GloveCalibration:
         measured["middle_index_abduction"] = angles[_INDEX_ABDUCTION] - angles[_MIDDLE_ABDUCTION]
         measured["ring_middle_abduction"] = angles[_MIDDLE_ABDUCTION] - angles[_RING_ABDUCTION]
         measured["pinky_ring_abduction"] = angles[_RING_ABDUCTION] - angles[_LITTLE_ABDUCTION]
+        for (sensor, a, b), c in zip(_ABDUCTIONS, self.coupling, strict=True):
+            measured[sensor] += c * 0.5 * (angles[a] + angles[b])
         return [
             self.offset[_INDEX[name]] + measured.get(name, 0.0) / self.gain[_INDEX[name]] for name in SENSORS[sensors]
         ]
@@ -102,7 +112,8 @@ def open_calibration(path: Path | None) -> GloveCalibration:
 
 
 def load_calibration(path: Path) -> GloveCalibration:
-    """Read {"sensors": {"thumb_roll": {"offset": counts, "gain_deg": degrees per count}, ...}, "distal_ratio": r}.
+    """Read {"sensors": {"thumb_roll": {"offset": counts, "gain_deg": degrees per count}, ...}, "distal_ratio": r,
+    "coupling": [a, b, c]}.
 
     Sensors left out keep the default. Raises CalibrationError.
     """
@@ -118,8 +129,9 @@ def load_calibration(path: Path) -> GloveCalibration:
                 raise CalibrationError(f"{name}: no such sensor; expected one of {', '.join(SENSORS_22)}")
             offset[_INDEX[name]] = float(entry["offset"])
             gain[_INDEX[name]] = math.radians(float(entry["gain_deg"]))
+        a, b, c = (float(v) for v in table.get("coupling", base.coupling))
         return GloveCalibration(
-            tuple(offset), tuple(gain), float(table.get("distal_ratio", base.distal_ratio))
+            tuple(offset), tuple(gain), float(table.get("distal_ratio", base.distal_ratio)), (a, b, c)
         )
     except CalibrationError as e:
         raise CalibrationError(f"{path}: {e}") from e
@@ -133,5 +145,6 @@ def save_calibration(calibration: GloveCalibration, path: Path) -> None:
         name: {"offset": o, "gain_deg": math.degrees(g)}
         for name, o, g in zip(SENSORS_22, calibration.offset, calibration.gain, strict=True)
     }
-    table = {"sensors": sensors, "distal_ratio": calibration.distal_ratio}
+    table = {"sensors": sensors, "distal_ratio": calibration.distal_ratio,
+             "coupling": list(calibration.coupling)}  # fmt: skip
     path.write_text(json.dumps(table, indent=2) + "\n", "utf-8")

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import typer
 
-from vistel_cli import calibrate_distortion, calibrate_face, calibrate_gaze, calibrate_person
+from vistel_cli import calibrate_distortion, calibrate_face, calibrate_gaze, calibrate_glove, calibrate_person
 
 app = typer.Typer(help="Measure people and devices: what is found is kept in files that a conference uses.", no_args_is_help=True)
 app.command("tracker")(calibrate_person.tracker)
 app.command("body")(calibrate_person.body)
+app.command("glove")(calibrate_glove.glove)
 app.command("distortion")(calibrate_distortion.distortion)
 app.command("face")(calibrate_face.face)
 app.command("gaze")(calibrate_gaze.gaze)

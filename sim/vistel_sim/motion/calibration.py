@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.calibration.moves import ALL_STEPS, FOREARM_STEPS, begin_of, pause_of
-from vistel.figure.hands import FLAT
+from vistel.figure.calibration.moves import ALL_STEPS, FOREARM_STEPS, PAUSE_S, begin_of, pause_of
+from vistel.figure.hands import FLAT, finger_posture
 from vistel.figure.posture import (
     DOF_COUNT,
     ELBOW,
@@ -25,6 +25,7 @@ from vistel.figure.posture import (
 )
 from vistel.figure.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.figure.sensors import TRACKER_AXES, Mount, Placement
+from vistel.protocol.glove_fit import HANDS, HOLD_S
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.tracks import minimum_jerk
 
@@ -74,7 +75,7 @@ class CalibrationMoves:
         return receivers_of(place, posture)
 
     def hand_angles(self, participant: str, t_s: float) -> F64:
-        return np.stack((FLAT, FLAT))
+        return np.stack((hand_at(t_s),) * 2)
 
     def speaking(self, participant: str, t_s: float) -> float:
         return 0.0
@@ -86,6 +87,25 @@ class CalibrationMoves:
         dofs = posture.dofs.copy()
         dofs[SPINE_ROTATION] += SWAY * np.array([math.sin(1.3 * t_s), math.sin(0.7 * t_s + 1.0), math.sin(1.9 * t_s + 2.0)])
         return Posture(dofs, np.stack((FLAT, FLAT)), posture.stance)
+
+
+def hand_at(t_s: float) -> F64:
+    """(20,) a hand that shows a glove what it is asked for, each for HOLD_S after a pause; flat before and after."""
+    round_s = PAUSE_S + HOLD_S
+    k = int(t_s // round_s)
+    if k >= len(HANDS):
+        return FLAT
+    before, now = (_HANDS[HANDS[i][0]] if i >= 0 else _HANDS["open"] for i in (k - 1, k))
+    return before + minimum_jerk((t_s - k * round_s) / (0.6 * PAUSE_S)) * (now - before)
+
+
+_TOGETHER = finger_posture((0, 0, 0, 0), (0, 0, 0))
+_HANDS = {
+    "open": _TOGETHER, "fist": finger_posture((30, 0, 45, 60), (80, 100, 65)),
+    "spread": _TOGETHER + np.radians([0, 50, 0, 0, 0, 17, 0, 0, 0, 0, 0, 0, 0, -13, 0, 0, 0, -30, 0, 0]),
+    "pinch": finger_posture((55, 20, 25, 30), (45, 50, 30)),
+}  # fmt: skip
+"""As `vistel.protocol.glove_fit` takes them to be."""
 
 
 def _dofs(step: str, u: float) -> F64:
