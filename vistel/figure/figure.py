@@ -71,6 +71,7 @@ class Figure:
             (mesh.vertices - avatar.skeleton.rest[joint].astype(np.float32), vertex_normals(mesh), joint)
             for mesh, joint in zip(avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False)
         ]
+        self._posed_eyes = tuple((np.empty_like(p), np.empty_like(n)) for p, n, _ in self._eyes)
 
     def pose(
         self, posture: Posture, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None
@@ -125,12 +126,9 @@ class Figure:
         return group_fields(np.asarray(points, np.float64), self.embedding, posed.a, posed.b)
 
     def _pose_eyes(self, joints: JointPose) -> tuple[tuple[F32, F32], ...]:
-        out: list[tuple[F32, F32]] = []
-        for offsets, normals, joint in self._eyes:
-            points, directions = np.empty_like(offsets), np.empty_like(normals)
-            move_points(offsets, normals, joints.rotation[joint], joints.position[joint], points, directions)
-            out.append((points, directions))
-        return tuple(out)
+        for (offsets, normals, joint), out in zip(self._eyes, self._posed_eyes, strict=True):
+            move_points(offsets, normals, joints.rotation[joint], joints.position[joint], *out)
+        return self._posed_eyes
 
 
 def vertex_normals(mesh: Mesh) -> F32:

@@ -13,8 +13,9 @@ from vistel.implicit.embedding import Hinge, Limbs
 I32 = NDArray[np.int32]
 
 _TRUNK = frozenset({"hips", "neck", "head", "jaw", "left_shoulder", "right_shoulder"})
-_FOLDING = ("lower_arm", "lower_leg", "intermediate", "distal")
-"""Joints whose skin the implicit model shapes, by the end of their names: elbows, knees, fingers from the middle on."""
+_FOLDING = ("lower_arm", "lower_leg")
+"""Joints whose skin the implicit model shapes, by the end of their names. At fingers, which are bent nearly always, that
+is some hundredths of a millimetre: there their bones only push each other, as other limbs do."""
 
 
 def limb_groups(body: Body) -> I32:

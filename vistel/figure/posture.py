@@ -246,6 +246,16 @@ _I_FINGERS = (JOINT_INDEX["left_thumb_metacarpal"], JOINT_INDEX["right_thumb_met
 
 
 @compiled
+def _hang(c: int, p: int, local: F64, offsets: F64, rotation: F64, position: F64) -> None:
+    """Joint c, turned by `local` on its parent p; written out, since thirty fingers' worth of small arrays take time."""
+    for i in range(3):
+        x, y, z = rotation[p, i, 0], rotation[p, i, 1], rotation[p, i, 2]
+        for j in range(3):
+            rotation[c, i, j] = x * local[0, j] + y * local[1, j] + z * local[2, j]
+        position[c, i] = position[p, i] + (x * offsets[c, 0] + y * offsets[c, 1] + z * offsets[c, 2])
+
+
+@compiled
 def _pose(
     offsets: F64, parents: NDArray[np.int32], dofs: F64, hands: F64, gaze: F64, stance: F64, heading: float,
     shank: float, thigh: float, rest: F64, segment: float, shortening: float, rotation: F64, position: F64,
@@ -316,8 +326,7 @@ def _pose(
                     )
                 else:
                     local = rotation_z(-side * hands[i, 4 * f + 1 + k])
-                rotation[c] = multiply(rotation[p], local)
-                position[c] = position[p] + turn(rotation[p], offsets[c])
+                _hang(c, p, local, offsets, rotation, position)
 
         leg = _I_LEG[i]
         rotation[leg] = multiply(facing, rotation_x(ankle - knee))

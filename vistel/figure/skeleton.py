@@ -119,23 +119,23 @@ class Skeleton:
         head = JOINT_INDEX["head"]
         return float(self.rest[head, 1] + self.tip[head, 1])
 
-    @property
+    @cached_property
     def upper_arm(self) -> float:
         return self.length("left_upper_arm", "left_lower_arm")
 
-    @property
+    @cached_property
     def lower_arm(self) -> float:
         return self.length("left_lower_arm", "left_hand")
 
-    @property
+    @cached_property
     def upper_leg(self) -> float:
         return self.length("left_upper_leg", "left_lower_leg")
 
-    @property
+    @cached_property
     def lower_leg(self) -> float:
         return self.length("left_lower_leg", "left_foot")
 
-    @property
+    @cached_property
     def spine(self) -> float:
         """Length of the eight spinal segments together, hips to the base of the neck's parent [m]."""
         return self.length("spine_1", "spine_8") * SPINE_SEGMENTS / (SPINE_SEGMENTS - 1)

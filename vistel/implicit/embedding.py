@@ -278,7 +278,7 @@ def _joints(p: F64, group: I32, limbs: Limbs, fit: Fit, fields: list[F64]) -> tu
         centre, radius = limbs.a[joint.child], fit.joint_radius[h]
         distance = np.linalg.norm(p[rows] - centre, axis=1)
         parent, child = fields[joint.parent_group][rows], fields[joint.child_group][rows]
-        zone = distance < 2.6 * radius
+        zone = distance < 2.0 * radius
         better = zone & (-distance / radius > best[rows])
         rows, parent, child, distance = rows[better], parent[better], child[better], distance[better]
         best[rows] = -distance / radius
@@ -287,7 +287,7 @@ def _joints(p: F64, group: I32, limbs: Limbs, fit: Fit, fields: list[F64]) -> tu
         other[rows] = np.where(child >= parent, joint.parent_group, joint.child_group)
         mine, theirs = np.maximum(parent, child), np.minimum(parent, child)
         mu[rows] = CREASE * _smoothstep(theirs / (0.8 * T))
-        alpha[rows] = AUTHORITY * (1.0 - _smoothstep((distance / radius - 2.2) / 0.4))
+        alpha[rows] = AUTHORITY * (1.0 - _smoothstep((distance / radius - 1.6) / 0.4))
         sphere = JOINT_WEIGHT * quartic(distance / (JOINT_REACH * radius))
         df[rows] = sphere + mu[rows] * diff(mine, theirs) + (1.0 - mu[rows]) * mine
     return hinge, other, group, mu, alpha, df

@@ -180,7 +180,7 @@ def test_a_person_is_calibrated_with_weights_near_one(figure):
     e = figure.embedding
     assert np.isfinite(e.weight).all()
     assert 0.5 < np.median(e.weight) < 1.5
-    assert len(e.limbs.hinges) == 22
+    assert len(e.limbs.hinges) == 4
     assert np.all((e.mu >= 0) & (e.mu <= 1) & (e.alpha >= 0) & (e.alpha <= 1))
     assert np.all(e.mu[e.hinge < 0] == 0.0)
 
