@@ -49,7 +49,7 @@ SEEN = 1e-4
 SMOOTHINGS, MOST_MOVED = 60, 0.15
 """Rounds in which hidden faces are smoothed, and how far vertices may go in them, in the radius."""
 NOWHERE = -2
-LEAST_MARGIN = 0.12
+LEAST_MARGIN = 0.06
 """Between where a limb's end begins and the zone, in the radius."""
 LARGEST_GAP = 1.6
 """Between two ends, in their radius."""
@@ -150,8 +150,8 @@ def blended(
         for surface, c in zip(surfaces, (first, second), strict=True)
     ]
     shape = compile(blobs[0] + blobs[1])
-    # What is to be kept begins whole cells away from what is made.
-    cell = min(frame.radius / CELLS, 0.4 * first.margin, 0.4 * second.margin)
+    # What is to be kept begins more than a cell away from what is made.
+    cell = min(frame.radius / CELLS, 0.8 * first.margin, 0.8 * second.margin)
     lattice = Lattice(shape.bounds[0] - 0.271828 * cell, cell)
     try:
         made = Retained(shape, lattice, THRESHOLD, 5e-5, None)
@@ -231,7 +231,9 @@ def _collar(piece: Piece, end: End, frame: Frame, others: list[F64], names: str)
         margin = -frame.zone - float(solid.points[far, 2].max())
         if hidden == 0 and margin > LEAST_MARGIN * frame.radius:
             return rest, _Collar(_drawn_in(solid, centre, frame), centre, margin)
-    what = f"{hidden} faces of an end are hidden from every centre" if hidden else f"an end has {borders} borders there, expected 2"
+    what = f"an end has {borders} borders there, expected 2" if borders else "an end is too short there"
+    if hidden:
+        what = f"{hidden} faces of an end are hidden from every centre"
     raise MakingError(f"{names}: {what}; smooth the scan there, or cut it where the limb is rounder")
 
 

@@ -17,11 +17,12 @@ from vistel.figure.making.parts import WORN, is_eye, parts_of
 from vistel.figure.making.pictures import decode, read_picture
 from vistel.figure.making.read_gltf import read_gltf
 from vistel.figure.making.read_obj import read_obj
+from vistel.figure.making.read_ply import read_ply
 from vistel.figure.making.read_usd import USD_ENDINGS, read_usd
 from vistel.figure.making.source import MakingError, Material, Source
 
 GLTF_ENDINGS = (".glb", ".gltf", ".vrm")
-ENDINGS = (".obj", *GLTF_ENDINGS, *USD_ENDINGS)
+ENDINGS = (".obj", ".ply", *GLTF_ENDINGS, *USD_ENDINGS)
 EYES = "eyeballs"
 
 
@@ -78,6 +79,8 @@ def read_mesh(path: Path) -> Source:
     ending = path.suffix.lower()
     if ending == ".obj":
         return read_obj(path)
+    if ending == ".ply":
+        return read_ply(path)
     if ending in GLTF_ENDINGS:
         return read_gltf(path)
     if ending in USD_ENDINGS:
