@@ -22,6 +22,8 @@ _SIDE = math.radians(40.0)
 _BAND = 0.7
 """Half width of the strip in which the lids are looked for, over the pupil's radius."""
 _OPEN_LEAST = 0.15
+_GAZE_LEAST = 0.55
+"""Opening below which the lid cuts the pupil, so that its middle says nothing of the gaze."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,8 @@ class Iris:
 @dataclass(frozen=True)
 class EyeReading:
     """pupil: None where it is not seen. opening_px: height between the lids over the pupil. opening: 0 closed .. 1 as at
-    rest. gaze: (2,) yaw and pitch [rad], None where the pupil is not seen or no calibration tells."""
+    rest. gaze: (2,) yaw and pitch [rad], None where the pupil is not seen or is half under a lid, or no calibration
+    tells."""
 
     pupil: Pupil | None
     opening_px: float
@@ -77,7 +80,9 @@ class EyeReader:
         opening = float(np.clip(height / max(self._open_px, 1.0), 0.0, 1.0))
         if pupil is None and opening < _OPEN_LEAST:
             opening = 0.0
-        gaze = self._calibration.gaze(pupil.centre) if pupil is not None and self._calibration is not None else None
+        gaze = None
+        if pupil is not None and self._calibration is not None and opening >= _GAZE_LEAST:
+            gaze = self._calibration.gaze(pupil.centre)
         return EyeReading(pupil, height, opening, gaze)
 
 

@@ -27,14 +27,15 @@ _GATE = 25.0
 """Squared Mahalanobis distance beyond which a spot is not a mark."""
 _MARGIN = 14.0
 """Two marks are told apart when exchanging them costs so much more (log likelihood ratio, doubled)."""
-_ODD, _ODD_S = 8.0, 0.6
-"""Marks are doubted where exchanging two makes the face so much likelier by itself, and looked for anew after so long."""
+_ODD, _DOUBT_S = 8.0, 0.6
+"""Marks are doubted where exchanging two makes the face so much likelier by itself; after so long in doubt all are looked
+for anew."""
 _VAGUE_M = 0.006
 """How well a spot tells where a mark is that may not be its own."""
 _TOUCH_M, _FITS = 0.0075, 16.0
 """Marks nearer than this touch; and the squared Mahalanobis distance within which a mark lies as the others expect."""
-_MARK_M, _NEAR = 0.003, 6.0
-"""A mark's size, and the squared Mahalanobis distance within which a hidden mark may be under another's spot."""
+_MARK_M = 0.003
+"""A mark's radius."""
 _SPEED_KEPT_S = 0.25
 """Time constant in which the speed of a hidden mark dies away."""
 _LOST_S = 0.7
@@ -63,7 +64,7 @@ class MarkTracker:
         self._cov = self._prior.copy()
         self._speed = np.zeros(2 * MARK_COUNT)
         self._found = False
-        self._poor_s = self._odd_s = 0.0
+        self._poor_s = self._doubt_s = 0.0
         self._entangled = np.zeros((MARK_COUNT, MARK_COUNT), bool)
 
     def expected(self, dt_s: float) -> F64:
@@ -74,7 +75,7 @@ class MarkTracker:
         """Look for everything anew."""
         self._mean, self._cov = self._shape.rest.copy(), self._prior.copy()
         self._speed[:] = 0.0
-        self._found, self._poor_s, self._odd_s = False, 0.0, 0.0
+        self._found, self._poor_s, self._doubt_s = False, 0.0, 0.0
         self._entangled[:] = False
 
     def step(self, spots: F64, dt_s: float) -> TrackedMarks:
@@ -85,7 +86,6 @@ class MarkTracker:
             spot = self._settle(spots, spot, mean, cov)
         unsure = self._unsure(spots, spot, mean, cov)
         odd, fits = self._by_shape(spots, spot)
-        self._odd_s = self._odd_s + dt_s if odd.any() else 0.0
         self._entangle(spots, spot, mean, fits)
         seen = (spot >= 0) & ~unsure & ~odd & ~self._entangled.any(1)
         if not self._found:
@@ -94,8 +94,11 @@ class MarkTracker:
                 return TrackedMarks(mean.reshape(-1, 2), np.zeros(MARK_COUNT, bool), spot, False)
         self._update(spots, spot, seen, mean, cov, dt_s)
         self._poor_s = 0.0 if seen.sum() >= _ENOUGH else self._poor_s + dt_s
+        # Spots enough for all marks, and still some are not told: one wrong choice may keep others from their own.
+        stuck = not seen.all() and len(spots) >= MARK_COUNT
+        self._doubt_s = self._doubt_s + dt_s if odd.any() or stuck else 0.0
         position, found = self._mean.reshape(-1, 2).copy(), self._found
-        if self._poor_s > _LOST_S or self._odd_s > _ODD_S:
+        if self._poor_s > _LOST_S or self._doubt_s > _DOUBT_S:
             self.forget()
         return TrackedMarks(position, seen, np.where(seen, spot, -1), found)
 
@@ -150,14 +153,25 @@ class MarkTracker:
             own = block[np.arange(len(at)), :, np.arange(len(at))]
             change = 2.0 * np.einsum("nmk,nk->nm", e, pull) + np.einsum("nmk,nkl,nml->nm", e, own, e)
             out[at[(change < _MARGIN).any(1)]] = True
-        # A mark without a spot might lie under this one, or have it.
-        hidden = np.flatnonzero(spot < 0)
-        if len(hidden):
-            m, p = _condition(mean, cov, at, where, _NOISE_M)
-            e = where[:, None] - m.reshape(-1, 2)[hidden][None]
-            under = np.stack([p[2 * h : 2 * h + 2, 2 * h : 2 * h + 2] for h in hidden]) + _MARK_M**2 * np.eye(2)
-            near = np.einsum("nhk,hkl,nhl->nh", e, np.linalg.inv(under), e)
-            out[at[(near < _NEAR).any(1)]] = True
+        out[at[self._rivalled(where, at, np.flatnonzero(spot < 0), mean, cov, pull, block)]] = True
+        return out
+
+    def _rivalled(
+        self, where: F64, at: NDArray[np.int64], hidden: NDArray[np.int64], mean: F64, cov: F64, pull: F64, block: F64
+    ) -> list[int]:
+        """Which of the marks `at`, measured at `where` (k, 2), might be one that is hidden: the others would let it lie
+        there nearly as well."""
+        out: list[int] = []
+        for h in hidden:
+            spread = cov[2 * h : 2 * h + 2, 2 * h : 2 * h + 2] + _MARK_M**2 * np.eye(2)
+            e = where - mean[2 * h : 2 * h + 2]
+            for k in np.flatnonzero(np.einsum("nk,nk->n", e, np.linalg.solve(spread, e.T).T) < _GATE):
+                rest = np.delete(np.arange(len(at)), k)
+                m, p = _condition(mean, cov, at[rest], where[rest], _NOISE_M)
+                miss = where[k] - m[2 * h : 2 * h + 2]
+                vague = p[2 * h : 2 * h + 2, 2 * h : 2 * h + 2] + _MARK_M**2 * np.eye(2)
+                if _far(miss, vague) - _far(pull[k], block[k, :, k]) < _MARGIN:
+                    out.append(int(k))
         return out
 
     def _by_shape(self, spots: F64, spot: NDArray[np.int64]) -> tuple[Bool, Bool]:
@@ -197,6 +211,11 @@ class MarkTracker:
         if dt_s > 0.0:
             new = 0.5 * self._speed + 0.5 * (self._mean - before) / dt_s
             self._speed = np.where(np.repeat(seen, 2), new, self._speed * math.exp(-dt_s / _SPEED_KEPT_S))
+
+
+def _far(d: F64, spread: F64) -> float:
+    """dᵀ spread⁻¹ d."""
+    return float(d @ np.linalg.solve(spread, d))
 
 
 def _residual(where: F64, at: NDArray[np.int64], mean: F64, cov: F64) -> tuple[F64, F64]:

@@ -14,14 +14,17 @@ from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME, Topic
 from vistel_services import glove, tracker
-from vistel_services.face import LiveLinkDecoder
+from vistel_services.face import CameraDecoder, LiveLinkDecoder, sight_of
 from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder
 from vistel_services.tracker import FastrakDecoder, LibertyDecoder, VmcDecoder, VrpnDecoder
 
-_Decoder = FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder | VmcDecoder | VrpnDecoder
+_Decoder = (
+    FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder | CameraDecoder | VmcDecoder
+    | VrpnDecoder
+)  # fmt: skip
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
-    "devices": ("device_raw", "command"),
+    "devices": ("device_raw", "face", "command"),
     "motion": ("participant", "motion", "prop", "command"),
     "recorded": ("participant", "motion", "world_state", "hand_force", "command_result"),
 }
@@ -52,6 +55,8 @@ class Feeder:
             f"{p.name}-tracker": (p.tracker.kind, p.height) for p in people if p.tracker is not None
         }
         self._trackers |= {p.device: (p.tracker.kind, 1.75) for s in conference.sites for p in s.props}
+        self._cameras = {f"{p.name}-face": p.face for p in people if p.face is not None and p.face.kind == "camera"}
+        self._cameras |= {f"{p.name}-eye": p.eye for p in people if p.eye is not None}
         self._topics = FED_TOPICS[source]
         self._publications: dict[str, Publication] = {}
         self._decoders: dict[str, _Decoder] = {}
@@ -90,6 +95,10 @@ class Feeder:
             yield when_ns, topic, names, message
 
     def _messages(self, record: LogRecord) -> Iterator[tuple[int, Topic, object]]:
+        if record.topic.name == "face":
+            camera = self._cameras.get(record.names["device"])
+            if camera is None or camera.keep_pictures:
+                return  # its raw bytes say the same
         if record.topic.name != "device_raw":
             yield record.log_ns, record.topic, record.message
             return
@@ -109,6 +118,8 @@ class Feeder:
         return self._decoders[device]
 
     def _new_decoder(self, device: str) -> _Decoder:
+        if device in self._cameras:
+            return CameraDecoder(device, sight_of(self._cameras[device])())
         if device.endswith("-face"):
             return LiveLinkDecoder(device)
         if "-glove-" not in device:
@@ -125,4 +136,4 @@ class Feeder:
 
 
 def _topic_of(device: str) -> str:
-    return "face" if device.endswith("-face") else "glove" if "-glove-" in device else "tracker"
+    return "face" if device.endswith(("-face", "-eye")) else "glove" if "-glove-" in device else "tracker"
