@@ -134,7 +134,9 @@ def make_avatar(
     own = bone_weights(joints.rest, p.astype(np.float32), tri, limb_joint)
     # Weights painted for straight blends go over so abruptly that skin folds into itself at finger roots and elbows.
     weight = own if file is None else smoothed(blended_weights(file, known.joint_of_column, own), tri, _SOFTER)
-    floor = np.array((0.0, -p[:, 1].min(), 0.0))
+    # Soles on the floor, and over them the ankles, wherever legs that stood apart or bent have come to be.
+    ankles = 0.5 * (joints.rest.rest[JOINT_INDEX["left_foot"], 2] + joints.rest.rest[JOINT_INDEX["right_foot"], 2])
+    floor = np.array((0.0, -p[:, 1].min(), -ankles))
     p, rest = p + floor, Skeleton(joints.rest.rest + floor, joints.rest.tip)
     bone, share = strongest(weight, None if file is None else limb_groups_of(known.joint_of_column))
 
