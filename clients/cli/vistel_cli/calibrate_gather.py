@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
 import shutil
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -14,7 +12,6 @@ import numpy as np
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vistel.conference.model import Conference, Participant, Site, TrackerConfig
-from vistel.conference.paths import RunPaths
 from vistel.figure.calibration.moves import (
     MoveError,
     Moves,
@@ -28,15 +25,13 @@ from vistel.figure.calibration.moves import (
     step_tracks,
 )
 from vistel.v1.device_pb2 import TrackerFrame
-from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogError, LogReader
-from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
+from vistel.wire.memory_bus import MemoryBus
 from vistel.wire.topics import BY_NAME
+from vistel_cli.device_session import DeviceSession, alone, running
 from vistel_cli.terminal import err, fail, out
 from vistel_services import tracker
 from vistel_services.posture.capture import USABLE, receiver_pose
-from vistel_sim.motion.open import CALIBRATION
-from vistel_sim.process import run_simulators
 
 START_S = 20.0
 """How long a tracker may take until all of its receivers speak."""
@@ -108,7 +103,6 @@ def from_log(path: Path, conference: Conference, name: str, steps: Sequence[Step
 
 def live(conference: Conference, name: str, steps: Sequence[Step], speak: bool) -> Moves:
     """Ask for the moves, one after the other, and listen. Raises MoveError."""
-    logging.getLogger("vistel").setLevel(logging.ERROR)
     return asyncio.run(_live(conference, name, steps, _teller(speak)))
 
 
@@ -137,29 +131,19 @@ async def _say(voice: str, text: str) -> None:
 
 async def _live(conference: Conference, name: str, steps: Sequence[Step], tell: Tell) -> Moves:
     site, person, config = person_of(conference, name)
-    alone = person.model_copy(update={"motion": CALIBRATION, "gloves": {}, "face": None, "eye": None})
-    there = site.model_copy(update={"participants": [alone], "props": []})
-    small = conference.model_copy(update={"sites": [there]})
-    clock = SystemClock()
-    bus = MemoryNetwork().bus(conference.name, site.name, clock, None)
-    origin_ns = clock.now_ns()
-    collected = Collected({n: str(role) for role, n in config.stations.items()}, origin_ns)
-    status: list[str] = []
-    with tempfile.TemporaryDirectory(prefix="vistel-") as folder:
-        paths = RunPaths(Path(folder), Path(folder))
-        tasks = [asyncio.create_task(_collect(bus, collected)), asyncio.create_task(_note_status(bus, status))]
-        if config.port == "sim":
-            tasks.append(asyncio.create_task(run_simulators(small, paths, clock)))
-        tasks.append(asyncio.create_task(tracker.run(tracker.configure(small, there, paths), bus, clock)))
-        try:
-            await _wait_for_all(collected, tasks, status)
-            begin_s = 0.0 if config.port == "sim" else (clock.now_ns() - origin_ns) * 1e-9
-            return await _ask(steps, collected, lambda: (clock.now_ns() - origin_ns) * 1e-9, begin_s, tell,
-                              tries=1 if config.port == "sim" else TRIES)  # fmt: skip
-        finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+    with_tracker = person.model_copy(update={"gloves": {}, "face": None, "eye": None})
+    async with running(alone(conference, site, with_tracker), (tracker,)) as session:
+        collected = Collected({n: str(role) for role, n in config.stations.items()}, session.begin_ns)
+        status: list[str] = []
+        session.tasks.append(asyncio.create_task(_collect(session.bus, collected)))
+        session.tasks.append(asyncio.create_task(_note_status(session.bus, status)))
+        await _wait_for_all(collected, session, status)
+
+        def now() -> float:
+            return (session.clock.now_ns() - session.begin_ns) * 1e-9
+
+        simulated = config.port == "sim"
+        return await _ask(steps, collected, now, 0.0 if simulated else now(), tell, 1 if simulated else TRIES)
 
 
 async def _collect(bus: MemoryBus, collected: Collected) -> None:
@@ -172,13 +156,11 @@ async def _note_status(bus: MemoryBus, status: list[str]) -> None:
         status[:] = [sample.message.detail]
 
 
-async def _wait_for_all(collected: Collected, tasks: Sequence[asyncio.Task[None]], status: list[str]) -> None:
+async def _wait_for_all(collected: Collected, session: DeviceSession, status: list[str]) -> None:
     for _ in range(round(START_S / 0.1)):
         if not collected.silent:
             return
-        for task in tasks:
-            if task.done() and (fault := task.exception()) is not None:
-                raise fault
+        session.check()
         await asyncio.sleep(0.1)
     missing = ", ".join(name.replace("_", " ") for name in collected.silent)
     raise MoveError(f"no word from {missing} ({status[0] if status else 'the tracker does not answer'})")

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import struct
-import tempfile
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -113,60 +111,41 @@ def _from_log(path: Path, device: str) -> list[tuple[float, bytes]]:
 
 
 async def _live(conference: Conference, participant: str, side: str, device: str) -> list[tuple[float, bytes]]:
-    from vistel.conference.paths import RunPaths  # noqa: PLC0415
     from vistel.figure.calibration.moves import PAUSE_S  # noqa: PLC0415
     from vistel.protocol.glove_fit import HANDS, HOLD_S  # noqa: PLC0415
-    from vistel.wire.clock import SystemClock  # noqa: PLC0415
-    from vistel.wire.memory_bus import MemoryNetwork  # noqa: PLC0415
     from vistel.wire.topics import BY_NAME  # noqa: PLC0415
+    from vistel_cli.device_session import alone, running  # noqa: PLC0415
     from vistel_services import glove as service  # noqa: PLC0415
-    from vistel_sim.motion.open import CALIBRATION  # noqa: PLC0415
-    from vistel_sim.process import run_simulators  # noqa: PLC0415
 
-    logging.getLogger("vistel").setLevel(logging.ERROR)
     site = next(s for s in conference.sites if any(p.name == participant for p in s.participants))
     person = next(p for p in site.participants if p.name == participant)
     worn = {s: g for s, g in person.gloves.items() if s == side}
-    alone = person.model_copy(update={"motion": CALIBRATION, "tracker": None, "gloves": worn, "face": None, "eye": None})
-    there = site.model_copy(update={"participants": [alone], "props": []})
-    small = conference.model_copy(update={"sites": [there]})
-    clock = SystemClock()
-    bus = MemoryNetwork().bus(conference.name, site.name, clock, None)
+    with_glove = person.model_copy(update={"tracker": None, "gloves": worn, "face": None, "eye": None})
     collected: list[tuple[float, bytes]] = []
+    async with running(alone(conference, site, with_glove), (service,)) as session:
 
-    async def listen() -> None:
-        async for sample in bus.subscribe(BY_NAME["glove"], queue_all=True):
-            collected.append((sample.message.header.t_ns * 1e-9, sample.message.raw))
+        async def listen() -> None:
+            async for sample in session.bus.subscribe(BY_NAME["glove"], queue_all=True):
+                collected.append((sample.message.header.t_ns * 1e-9, sample.message.raw))
 
-    with tempfile.TemporaryDirectory(prefix="vistel-") as folder:
-        paths = RunPaths(Path(folder), Path(folder))
-        begin_ns = clock.now_ns()
-        simulated = worn[side].port == "sim"  # type: ignore[index]
-        tasks = [asyncio.create_task(listen())]
-        if simulated:
-            tasks.append(asyncio.create_task(run_simulators(small, paths, clock)))
-        tasks.append(asyncio.create_task(service.run(service.configure(small, there, paths), bus, clock)))
-        try:
-            for _ in range(round(START_S / 0.1)):
-                if collected or any(t.done() for t in tasks):
-                    break
-                await asyncio.sleep(0.1)
-            if not collected:
-                return collected
-            if not simulated:
-                begin_ns = clock.now_ns()
-            for k, (name, say) in enumerate(HANDS):
-                out.print(f"{k + 1} of {len(HANDS)}, {name}. {say}", soft_wrap=True)
-                hold_ns = begin_ns + round((k * (PAUSE_S + HOLD_S) + PAUSE_S) * 1e9)
-                for left in (3, 2, 1):
-                    await clock.sleep_until_ns(hold_ns - left * 1_000_000_000)
-                    out.print(f"   {left}", end="")
-                await clock.sleep_until_ns(hold_ns)
-                out.print("   hold still")
-                await clock.sleep_until_ns(hold_ns + round(HOLD_S * 1e9))
-            out.print("Done. Thank you.")
+        session.tasks.append(asyncio.create_task(listen()))
+        clock = session.clock
+        for _ in range(round(START_S / 0.1)):
+            session.check()
+            if collected:
+                break
+            await asyncio.sleep(0.1)
+        else:
             return collected
-        finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+        begin_ns = session.begin_ns if all(g.port == "sim" for g in worn.values()) else clock.now_ns()
+        for k, (name, say) in enumerate(HANDS):
+            out.print(f"{k + 1} of {len(HANDS)}, {name}. {say}", soft_wrap=True)
+            hold_ns = begin_ns + round((k * (PAUSE_S + HOLD_S) + PAUSE_S) * 1e9)
+            for left in (3, 2, 1):
+                await clock.sleep_until_ns(hold_ns - left * 1_000_000_000)
+                out.print(f"   {left}", end="")
+            await clock.sleep_until_ns(hold_ns)
+            out.print("   hold still")
+            await clock.sleep_until_ns(hold_ns + round(HOLD_S * 1e9))
+        out.print("Done. Thank you.")
+    return collected

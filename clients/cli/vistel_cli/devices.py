@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.table import Table
 
-from vistel_cli.terminal import out
+from vistel_cli.terminal import load_conference, out
 
 _BAUDS = (115200, 38400, 19200, 9600)
 
@@ -19,20 +20,31 @@ def devices(
         list[str] | None,
         typer.Option(help="Ask this serial port what hangs on it; may be given often. No conference may be using it."),
     ] = None,
+    watch: Annotated[
+        Path | None,
+        typer.Option(help="Show live what the trackers and gloves of this conference file say. No conference may be using them."),
+    ] = None,
+    seconds: Annotated[float, typer.Option(help="Watch for so long; 0: until Ctrl-C.")] = 0.0,
 ) -> None:
-    """List serial ports and HID devices a tracker or glove can be on.
+    """List serial ports and HID devices a tracker or glove can be on, and cameras.
 
     [bold]Example[/bold]
 
       vistel devices
       vistel devices --probe /dev/ttyUSB0
+      vistel devices --watch conference.toml
     """
+    if watch is not None:
+        from vistel_cli.devices_watch import watch_devices  # noqa: PLC0415
+
+        asyncio.run(watch_devices(load_conference(watch), seconds, as_json=as_json))
+        return
     if probe:
         _show(asyncio.run(_probed(probe)), as_json)
         return
-    found = _serial() + _hid()
+    found = _serial() + _hid() + _video()
     if not found and not as_json:
-        out.print('No serial port and no HID device here. Devices with port = "sim" are simulated.')
+        out.print('No serial port, no HID device and no camera here. Devices with port = "sim" are simulated.')
         return
     _show(found, as_json)
 
@@ -92,4 +104,12 @@ def _hid() -> list[dict[str, Any]]:
             "description": d["product_string"] or "",
         }
         for d in hid.enumerate()
+    ]
+
+
+def _video() -> list[dict[str, Any]]:
+    """Cameras, where the system lists them (Linux)."""
+    return [
+        {"port": f"/dev/{node.name}", "kind": "camera", "description": (node / "name").read_text().strip()}
+        for node in sorted(Path("/sys/class/video4linux").glob("video*"))
     ]

@@ -29,16 +29,17 @@ _RETRY_NS = 2_000_000_000
 
 @dataclass(frozen=True)
 class Config:
-    """path: the log to write; conference: the text of the conference file, kept inside it."""
+    """path: the log to write; conference: the text of the conference file, kept inside it; raw: keep devices' bytes."""
 
     path: Path
     conference: str | None = None
+    raw: bool = True
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
     """The recorder of a conference; it belongs to no site."""
     text = tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True))
-    return Config(paths.log, text)
+    return Config(paths.log, text, conference.record_raw)
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
@@ -46,7 +47,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     subscriptions = [
         bus.subscribe(topic, queue_all=True, polled=True)
         for topic in TOPICS
-        if topic.recorded and topic.delivery is not Delivery.QUERY
+        if topic.recorded and topic.delivery is not Delivery.QUERY and (config.raw or topic.name != "device_raw")
     ]
     book = _Book(config)
     due_ns = clock.now_ns()
