@@ -100,8 +100,8 @@ class MotionSample:
 
 
 class _Key(NamedTuple):
-    """A key frame as both ends know it. change, span: since the key frame it referred to; has: of every part;
-    grain: see `GRAINS_TENTHS`; full_ns: time of the full key frame it goes back to."""
+    """A key frame as both ends know it. values, change: (NUMBERS,) steps, the change since the key frame it referred to,
+    `span` frames before; has: (parts,); grain: see `GRAINS_TENTHS`; stale: bits of `StalePart`."""
 
     seq: int
     t_ns: int

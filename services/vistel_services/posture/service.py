@@ -16,6 +16,7 @@ from vistel.conference.model import Conference
 from vistel.figure.solve import Solved
 from vistel.v1.device_pb2 import TrackerFrame
 from vistel.v1.motion_pb2 import Motion, Participant
+from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication, Subscription
 from vistel.wire.clock import Clock
 from vistel.wire.motion import MotionEncoder, MotionSample, StalePart
@@ -49,12 +50,17 @@ PATIENCE_NS = 100_000_000
 
 def preload(conference: Conference) -> None:
     """Load what the first posture needs, ahead of `run`."""
+    _load()
+
+
+def _load() -> None:
     warm_up()
+    motion.warm_up()
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Publish Participant, Motion and avatar of every person of the site, and its props, until cancelled."""
-    await asyncio.to_thread(warm_up)
+    await asyncio.to_thread(_load)
     avatars = [await asyncio.to_thread(own_avatar, person) for person in config.people]
     makers = [_Maker(*who, config.site, bus) for who in zip(config.people, avatars, strict=True)]
     by_device: dict[str, _Maker] = {d: m for m in makers for d in (m.person.tracker, *m.person.gloves) if d}

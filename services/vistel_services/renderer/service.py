@@ -20,6 +20,7 @@ from prometheus_client import Counter, Gauge, Histogram
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.v1 import service_pb2
+from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -125,6 +126,7 @@ class _Reporter:
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Draw until cancelled."""
+    await asyncio.to_thread(motion.warm_up)
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(config.delay_s * 1e9))
     deliveries = Deliveries(bus, stage)

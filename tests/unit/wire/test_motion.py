@@ -303,3 +303,27 @@ def test_a_still_person_stays_well_below_the_budget() -> None:
         message.header.version = 1
         total += len(message.SerializeToString())
     assert total / 600 * 60 * 8 < 36_000
+
+
+def test_lists_of_older_versions_still_mean_what_they_meant() -> None:
+    """A key frame and a difference to it, as they stand in old logs: steps of 0.1 and 0.2 degrees, 0.5 mm, 0.2 mm."""
+    decoder = MotionDecoder()
+    key = Motion(key_seq=7, body=[100, -50, 0, 0, 0, 20], hands=[0, 30], stance=[2000, 0, -400, 900], gaze=[0], face=[5], stale=64)
+    key.header.seq, key.header.t_ns = 7, 10**9
+    change = Motion(key_seq=7, body=[-1], face=[0, 10])
+    change.header.seq, change.header.t_ns = 8, 10**9 + FRAME_NS
+    orphan = Motion(key_seq=3)
+    orphan.header.seq, orphan.header.t_ns = 9, 10**9 + 2 * FRAME_NS
+    first, second = decoder.decode(over_the_wire(key)), decoder.decode(over_the_wire(change))
+    assert decoder.decode(orphan) is None
+    assert first is not None and second is not None
+    assert np.degrees(first.body[:2]) == pytest.approx([10.0, -5.0]) and first.body[5] == pytest.approx(0.01)
+    assert np.degrees(first.hands[0, 1]) == pytest.approx(6.0)
+    assert first.stance == pytest.approx([1.0, 0.0, -0.2, math.pi / 2])
+    assert first.gaze is not None and first.face is not None and first.face[0] == pytest.approx(0.001)
+    assert first.stale == StalePart.FACE and first.lids is None and first.legs is None
+    assert np.degrees(second.body[0]) == pytest.approx(9.9) and second.face is not None
+    assert second.face[:2] == pytest.approx([0.001, 0.002])
+    too_long = Motion(key_seq=10, body=[1] * 26)
+    too_long.header.seq = 10
+    assert decoder.decode(too_long) is None
