@@ -22,6 +22,7 @@ from benchmarks.row import Row, machine
 from vistel.figure.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.hands import RELAXED
+from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.making.make import make_avatar, refit
 from vistel.figure.making.read import Extras, read_source
 from vistel.figure.making.source import Material, Source
@@ -31,6 +32,7 @@ _MAKEHUMAN = Path(__file__).resolve().parents[2] / "shared/data/human/makehuman"
 _MALE = _MAKEHUMAN / "targets/caucasian-male-young.target.gz"
 _WITHIN_S, _CLOSE_MM, _MOVED_MM = 20.0, {23: 8.0, 60: 4.0}, 10.0
 _ROUNDS, _POSTURES = 100, 200
+_LAYERS = 1.1
 _SLOWER, _SHARE, _VOLUME, _CROSSING = 1.2, 25.0, 5.0, 0.1
 
 
@@ -38,6 +40,7 @@ def run() -> Iterator[Row]:
     """One row per figure; some two minutes, most of it the sweep."""
     person = builtin_avatar("builtin:seed=3", name="bench", height=1.75)
     yield from _times(person)
+    yield from _layers(person)
     postures = recorded_postures(_POSTURES)
     if postures:
         yield from _sweeps(f"built-in person, {len(person.mesh.vertices)} vertices", person, postures)
@@ -46,6 +49,26 @@ def run() -> Iterator[Row]:
             body = make_avatar(_makehuman(f"{_MALE}=1"), name="body", height=1.75).avatar
             yield from _sweeps(f"MakeHuman male, {len(body.mesh.vertices)} vertices", body, postures)
         yield from _fits(case, source)
+
+
+def _layers(avatar: Avatar) -> Iterator[Row]:
+    """Processor time of a figure that moves, with muscles and bones under its skin and without."""
+    bare, layered = Figure(avatar), Figure(avatar)
+    layered.layers = SkinLayers(layered)
+    postures = (recorded_postures(_POSTURES) or [_bent(), Posture()])[::5]
+
+    def through(figure: Figure) -> None:
+        for posture in postures:
+            figure.pose(posture)
+
+    took = _microseconds({"bare": lambda: through(bare), "layered": lambda: through(layered)}, 40)
+    each = {k: v / len(postures) for k, v in took.items()}
+    ratio = each["layered"] / each["bare"]
+    yield Row(
+        "figure", f"posed figure with muscles and bones, {len(postures)} postures", "time", "us", round(each["layered"], 1),
+        "the same figure without them", round(each["bare"], 1), round(ratio, 3), f"ratio <= {_LAYERS}", ratio <= _LAYERS,
+        machine(),
+    )  # fmt: skip
 
 
 def _times(avatar: Avatar) -> Iterator[Row]:

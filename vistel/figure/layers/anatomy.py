@@ -149,7 +149,7 @@ _LEFT_MUSCLES = (
         "trapezius",
         (_site("neck", 0.6, (0.3, 0.0, -1.0), 0.8), _site("shoulder", -0.30, (0.0, 1.0, -0.3), 0.7, at="upper_arm")),
         Belly(_site("shoulder", 0.05, (0.0, 1.0, -0.3)), _site("shoulder", 0.80, (0.0, 1.0, -0.3)), 0.26, 0.40, 0.06, 0.5),
-        12.0, 0.5,
+        12.0, 0.4,
     ),
     MuscleSpec(
         "forearm_flexors",
@@ -211,15 +211,15 @@ _FINGERS = ("index", "middle", "ring", "little")
 
 _LEFT_BONES = (
     BoneSpec(
-        "elbow", _site("lower_arm", -0.05, _BACK, 0.60), _site("lower_arm", 0.10, _BACK, 0.55), 0.40, 0.26,
+        "elbow", _site("lower_arm", -0.06, _BACK, 0.52), _site("lower_arm", 0.12, _BACK, 0.50), 0.48, 0.17,
         ("upper_arm", "lower_arm"), 125.0,
     ),
     BoneSpec(
-        "knee", _site("lower_leg", -0.05, _FRONT, 0.62), _site("lower_leg", 0.07, _FRONT, 0.58), 0.38, 0.16,
+        "knee", _site("lower_leg", -0.05, _FRONT, 0.62), _site("lower_leg", 0.07, _FRONT, 0.58), 0.40, 0.12,
         ("upper_leg", "lower_leg"), 110.0,
     ),
     BoneSpec(
-        "collar", _site("shoulder", 0.12, (0.0, 0.55, 1.0), 0.80), _site("shoulder", 0.80, (0.0, 1.0, 0.8), 0.80), 0.16, 0.12,
+        "collar", _site("shoulder", 0.12, (0.0, 0.55, 1.0), 0.80), _site("shoulder", 0.68, (0.0, 1.0, 0.8), 0.80), 0.16, 0.06,
         ("shoulder", "upper_arm"), 80.0,
     ),
     *(

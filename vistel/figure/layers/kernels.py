@@ -49,7 +49,7 @@ load, spread, _, _ = of_width(LANES)
     TABLE_LENGTH,
 ) = range(24)
 
-LEAST, MOST = -0.6, 1.15
+LEAST, MOST = -0.4, 1.15
 """Bounds of what a muscle does, 1 being a belly at FULL of its length and active."""
 
 

@@ -21,7 +21,7 @@ from vistel.figure.layers.anatomy import VEINS, VeinSpec
 from vistel.figure.layers.contraction import activation, belly_length
 from vistel.figure.layers.forces import surface_ratio
 from vistel.figure.layers.muscles import BellyShape, Muscle
-from vistel.figure.layers.places import Places
+from vistel.figure.layers.places import Places, unit
 from vistel.figure.layers.skeleton_shapes import bone_shapes
 from vistel.figure.layers.skin import Anatomy
 from vistel.figure.posture import JointPose
@@ -43,6 +43,9 @@ UNDER_SKIN = 0.30
 """Weight of muscles in the blend, in parts of their weight under an embedded skin's 1."""
 JOINT_SIZE, JOINT_WEIGHT = 0.80, 0.25
 BONE_WEIGHT, VEIN_WEIGHT = 0.25, 0.45
+BONE_CORE = 0.55
+"""Radius of a bone that shows / of what stands for it under an embedded skin."""
+_PARENTS: list[int] = [int(p) for p in PARENTS]
 _SMOOTH = 4.0
 """Power of the union of the primitives of one limb, as in embedding."""
 
@@ -102,9 +105,11 @@ def layered_model(
     for joint, shape in bone_shapes(avatar, joints).items():
         parts.append(Part(f"{joint}_bone", "bones", shape, frozenset({limb[JOINT_INDEX[joint]]}), BONE_WEIGHT))
     for bone in anatomy.bones:
+        # As high as what moves an embedded skin, but as thin as a bone.
+        outer = (1.0 - BONE_CORE) * bone.radius * unit(bone.rise)
         up = bone.shown(bone.value(joints))
-        a, b = (joints.position[bone.joint] + joints.rotation[bone.joint] @ end for end in (up.a, up.b))
-        shape = Sphylinder.of_surface(_three(a), _three(b), bone.radius)
+        a, b = (joints.position[bone.joint] + joints.rotation[bone.joint] @ (end + outer) for end in (up.a, up.b))
+        shape = Sphylinder.of_surface(_three(a), _three(b), BONE_CORE * bone.radius)
         parts.append(Part(bone.name, "bones", shape, frozenset({limb[bone.joint]}), BONE_WEIGHT))
     places = Places(avatar)
     parts += [_vein(places, spec, joints, limb) for spec in veins]
@@ -115,8 +120,8 @@ def _limb_of_joint(avatar: Avatar, groups: I32) -> list[int]:
     """(J,) limb of each joint, or of what it hangs from."""
     own = {int(j): int(g) for j, g in zip(avatar.body.joint, groups, strict=True)}
     out: list[int] = []
-    for j in range(len(PARENTS)):
-        out.append(own[j] if j in own else out[PARENTS[j]] if PARENTS[j] >= 0 else int(groups[0]))
+    for j, parent in enumerate(_PARENTS):
+        out.append(own[j] if j in own else out[parent] if parent >= 0 else int(groups[0]))
     return out
 
 
@@ -131,7 +136,7 @@ def _joints(avatar: Avatar, joints: JointPose, limb: list[int], posed: PosedBody
     """A ball wherever one limb follows another."""
     for i in range(len(avatar.body)):
         j = int(avatar.body.joint[i])
-        above = limb[PARENTS[j]] if PARENTS[j] >= 0 else limb[j]
+        above = limb[_PARENTS[j]] if _PARENTS[j] >= 0 else limb[j]
         if above != limb[j] and float(np.linalg.norm(posed.a[i] - joints.position[j])) < 1e-6:
             ball = Sphere.of_surface(_three(joints.position[j]), JOINT_SIZE * float(posed.radius_a[i]))
             yield Part(f"{avatar.body.names[i]}_joint", "joints", ball, frozenset({above, limb[j]}), JOINT_WEIGHT)

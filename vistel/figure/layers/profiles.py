@@ -26,6 +26,8 @@ EDGE = float(QUARTIC.inverse(THRESHOLD))
 """Surface radius / radius of influence."""
 LEAST = 5e-5
 """Vertices that a layer moves by less are left out [m]."""
+TENDON = 0.7
+"""Part of a belly's field at rest that stays where it draws back."""
 _STEPS = 6
 _SLOPE_STEP = 1e-4
 
@@ -70,7 +72,13 @@ def muscle_profile(muscle: Muscle, skeleton_rest: F64, skin: Skin, share: F64) -
     vertex = np.flatnonzero(near & (share > 1e-3))
     p, n = skin.vertices[vertex], skin.normals[vertex]
     most = 0.8 * float(muscle.belly.half[0])
-    moved = _solve(lambda q: muscle.weight * (full(q) - rest(q)), p, n, skin.slope[vertex], most) * share[vertex]
+
+    def added(q: F64) -> F64:
+        # Where a belly draws back, its tendon stays.
+        before = rest(q)
+        return muscle.weight * (np.maximum(full(q), TENDON * before) - before)
+
+    moved = _solve(added, p, n, skin.slope[vertex], most) * share[vertex]
     return _kept(vertex, moved)
 
 

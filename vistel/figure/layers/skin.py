@@ -30,7 +30,9 @@ I32 = NDArray[np.int32]
 
 _SLOPE_STEP = 2e-3
 """Over which the fall of the skin's own field is measured [m]."""
-_LEAST_SLOPE = 4.0
+_LEAST_SLOPE, _FIRM = 4.0, 14.0
+"""Of a skin's own field [1/m]: what is kept of it, and as how steep layers find it. That of a trunk, whose primitives are wide,
+falls so slowly that a muscle of a limb's size would blow it up."""
 _TRUNK = (*(f"spine_{i}" for i in range(4, 9)), "left_shoulder", "right_shoulder", "neck")
 _BLENDS = {"deltoid": _TRUNK, "pectoral": _TRUNK, "trapezius": _TRUNK, "collar": _TRUNK}
 """Which limbs a layer blends with beside those it is fixed to: the edges of the graph to the skin (Fig. 39b)."""
@@ -234,7 +236,7 @@ def _limbs_of(name: str, joints: tuple[int, ...]) -> list[int]:
 def _profiles(figure: Figure, anatomy: Anatomy, slope: F64) -> tuple[Profile, ...]:
     skeleton, share = figure.avatar.skeleton, _shares(figure)
     rest, normals = figure.skin.rest
-    skin = Skin(rest.astype(np.float64), normals.astype(np.float64), slope)
+    skin = Skin(rest.astype(np.float64), normals.astype(np.float64), np.maximum(slope, _FIRM))
 
     def blends(name: str, *joints: int) -> F64:
         return np.minimum(1.0, share[:, _limbs_of(name, joints)].sum(axis=1)).astype(np.float64)
