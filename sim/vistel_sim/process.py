@@ -251,11 +251,12 @@ def device_seed(seed: int, name: str) -> int:
 
 
 async def run_simulators(
-    conference: Conference, paths: RunPaths, clock: Clock, faults: Iterable[Fault] = (), *, site: str | None = None
-) -> None:
-    """Run them until cancelled. The motion, and the times of `faults`, begin now."""
+    conference: Conference, paths: RunPaths, clock: Clock, faults: Iterable[Fault] = (), *, site: str | None = None,
+    start_ns: int | None = None,
+) -> None:  # fmt: skip
+    """Run them until cancelled. The motion, and the times of `faults`, begin at `start_ns` of the clock; without it, now."""
     motion = open_motion(conference)
-    faults, start_ns = tuple(faults), clock.now_ns()
+    faults, start_ns = tuple(faults), clock.now_ns() if start_ns is None else start_ns
     devices = simulated_devices(conference, motion, paths, clock, start_ns, site=site, faults=faults)
     senders = simulated_senders(conference, motion, paths, clock, start_ns, site=site, faults=faults)
     servers = simulated_servers(conference, motion, paths, clock, start_ns, site=site, faults=faults)

@@ -48,8 +48,8 @@ class GloveFit:
 
 
 def find_holds(times_s: Sequence[float], samples: Sequence[Sequence[int]], still: float = _STILL_COUNTS) -> list[tuple[float, ...]]:
-    """The medians of the hands held still for half of HOLD_S or longer, in order. Raises CalibrationError unless as many
-    different ones are found as HANDS has."""
+    """The medians of the hands held still for half of HOLD_S or longer, in order, each different from the one before.
+    Raises CalibrationError where they are fewer than HANDS."""
     holds: list[tuple[float, float, list[int]]] = []
     begin = 0
     middle: tuple[float, ...] = ()
@@ -71,12 +71,32 @@ def find_holds(times_s: Sequence[float], samples: Sequence[Sequence[int]], still
             apart.append(hand)
         else:
             apart[-1] = hand
-    if len(apart) != len(HANDS):
+    if len(apart) < len(HANDS):
         names = ", ".join(name for name, _ in HANDS)
         raise CalibrationError(
             f"{len(apart)} hands held still were found, {len(HANDS)} are needed ({names}, each for {HOLD_S:.0f} s); record again"
         )
     return apart
+
+
+def fit_among(holds: Sequence[Sequence[float]], base: GloveCalibration | None = None) -> GloveFit:
+    """The best fit of four hands that follow one another among `holds`: a hand at rest may come before or after them.
+
+    Raises CalibrationError where no four fit.
+    """
+    best: GloveFit | None = None
+    fault = CalibrationError("expected four hands")
+    for k in range(len(holds) - len(HANDS) + 1):
+        try:
+            fit = fit_glove(holds[k : k + len(HANDS)], base)
+        except CalibrationError as e:
+            fault = e
+            continue
+        if best is None or len(fit.notes) < len(best.notes):
+            best = fit
+    if best is None:
+        raise fault
+    return best
 
 
 def fit_glove(hands: Sequence[Sequence[float]], base: GloveCalibration | None = None) -> GloveFit:

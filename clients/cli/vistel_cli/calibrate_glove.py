@@ -82,11 +82,11 @@ def _counts(raw: bytes, config: GloveConfig) -> tuple[int, ...]:
 
 def _fitted(config: GloveConfig, hands: list[tuple[float, ...]]) -> tuple[Any, tuple[str, ...]]:
     from vistel.protocol import fivedt, fivedt_calibration  # noqa: PLC0415
-    from vistel.protocol.glove_fit import fit_glove  # noqa: PLC0415
+    from vistel.protocol.glove_fit import fit_among  # noqa: PLC0415
     from vistel_services.glove.fivedt_driver import HIGHEST  # noqa: PLC0415
 
     if config.kind == "cyberglove":
-        found = fit_glove(hands)
+        found = fit_among(hands)
         return found.calibration, found.notes
     base = fivedt_calibration.default_calibration(HIGHEST.get(config.kind, fivedt.HIGHEST))
     whole = [[round(v) for v in hand] for hand in hands]

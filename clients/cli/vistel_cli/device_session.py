@@ -53,7 +53,7 @@ async def running(conference: Conference, services: Sequence[ModuleType]) -> Asy
         begin_ns = clock.now_ns()
         session = DeviceSession(network.bus(conference.name, "here", clock, None), clock, begin_ns, [])
         if simulated_devices(conference):
-            session.tasks.append(asyncio.create_task(run_simulators(conference, paths, clock)))
+            session.tasks.append(asyncio.create_task(run_simulators(conference, paths, clock, start_ns=begin_ns)))
         for site in conference.sites:
             bus = network.bus(conference.name, site.name, clock, None)
             for service in services:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from vistel.figure.hands import RELAXED
 from vistel.protocol.cyberglove import SENSORS
 from vistel.protocol.glove_calibration import (
     CalibrationError,
@@ -16,7 +17,7 @@ from vistel.protocol.glove_calibration import (
     load_calibration,
     save_calibration,
 )
-from vistel.protocol.glove_fit import HANDS, HOLD_S, find_holds, fit_glove
+from vistel.protocol.glove_fit import HANDS, HOLD_S, find_holds, fit_among, fit_glove
 from vistel_sim.motion.calibration import hand_at
 
 RATE_HZ = 60.0
@@ -72,6 +73,15 @@ def test_open_and_fist_exchanged_are_told() -> None:
     hands = find_holds(*worn(own(1), 18))
     with pytest.raises(CalibrationError, match="exchanged"):
         fit_glove([hands[1], hands[0], hands[2], hands[3]])
+
+
+def test_a_hand_at_rest_before_or_after_is_no_matter() -> None:
+    times, samples = worn(own(1), 18)
+    rest = [[min(255, max(1, round(c))) for c in own(1).counts(RELAXED.tolist(), 18)]] * 180
+    longer = [k / RATE_HZ for k in range(len(samples) + 360)]
+    found = fit_among(find_holds(longer, [*rest, *samples, *rest]))
+    assert found.notes == ()
+    assert found.calibration.gain == pytest.approx(fit_glove(find_holds(times, samples)).calibration.gain)
 
 
 def test_too_few_hands_are_told() -> None:
