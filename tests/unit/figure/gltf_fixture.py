@@ -20,10 +20,11 @@ from vistel.figure.rigid_weights import influences
 
 @lru_cache(maxsize=1)
 def small() -> Avatar:
-    """The person with 6,000 triangles and weights of her own, as imported people have."""
+    """The person with 6,000 triangles, a small texture and weights of her own, as imported people have."""
     a = person().coarser[0]
     bone, weight = influences(a.skeleton, a.mesh.vertices, a.mesh.triangles, a.body.joint[a.mesh.limb])
-    return replace(a, mesh=replace(a.mesh, bone=bone, weight=weight))
+    albedo = np.ascontiguousarray(a.albedo[::6, ::6])
+    return replace(a, mesh=replace(a.mesh, bone=bone, weight=weight), albedo=albedo)
 
 
 def chunks(path: Path) -> tuple[dict[str, Any], bytes]:

@@ -49,8 +49,7 @@ def _same(one: Any, other: Any) -> None:
         assert one == other
 
 
-@pytest.mark.parametrize("ending", [".glb", ".vrm"])
-@pytest.mark.parametrize("make", [person, small])
+@pytest.mark.parametrize(("ending", "make"), [(".glb", person), (".glb", small), (".vrm", small)])
 def test_a_round_trip_loses_nothing_of_the_finest_level(tmp_path: Path, ending: str, make: Any) -> None:
     path = tmp_path / f"eva{ending}"
     save_gltf(make(), path)
@@ -94,7 +93,7 @@ def _limbs(avatar: Avatar) -> np.ndarray:
 @pytest.mark.parametrize("ending", [".glb", ".vrm"])
 def test_numbers_are_as_gltf_wants_them(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"eva{ending}"
-    save_gltf(person(), path)
+    save_gltf(small(), path)
     tree, binary = chunks(path)
     sizes = {5121: 1, 5123: 2, 5125: 4, 5126: 4}
     columns = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -115,7 +114,7 @@ def test_numbers_are_as_gltf_wants_them(tmp_path: Path, ending: str) -> None:
 
 def test_a_vrm_file_has_all_that_vrm_1_requires(tmp_path: Path) -> None:
     path = tmp_path / "eva.vrm"
-    save_gltf(person(), path, author="Eva Ito")
+    save_gltf(small(), path, author="Eva Ito")
     tree, _ = chunks(path)
     vrm = tree["extensions"]["VRMC_vrm"]
     assert "VRMC_vrm" in tree["extensionsUsed"]
@@ -148,7 +147,7 @@ def test_vrm_names_lead_there_and_back() -> None:
 
 def test_another_reader_sees_the_same_mesh_and_texture(tmp_path: Path) -> None:
     path = tmp_path / "eva.glb"
-    avatar = person()
+    avatar = small()
     save_gltf(avatar, path)
     scene = trimesh.load(path, process=False)
     skin = scene.geometry["skin"]
@@ -169,12 +168,12 @@ def test_a_file_that_others_changed_is_imported_anew(tmp_path: Path) -> None:
     assert read_source(path).rig is not None
 
 
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(at=st.floats(0.0, 1.0), put=st.binary(min_size=1, max_size=8), cut=st.booleans())
 def test_damaged_files_are_refused_in_one_line_or_read(tmp_path: Path, at: float, put: bytes, cut: bool) -> None:
     path = tmp_path / "eva.glb"
     if not (tmp_path / "whole.glb").exists():
-        save_gltf(replace(small(), albedo=small().albedo[::64, ::64]), tmp_path / "whole.glb")
+        save_gltf(replace(small(), albedo=small().albedo[::16, ::16]), tmp_path / "whole.glb")
     whole = (tmp_path / "whole.glb").read_bytes()
     k = int(at * len(whole))
     path.write_bytes(whole[:k] if cut else whole[:k] + put + whole[k + len(put) :])
