@@ -75,7 +75,7 @@ def test_the_whole_figure_is_one_program_with_muscles_under_its_skin() -> None:
     joints = pose_joints(tube_person().skeleton, Posture())
     hips = joints.position[JOINT_INDEX["hips"]]
     assert program.field(np.array([hips]))[0] > vi.THRESHOLD
-    assert program.field(np.array([(*hips, 0.0, 0.0, 1.0)]))[0] == 0.0
+    assert program.field(np.array([hips + np.array((0.0, 0.0, 1.0))]))[0] == 0.0
     points = hips + np.random.default_rng(0).normal(0.0, 0.2, (200, 3))
     assert np.allclose(program.field(points), whole.field(points), atol=2e-5)
 

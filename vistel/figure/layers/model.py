@@ -108,8 +108,11 @@ def layered_model(
         # As high as what moves an embedded skin, but as thin as a bone.
         outer = (1.0 - BONE_CORE) * bone.radius * unit(bone.rise)
         up = bone.shown(bone.value(joints))
-        a, b = (joints.position[bone.joint] + joints.rotation[bone.joint] @ (end + outer) for end in (up.a, up.b))
-        shape = Sphylinder.of_surface(_three(a), _three(b), BONE_CORE * bone.radius)
+        tip = avatar.skeleton.tip[bone.joint]
+        ends = (up.a + outer, up.b + outer, max(0.0, float(up.b @ tip) / float(tip @ tip)) * tip)
+        a, b, root = (joints.position[bone.joint] + joints.rotation[bone.joint] @ end for end in ends)
+        radius = BONE_CORE * bone.radius
+        shape = union(*(Sphylinder.of_surface(_three(p), _three(b), radius) for p in (a, root)))
         parts.append(Part(bone.name, "bones", shape, frozenset({limb[bone.joint]}), BONE_WEIGHT))
     places = Places(avatar)
     parts += [_vein(places, spec, joints, limb) for spec in veins]

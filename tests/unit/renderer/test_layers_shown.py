@@ -1,0 +1,44 @@
+"""What the renderer draws of the layers under a figure's skin."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.figure.posture import ELBOW, Posture
+from vistel_services.renderer.draw import Corners
+from vistel_services.renderer.figures import Person
+from vistel_services.renderer.service import configure
+
+sys.path.append(str(Path(__file__).parents[1] / "figure"))
+from figure_fixture import tube_person
+
+
+def _drawn(person: Person, elbow: float) -> np.ndarray:
+    dofs = Posture().dofs.copy()
+    dofs[ELBOW["left"]] = math.radians(elbow)
+    skin = person.pose(Posture(dofs)).skin
+    assert isinstance(skin, Corners)
+    return skin.positions.copy()
+
+
+def test_a_person_is_drawn_with_muscles_and_bones_unless_they_are_taken_away() -> None:
+    whole, without = Person(tube_person()), Person(tube_person(), layers=False)
+    assert np.abs(_drawn(whole, 0.0) - _drawn(without, 0.0)).max() < 1e-6
+    assert np.abs(_drawn(whole, 120.0) - _drawn(without, 120.0)).max() > 3e-3
+    whole.bare()
+    assert np.array_equal(_drawn(whole, 120.0), _drawn(without, 120.0))
+
+
+def test_the_display_of_a_site_switches_them(tmp_path: Path) -> None:
+    for shown in (True, False):
+        conference = Conference.model_validate(
+            {"sites": [{"name": "tokyo", "participants": [{"name": "aiko"}], "display": {"layers": shown}}]}
+        )
+        config = configure(conference, conference.sites[0], RunPaths(tmp_path, tmp_path))
+        assert config.view.layers is shown
