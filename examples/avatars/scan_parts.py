@@ -97,14 +97,13 @@ def write(piece: Piece, folder: Path, name: str, picture: np.ndarray) -> None:
     (folder / f"{name}.obj").write_text("\n".join(lines) + "\n")
 
 
-def main() -> None:
-    folder = Path(sys.argv[1])
+def make(avatar: Avatar, planes_of: dict[str, list[tuple[str, np.ndarray, np.ndarray]]], folder: Path) -> None:
+    """The parts and the file that names them."""
     folder.mkdir(parents=True, exist_ok=True)
-    avatar = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
     body, rng = whole(avatar), np.random.default_rng(6)
     small = np.asarray(Image.fromarray(avatar.albedo).resize((1024, 1024), Image.Resampling.LANCZOS), np.float64)
     text = ['name = "eva"\n']
-    for name, planes in cuts(avatar).items():
+    for name, planes in planes_of.items():
         piece = part(body, planes, name)
         middle = piece.points[np.unique(piece.triangles)].mean(axis=0)
         if name != "torso":
@@ -114,10 +113,17 @@ def main() -> None:
         bright = 1.0 + EXPOSURE * rng.uniform(-1, 1)
         write(piece, folder, name, np.clip(bright * small, 0, 255).astype(np.uint8))
         text.append(f'[[parts]]\npart = "{name}"\nfile = "{name}.obj"\n')
-    # There is little neck under a chin: a short zone [m].
-    text.append('[[joints]]\nbetween = ["torso", "head"]\nzone = 0.012\n')
+    if "head" in planes_of:  # there is little neck under a chin: a short zone [m]
+        text.append('[[joints]]\nbetween = ["torso", "head"]\nzone = 0.012\n')
     (folder / "parts.toml").write_text("\n".join(text))
-    print(f"{len(cuts(avatar))} parts; assemble them: vistel avatar assemble {folder / 'parts.toml'} -o eva.usda")
+
+
+def main() -> None:
+    folder = Path(sys.argv[1])
+    avatar = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
+    planes_of = cuts(avatar)
+    make(avatar, planes_of, folder)
+    print(f"{len(planes_of)} parts; assemble them: vistel avatar assemble {folder / 'parts.toml'} -o eva.usda")
 
 
 if __name__ == "__main__":

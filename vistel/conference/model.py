@@ -195,7 +195,7 @@ class Participant(_Model):
     height: float = Field(default=1.75, ge=0.5, le=2.6)
     avatar: str = "builtin"
     """"builtin" (made from the name), "builtin:seed=3", or a file: .usda, .usdc or .usdz, beside the conference file or in
-    the avatar folder. Others hear its name only, and need the file too."""
+    the avatar folder, at this person's site. It goes to the others in the conference."""
     tracker: TrackerConfig | None = TrackerConfig()
     gloves: dict[Literal["left", "right"], GloveConfig] = {"left": GloveConfig(), "right": GloveConfig()}
     face: FaceConfig | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import runpy
 import shlex
 from pathlib import Path
 
@@ -42,6 +43,14 @@ def _of_others(avatar: Avatar, path: Path) -> None:
     path.write_bytes(path.read_bytes().replace(b'"VISTEL_avatar"', b'"OTHERS_avatar"'))
 
 
+def _in_parts(avatar: Avatar, folder: Path) -> None:
+    """A person in two parts, cut at an elbow as the example cuts all joints."""
+    scans = runpy.run_path(str(PAGE.parents[2] / "examples/avatars/scan_parts.py"))
+    planes = scans["cuts"](avatar)["left_forearm"]
+    point, normal = planes[0][1], planes[0][2]
+    scans["make"](avatar, {"torso": [("left_forearm", point + scans["GAP"] * normal, -normal)], "left_forearm": planes}, folder)
+
+
 def _has_gl() -> bool:
     try:
         open_surface(8, 8).close()
@@ -64,8 +73,9 @@ def test_the_commands_of_the_page_work_in_its_order(
     save_usd(small, folder / "character.usdz")
     target = "caucasian-male-young.target.gz"
     (folder / target).symlink_to(shared_data / "human/makehuman/targets" / target)
+    _in_parts(small, folder / "parts")
     commands = re.findall(r"^    (vistel avatar .*)$", PAGE.read_text("utf-8"), re.MULTILINE)
-    assert len(commands) == 17
+    assert len(commands) == 18
     for command in dict.fromkeys(commands):
         if "--sheet" in command and not _has_gl():
             continue

@@ -61,8 +61,7 @@ def test_a_snapshot_keeps_them() -> None:
 
 def test_digits_and_palm_are_found_by_their_joints() -> None:
     assert np.array_equal(OWN.digit, build_of(1.75, 1.0).digit)
-    hand = OWN.digit[[i for i, n in enumerate(OWN.body.names) if n == "right_palm"][0]]
-    assert hand == DIGITS + PALM
+    assert OWN.digit[OWN.body.names.index("right_palm")] == DIGITS + PALM
 
 
 def test_the_palm_lies_at_the_surface_of_the_own_hand() -> None:

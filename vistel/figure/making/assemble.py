@@ -14,7 +14,7 @@ from PIL import Image
 
 from vistel.figure.making.assemble_colour import coloured
 from vistel.figure.making.assemble_file import Assembly, read_assembly
-from vistel.figure.making.assemble_joint import End, Frame, blended, frame_of
+from vistel.figure.making.assemble_joint import ZONES, End, Frame, blended, frame_of
 from vistel.figure.making.assemble_piece import Piece, closed, joined, loops
 from vistel.figure.making.parts import soundness, weld
 from vistel.figure.making.read import Extras, read_source
@@ -83,17 +83,27 @@ def assemble(path: Path, step: Callable[[str], None] = lambda _: None) -> Assemb
     whole = list(pieces)
     out: list[Piece] = []
     made: list[JointMade] = []
-    for (a, b, _), frame in zip(pairs, frames, strict=True):
+    for (a, b, zone), frame in zip(pairs, frames, strict=True):
         label = f"{names[a.part]} and {names[b.part]}"
         step(f"blending {label}")
+        reason = MakingError(label)
         others = tuple(_others(frame, frames, pairs, e.part) for e in (a, b))
         both = whole[a.part], whole[b.part]
         # Cuts renumber vertices: the ends are found again where they were.
         here = tuple(_again(pieces[e.part], e, w) for e, w in zip((a, b), both, strict=True))
-        joint = blended(both, here, frame, others, f"{path}: {label}")  # type: ignore[arg-type]
+        limbs = pieces[a.part], pieces[b.part]
+        for shorter in (1.0,) if zone is not None else (1.0, ZONES[1] / ZONES[0]):
+            frame = replace(frame, zone=max(shorter * frame.zone, 0.5 * frame.gap + 0.1 * frame.radius))  # noqa: PLW2901
+            try:
+                joint = blended(both, here, frame, others, f"{path}: {label}")  # type: ignore[arg-type]
+                sides = [joint.kept.of_faces(np.array(part_of)[joint.kept.part] == e.part) for e in (a, b)]
+                skin, picture = coloured(joint.made, sides, limbs, materials, f"{path}: {label}")
+                break
+            except MakingError as fault:
+                reason = fault
+        else:
+            raise reason
         whole[a.part], whole[b.part] = joint.first, joint.second
-        sides = [joint.kept.of_faces(np.array(part_of)[joint.kept.part] == e.part) for e in (a, b)]
-        skin, picture = coloured(joint.made, sides, (pieces[a.part], pieces[b.part]), materials, f"{path}: {label}")
         skin = replace(skin, material=np.full(len(skin.triangles), len(materials)), part=np.full(len(skin.triangles), len(groups)))
         materials.append(Material(f"seam of {label}", None, picture))
         groups.append(f"seam of {label}")

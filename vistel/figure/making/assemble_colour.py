@@ -143,7 +143,7 @@ def _texels(made: Piece) -> tuple[I64, F64]:
 
 def colour_at(limb: Piece, points: F64, materials: Sequence[Material]) -> F64:
     """(N, 3) sRGB of a part's texture at the place of its surface nearest to each point."""
-    row, share, _ = closest(points, limb.points[limb.triangles])
+    row, share, _ = closest(points, limb.points[limb.triangles], 8)
     uv = np.einsum("nk,nkc->nc", share, limb.uv[row])
     out = np.empty((len(points), 3))
     for m in np.unique(limb.material[row]):

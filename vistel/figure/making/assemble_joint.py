@@ -33,8 +33,8 @@ I64 = NDArray[np.int64]
 REACH = 0.8
 """Distance ratio at which a limb's own field has the threshold: its influence ends a quarter further out."""
 BLEND = QUARTIC.actuated(REACH)
-ZONE = 0.35
-"""Half the length of the zone in which limbs hand over, in their radius at the joint."""
+ZONES = (0.6, 0.35)
+"""Half the length of the zone in which limbs hand over, in their radius at the joint; the shorter where there is no room."""
 DEPTH = 1.1
 """How far a limb's blob goes on beyond the zone, in that radius; less where it could not be seen from one centre."""
 SHORTER = (1.0, 0.7, 0.45, 0.28, 0.16, 0.08)
@@ -125,7 +125,7 @@ def frame_of(pieces: tuple[Piece, Piece], ends: tuple[End, End], zone: float | N
             f"{names}: their ends are {1e2 * float(np.linalg.norm(middle[1] - middle[0])):.1f} cm apart, too far for ends "
             f"{1e2 * radius:.1f} cm in radius; is a part between them missing? else bring them together with move or landmarks"
         )
-    half = max(ZONE * radius if zone is None else zone, 0.5 * max(gap, 0.0) + 0.1 * radius)
+    half = max(ZONES[0] * radius if zone is None else zone, 0.5 * max(gap, 0.0) + 0.1 * radius)
     return Frame(centre, axes, radius, half, gap)
 
 

@@ -192,9 +192,10 @@ def at_vertices(piece: Piece) -> tuple[F64, I64, I64]:
     return uv, material, part
 
 
-def closest(points: F64, corners: F64) -> tuple[I64, F64, F64]:
-    """For points (N, 3) the nearest of triangles (F, 3, 3): its row, barycentric coordinates (N, 3) there, distance (N,)."""
-    count = min(NEAREST, len(corners))
+def closest(points: F64, corners: F64, among: int = NEAREST) -> tuple[I64, F64, F64]:
+    """For points (N, 3) the nearest of triangles (F, 3, 3), of the `among` with the nearest middles: its row, barycentric
+    coordinates (N, 3) there, distance (N,)."""
+    count = min(among, len(corners))
     near = KDTree(corners.mean(axis=1)).query(points, count)[1].reshape(len(points), count)
     best = np.full(len(points), np.inf)
     row, share = np.zeros(len(points), np.int64), np.zeros((len(points), 3))
