@@ -30,8 +30,10 @@ I32 = NDArray[np.int32]
 
 SIDES = {"left": 1.0, "right": -1.0}
 MOST_KNEE, MOST_ELBOW = math.radians(150.0), math.radians(152.0)
-TOUCH = 0.004
-"""How deep an arm may press into the own body [m]."""
+TOUCH = 0.0
+"""How deep the primitives of an arm may press into those of the own body [m]."""
+_BEYOND = 0.0005
+"""How much further than that a turn aims [m], so that few are enough."""
 _STEPS = 40
 _MOST_TURN = math.radians(5.0)
 _SAMPLES: F64 = np.linspace(0.0, 1.0, 7)
@@ -85,7 +87,7 @@ def clear_of_body(skeleton: Skeleton, body: Body, posture: Posture, touch: float
             length = float(np.linalg.norm(axis))
             if length < 0.02:
                 break
-            turn = min(_MOST_TURN, (depth - 0.5 * touch) / length)
+            turn = min(_MOST_TURN, (depth - touch + _BEYOND) / length)
             chest = joints.rotation[JOINT_INDEX[f"{side}_shoulder"]]
             local = matrix_from_rotvec(np.ascontiguousarray(chest.T @ axis / length * turn))
             now = matrix_from_rotvec(np.ascontiguousarray(dofs[SHOULDER[side]]))
