@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.face_marks import MARK_COUNT
 from vistel.vision.assignment import cheapest
+from vistel.vision.mark_doubt import GATE, NOISE_M, condition, judge
 from vistel.vision.mark_shape import MarkShape, standard_shape
 
 F64 = NDArray[np.float64]
@@ -21,22 +22,13 @@ Bool = NDArray[np.bool_]
 
 _RELAX_S = 0.8
 """In which a face forgets: the time constant of the filter's pull to rest."""
-_NOISE_M = 0.0004
-"""Of a centre, with what a mark does between two frames on its own."""
-_GATE = 25.0
-"""Squared Mahalanobis distance beyond which a spot is not a mark."""
-_MARGIN = 14.0
-"""Two marks are told apart when exchanging them costs so much more (log likelihood ratio, doubled)."""
-_ODD, _DOUBT_S = 8.0, 0.6
-"""Marks are doubted where exchanging two makes the face so much likelier by itself; after so long in doubt all are looked
-for anew."""
+_DOUBT_S = 0.6
+"""After so long in doubt all marks are looked for anew."""
 _VAGUE_M = 0.006
 """How well a spot tells where a mark is that may not be its own."""
 _TOUCH_M, _FITS = 0.0075, 16.0
 """Marks nearer than this touch; and the squared Mahalanobis distance within which a mark lies as the others expect."""
-_MARK_M = 0.003
-"""A mark's radius."""
-_SPEED_KEPT_S = 0.25
+_SPEED_KEPT_S = 0.1
 """Time constant in which the speed of a hidden mark dies away."""
 _LOST_S = 0.7
 """With fewer than `_ENOUGH` marks seen for so long everything is looked for anew."""
@@ -66,6 +58,7 @@ class MarkTracker:
         self._found = False
         self._poor_s = self._doubt_s = 0.0
         self._entangled = np.zeros((MARK_COUNT, MARK_COUNT), bool)
+        self._seen = np.zeros(MARK_COUNT, bool)
 
     def expected(self, dt_s: float) -> F64:
         """(13, 2) where the marks are likely to be `dt_s` after the last frame."""
@@ -84,19 +77,24 @@ class MarkTracker:
         spot = self._assign(spots, mean, cov)
         if not self._found:
             spot = self._settle(spots, spot, mean, cov)
-        unsure = self._unsure(spots, spot, mean, cov)
-        odd, fits = self._by_shape(spots, spot)
+        now = judge(spots, spot, mean, cov)
+        shape = judge(spots, spot, self._shape.rest, self._prior)
+        fits = ~shape.doubtful & (shape.far < _FITS)
         self._entangle(spots, spot, mean, fits)
-        seen = (spot >= 0) & ~unsure & ~odd & ~self._entangled.any(1)
+        seen = (spot >= 0) & ~now.doubtful & ~shape.odd & ~self._entangled.any(1)
         if not self._found:
             self._found = int(seen.sum()) >= MARK_COUNT - 2
             if not self._found:
                 return TrackedMarks(mean.reshape(-1, 2), np.zeros(MARK_COUNT, bool), spot, False)
+        else:
+            # What was lost is believed again where a face would have it, not where it was expected to have gone.
+            seen &= self._seen | fits
+        self._seen = seen
         self._update(spots, spot, seen, mean, cov, dt_s)
         self._poor_s = 0.0 if seen.sum() >= _ENOUGH else self._poor_s + dt_s
         # Spots enough for all marks, and still some are not told: one wrong choice may keep others from their own.
         stuck = not seen.all() and len(spots) >= MARK_COUNT
-        self._doubt_s = self._doubt_s + dt_s if odd.any() or stuck else 0.0
+        self._doubt_s = self._doubt_s + dt_s if shape.odd.any() or stuck else 0.0
         position, found = self._mean.reshape(-1, 2).copy(), self._found
         if self._poor_s > _LOST_S or self._doubt_s > _DOUBT_S:
             self.forget()
@@ -116,10 +114,10 @@ class MarkTracker:
             return np.full(MARK_COUNT, -1, np.int64)
         d = spots[None] - mean.reshape(-1, 1, 2)
         blocks = np.stack([cov[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] for i in range(MARK_COUNT)])
-        inverse = np.linalg.inv(blocks + _NOISE_M**2 * np.eye(2))
-        cost = np.minimum(np.einsum("ijk,ikl,ijl->ij", d, inverse, d), 10.0 * _GATE)
+        inverse = np.linalg.inv(blocks + NOISE_M**2 * np.eye(2))
+        cost = np.minimum(np.einsum("ijk,ikl,ijl->ij", d, inverse, d), 10.0 * GATE)
         # One spare place per mark, so that any number of marks may go without a spot.
-        columns = cheapest(np.hstack((cost, np.full((MARK_COUNT, MARK_COUNT), _GATE))))
+        columns = cheapest(np.hstack((cost, np.full((MARK_COUNT, MARK_COUNT), GATE))))
         return np.where(columns < len(spots), columns, -1)
 
     def _settle(self, spots: F64, spot: NDArray[np.int64], mean: F64, cov: F64) -> NDArray[np.int64]:
@@ -129,68 +127,12 @@ class MarkTracker:
             if len(at) < 4:
                 return spot
             better = np.full(MARK_COUNT, -1, np.int64)
-            m, p = _condition(mean, cov, at, spots[spot[at]], 4.0 * _NOISE_M)
-            better = self._assign(spots, m, p + (2.0 * _NOISE_M) ** 2 * np.eye(len(p)))
+            m, p = condition(mean, cov, at, spots[spot[at]], 4.0 * NOISE_M)
+            better = self._assign(spots, m, p + (2.0 * NOISE_M) ** 2 * np.eye(len(p)))
             if np.array_equal(better, spot):
                 return spot
             spot = better
         return spot
-
-    def _unsure(self, spots: F64, spot: NDArray[np.int64], mean: F64, cov: F64) -> Bool:
-        """(13,) marks whose spot might as well be another mark's, or another spot theirs."""
-        out = np.zeros(MARK_COUNT, bool)
-        at = np.flatnonzero(spot >= 0)
-        if len(at) < 2:
-            return spot >= 0
-        where = spots[spot[at]]
-        pull, block = _residual(where, at, mean, cov)
-        for i, j in zip(*np.nonzero(_exchanged(where, pull, block) < _MARGIN), strict=True):
-            out[at[i]] = out[at[j]] = True
-        # A spot that nobody has might be this mark's.
-        spare = np.setdiff1d(np.arange(len(spots)), spot[at])
-        if len(spare):
-            e = spots[spare][None] - where[:, None]
-            own = block[np.arange(len(at)), :, np.arange(len(at))]
-            change = 2.0 * np.einsum("nmk,nk->nm", e, pull) + np.einsum("nmk,nkl,nml->nm", e, own, e)
-            out[at[(change < _MARGIN).any(1)]] = True
-        out[at[self._rivalled(where, at, np.flatnonzero(spot < 0), mean, cov, pull, block)]] = True
-        return out
-
-    def _rivalled(
-        self, where: F64, at: NDArray[np.int64], hidden: NDArray[np.int64], mean: F64, cov: F64, pull: F64, block: F64
-    ) -> list[int]:
-        """Which of the marks `at`, measured at `where` (k, 2), might be one that is hidden: the others would let it lie
-        there nearly as well."""
-        out: list[int] = []
-        for h in hidden:
-            spread = cov[2 * h : 2 * h + 2, 2 * h : 2 * h + 2] + _MARK_M**2 * np.eye(2)
-            e = where - mean[2 * h : 2 * h + 2]
-            for k in np.flatnonzero(np.einsum("nk,nk->n", e, np.linalg.solve(spread, e.T).T) < _GATE):
-                rest = np.delete(np.arange(len(at)), k)
-                m, p = _condition(mean, cov, at[rest], where[rest], _NOISE_M)
-                miss = where[k] - m[2 * h : 2 * h + 2]
-                vague = p[2 * h : 2 * h + 2, 2 * h : 2 * h + 2] + _MARK_M**2 * np.eye(2)
-                if _far(miss, vague) - _far(pull[k], block[k, :, k]) < _MARGIN:
-                    out.append(int(k))
-        return out
-
-    def _by_shape(self, spots: F64, spot: NDArray[np.int64]) -> tuple[Bool, Bool]:
-        """(13,) marks that would make a likelier face if two of them were exchanged, whatever the frames before say; and
-        (13,) marks that lie as a face's do and could not be any other."""
-        odd, fits = np.zeros(MARK_COUNT, bool), np.zeros(MARK_COUNT, bool)
-        at = np.flatnonzero(spot >= 0)
-        if len(at) < 2:
-            return odd, fits
-        where = spots[spot[at]]
-        pull, block = _residual(where, at, self._shape.rest, self._prior)
-        change = _exchanged(where, pull, block)
-        for i, j in zip(*np.nonzero(change < -_ODD), strict=True):
-            odd[at[i]] = odd[at[j]] = True
-        own = block[np.arange(len(at)), :, np.arange(len(at))]
-        far = np.einsum("nk,nk->n", pull, np.linalg.solve(own, pull[..., None])[..., 0])
-        clear = np.minimum(change, change.T).min(1) > _MARGIN
-        fits[at] = clear & (far < _FITS)
-        return odd, fits
 
     def _entangle(self, spots: F64, spot: NDArray[np.int64], mean: F64, fits: Bool) -> None:
         """Two marks that touch are entangled until both are seen apart and lie as a face's marks do."""
@@ -204,45 +146,10 @@ class MarkTracker:
         self, spots: F64, spot: NDArray[np.int64], seen: Bool, mean: F64, cov: F64, dt_s: float
     ) -> None:
         before = self._mean
-        for these, noise in ((seen, _NOISE_M), ((spot >= 0) & ~seen, _VAGUE_M)):
+        for these, noise in ((seen, NOISE_M), ((spot >= 0) & ~seen, _VAGUE_M)):
             at = np.flatnonzero(these)
-            mean, cov = _condition(mean, cov, at, spots[spot[at]], noise)
+            mean, cov = condition(mean, cov, at, spots[spot[at]], noise)
         self._mean, self._cov = mean, cov
         if dt_s > 0.0:
             new = 0.5 * self._speed + 0.5 * (self._mean - before) / dt_s
             self._speed = np.where(np.repeat(seen, 2), new, self._speed * math.exp(-dt_s / _SPEED_KEPT_S))
-
-
-def _far(d: F64, spread: F64) -> float:
-    """dᵀ spread⁻¹ d."""
-    return float(d @ np.linalg.solve(spread, d))
-
-
-def _residual(where: F64, at: NDArray[np.int64], mean: F64, cov: F64) -> tuple[F64, F64]:
-    """Of marks `at` measured at `where` (k, 2): S⁻¹ d (k, 2) and S⁻¹ (k, 2, k, 2)."""
-    index = np.column_stack((2 * at, 2 * at + 1)).ravel()
-    inverse = np.asarray(np.linalg.inv(cov[np.ix_(index, index)] + _NOISE_M**2 * np.eye(len(index))), np.float64)
-    pull = inverse @ (where - mean.reshape(-1, 2)[at]).ravel()
-    return pull.reshape(-1, 2), inverse.reshape(len(at), 2, len(at), 2)
-
-
-def _exchanged(where: F64, pull: F64, block: F64) -> F64:
-    """(k, k) upper triangle: by how much dᵀ S⁻¹ d grows when two marks' measurements are exchanged; infinite elsewhere."""
-    out = np.full((len(where), len(where)), np.inf)
-    i, j = np.triu_indices(len(where), 1)
-    e = where[j] - where[i]
-    curve = block[i, :, i] + block[j, :, j] - block[i, :, j] - block[j, :, i]
-    out[i, j] = 2.0 * np.einsum("nk,nk->n", e, pull[i] - pull[j]) + np.einsum("nk,nkl,nl->n", e, curve, e)
-    return out
-
-
-def _condition(mean: F64, cov: F64, at: NDArray[np.int64], where: F64, noise: float) -> tuple[F64, F64]:
-    """Mean and covariance of all marks, given that marks `at` were measured at `where` (k, 2)."""
-    if not len(at):
-        return mean, cov
-    index = np.column_stack((2 * at, 2 * at + 1)).ravel()
-    rows = cov[index]
-    s = rows[:, index] + noise**2 * np.eye(len(index))
-    gain = np.linalg.solve(s, rows).T
-    new = cov - gain @ rows
-    return mean + gain @ (where.ravel() - mean[index]), 0.5 * (new + new.T)
