@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from making_fixture import a_pose, person, write_obj
 from PIL import Image
 
 from vistel.figure.figure import Figure
+from vistel.figure.making.levels import cut_apart, with_coarser
 from vistel.figure.making.make import Making, make_avatar, refit
 from vistel.figure.making.names import house_joint
 from vistel.figure.making.parts import soundness
@@ -86,6 +88,40 @@ def test_a_mesh_that_is_not_manifold_works_and_has_its_levels_of_detail(tmp_path
     assert [len(level.mesh.triangles) <= n for level, n in zip(made.avatar.coarser, (6000, 2600), strict=True)] == [True, True]
     assert np.isfinite(Figure(made.avatar.coarser[1]).pose(standard_postures()["sitting"]).vertices).all()
     assert any("not manifold" in note for note in made.notes)
+
+
+def test_a_hand_that_is_a_piece_apart_is_found_on_its_arm(tmp_path: Path) -> None:
+    mesh, wrist = person().mesh, person().skeleton.rest[JOINT_INDEX["left_hand"], 0]
+    hand = np.abs(mesh.vertices[mesh.triangles, 0]).max(axis=1) > wrist
+    cut = np.abs(mesh.vertices[mesh.triangles, 0]).min(axis=1) < wrist
+    made = _made(write_obj(tmp_path / "a.obj", mesh.vertices, faces=np.flatnonzero(~(hand & cut))))
+    assert made.sound.pieces == 3
+    for name in ("left_hand", "right_lower_arm"):
+        assert np.linalg.norm(_joint(made, name) - person().skeleton.rest[JOINT_INDEX[name]]) < 0.06, name
+
+
+def test_every_level_of_detail_is_there_for_a_mesh_of_few_triangles() -> None:
+    few = with_coarser(replace(person().coarser[1], coarser=()))
+    assert [len(level.mesh.triangles) for level in few.coarser] == [2600, 2600]
+    assert few.coarser[0].mesh is few.mesh
+
+
+def test_cut_apart_only_where_more_than_two_faces_meet() -> None:
+    mesh = person().coarser[1].mesh
+    same = cut_apart(mesh)
+    assert len(same.vertices) == len(mesh.vertices)
+    np.testing.assert_array_equal(same.vertices[same.triangles], mesh.vertices[mesh.triangles])
+    fin = np.array([[*mesh.triangles[0, :2], mesh.triangles[900, 2]]], np.int32)
+    corner = np.array([[*mesh.corner_triangles[0, :2], mesh.corner_triangles[900, 2]]], np.int32)
+    odd = replace(
+        mesh, triangles=np.vstack([mesh.triangles, fin]), corner_triangles=np.vstack([mesh.corner_triangles, corner])
+    )
+    assert not soundness(odd.triangles, len(odd.vertices)).manifold
+    cut = cut_apart(odd)
+    assert soundness(cut.triangles, len(cut.vertices)).manifold
+    np.testing.assert_array_equal(cut.vertices[cut.triangles], odd.vertices[odd.triangles])
+    np.testing.assert_array_equal(cut.uv[cut.corner_triangles], odd.uv[odd.corner_triangles])
+    np.testing.assert_array_equal(cut.corner_vertex[cut.corner_triangles], cut.triangles)
 
 
 def test_vertices_doubled_along_seams_are_welded(tmp_path: Path) -> None:

@@ -8,10 +8,13 @@ to the girth of the trunk, the shoulder begins. Legs: middles of slices. Lengths
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import KDTree
 
 from vistel.figure.making.source import MakingError
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, standard_skeleton
@@ -23,6 +26,8 @@ _WRIST, _ELBOW = 0.262, 0.610
 """Of the way from the fingertips to the shoulder joint."""
 _ARM = 0.746
 """That way [m], for REFERENCE_HEIGHT."""
+_TOUCH, _PIECES = 0.03, 40
+"""How near pieces must be to hang together [m], and how many of them, largest first."""
 _POSE = "pose the person standing with both arms sideways or half down (T- or A-pose), clear of the body, or import it with a rig"
 
 
@@ -31,7 +36,7 @@ def joints_by_shape(points: F64, triangles: I32) -> dict[str, F64]:
     tall = float(points[:, 1].max())
     scale = tall / REFERENCE_HEIGHT
     out: dict[str, F64] = {}
-    surface = _graph(points, triangles)
+    surface = _graph(points, triangles, scale)
     for side, sign in (("left", 1.0), ("right", -1.0)):
         out |= _arm(points, surface, side, sign, scale)
     for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -52,11 +57,23 @@ def joints_by_shape(points: F64, triangles: I32) -> dict[str, F64]:
     return out
 
 
-def _graph(points: F64, triangles: I32) -> csr_array:
+def _graph(points: F64, triangles: I32, scale: float) -> csr_array:
+    """Lengths of the edges between vertices; pieces that nearly touch, as a hand and its sleeve, hang together there."""
     ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    ends = np.unique(np.sort(ends, axis=1), axis=0)
+    ends = np.unique(np.sort(ends, axis=1), axis=0).astype(np.int64)
+    size = (len(points), len(points))
+    joined = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=size)
+    label: Any = connected_components(joined, directed=False)[1]
+    pieces = np.argsort(-np.bincount(label), kind="stable")[:_PIECES]
+    for piece in pieces[1:]:
+        mine, others = np.flatnonzero(label == piece), np.flatnonzero(label != piece)
+        distance, nearest = KDTree(points[others]).query(points[mine], distance_upper_bound=_TOUCH * scale)
+        near = np.isfinite(distance)
+        ends = np.vstack([ends, np.column_stack([mine[near], others[nearest[near]]])])
     length = np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1) + 1e-9
-    return csr_array(coo_array((length, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))))
+    graph = coo_array((length, (ends[:, 0], ends[:, 1])), shape=size)
+    graph.sum_duplicates()
+    return csr_array(graph)
 
 
 def _arm(points: F64, surface: csr_array, side: str, sign: float, scale: float) -> dict[str, F64]:
@@ -115,7 +132,12 @@ def _leg(points: F64, side: str, sign: float, scale: float, tall: float) -> dict
         y += shift * (1.0 if joint == "upper_leg" else 0.5 if joint == "lower_leg" else 0.0)
         level = y if joint != "upper_leg" else crotch - 0.06 * scale
         x = sign * points[:, 0]
-        ring = points[(np.abs(points[:, 1] - level) < 0.012 * scale) & (x > 0.0) & (x < 0.45 * scale)]
+        beside = points[(x > 0.0) & (x < 0.45 * scale)]
+        # Coarse meshes have no vertices in a thin slice.
+        for thick in (0.012, 0.03, 0.06):
+            ring = beside[np.abs(beside[:, 1] - level) < thick * scale]
+            if len(ring) >= 8:
+                break
         # Hands that hang beside a thigh are further out than it is thick.
         ring = ring[sign * ring[:, 0] < float(np.min(sign * ring[:, 0])) + 0.24 * scale] if len(ring) else ring
         if len(ring) < 4:
