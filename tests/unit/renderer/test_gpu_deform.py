@@ -387,6 +387,20 @@ def test_a_person_bends_alike(person: Person) -> None:
     assert person.figure.moved.any()
 
 
+def test_bulges_beside_folded_joints_stand_out_alike(person: Person) -> None:
+    table, dofs = person.figure.skin.bulges, standing().dofs.copy()
+    fitted = table.copy()
+    dofs[KNEE], dofs[ELBOW["left"]], dofs[ELBOW["right"]] = 1.4, 2.0, 0.6
+    table[:, :, 0], table[:, :, 1] = 0.0, 0.0
+    flat = person.figure.pose(Posture(dofs)).vertices.copy()
+    table[:, 1:, 0], table[:, 1:, 1] = 0.2, 0.1
+    try:
+        person.agree(Posture(dofs))
+        assert np.linalg.norm(person.figure.pose(Posture(dofs)).vertices - flat, axis=1).max() > 3e-3
+    finally:
+        table[:] = fitted
+
+
 @pytest.mark.parametrize("angle", [0.0, 1.2, 2.4])
 def test_layers_under_the_skin_show_alike(layered: Person, angle: float) -> None:
     dofs = standing().dofs.copy()
