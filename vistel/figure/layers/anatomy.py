@@ -8,7 +8,6 @@ that direction is measured on the avatar's own mesh, so that one table serves ev
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 Vec3 = tuple[float, float, float]
 
@@ -292,8 +291,6 @@ def _bone(spec: BoneSpec, side: str) -> BoneSpec:
 def _vein(spec: VeinSpec, side: str) -> VeinSpec:
     return replace(spec, name=f"{side}_{spec.name}", path=tuple(_mirrored(s, side) for s in spec.path))
 
-
-Layer = Literal["muscles", "bones", "veins"]
 
 MUSCLES: tuple[MuscleSpec, ...] = tuple(_muscle(spec, side) for side in SIDES for spec in _LEFT_MUSCLES)
 BONES: tuple[BoneSpec, ...] = tuple(_bone(spec, side) for side in SIDES for spec in _LEFT_BONES)

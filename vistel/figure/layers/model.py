@@ -112,7 +112,9 @@ def layered_model(
         ends = (up.a + outer, up.b + outer, max(0.0, float(up.b @ tip) / float(tip @ tip)) * tip)
         a, b, root = (joints.position[bone.joint] + joints.rotation[bone.joint] @ end for end in ends)
         radius = BONE_CORE * bone.radius
-        shape = union(*(Sphylinder.of_surface(_three(p), _three(b), radius) for p in (a, root)))
+        # Bones that stand on the one that folds hang together with it; the collar bone is there already.
+        starts = (a, root) if bone.joint != bone.hinge[0] else (a,)
+        shape = union(*(Sphylinder.of_surface(_three(p), _three(b), radius) for p in starts))
         parts.append(Part(bone.name, "bones", shape, frozenset({limb[bone.joint]}), BONE_WEIGHT))
     places = Places(avatar)
     parts += [_vein(places, spec, joints, limb) for spec in veins]
