@@ -214,8 +214,16 @@ def _instruments(person: Participant, seed: int, motion: BodyMotion):
             return motion.receivers(person.name, t_s)[roles[station]]
 
         own = device_seed(seed, name)
-        unit = _tracker(person.tracker, pose, sorted(roles), own)
-        yield name, unit, person.tracker.baud, own
+        mine = [n for n in sorted(roles) if n <= 4 or not person.tracker.second_port]
+        yield name, _tracker(person.tracker, pose, mine, own), person.tracker.baud, own
+        if person.tracker.second_port == "sim":
+
+            def others(station: int, t_s: float) -> tuple[F64, F64]:
+                return pose(station + 4, t_s)
+
+            own = device_seed(seed, f"{name}-2")
+            unit = _tracker(person.tracker, others, [n - 4 for n in sorted(roles) if n > 4], own)
+            yield f"{name}-2", unit, person.tracker.baud, own
     for side, glove in sorted(person.gloves.items()):
         if glove.port != "sim":
             continue

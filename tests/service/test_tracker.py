@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from device_site import STATE, DeviceSite, quiet_fastrak, quiet_glove, run
 
+from vistel.conference.model import TrackerConfig
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame, TrackerReceiver
 from vistel.wire.raw_bytes import reads_of
 from vistel_services.tracker import FastrakDecoder
@@ -238,3 +239,27 @@ def test_recorded_bytes_decode_to_the_same_frames(tmp_path: Path) -> None:
         assert b"C" in sent
 
     run(scenario())
+
+
+def test_two_synchronised_units_give_four_stations_sixty_times_a_second(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        stations = {"chest": 1, "head": 2, "left_hand": 5, "right_hand": 6}
+        person = {"gloves": {}, "tracker": {"second_port": "sim", "stations": stations}}
+        first, second = quiet_fastrak(receivers=(1, 2)), quiet_fastrak(receivers=(1, 2))
+        async with site.running({"ann-tracker": first, "ann-tracker-2": second}, person=person):
+            for device in ("ann-tracker", "ann-tracker-2"):
+                await site.until(lambda device=device: len(site.bus.on("tracker", device)) >= 240)
+        assert (first.settings.sync, second.settings.sync) == (0, 1)
+        for device, wanted in (("ann-tracker", {1, 2}), ("ann-tracker-2", {5, 6})):
+            frames = site.bus.on("tracker", device)
+            assert {r.station for f in frames for r in f.receivers} == wanted
+            one = sorted({r.t_ns for f in frames for r in f.receivers if r.station == min(wanted)})
+            assert np.median(np.diff(one)) == pytest.approx(1e9 / 60, rel=0.1)
+
+    run(scenario())
+
+
+def test_two_units_need_stations_on_both(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"5\.\.8"):
+        TrackerConfig(second_port="sim")

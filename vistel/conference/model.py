@@ -70,6 +70,9 @@ class TrackerConfig(_Polhemus):
     kind: Literal["fastrak", "liberty", "patriot", "vmc", "vrpn"] = "fastrak"
     calibration: Path | None = None
     """What `vistel calibrate tracker` found: where the transmitter stands and how receivers sit; before its position here."""
+    second_port: str = ""
+    """fastrak: port of a second unit, which keeps to the first one's beat by the cable between them; its receivers are
+    stations 5 to 8. Two units measure four receivers 60 times a second each instead of 30."""
     distortion: Path | None = None
     """What `vistel calibrate distortion` found: a grid of what metal does to positions and orientations."""
 
@@ -100,7 +103,11 @@ class TrackerConfig(_Polhemus):
                 parse_address(self.port)
             except ValueError as e:
                 raise ValueError(f"port: {e}") from e
-        most = STATIONS[self.kind]
+        if self.second_port and self.kind != "fastrak":
+            raise ValueError(f"second_port: only fastrak units are synchronised by cable; this is a {self.kind}")
+        most = STATIONS[self.kind] * (2 if self.second_port else 1)
+        if self.second_port and {n > 4 for n in self.stations.values()} != {True, False}:
+            raise ValueError("second_port: give some receivers stations 1..4 and some 5..8, those of the second unit")
         if any(not 1 <= n <= most for n in self.stations.values()):
             raise ValueError(
                 f"stations: a {self.kind} has stations 1..{most}; got {', '.join(map(str, self.stations.values()))}"

@@ -226,6 +226,8 @@ REINITIALISE = b"\x19"
 """^Y: back to the saved state; silent for up to ten seconds."""
 QUERY_STATIONS = b"l1\r"
 STYLUS_REPORTS_ONLY = b"e1,0\r"
+EXTERNAL_SYNC = b"y1\r"
+"""Measure at the beat of another unit, by the cable between them; the unit forgets it when switched off."""
 
 
 def enable_station(station: int, on: bool) -> bytes:

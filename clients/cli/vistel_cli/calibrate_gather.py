@@ -93,7 +93,7 @@ def from_log(path: Path, conference: Conference, name: str, steps: Sequence[Step
     device = f"{name}-tracker"
     collected = Collected({n: str(role) for role, n in config.stations.items()}, reader.begin_ns)
     for record in reader.records(topics=("tracker",)):
-        if record.names.get("device") == device:
+        if record.names.get("device") in (device, f"{device}-2"):
             collected.take(record.message)
     samples = collected.samples()
     if len(collected.silent) == len(samples):

@@ -54,6 +54,9 @@ class Feeder:
         self._trackers: dict[str, tuple[str, float]] = {
             f"{p.name}-tracker": (p.tracker.kind, p.height) for p in people if p.tracker is not None
         }
+        self._trackers |= {
+            f"{p.name}-tracker-2": (p.tracker.kind, p.height) for p in people if p.tracker is not None and p.tracker.second_port
+        }
         self._trackers |= {p.device: (p.tracker.kind, 1.75) for s in conference.sites for p in s.props}
         self._cameras = {f"{p.name}-face": p.face for p in people if p.face is not None and p.face.kind == "camera"}
         self._cameras |= {f"{p.name}-eye": p.eye for p in people if p.eye is not None}

@@ -47,6 +47,7 @@ def simulated_devices(conference: Conference, site: str | None = None) -> list[s
     for s in conference.sites:
         for p in s.participants if site in (None, s.name) else []:
             names += [f"{p.name}-tracker"] if p.tracker and p.tracker.port == "sim" else []
+            names += [f"{p.name}-tracker-2"] if p.tracker and p.tracker.second_port == "sim" else []
             names += [f"{p.name}-glove-{side}" for side, g in sorted(p.gloves.items()) if g.port == "sim"]
             names += [f"{p.name}-face"] if p.face and p.face.simulated else []
             names += [f"{p.name}-eye"] if p.eye and p.eye.simulated else []

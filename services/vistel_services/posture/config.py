@@ -35,10 +35,10 @@ class Person:
     """In the room."""
     gloves: dict[str, str]
     """Device name to side."""
-    face: str | None = None
-    """Name of what sees their face."""
     avatar_file: Path | None = None
     """Where their avatar is read from; None for a built-in person."""
+    second_tracker: str | None = None
+    """Of two synchronised units the one with stations 5 to 8."""
     body: Body | None = None
     """Their measured body; None: an average one of their height."""
     mounts: Mapping[str, Mount] | None = None
@@ -91,7 +91,8 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
             seat=Stance(position, heading), tracker=f"{p.name}-tracker" if t else None,
             stations={station: receiver for receiver, station in t.stations.items()} if t else {},
             transmitter=transmitter, gloves={f"{p.name}-glove-{side}": side for side in p.gloves},
-            face=f"{p.name}-face" if p.face else None, avatar_file=avatar_file(p),
+            avatar_file=avatar_file(p),
+            second_tracker=f"{p.name}-tracker-2" if t and t.second_port else None,
             body=load_body(p.body) if p.body else None, mounts=setup.mounts if setup else None,
             distortion=load_distortion(t.distortion) if t and t.distortion else None,
         ))  # fmt: skip

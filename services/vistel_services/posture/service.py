@@ -63,7 +63,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     await asyncio.to_thread(_load)
     avatars = [await asyncio.to_thread(own_avatar, person) for person in config.people]
     makers = [_Maker(*who, config.site, bus) for who in zip(config.people, avatars, strict=True)]
-    by_device: dict[str, _Maker] = {d: m for m in makers for d in (m.person.tracker, *m.person.gloves) if d}
+    by_device: dict[str, _Maker] = {
+        d: m for m in makers for d in (m.person.tracker, m.person.second_tracker, *m.person.gloves) if d
+    }
     props = {prop.tracker: _PropMaker(prop, config.site, bus) for prop in config.props}
     tracker = bus.subscribe(BY_NAME["tracker"], queue_all=True, site=config.site)
     glove = bus.subscribe(BY_NAME["glove"], queue_all=True, site=config.site)

@@ -41,6 +41,8 @@ class TrackerDevice:
     hemisphere: tuple[float, float, float]
     height_m: float = 1.75
     """Of who wears it."""
+    second: bool = False
+    """Of two synchronised FASTRAKs: its stations are numbered from 5."""
     announce: Path | None = None
     """Where a simulated suite finds the UDP port, or a simulated VRPN server says its TCP port."""
 
@@ -59,10 +61,19 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
         TrackerDevice(
             name := f"{p.name}-tracker", p.tracker.kind,
             str(paths.device(name)) if p.tracker.port == "sim" else p.tracker.port,
-            p.tracker.baud, {str(role): n for role, n in p.tracker.stations.items()}, p.tracker.hemisphere,
-            p.height, paths.device(name) if p.tracker.kind in ("vmc", "vrpn") and p.tracker.port == "sim" else None,
+            p.tracker.baud, {str(role): n for role, n in p.tracker.stations.items() if n <= 4 or not p.tracker.second_port},
+            p.tracker.hemisphere, p.height,
+            announce=paths.device(name) if p.tracker.kind in ("vmc", "vrpn") and p.tracker.port == "sim" else None,
         )
         for p in site.participants if p.tracker is not None
+    ]  # fmt: skip
+    devices += [
+        TrackerDevice(
+            name := f"{p.name}-tracker-2", p.tracker.kind,
+            str(paths.device(name)) if p.tracker.second_port == "sim" else p.tracker.second_port, p.tracker.baud,
+            {str(role): n - 4 for role, n in p.tracker.stations.items() if n > 4}, p.tracker.hemisphere, second=True,
+        )
+        for p in site.participants if p.tracker is not None and p.tracker.second_port
     ]  # fmt: skip
     devices += [
         TrackerDevice(
@@ -97,7 +108,7 @@ def _driver(d: TrackerDevice) -> Driver:
     if d.kind == "vrpn":
         return VrpnDriver(d.name, SIMULATED if d.announce else parse_address(d.port)[0], d.stations)
     if d.kind == "fastrak":
-        return FastrakDriver(d.name, d.stations, d.hemisphere, d.baud)
+        return FastrakDriver(d.name, d.stations, d.hemisphere, d.baud, second=d.second)
     return LibertyDriver(d.name, d.kind, d.stations, d.hemisphere, d.baud)
 
 
@@ -109,4 +120,4 @@ def decoder_of(
         return VrpnDecoder(device, "")
     if kind == "vmc":
         return VmcDecoder(device, height_m)
-    return FastrakDecoder(device) if kind == "fastrak" else LibertyDecoder(device)
+    return FastrakDecoder(device, first=4 if device.endswith("-tracker-2") else 0) if kind == "fastrak" else LibertyDecoder(device)

@@ -20,8 +20,10 @@ class FastrakDecoder:
     Live, the bytes come from a port; in a replay from recorded RawBytes, with the times at which they were read.
     """
 
-    def __init__(self, device: str, baud: int = 115200) -> None:
+    def __init__(self, device: str, baud: int = 115200, first: int = 0) -> None:
+        """`first`: added to station numbers; 4 for the second of two units."""
         self.device = device
+        self._first = first
         self._parser = FastrakParser(baud)
         self._newest: dict[int, TrackerReceiver] = {}
 
@@ -39,12 +41,12 @@ class FastrakDecoder:
 
     def _frame(self, record: Record) -> TrackerFrame:
         receiver = TrackerReceiver(
-            station=record.station, health=_HEALTH[trust(record.error)], error=record.error, t_ns=max(0, record.t_ns)
+            station=record.station + self._first, health=_HEALTH[trust(record.error)], error=record.error, t_ns=max(0, record.t_ns)
         )
         p, q = receiver.position, receiver.rotation
         p.x, p.y, p.z = record.position
         q.x, q.y, q.z, q.w = record.rotation
-        self._newest[record.station] = receiver
+        self._newest[receiver.station] = receiver
         frame = TrackerFrame(device=self.device)
         frame.header.t_ns = receiver.t_ns
         frame.receivers.extend(

@@ -25,7 +25,8 @@ _RESTART_S = 10.0
 class FastrakDriver:
     """Brings a unit to stream position and quaternion of the wanted stations in binary centimetres.
 
-    stations: role ("head", ...) to station 1..4. Never sends the commands that overwrite what a site has saved in
+    stations: role ("head", ...) to station 1..4. second: of two units, which keeps to the beat of the first. Never
+    sends the commands that overwrite what a site has saved in
     its unit (`W`, `^K`).
     """
 
@@ -33,10 +34,12 @@ class FastrakDriver:
     stop = fastrak.STOP
 
     def __init__(
-        self, name: str, stations: Mapping[str, int], hemisphere: tuple[float, float, float], baud: int = 115200
-    ) -> None:
+        self, name: str, stations: Mapping[str, int], hemisphere: tuple[float, float, float], baud: int = 115200,
+        *, second: bool = False,
+    ) -> None:  # fmt: skip
         self.name = name
-        self.decoder = FastrakDecoder(name, baud)
+        self.decoder = FastrakDecoder(name, baud, 4 if second else 0)
+        self._second = second
         self._stations = dict(stations)
         self._hemisphere = hemisphere
         self._baud = baud
@@ -101,6 +104,8 @@ class FastrakDriver:
             # Its answer tells that what went before is done; a unit that does not answer is given the same time.
             link.send(fastrak.QUERY_STATIONS)
             await self._reply(link, fastrak.parse_stations, _CONFIRM_S)
+        if self._second:
+            link.send(fastrak.EXTERNAL_SYNC)
         link.send(fastrak.STYLUS_REPORTS_ONLY + fastrak.CENTIMETRES + fastrak.BINARY + fastrak.STATUS)
         status = await self._reply(link, fastrak.parse_status, _ANSWER_S)
         if status is not None and not (status.binary and status.centimetres):

@@ -110,7 +110,7 @@ def fit_distortion(read: F64, errors: F64, step: float = 0.1) -> Distortion:
     corners = math.prod(counts)
     if corners > MOST_CORNERS:
         raise DistortionError(
-            f"the points span {np.round(high - low, 2).tolist()} m: a grid of {step} m over that is too large; "
+            f"the points span {[round(float(v), 2) for v in high - low]} m: a grid of {step} m over that is too large; "
             "are they in metres? else choose a larger step"
         )
     grid = Distortion(0.5 * (low + high) - 0.5 * step * (np.array(counts) - 1.0), step, np.zeros((*counts, 6)))

@@ -24,6 +24,10 @@ class MoveError(ValueError):
     """Moves that cannot be used; one line: which, why, what to do again."""
 
 
+GAP_S = 0.2
+"""Between samples farther apart than this nothing is taken."""
+
+
 @dataclass(frozen=True)
 class Step:
     """One move. moves: receivers that must turn, and by how much at least [rad]; an empty table: hold still."""
@@ -126,15 +130,17 @@ def find_beginning(samples: Samples) -> float:
 def step_tracks(step: Step, samples: Samples, begin_s: float) -> dict[str, Track]:
     """What the receivers said while a move went on, checked. Raises MoveError."""
     times = np.arange(begin_s + TRIM_S, begin_s + step.seconds - TRIM_S, 1.0 / RATE_HZ)
-    out: dict[str, Track] = {}
+    heard = np.ones(len(times), bool)
     for name in RECEIVERS:
-        t, p, q = samples.get(name, (np.zeros(0), np.zeros((0, 3)), np.zeros((0, 4))))
-        inside = (t > begin_s) & (t < begin_s + step.seconds)
-        if inside.sum() < 0.5 * len(times) or (len(t) and np.diff(t[inside]).max(initial=0.0) > 0.5):
+        near = _heard(times, samples[name][0]) if name in samples else np.zeros(len(times), bool)
+        if near.mean() < 0.5:
             raise MoveError(
                 f"{step.name}: the receiver {name.replace('_', ' ')} was silent; check its plug and station, then repeat"
             )
-        out[name] = Track(*_at(times, t, p, q))
+        heard &= near
+    if heard.mean() < 0.5:
+        raise MoveError(f"{step.name}: the receivers were heard together for half of the time only; check their plugs, then repeat")
+    out = {name: Track(*_at(times[heard], *samples[name])) for name in RECEIVERS}
     for name, least in step.moves.items():
         seen = turned(out[name])
         if seen < least:
@@ -155,15 +161,23 @@ def turned(track: Track) -> float:
     away = np.empty((len(track.rotation), 3))
     for k, r in enumerate(track.rotation):
         away[k] = rotvec_from_matrix(np.ascontiguousarray(middle.T @ r))
-    span: F64 = away.max(axis=0) - away.min(axis=0)
-    return math.sqrt(float((span * span).sum()))
+    low, high = away.min(axis=0), away.max(axis=0)
+    return math.dist(low, high)
+
+
+def _heard(times: F64, t: F64) -> NDArray[np.bool_]:
+    """(n,) whether samples lie close before and after each time."""
+    if len(t) < 2:
+        return np.zeros(len(times), bool)
+    i = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
+    return (t[i] - t[i - 1] < GAP_S) & (t[i - 1] <= times) & (times <= t[i])
 
 
 def _at(times: F64, t: F64, p: F64, q: F64) -> tuple[F64, F64]:
     position, rotation = np.empty((len(times), 3)), np.empty((len(times), 3, 3))
     for k, now in enumerate(times):
-        i = min(max(int(np.searchsorted(t, now)) - 1, 0), len(t) - 2)
-        share = min(1.0, max(0.0, (now - t[i]) / max(t[i + 1] - t[i], 1e-9)))
+        i = min(max(int(np.searchsorted(t, float(now))) - 1, 0), len(t) - 2)
+        share = min(1.0, max(0.0, float((now - t[i]) / max(t[i + 1] - t[i], 1e-9))))
         position[k] = p[i] + share * (p[i + 1] - p[i])
         rotation[k] = matrix_from_quaternion(slerp(q[i], q[i + 1], share))
     return position, rotation
