@@ -50,6 +50,10 @@ class SimulatedCamera:
         self._watching: set[asyncio.StreamWriter] = set()
         self._last = b""
 
+    def strike(self, *faults: Fault) -> None:
+        """Let these mishaps happen from now on; without any, all is well again."""
+        self._faults.become(faults)
+
     async def run(self) -> None:
         """Until cancelled."""
         server: asyncio.Server | None = None

@@ -43,8 +43,14 @@ class DeviceFaults:
     """The faults of one device, and the damage they do to its bytes."""
 
     def __init__(self, faults: Iterable[Fault], device: str, rng: np.random.Generator) -> None:
-        self._faults = tuple(f for f in faults if f.device == device)
+        self._device = device
+        self._faults: tuple[Fault, ...] = ()
         self._rng = rng
+        self.become(faults)
+
+    def become(self, faults: Iterable[Fault]) -> None:
+        """Let these strike instead; those of other devices are left out."""
+        self._faults = tuple(f for f in faults if f.device == self._device)
 
     def active(self, kind: Kind, t_s: float) -> bool:
         """Whether such a fault acts at `t_s`."""

@@ -36,11 +36,12 @@ class Hall:
         conference = Conference(sites=[Site(name="a", participants=[person])])
         self.bus, self.clock = RecordingBus(), SystemClock()
         self.paths = RunPaths(folder, folder)
+        motion = open_motion(conference)
         self.start_ns = self.clock.now_ns()
         config = face.configure(conference, conference.sites[0], self.paths)
         work = [face.run(config, self.bus, self.clock)]
         if phone:
-            phones = simulated_senders(conference, open_motion(conference), self.paths, self.clock, self.start_ns, faults=faults)
+            phones = simulated_senders(conference, motion, self.paths, self.clock, self.start_ns, faults=faults)
             work += [p.run() for p in phones]
         self.tasks = [asyncio.create_task(w) for w in work]
 
