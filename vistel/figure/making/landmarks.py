@@ -67,7 +67,8 @@ def _graph(points: F64, triangles: I32, scale: float) -> csr_array:
     pieces = np.argsort(-np.bincount(label), kind="stable")[:_PIECES]
     for piece in pieces[1:]:
         mine, others = np.flatnonzero(label == piece), np.flatnonzero(label != piece)
-        distance, nearest = KDTree(points[others]).query(points[mine], distance_upper_bound=_TOUCH * scale)
+        found: Any = KDTree(points[others]).query(points[mine], distance_upper_bound=_TOUCH * scale)
+        distance, nearest = found
         near = np.isfinite(distance)
         ends = np.vstack([ends, np.column_stack([mine[near], others[nearest[near]]])])
     length = np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1) + 1e-9
