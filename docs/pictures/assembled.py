@@ -74,6 +74,7 @@ def main() -> None:
         (parts_of(after, after.points), close, (280, 480)), (by_kind(after), close, (280, 480)),
     ]  # fmt: skip
     shots = [np.asarray(studio.photograph(parts, eye, target, size, angle)) for parts, (eye, target, angle), size in views]
+    shots = [np.pad(shot, ((0, 0), (0, 6), (0, 0)), constant_values=255) for shot in shots]
     out = args.out / "assembled.png"
     Image.fromarray(np.concatenate(shots, axis=1)).save(out)
     log.info("%s", out)

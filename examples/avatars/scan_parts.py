@@ -21,7 +21,7 @@ from vistel.figure.skeleton import JOINT_INDEX
 
 GAP = 0.010
 """Left out at each cut [m]."""
-TURN, SHIFT = np.radians(1.5), 0.003
+TURN, SHIFT = np.radians(1.0), 0.002
 """How far parts lie off, at most about each axis [rad] and along it [m]."""
 EXPOSURE = 0.06
 """By how much parts are brighter or darker."""

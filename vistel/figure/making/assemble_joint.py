@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from vistel.figure.making.assemble_piece import Piece, at_vertices, closed, closest, connected, cut, loops
 from vistel.figure.making.source import MakingError
@@ -46,8 +47,9 @@ CELLS = 10
 """Cells of the lattice in a limb's radius."""
 SEEN = 1e-4
 """Depth of a centre below the plane of a face that it sees, in the radius, at least."""
-SMOOTHINGS, MOST_MOVED = 60, 0.15
-"""Rounds in which hidden faces are smoothed, and how far vertices may go in them, in the radius."""
+SMOOTHINGS, MOST_MOVED = 150, 0.5
+"""Rounds in which hidden faces are smoothed, and how far vertices may go in them, in the radius. Outside the zone they go
+back afterwards."""
 NOWHERE = -2
 LEAST_MARGIN = 0.06
 """Between where a limb's end begins and the zone, in the radius."""
@@ -179,21 +181,40 @@ def blended(
         mesh.vertices, *(np.concatenate([getattr(k, n) for k in kept]) for n in ("triangles", "uv", "material", "part"))
     )
     back = [rests[0], _flipped(rests[1])]
+    points = _as_scanned(mesh.vertices, (first, second), frame)
+    both, blank = replace(both, points=points), replace(blank, points=points)
     out = [replace(p, points=frame.world(p.points)) for p in (*back, both, blank)]
     return Blended(out[0], out[1], out[2], out[3], mesh.residual)
+
+
+def _as_scanned(points: F64, collars: tuple[_Collar, _Collar], frame: Frame) -> F64:
+    """Kept vertices outside the zone back where they were before they were smoothed."""
+    out = points.copy()
+    for collar, way in zip(collars, (-1.0, 1.0), strict=True):
+        smooth = collar.piece.points[: len(collar.scan)]
+        outside = np.flatnonzero((way * collar.scan[:, 2] > frame.zone) & (way * smooth[:, 2] > frame.zone))
+        if not len(outside):
+            continue
+        found: Any = KDTree(smooth[outside]).query(points)
+        distance, nearest = found
+        same = distance < 1e-9
+        out[same] = collar.scan[outside[nearest[same]]]
+    return out
 
 
 @dataclass(frozen=True)
 class _Collar:
     """A limb's end as a closed solid in the joint's frame; what closes it where the limb goes on has part NOWHERE. margin:
-    from where it begins to the zone [m]."""
+    from where it begins to the zone [m]; scan: where its first vertices were before it was smoothed."""
 
     piece: Piece
     centre: F64
     margin: float
+    scan: F64
 
     def flipped(self) -> _Collar:
-        return _Collar(_flipped(self.piece), self.centre * (1.0, -1.0, -1.0), self.margin)
+        turn = np.array((1.0, -1.0, -1.0))
+        return _Collar(_flipped(self.piece), self.centre * turn, self.margin, self.scan * turn)
 
 
 def _flipped(piece: Piece) -> Piece:
@@ -226,11 +247,12 @@ def _collar(piece: Piece, end: End, frame: Frame, others: list[F64], names: str)
             borders = fault.borders
             continue
         centre, hidden = _centre(solid, frame)
+        scan = solid.points[:scanned]
+        margin = -frame.zone - float(scan[far, 2].max())
         if hidden > 0:
-            solid, hidden = _smoothed(solid, far, scanned, centre, frame)
-        margin = -frame.zone - float(solid.points[far, 2].max())
+            solid, hidden = _smoothed(solid, scanned, centre, frame)
         if hidden == 0 and margin > LEAST_MARGIN * frame.radius:
-            return rest, _Collar(_drawn_in(solid, centre, frame), centre, margin)
+            return rest, _Collar(_drawn_in(solid, centre, frame), centre, margin, scan)
     what = f"an end has {borders} borders there, expected 2" if borders else "an end is too short there"
     if hidden:
         what = f"{hidden} faces of an end are hidden from every centre"
@@ -319,14 +341,12 @@ def _centre(solid: Piece, frame: Frame) -> tuple[F64, int]:
     return best[2], best[0]
 
 
-def _smoothed(solid: Piece, far: I64, scanned: int, centre: F64, frame: Frame) -> tuple[Piece, int]:
-    """The solid with the faces that a centre does not see smoothed until it does, and how many it still does not see.
-    Vertices `far`, which the rest of the limb has too, stay; of the first `scanned` ones none may go far."""
+def _smoothed(solid: Piece, scanned: int, centre: F64, frame: Frame) -> tuple[Piece, int]:
+    """The solid with the faces that a centre does not see smoothed until it does, and how many it still does not see. Of its
+    first `scanned` vertices none may go far."""
     tri, p = solid.triangles, solid.points.copy()
     start, end = tri.reshape(-1), np.roll(tri, -1, axis=1).reshape(-1)
     count = np.bincount(start, minlength=len(p))
-    shared = np.zeros(len(p), np.bool_)
-    shared[far] = True
     hidden = _hidden(p, tri, centre, frame)
     for _ in range(SMOOTHINGS):
         if not hidden.any():
@@ -334,7 +354,6 @@ def _smoothed(solid: Piece, far: I64, scanned: int, centre: F64, frame: Frame) -
         near = np.zeros(len(p), np.bool_)
         near[tri[hidden]] = True
         near[end[near[start]]] = True
-        near &= ~shared
         mean = np.stack([np.bincount(start, p[end, k], minlength=len(p)) for k in range(3)], axis=1) / np.maximum(count, 1)[:, None]
         p[near] += 0.5 * (mean[near] - p[near])
         hidden = _hidden(p, tri, centre, frame)
