@@ -20,6 +20,8 @@ F64 = NDArray[np.float64]
 
 _LIGHT_S = 0.5
 """In which the key follows the light."""
+_LOOK_S = 0.05
+"""How often the light is looked at."""
 _SLIP_S = 1.0
 """In which a slip of the helmet is believed."""
 _SMALLEST, _LARGEST = 0.35, 3.2
@@ -51,6 +53,7 @@ class FaceReader:
         self._tracker = MarkTracker(self._shape)
         self._key = calibration.key
         self._slip = np.zeros(4)
+        self._since_light_s = 0.0
 
     def read(self, frame: U8, dt_s: float) -> FaceReading:
         """frame: (h, w, 3) BGR, of the calibrated size. dt_s: since the frame before."""
@@ -94,11 +97,13 @@ class FaceReader:
 
     def _follow_light(self, frame: U8, key: U8, spots: Spots, own: NDArray[np.int64], dt_s: float) -> None:
         """Draw the key towards the colours of this frame."""
+        self._since_light_s += dt_s
         own = own[own < len(spots)]
-        if len(own) < MARK_COUNT // 2:
+        if self._since_light_s < _LOOK_S or len(own) < MARK_COUNT // 2:
             return
         mask = marks_mask(key, spots, own)
         colour = mean_colour(frame, mask)
         if np.isfinite(colour).all():
-            share = -math.expm1(-dt_s / _LIGHT_S)
+            share = -math.expm1(-self._since_light_s / _LIGHT_S)
             self._key = self._key.followed(colour, background_moments(frame, mask), share)
+            self._since_light_s = 0.0

@@ -28,6 +28,8 @@ _VAGUE_M = 0.006
 """How well a spot tells where a mark is that may not be its own."""
 _TOUCH_M, _FITS = 0.0075, 16.0
 """Marks nearer than this touch; and the squared Mahalanobis distance within which a mark lies as the others expect."""
+_BELIEVED_S = 0.08
+"""A mark that was lost is believed again once it has lain as a face's does for so long."""
 _SPEED_KEPT_S = 0.1
 """Time constant in which the speed of a hidden mark dies away."""
 _LOST_S = 0.7
@@ -59,6 +61,7 @@ class MarkTracker:
         self._poor_s = self._doubt_s = 0.0
         self._entangled = np.zeros((MARK_COUNT, MARK_COUNT), bool)
         self._seen = np.zeros(MARK_COUNT, bool)
+        self._fits_s = np.zeros(MARK_COUNT)
 
     def expected(self, dt_s: float) -> F64:
         """(13, 2) where the marks are likely to be `dt_s` after the last frame."""
@@ -79,7 +82,8 @@ class MarkTracker:
             spot = self._settle(spots, spot, mean, cov)
         now = judge(spots, spot, mean, cov)
         shape = judge(spots, spot, self._shape.rest, self._prior)
-        fits = ~shape.doubtful & (shape.far < _FITS)
+        self._fits_s = np.where(~shape.doubtful & (shape.far < _FITS), self._fits_s + dt_s, 0.0)
+        fits = self._fits_s >= _BELIEVED_S
         self._entangle(spots, spot, mean, fits)
         seen = (spot >= 0) & ~now.doubtful & ~shape.odd & ~self._entangled.any(1)
         if not self._found:
