@@ -17,11 +17,11 @@ from dataclasses import replace
 from importlib.metadata import version
 from statistics import median
 
-import numba as nb
 import numpy as np
 
 from benchmarks.deform_peers import peer
 from benchmarks.deform_scenes import Body, body, capsules, hugging
+from benchmarks.figure_peers import linear_blend
 from benchmarks.row import Row, machine
 from vistel.figure.avatar_builtin import builtin_avatar
 from vistel.figure.figure import Figure
@@ -35,20 +35,6 @@ ROUNDS = 60
 POSES = 10_000
 SLOPE = 4.0 * INVERSE_T * (1.0 - INVERSE_T**2)
 """-dF / d(distance / influence radius) of the quartic at the surface."""
-
-
-@nb.njit(cache=True, fastmath=True)
-def _linear_blend(points, bone, weight, matrices, out):
-    """The peer: sum of four weighted bone matrices times the rest position."""
-    for v in range(len(points)):
-        x, y, z = points[v, 0], points[v, 1], points[v, 2]
-        p = q = r = np.float32(0.0)
-        for j in range(4):
-            m, w = matrices[bone[v, j]], weight[v, j]
-            p += w * (m[0] * x + m[1] * y + m[2] * z + m[3])
-            q += w * (m[4] * x + m[5] * y + m[6] * z + m[7])
-            r += w * (m[8] * x + m[9] * y + m[10] * z + m[11])
-        out[v, 0], out[v, 1], out[v, 2] = p, q, r
 
 
 def _microseconds(calls: dict[str, Callable[[], object]], rounds: int = ROUNDS) -> dict[str, float]:
@@ -108,7 +94,7 @@ def _figures(people: list[Figure]) -> Iterator[Row]:
         state = one.pose(posture, ghosts)
         joints, own, matrices = state.joints, state.posed, skin.matrices(state.joints).copy()
         took = _microseconds({
-            "lbs": lambda m=matrices: _linear_blend(mesh.vertices, bone, weight, m, out),
+            "lbs": lambda m=matrices: linear_blend(mesh.vertices, bone, weight, m, out),
             "skin": lambda j=joints: skin.pose(j, vertices, normals),
             "ghosts": lambda o=own, g=ghosts: one.deformer.solve(vertices, normals, o.a, o.b, g),
             "normals": lambda: one.deformer.update_normals(vertices, normals),
@@ -146,7 +132,7 @@ def _seeing_all() -> Iterator[Row]:
         figure.deformer.solve(vertices, normals, figure.a, figure.b, ghosts)
 
     took = _microseconds({
-        "lbs": lambda: _linear_blend(figure.vertices, bone, weight, matrices, out),
+        "lbs": lambda: linear_blend(figure.vertices, bone, weight, matrices, out),
         "rigid": lambda: np.copyto(vertices, figure.vertices), "deform": deform,
     })  # fmt: skip
     name = f"Numba {version('numba')} linear blend skinning, {count} vertices"
