@@ -68,16 +68,19 @@ class Fastrak:
     """One unit with up to four receivers, measured in turn, one each 1/120 s.
 
     pose: where a receiver really is. Noise is Gaussian per axis: `position_noise` [m], `angle_noise` [rad]; the
-    defaults are the unit's static accuracy (0.03 in, 0.15 degrees). restart_s: how long ^Y takes (a real unit: 10).
+    defaults are the unit's static accuracy (0.03 in, 0.15 degrees). metal: position (3,) [m] -> (6,) by how much metal makes it
+    read too much there, position [m] and rotation vector [rad]. restart_s: how long ^Y takes (a real unit: 10).
     """
 
     def __init__(
         self, pose: PoseSource, *, receivers: Sequence[int] = (1, 2, 3, 4), position_noise: float = 0.0008,
         angle_noise: float = math.radians(0.15), seed: int = 0, restart_s: float = 10.0,
+        metal: Callable[[F64], F64] | None = None,
     ) -> None:  # fmt: skip
         self._saturated = False
         self._drift = np.zeros(3)
         self._pose = pose
+        self._metal = metal
         self._receivers = frozenset(receivers)
         self._noise = (position_noise, angle_noise)
         self._rng = np.random.default_rng(seed)
@@ -154,6 +157,9 @@ class Fastrak:
         p, q = self._pose(number, t_s)
         position = np.asarray(p, np.float64) + self._drift + self._noise[0] * self._rng.standard_normal(3)
         attitude = rotations.matrix(np.asarray(q, np.float64))
+        if self._metal is not None:
+            error = self._metal(np.asarray(p, np.float64))
+            position, attitude = position + error[:3], rotations.from_vector(error[3:]) @ attitude
         attitude = rotations.from_vector(self._noise[1] * self._rng.standard_normal(3)) @ attitude
         if any(station.hemisphere) and position @ np.array(station.hemisphere) < 0.0:
             position = -position  # a dipole's field is the same on both sides

@@ -186,3 +186,20 @@ def test_the_same_seed_says_the_same() -> None:
         return records(fastrak, 8)
 
     assert speak(1) == speak(1) != speak(2)
+
+
+def test_metal_makes_it_read_elsewhere() -> None:
+    error = np.array([0.02, 0.0, -0.01, 0.0, 0.0, 0.1])
+    units = [
+        Fastrak(
+            lambda station, t: ((0.3, 0.2, -0.4), (0.0, 0.0, 0.0, 1.0)), position_noise=0.0, angle_noise=0.0, metal=metal
+        )
+        for metal in (None, lambda p: error)
+    ]  # fmt: skip
+    parser = [FastrakParser(), FastrakParser()]
+    clean, off = (
+        (u.receive(b"O1,2,11,1\rH1,0,0,-1\rufC", 0.0), p.feed(u.measure(0.1), 10**9))[1][0]
+        for u, p in zip(units, parser, strict=True)
+    )
+    assert np.subtract(off.position, clean.position) == pytest.approx(error[:3], abs=1e-5)
+    assert off.rotation == pytest.approx((0.0, 0.0, np.sin(0.05), np.cos(0.05)), abs=1e-5)
