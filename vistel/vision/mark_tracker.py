@@ -87,6 +87,7 @@ class MarkTracker:
         self._entangle(spots, spot, mean, fits)
         seen = (spot >= 0) & ~now.doubtful & ~shape.odd & ~self._entangled.any(1)
         if not self._found:
+            seen &= shape.far < _FITS
             self._found = int(seen.sum()) >= MARK_COUNT - 2
             if not self._found:
                 return TrackedMarks(mean.reshape(-1, 2), np.zeros(MARK_COUNT, bool), spot, False)
