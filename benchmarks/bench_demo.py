@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.row import Row, machine
-from vistel.conference.model import DEMO_FILE
+from vistel.conference.files import DEMO_FILE
 
 SECONDS = 20
 

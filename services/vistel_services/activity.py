@@ -26,7 +26,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.conference.model import Conference, ConferenceError, load
+from vistel.conference.files import ConferenceError, load
+from vistel.conference.model import Conference
 from vistel.space.commands.actions import Action
 from vistel.space.commands.phrase import PhraseError, read
 from vistel.v1.command_pb2 import CommandResult

@@ -17,7 +17,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from vistel.conference.model import Conference, ConferenceError, load
+from vistel.conference.files import ConferenceError, load
+from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.v1.service_pb2 import Heartbeat
 from vistel.wire import event_loop

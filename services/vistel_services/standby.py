@@ -25,7 +25,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from vistel.conference.model import Conference, ConferenceError, load
+from vistel.conference.files import ConferenceError, load
+from vistel.conference.model import Conference
 from vistel_services import host, logs
 from vistel_services.reserve import READY
 

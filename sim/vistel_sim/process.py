@@ -18,17 +18,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.conference.model import (
-    Conference,
-    ConferenceError,
-    GloveConfig,
-    Participant,
-    Prop,
-    PropTracker,
-    Site,
-    TrackerConfig,
-    load,
-)
+from vistel.conference.devices import GloveConfig, PropTracker, TrackerConfig
+from vistel.conference.files import ConferenceError, load
+from vistel.conference.model import Conference, Participant, Prop, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.sensors import Placement

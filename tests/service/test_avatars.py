@@ -14,7 +14,7 @@ from avatar_fixture import long_armed
 from world_site import START_NS, WorldSite
 
 from vistel.conference.avatar_files import keep_parcel, kept_parcel, parcel_path
-from vistel.conference.model import load
+from vistel.conference.files import load
 from vistel.conference.paths import RunPaths
 from vistel.figure.avatar_usd import save_usd
 from vistel.figure.parcel import pack, unpack

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from device_site import STATE, RecordingBus, run
 
-from vistel.conference.model import Conference, FaceConfig, Participant, Site
+from vistel.conference.devices import FaceConfig
+from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.face_marks import Expressions
 from vistel.protocol.live_link_face import CHANNELS

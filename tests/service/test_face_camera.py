@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from device_site import STATE, RecordingBus, run
 
-from vistel.conference.model import Conference, FaceConfig, Participant, Site
+from vistel.conference.devices import FaceConfig
+from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.face_marks import REST
 from vistel.vision.face_calibration import calibrate_face, write_face

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from device_site import HAND, STATE, DeviceSite, quiet_fastrak, quiet_glove, run
 
-from vistel.conference.model import GloveConfig
+from vistel.conference.devices import GloveConfig
 from vistel.protocol.fivedt_calibration import default_calibration
 from vistel.v1.device_pb2 import GloveFrame, RawBytes
 from vistel.wire.raw_bytes import reads_of

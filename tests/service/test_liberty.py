@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from device_site import STATE, DeviceSite, pose, quiet_fastrak, quiet_glove, run
 
-from vistel.conference.model import ConferenceError, load
+from vistel.conference.files import ConferenceError, load
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame, TrackerReceiver
 from vistel.wire.raw_bytes import reads_of
 from vistel_services.tracker import LibertyDecoder

@@ -208,7 +208,7 @@ def test_the_world_follows_a_prop_of_one_site_and_re_runs_to_the_same_bytes(tmp_
 
 def test_a_real_hand_over_shows_who_holds_the_baton(tmp_path: Path, shared_data: Path) -> None:
     """The whole chain without pictures: recorded people and their object, device bytes, postures, the world."""
-    from vistel.conference.model import DEMO_FILE, load  # noqa: PLC0415
+    from vistel.conference.files import DEMO_FILE, load  # noqa: PLC0415
     from vistel_cli.up import with_motion  # noqa: PLC0415
     from vistel_services import glove, world  # noqa: PLC0415
     from vistel_sim.motion import open_motion  # noqa: PLC0415

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vistel.conference.model import DEMO_FILE, load
+from vistel.conference.files import DEMO_FILE, load
 from vistel.conference.paths import RunPaths
 from vistel.v1 import command_pb2, motion_pb2, world_pb2
 from vistel.wire.clock import SystemClock

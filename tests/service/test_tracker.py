@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from device_site import STATE, DeviceSite, quiet_fastrak, quiet_glove, run
 
-from vistel.conference.model import TrackerConfig
+from vistel.conference.devices import TrackerConfig
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame, TrackerReceiver
 from vistel.wire.raw_bytes import reads_of
 from vistel_services.tracker import FastrakDecoder

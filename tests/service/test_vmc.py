@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vistel.conference.model import Conference, Participant, Site, TrackerConfig
+from vistel.conference.devices import TrackerConfig
+from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX

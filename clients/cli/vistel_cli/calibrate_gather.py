@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from vistel.conference.model import Conference, Participant, Site, TrackerConfig
+from vistel.conference.devices import TrackerConfig
+from vistel.conference.model import Conference, Participant, Site
 from vistel.figure.calibration.moves import (
     MoveError,
     Moves,

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from vistel.conference.model import Conference, GloveConfig
+from vistel.conference.devices import GloveConfig
+from vistel.conference.model import Conference
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 
 START_S = 20.0

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.progress import track
 
-from vistel.conference.model import EyeConfig, FaceConfig, Participant
+from vistel.conference.devices import EyeConfig, FaceConfig
+from vistel.conference.model import Participant
 from vistel_cli.terminal import USAGE, err, fail, load_conference
 
 if TYPE_CHECKING:

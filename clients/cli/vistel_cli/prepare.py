@@ -23,7 +23,8 @@ import numpy as np
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import vistel
-from vistel.conference.model import Conference, load
+from vistel.conference.files import load
+from vistel.conference.model import Conference
 from vistel.figure.avatar import builtin_avatar
 from vistel.figure.avatar_builtin import by_turns, default_cache
 from vistel.figure.figure import Figure

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from vistel.conference.model import DEMO_FILE
+from vistel.conference.files import DEMO_FILE
 from vistel.conference.paths import RunPaths
 from vistel_cli.launch import simulated_devices
 from vistel_cli.terminal import USAGE, fail, load_conference, out

@@ -8,7 +8,8 @@ from typing import NoReturn
 import typer
 from rich.console import Console
 
-from vistel.conference.model import Conference, ConferenceError, load
+from vistel.conference.files import ConferenceError, load
+from vistel.conference.model import Conference
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)

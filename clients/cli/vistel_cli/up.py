@@ -14,7 +14,8 @@ import tomli_w
 import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from vistel.conference.model import DEMO_FILE, Conference
+from vistel.conference.files import DEMO_FILE
+from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import cv2
 
-from vistel.conference.model import Conference, EyeConfig, FaceConfig, Site
+from vistel.conference.devices import EyeConfig, FaceConfig
+from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.vision.face_calibration import read_face
 from vistel.vision.gaze_calibration import read_gaze

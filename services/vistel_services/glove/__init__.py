@@ -7,7 +7,8 @@ import functools
 import logging
 from dataclasses import dataclass
 
-from vistel.conference.model import Conference, GloveConfig, Site
+from vistel.conference.devices import GloveConfig
+from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.protocol import fivedt, fivedt_calibration
 from vistel.protocol.fivedt_calibration import FiveDtCalibration

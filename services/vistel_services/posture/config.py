@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from vistel.conference.avatar_files import avatar_file
-from vistel.conference.model import Conference, Site, public_avatar
+from vistel.conference.files import public_avatar
+from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.calibration.distortion import Distortion, load_distortion
 from vistel.figure.calibration.files import Body, load_body, load_tracker

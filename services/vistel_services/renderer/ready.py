@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.conference.avatar_files import avatar_file
-from vistel.conference.model import Conference, public_avatar
+from vistel.conference.files import public_avatar
+from vistel.conference.model import Conference
 from vistel.figure.parcel import read_parcel
 from vistel.figure.posture import standing
 from vistel.space.room import meeting_room

@@ -8,7 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.conference.model import Conference, PropTracker, Site, TrackerConfig
+from vistel.conference.devices import PropTracker, TrackerConfig
+from vistel.conference.model import Conference, Site
 from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.sensors import Mount, Placement, into_frame, receiver_mounts, receiver_poses, transmitter_in_room

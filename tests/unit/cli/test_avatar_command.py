@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from vistel.conference.model import load, public_avatar
+from vistel.conference.files import load, public_avatar
 from vistel.figure.avatar import Avatar, builtin_avatar
 from vistel.figure.avatar_file import export_obj, load_any
 from vistel.figure.avatar_gltf import save_gltf

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from vistel.conference.model import Conference, Participant, Site, load
+from vistel.conference.files import load
+from vistel.conference.model import Conference, Participant, Site
 from vistel.figure.calibration.files import load_body, load_tracker
 from vistel.figure.calibration.moves import whole_s
 from vistel.protocol.glove_calibration import default_calibration, load_calibration

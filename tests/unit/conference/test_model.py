@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vistel.conference.model import DEMO_FILE, Conference, ConferenceError, load
+from vistel.conference.files import DEMO_FILE, ConferenceError, load
+from vistel.conference.model import Conference
 
 GOOD = """
 name = "small"

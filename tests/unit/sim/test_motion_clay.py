@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vistel.conference.model import Conference, ConferenceError, load
+from vistel.conference.files import ConferenceError, load
+from vistel.conference.model import Conference
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import TABLE_HEIGHT, meeting_room
 from vistel.space.view import WorldView

@@ -7,7 +7,8 @@ import functools
 import numpy as np
 import pytest
 
-from vistel.conference.model import Conference, Participant, Site, TrackerConfig
+from vistel.conference.devices import TrackerConfig
+from vistel.conference.model import Conference, Participant, Site
 from vistel.figure.body import pose_body, standard_body
 from vistel.figure.posture import ELBOW, Stance, pose_joints
 from vistel.figure.sensors import RECEIVERS, out_of_frame, receiver_poses

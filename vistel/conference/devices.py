@@ -1,0 +1,189 @@
+"""Devices in a conference file: trackers, gloves, cameras."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal, cast
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, field_validator, model_validator
+
+Name = Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9_\-]{0,31}$")]
+
+
+class Checked(BaseModel):
+    """Data of a conference file: nothing unknown, nothing changes."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+STATIONS = {"fastrak": 4, "liberty": 16, "patriot": 2, "vrpn": 256}
+"""Receivers that a unit can have."""
+
+
+class Polhemus(Checked):
+    """What is told of any tracker."""
+
+    port: str = "sim"
+    """Serial port, or "sim" for a simulated one."""
+    baud: int = 115200
+    transmitter_position: tuple[float, float, float] = (0.0, 0.25, 0.0)
+    """Of the transmitter in the seat's frame [m]: origin on the floor under the seat, +Z where the person faces."""
+    transmitter_heading: float = 0.0
+    """Where the transmitter's +X points, about the seat's +Y from its +Z [rad]; 0: where the person faces."""
+    hemisphere: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    """The side of the transmitter on which the receivers stay, in its frame (+X forward, +Z down): above it."""
+
+
+class TrackerConfig(Polhemus):
+    """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person; a tracker of a VRPN server, whose sensor 0 is station 1; or a VR
+    tracking suite that sends VMC to a UDP port.
+
+    A suite's floor and forward are `transmitter_position` (there by default the floor under the seat) and
+    `transmitter_heading`.
+    """
+
+    kind: Literal["fastrak", "liberty", "patriot", "vmc", "vrpn"] = "fastrak"
+    calibration: Path | None = None
+    """What `vistel calibrate tracker` found: where the transmitter stands and how receivers sit; before its position here."""
+    second_port: str = ""
+    """fastrak: port of a second unit, which keeps to the first one's beat by the cable between them; its receivers are
+    stations 5 to 8. Two units measure four receivers 60 times a second each instead of 30."""
+    distortion: Path | None = None
+    """What `vistel calibrate distortion` found: a grid of what metal does to positions and orientations."""
+
+    stations: dict[Literal["chest", "head", "left_hand", "right_hand"], int] = {
+        "chest": 1, "head": 2, "left_hand": 3, "right_hand": 4,
+    }  # fmt: skip
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_its_kind(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        given = cast("dict[str, Any]", data)
+        return {"transmitter_position": (0.0, 0.0, 0.0), **given} if given.get("kind") == "vmc" else given
+
+    @model_validator(mode="after")
+    def _has_the_stations(self) -> TrackerConfig:
+        if self.kind == "vmc":
+            if self.port != "sim" and not (self.port.isdecimal() and 0 < int(self.port) < 65536):
+                raise ValueError(f'port: expected a UDP port, "39539" for most suites, got {self.port!r}')
+            if self.stations != {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}:
+                raise ValueError("stations: a tracking suite has them as they are by default; leave them out")
+            return self
+        if self.kind == "vrpn" and self.port != "sim":
+            from vistel.protocol.vrpn import parse_address  # noqa: PLC0415
+
+            try:
+                parse_address(self.port)
+            except ValueError as e:
+                raise ValueError(f"port: {e}") from e
+        if self.second_port and self.kind != "fastrak":
+            raise ValueError(f"second_port: only fastrak units are synchronised by cable; this is a {self.kind}")
+        most = STATIONS[self.kind] * (2 if self.second_port else 1)
+        if self.second_port and {n > 4 for n in self.stations.values()} != {True, False}:
+            raise ValueError("second_port: give some receivers stations 1..4 and some 5..8, those of the second unit")
+        if any(not 1 <= n <= most for n in self.stations.values()):
+            raise ValueError(
+                f"stations: a {self.kind} has stations 1..{most}; got {', '.join(map(str, self.stations.values()))}"
+            )
+        return self
+
+
+_GLOVES: dict[str, tuple[int, tuple[int, ...]]] = {
+    "cyberglove": (115200, (18, 22)), "5dt_ultra": (115200, (14, 5)), "5dt_16": (19200, (14,)), "5dt_5": (19200, (5,)),
+}  # fmt: skip
+
+
+class GloveConfig(Checked):
+    """A CyberGlove, or a 5DT Data Glove: Ultra, 16 or 5."""
+
+    kind: Literal["cyberglove", "5dt_ultra", "5dt_16", "5dt_5"] = "cyberglove"
+    port: str = "sim"
+    """Serial port, "sim" for a simulated one, "usb" for a 5DT Ultra on USB."""
+    baud: int = 115200
+    """Default: the one its kind has."""
+    sensors: Literal[5, 14, 18, 22] = 18
+    """cyberglove: 18 or 22; 5dt_ultra: 14 or 5. A Data Glove 16 has 14 on the fingers."""
+    calibration: Path | None = None
+    """What this user's hand reads in it, as JSON; without one, a typical hand's."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_its_kind(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        given = cast("dict[str, Any]", data)
+        kind = given.get("kind")
+        if not isinstance(kind, str) or kind not in _GLOVES:
+            return given
+        baud, sensors = _GLOVES[kind]
+        return {"baud": baud, "sensors": sensors[0], **given}
+
+    @model_validator(mode="after")
+    def _can_be(self) -> GloveConfig:
+        counts = _GLOVES[self.kind][1]
+        if self.sensors not in counts:
+            raise ValueError(f"sensors: a {self.kind} has {' or '.join(map(str, counts))}; got {self.sensors}")
+        if self.port == "usb" and self.kind != "5dt_ultra":
+            raise ValueError(f'port: only a 5dt_ultra can be on "usb"; give the serial port of this {self.kind}')
+        return self
+
+
+class Camera(Checked):
+    """What is told of any camera."""
+
+    source: str = "sim"
+    """A number (the system's camera of that number), a device ("/dev/video0"), a video file, an address
+    ("http://camera/video.mjpg"), or "sim" for a simulated one."""
+    calibration: Path | None = None
+    """What `vistel calibrate` wrote; a file beside the conference file, or its whole path."""
+    keep_pictures: bool = False
+    """Whether a recording with the devices' bytes holds its pictures too, as JPEG."""
+
+
+class FaceConfig(Camera):
+    """A phone that runs Live Link Face and sends to this machine; or a camera on a helmet that sees 13 green marks."""
+
+    kind: Literal["live_link", "camera"] = "live_link"
+    port: Annotated[int, Field(ge=1, le=65535)] | Literal["sim"] = 11111
+    """live_link: UDP port on which it is heard, or "sim" for a simulated phone."""
+    mirrored: bool = False
+    """camera without a calibration: whether its pictures show the person's left on their left."""
+
+    @property
+    def simulated(self) -> bool:
+        return self.source == "sim" if self.kind == "camera" else self.port == "sim"
+
+
+class EyeConfig(Camera):
+    """An infrared camera on a helmet that looks at one eye. The other is taken to do the same."""
+
+    eye: Literal["left", "right"] = "left"
+    """Which of the participant's eyes it sees."""
+
+    @property
+    def simulated(self) -> bool:
+        return self.source == "sim"
+
+
+class PropTracker(Polhemus):
+    """A Polhemus tracker with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
+    site's first participant."""
+
+    kind: Literal["fastrak", "liberty", "patriot"] = "fastrak"
+    station: int = Field(default=1, ge=1, le=4)
+    """Which of the unit's receivers is on the prop."""
+    receiver_position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of the receiver in the thing's frame [m]."""
+    receiver_rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    """Quaternion (x, y, z, w) from the receiver's axes to the thing's."""
+
+    @field_validator("receiver_rotation")
+    @classmethod
+    def _unit(cls, q: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+        length = math.sqrt(sum(c * c for c in q))
+        if not 0.9 < length < 1.1:
+            raise ValueError(f"expected a unit quaternion x, y, z, w, got one of length {length:.3g}")
+        return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)

@@ -1,0 +1,90 @@
+"""Reading a conference file; every error names file, key and what was expected."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from vistel.conference.devices import Camera
+from vistel.conference.model import Conference, Participant
+
+
+class ConferenceError(ValueError):
+    """A conference file that cannot be used; the text is one line per fault: file: key: what was expected."""
+
+
+DEMO_FILE = Path(__file__).with_name("demo.toml")
+"""The conference that runs when no file is named."""
+
+
+def load(path: Path) -> Conference:
+    """Read and check a conference file. Raises ConferenceError."""
+    try:
+        data = tomllib.loads(path.read_text("utf-8"))
+    except OSError as e:
+        raise ConferenceError(f"{path}: cannot be read: {e.strerror}") from e
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
+        raise ConferenceError(f"{path}: not valid TOML: {e}") from e
+    try:
+        return _with_files(Conference.model_validate(data), path.parent)
+    except ValidationError as e:
+        lines = [f"{path}: {_key(err['loc'])}: {err['msg']}" for err in e.errors()]
+        raise ConferenceError("\n".join(lines)) from e
+
+
+def _with_files(conference: Conference, folder: Path) -> Conference:
+    """Files that lie in or below the conference file's folder by their whole path; others may be elsewhere."""
+    sites = [
+        s.model_copy(update={"participants": [_person_with_files(p, folder) for p in s.participants]})
+        for s in conference.sites
+    ]
+    return conference.model_copy(update={"sites": sites})
+
+
+def _person_with_files(person: Participant, folder: Path) -> Participant:
+    update: dict[str, Any] = {"avatar": _avatar_file(person.avatar, folder)}
+    for name, camera in (("face", person.face), ("eye", person.eye)):
+        if camera is not None:
+            update[name] = camera.model_copy(update=_camera_files(camera, folder))
+    update["body"] = _beside(person.body, folder)
+    update["gloves"] = {
+        s: g.model_copy(update={"calibration": _beside(g.calibration, folder)}) for s, g in person.gloves.items()
+    }
+    if person.tracker is not None:
+        t = person.tracker
+        found = {"calibration": _beside(t.calibration, folder), "distortion": _beside(t.distortion, folder)}
+        update["tracker"] = t.model_copy(update=found)
+    return person.model_copy(update=update)
+
+
+def _beside(path: Path | None, folder: Path) -> Path | None:
+    return (folder / path).resolve() if path is not None and (folder / path).is_file() else path
+
+
+def _camera_files(camera: Camera, folder: Path) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    out["calibration"] = _beside(camera.calibration, folder)
+    if (folder / camera.source).is_file():
+        out["source"] = str((folder / camera.source).resolve())
+    return out
+
+
+def public_avatar(avatar: str) -> str:
+    """What others are told of an avatar: a file's name without the folder it is in."""
+    return avatar if avatar.startswith("builtin") else Path(avatar).name
+
+
+def _avatar_file(avatar: str, folder: Path) -> str:
+    if avatar.startswith("builtin") or not (folder / avatar).is_file():
+        return avatar
+    return str((folder / avatar).resolve())
+
+
+def _key(loc: tuple[int | str, ...]) -> str:
+    out = ""
+    for part in loc:
+        out += f"[{part}]" if isinstance(part, int) else f".{part}" if out else part
+    return out or "file"
