@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -184,6 +185,12 @@ class Deformer:
     def lost(self) -> NDArray[np.uint8]:
         """(V,) 1 where the last frame found no root, as `DeformReport.lost` counts them."""
         return self._lost
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """After unpickling the arrays lie elsewhere."""
+        self.__dict__.update(state)
+        for slot, array in list(self._arrays.items()):
+            self._keep(slot, array)
 
     def _keep(self, slot: int, array: NDArray[np.generic]) -> None:
         """Hold an array and note its address."""

@@ -35,8 +35,11 @@ from vistel.implicit.ghost import ghosts_of
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
+from vistel.wire import motion as motion_codec
 from vistel_cli.terminal import err, fail
 from vistel_services.renderer.antialias import antialias
+from vistel_services.renderer.people import load_shape
+from vistel_services.renderer.stage import About
 from vistel_services.world.service import warm_up
 from vistel_sim.motion import open_motion
 
@@ -112,8 +115,9 @@ def _steps(conference: Conference) -> list[Step]:
     ]
     for spec, name, height in _people(conference):
         if spec.startswith("builtin"):
-            steps.append((f"making {name}", lambda s=spec, n=name, h=height: builtin_avatar(s, name=n, height=h)))
+            steps.append((f"making {name}", lambda s=spec, n=name, h=height: load_shape(About(n, n, s, h))))
     steps.append(("compiling deformation", lambda: _compile_figures(conference)))
+    steps.append(("compiling the motion codec", motion_codec.warm_up))
     return steps
 
 

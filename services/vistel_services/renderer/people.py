@@ -13,6 +13,7 @@ from vistel.figure.avatar_file import load_any
 from vistel.figure.parcel import unpack
 from vistel.figure.posture import standing
 from vistel_services.renderer.figures import Person
+from vistel_services.renderer.kept_figures import person_of
 from vistel_services.renderer.stage import About
 
 _NONE: Mapping[str, Path] = MappingProxyType({})
@@ -52,6 +53,6 @@ def load_avatar_of(about: About, files: Mapping[str, Path] = _NONE, parcel: Call
 
 def load_shape(about: About, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel) -> Person:
     """The deforming figure of a participant. Raises ValueError or OSError when the avatar cannot be had."""
-    person = Person(load_avatar_of(about, files, parcel))
+    person = person_of(load_avatar_of(about, files, parcel))
     person.pose(standing())  # kernels not yet compiled on this machine are compiled here, not between two pictures
     return person

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,6 +126,12 @@ class SkinLayers:
         return LayerTerms(
             start.astype(np.int32), channel.astype(np.int32), np.ascontiguousarray(self._terms[channel, :, vertex]), self._fall
         )
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """After unpickling the arrays lie elsewhere."""
+        self.__dict__.update(state)
+        for slot, array in list(self._held.items()):
+            self._keep(slot, array)
 
     def _keep(self, slot: int, array: NDArray[np.generic]) -> None:
         array = np.ascontiguousarray(array)

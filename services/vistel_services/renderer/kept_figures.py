@@ -1,0 +1,103 @@
+"""Figures kept on disk, ready to deform: making one takes two seconds of computing, reading it back some hundredths.
+
+They lie in the user's own cache folder, as compiled kernels do, under a name that is a digest of the avatar and of all code that
+makes a figure of it; what is there is believed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import inspect
+import logging
+import os
+import pickle
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from vistel.figure import figure
+from vistel.figure.avatar import Avatar
+from vistel.figure.avatar_builtin import by_turns, default_cache
+from vistel.figure.layers import skin
+from vistel.implicit.kernel_jit import stamp_of
+from vistel_services.renderer import figures
+from vistel_services.renderer.figures import Person
+
+log = logging.getLogger("vistel.renderer")
+
+MOST_KEPT = 1 << 30
+"""Bytes of figures kept; those not used for longest go first."""
+
+
+def person_of(avatar: Avatar, cache: Path | None = None) -> Person:
+    """The figure of an avatar: read back if it was made before, else made and kept.
+
+    Processes of a machine that want the same one take turns. A folder that cannot be used costs only the keeping.
+    """
+    folder = default_cache().parent / "figures" if cache is None else cache
+    path = folder / f"{_digest(avatar)}.pickle"
+    if (kept := _read(path)) is not None:
+        return kept
+    with by_turns(path.with_suffix(".lock")):
+        if (kept := _read(path)) is not None:
+            return kept
+        person = Person(avatar)
+        _write(path, person)
+    return person
+
+
+def _digest(avatar: Avatar) -> str:
+    made_by = f"{sys.version} {np.__version__} {_CODE}"
+    return hashlib.blake2b(made_by.encode() + pickle.dumps(avatar, 5), digest_size=16).hexdigest()
+
+
+_CODE = " ".join(
+    stamp_of(Path(inspect.getfile(module)), Path(inspect.getfile(module)).parents[depth])
+    for module, depth in ((figures, 2), (figure, 2), (skin, 3))
+)
+"""The state of the code that figures are made by."""
+
+
+def _read(path: Path) -> Person | None:
+    try:
+        data = path.read_bytes()
+        os.utime(path)
+    except OSError:
+        return None
+    try:
+        person = pickle.loads(data)
+    except Exception as fault:  # a damaged file can raise anything
+        log.warning("event=figure_damaged path=%s reason=%r action=made_again", path, str(fault))
+        return None
+    return person if isinstance(person, Person) else None
+
+
+def _write(path: Path, person: Person) -> None:
+    """Whole or not at all; older ones make room."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                pickle.dump(person, stream, 5)
+            os.replace(part, path)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(part)
+            raise
+        _make_room(path.parent)
+    except OSError as fault:
+        log.warning("event=figure_not_kept path=%s reason=%s", path, fault)
+
+
+def _make_room(folder: Path) -> None:
+    files = sorted(folder.glob("*.pickle"), key=lambda f: f.stat().st_mtime, reverse=True)
+    total = 0
+    for file in files:
+        total += file.stat().st_size
+        if total > MOST_KEPT:
+            file.unlink(missing_ok=True)
+            file.with_suffix(".lock").unlink(missing_ok=True)
