@@ -102,7 +102,7 @@ def _digits(body: Body) -> I64:
 @dataclass(frozen=True)
 class Figure:
     """Somebody in the room. posture is None until the first motion; before: the posture before that, if usable for
-    speeds; opened: (2, 4) recent least flexion of each finger [rad]."""
+    speeds; opened: (2, 4) recent least flexion of each finger [rad]; appeared: the step of the first motion."""
 
     person: Person
     posture: Posture | None = None
@@ -111,19 +111,20 @@ class Figure:
     t_ns: int = 0
     before_t_ns: int = 0
     opened: F64 = field(default_factory=lambda: np.full((2, 4), 10.0))
+    appeared: int = 0
 
     @property
     def name(self) -> str:
         return self.person.participant
 
-    def moved(self, motion: MotionInput) -> Figure:
-        """After `motion`."""
+    def moved(self, motion: MotionInput, step: int) -> Figure:
+        """After `motion`, taken in at a step of the world."""
         new = motion.seq != self.seq or motion.t_ns != self.t_ns
         if not new:
             return self
         return replace(
             self, posture=motion.posture, before=self.posture, seq=motion.seq, t_ns=motion.t_ns,
-            before_t_ns=self.t_ns,
+            before_t_ns=self.t_ns, appeared=step if self.posture is None else self.appeared,
         )  # fmt: skip
 
     def with_opening(self, dt: float) -> Figure:

@@ -242,6 +242,7 @@ def _from_figure(f: Figure) -> dict[str, Any]:
         "t_ns": f.t_ns,
         "before_t_ns": f.before_t_ns,
         "opened": f.opened.tolist(),
+        "appeared": f.appeared,
     }
 
 
@@ -267,6 +268,7 @@ def _to_figure(d: dict[str, Any]) -> Figure:
     return Figure(
         _to_person(d["person"]), _to_posture(d["posture"]), _to_posture(d["before"]),
         int(d["seq"]), int(d["t_ns"]), int(d["before_t_ns"]), _rows(d["opened"], 2, 4),
+        int(d["appeared"]),
     )  # fmt: skip
 
 

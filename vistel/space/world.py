@@ -37,6 +37,8 @@ DT = 1.0 / 60.0
 HASH_STEPS = 60
 """Steps from one published hash to the next."""
 MAX_CONTACTS = 96
+APPEARING_STEPS = 45
+"""Who has only just appeared pushes nothing: they may stand in the middle of it, and their sensors have yet to settle."""
 LYING, FLAT = 0.05, 0.8
 """What takes dents and moves up or down no faster than this [m/s] keeps this share of its motion in each step."""
 
@@ -131,7 +133,7 @@ class World:
             figures[person.participant] = replace(old, person=person) if old else Figure(person)
         for motion in inputs.motions:
             if motion.participant in figures and usable(motion.posture):
-                figures[motion.participant] = figures[motion.participant].moved(motion)
+                figures[motion.participant] = figures[motion.participant].moved(motion, inputs.step)
         for name in inputs.left:
             if figures.pop(name, None) is not None:
                 self._state = holding.drop(self._state, lambda g, name=name: g.participant == name)
@@ -206,6 +208,8 @@ class World:
         parts: list[tuple[NDArray[np.int64], F64, F64, F64, F64]] = []
         for name in sorted(posed):
             p, c = posed[name], near[name]
+            if self._state.step - p.figure.appeared < APPEARING_STEPS:
+                continue
             thing = self._solids.owner[c.b]
             chosen = free[thing] & (c.depth > -0.004)
             for who, right, n in sorted(ignored):

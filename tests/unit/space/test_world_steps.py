@@ -349,3 +349,14 @@ def test_a_turning_hand_turns_what_it_holds() -> None:
         play.step({"ann": reaching(at(0.0, 0.2, 0.0), 1.0, 0.05 * k)})
     turned = matrix_from_quaternion(play.thing(BATON).rotation)[:, 0]
     assert along @ turned == pytest.approx(np.cos(1.0), abs=0.01)
+
+
+def test_who_appears_in_the_middle_of_a_thing_does_not_knock_it_over() -> None:
+    play = Play("ann")
+    for k in range(30):
+        play.step({"ann": reaching(at(0.0, 0.02 - 0.001 * k, 0.0), 0.6)})
+    assert play.thing(BATON).position == pytest.approx(START, abs=2e-3)
+    for _ in range(60):
+        play.step({"ann": reaching(at(0.0, 0.3, 0.3), 0.0)})
+    take_baton(play)
+    assert play.grasps() == ["ann"]
