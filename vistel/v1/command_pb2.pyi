@@ -255,10 +255,12 @@ class CreateThing(_message.Message):
     def __init__(self, shape: _Optional[str] = ..., size: _Optional[float] = ..., colour: _Optional[int] = ..., where: _Optional[_Union[Where, str]] = ...) -> None: ...
 
 class GripThing(_message.Message):
-    __slots__ = ("which",)
+    __slots__ = ("which", "force")
     WHICH_FIELD_NUMBER: _ClassVar[int]
+    FORCE_FIELD_NUMBER: _ClassVar[int]
     which: Which
-    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ...) -> None: ...
+    force: bool
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., force: _Optional[bool] = ...) -> None: ...
 
 class AttachThing(_message.Message):
     __slots__ = ("which", "to")

@@ -172,18 +172,52 @@ class Ghost(_message.Message):
     def __init__(self, target: _Optional[str] = ..., source: _Optional[str] = ..., kind: _Optional[_Union[Ghost.Kind, str]] = ..., target_primitives: _Optional[_Iterable[int]] = ..., source_primitives: _Optional[_Iterable[int]] = ..., compliance_target: _Optional[float] = ..., compliance_source: _Optional[float] = ..., depth: _Optional[float] = ..., priority: _Optional[int] = ...) -> None: ...
 
 class Grasp(_message.Message):
-    __slots__ = ("participant", "right", "thing", "hold", "since_ns")
+    __slots__ = ("participant", "right", "thing", "hold", "since_ns", "fingers")
     PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
     RIGHT_FIELD_NUMBER: _ClassVar[int]
     THING_FIELD_NUMBER: _ClassVar[int]
     HOLD_FIELD_NUMBER: _ClassVar[int]
     SINCE_NS_FIELD_NUMBER: _ClassVar[int]
+    FINGERS_FIELD_NUMBER: _ClassVar[int]
     participant: str
     right: bool
     thing: str
     hold: _geometry_pb2.Pose
     since_ns: int
-    def __init__(self, participant: _Optional[str] = ..., right: _Optional[bool] = ..., thing: _Optional[str] = ..., hold: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., since_ns: _Optional[int] = ...) -> None: ...
+    fingers: _containers.RepeatedScalarFieldContainer[int]
+    def __init__(self, participant: _Optional[str] = ..., right: _Optional[bool] = ..., thing: _Optional[str] = ..., hold: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., since_ns: _Optional[int] = ..., fingers: _Optional[_Iterable[int]] = ...) -> None: ...
+
+class Ownership(_message.Message):
+    __slots__ = ("header", "step", "event", "participant", "thing", "owner", "until_ns")
+    class Event(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        EVENT_UNSPECIFIED: _ClassVar[Ownership.Event]
+        EVENT_GRANTED: _ClassVar[Ownership.Event]
+        EVENT_REJECTED: _ClassVar[Ownership.Event]
+        EVENT_TAKEN: _ClassVar[Ownership.Event]
+        EVENT_EXPIRED: _ClassVar[Ownership.Event]
+        EVENT_RELEASED: _ClassVar[Ownership.Event]
+    EVENT_UNSPECIFIED: Ownership.Event
+    EVENT_GRANTED: Ownership.Event
+    EVENT_REJECTED: Ownership.Event
+    EVENT_TAKEN: Ownership.Event
+    EVENT_EXPIRED: Ownership.Event
+    EVENT_RELEASED: Ownership.Event
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    EVENT_FIELD_NUMBER: _ClassVar[int]
+    PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+    THING_FIELD_NUMBER: _ClassVar[int]
+    OWNER_FIELD_NUMBER: _ClassVar[int]
+    UNTIL_NS_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    step: int
+    event: Ownership.Event
+    participant: str
+    thing: str
+    owner: str
+    until_ns: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., event: _Optional[_Union[Ownership.Event, str]] = ..., participant: _Optional[str] = ..., thing: _Optional[str] = ..., owner: _Optional[str] = ..., until_ns: _Optional[int] = ...) -> None: ...
 
 class WorldState(_message.Message):
     __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone")
@@ -268,7 +302,7 @@ class WorldSnapshot(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., state: _Optional[_Union[WorldState, _Mapping]] = ..., private_state: _Optional[bytes] = ...) -> None: ...
 
 class HandForce(_message.Message):
-    __slots__ = ("header", "step", "participant", "right", "force", "torque", "touches")
+    __slots__ = ("header", "step", "participant", "right", "force", "torque", "touches", "pull")
     class Digit(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         DIGIT_UNSPECIFIED: _ClassVar[HandForce.Digit]
@@ -315,6 +349,7 @@ class HandForce(_message.Message):
     FORCE_FIELD_NUMBER: _ClassVar[int]
     TORQUE_FIELD_NUMBER: _ClassVar[int]
     TOUCHES_FIELD_NUMBER: _ClassVar[int]
+    PULL_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     step: int
     participant: str
@@ -322,4 +357,5 @@ class HandForce(_message.Message):
     force: _geometry_pb2.Vec3
     torque: _geometry_pb2.Vec3
     touches: _containers.RepeatedCompositeFieldContainer[HandForce.Touch]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., participant: _Optional[str] = ..., right: _Optional[bool] = ..., force: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., torque: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., touches: _Optional[_Iterable[_Union[HandForce.Touch, _Mapping]]] = ...) -> None: ...
+    pull: _geometry_pb2.Vec3
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., participant: _Optional[str] = ..., right: _Optional[bool] = ..., force: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., torque: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., touches: _Optional[_Iterable[_Union[HandForce.Touch, _Mapping]]] = ..., pull: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ...) -> None: ...

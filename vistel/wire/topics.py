@@ -116,6 +116,8 @@ TOPICS: tuple[Topic, ...] = (
           "what each step of the world was computed from"),
     Topic("command_result", f"{_WORLD}/result/{{participant}}", command_pb2.CommandResult, 0, _R, _W, True,
           "what became of a command"),
+    Topic("ownership", f"{_WORLD}/ownership/{{participant}}", world_pb2.Ownership, 0, _R, _W, True,
+          "what became of a participant's claims to things that are held"),
     Topic("world_snapshot", f"{_WORLD}/snapshot", world_pb2.WorldSnapshot, 0, _Q, _W, True,
           "the whole room, for late joiners"),
     Topic("clock", "vistel/{conference}/clock", service_pb2.ClockReply, 0, _Q, _H, False,
