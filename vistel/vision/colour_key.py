@@ -8,7 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.implicit.kernel_jit import compiled
+
 U8 = NDArray[np.uint8]
+I32 = NDArray[np.int32]
 F64 = NDArray[np.float64]
 
 FULL = 200.0
@@ -17,6 +20,10 @@ _FLOOR = 12.0
 """Added to the background's second moments [grey levels²]: the noise of a camera."""
 _STEP = 8
 """Every how many pixels the background is sampled."""
+_SHIFT = 14
+"""Bits behind the point of the weights of a pixel's colours."""
+_MOST = (1 << 30) // (3 * 255)
+"""No weight is larger, so that no sum overflows."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,10 @@ class ColourKey:
 
     def apply(self, frame: U8) -> U8:
         """frame: (h, w, 3) BGR. (h, w), `FULL` where there is only mark, 0 where there is none."""
-        return np.asarray(cv2.transform(frame, (FULL * self.weights)[None].astype(np.float32)), np.uint8)
+        out = np.empty(frame.shape[:2], np.uint8)
+        weights = np.clip(np.rint(FULL * self.weights * (1 << _SHIFT)), -_MOST, _MOST).astype(np.int32)
+        _mix(np.ascontiguousarray(frame).reshape(-1), weights, out.reshape(-1))
+        return out
 
     def contrast(self) -> float:
         """How far the marks stand out of the background: mean square of the key over marks to that over the rest."""
@@ -51,6 +61,15 @@ class ColourKey:
         return ColourKey(
             self.mark + share * (mark - self.mark), self.background + share * (background - self.background)
         )
+
+
+@compiled
+def _mix(colours: U8, weights: I32, out: U8) -> None:
+    """out (n,): sums of colours (3 n,), interleaved, by weights (3,) of `_SHIFT` bits, rounded and kept within 0..255."""
+    blue, green, red, half = weights[0], weights[1], weights[2], np.int32(1 << (_SHIFT - 1))
+    for k in range(out.size):
+        mixed = blue * np.int32(colours[3 * k]) + green * np.int32(colours[3 * k + 1]) + red * np.int32(colours[3 * k + 2])
+        out[k] = np.uint8(min(max((mixed + half) >> np.int32(_SHIFT), np.int32(0)), np.int32(255)))
 
 
 def generic_green(frame: U8) -> U8:
