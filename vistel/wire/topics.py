@@ -11,7 +11,7 @@ from enum import Enum
 
 from google.protobuf.message import Message
 
-from vistel.v1 import command_pb2, device_pb2, motion_pb2, service_pb2, world_pb2
+from vistel.v1 import audio_pb2, command_pb2, device_pb2, motion_pb2, service_pb2, world_pb2
 
 MESSAGE_VERSION = 1
 """`Header.version` of this package; a receiver drops and counts any other."""
@@ -104,6 +104,18 @@ TOPICS: tuple[Topic, ...] = (
           "how late the site's pictures are"),
     Topic("command", f"{_SITE}/participant/{{participant}}/command", command_pb2.Command, 0, _R, _S, True,
           "what a participant asks of the world"),
+    Topic("voice", f"{_SITE}/participant/{{participant}}/voice", audio_pb2.Voice, 50, _N, _S, True,
+          "what a participant's microphone hears"),
+    Topic("voice_control", f"{_SITE}/participant/{{participant}}/voice_control", audio_pb2.VoiceControl, 0, _R, _S, True,
+          "whether a microphone is open"),
+    Topic("sound", f"{_SITE}/audio/sound", audio_pb2.Sound, 50, _N, _S, False,
+          "what is heard at a site"),
+    Topic("sound_status", f"{_SITE}/audio/status", audio_pb2.SoundStatus, 4, _N, _S, True,
+          "how late voices are, and how microphones and loudspeakers are doing"),
+    Topic("equipment_request", f"{_SITE}/equipment/{{equipment}}/request", audio_pb2.EquipmentRequest, 0, _R, _S, True,
+          "what is asked of a device of the room"),
+    Topic("equipment_status", f"{_SITE}/equipment/{{equipment}}/status", audio_pb2.EquipmentStatus, 1, _R, _S, True,
+          "what a device of the room does"),
     Topic("heartbeat", f"{_SITE}/node/{{node}}/heartbeat", service_pb2.Heartbeat, 1, _N, _S, True,
           "a process lives"),
     Topic("clock_offset", f"{_SITE}/node/{{node}}/clock", service_pb2.ClockOffset, 0.5, _N, _S, True,
