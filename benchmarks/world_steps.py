@@ -1,0 +1,183 @@
+"""How long steps of the world take: people who talk, gesture and hand things over, things that lie and a tenth of which fly.
+
+Processor time of the stepping thread; whole steps, with everything the service does in one (taking inputs, the journal,
+messages), but no bus and no disk.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.row import Row, machine
+from vistel.conference.model import Conference
+from vistel.figure.posture import Posture, Stance
+from vistel.figure.rotation import rotation_y
+from vistel.space.commands.actions import Move, Which
+from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
+from vistel.space.room import Extra, Room, meeting_room, seat_pose, table_radius
+from vistel.space.things import Thing
+from vistel.space.world import World
+from vistel_services.world.encode import is_key, world_state
+from vistel_services.world.service import warm_up
+from vistel_sim.motion.meeting import Meeting
+from vistel_sim.motion.source import places
+
+F64 = NDArray[np.float64]
+STEP_NS = 16_666_667
+LOOP = 600
+"""Steps after which everybody begins again."""
+MOVING = 0.1
+"""Share of the things that is on the move."""
+LASTS_S = 4.0
+"""How long a thing that was dropped rolls and is awake."""
+TARGETS = {(3, 50): 4.0, (20, 500): 16.0}
+"""Milliseconds at the 99th percentile, by people and things."""
+EXPONENT = 1.2
+
+
+@dataclass(frozen=True)
+class Load:
+    """people, things (loose ones); steps: how many are measured, after as many as `settle`."""
+
+    people: int
+    things: int
+    steps: int = 600
+    settle: int = 120
+
+
+def rows() -> Iterator[Row]:
+    """Step times under two loads, and how they grow."""
+    where = machine()
+    warm_up()
+    for (people, things), target in TARGETS.items():
+        times, size = measure(Load(people, things))
+        p50, p99 = np.percentile(times, [50, 99])
+        case = f"{people} people, {things} things"
+        yield Row("world", case, "step p50", "ms", float(p50), None, None, None, None, None, where)
+        yield Row("world", case, "step p99", "ms", float(p99), None, None, None, f"<= {target:g}", bool(p99 <= target), where)
+        yield Row("world", case, "state", "kB", size / 1000, None, None, None, None, None, where)
+    for what, loads in GROWTH.items():
+        cost = [float(np.mean(measure(load)[0])) for load in loads]
+        count = [load.people if what == "people" else load.things for load in loads]
+        exponent = float(np.polyfit(np.log(count), np.log(cost), 1)[0])
+        case = f"growth in {what}: " + ", ".join(f"{n}: {ms:.1f} ms" for n, ms in zip(count, cost, strict=True))
+        yield Row("world", case, "exponent", "", exponent, None, None, None, f"<= {EXPONENT:g}", exponent <= EXPONENT, where)
+
+
+GROWTH = {
+    "people": [Load(n, 50, 240, 60) for n in (3, 6, 12, 24)],
+    "things": [Load(3, n, 240, 60) for n in (50, 100, 200, 400, 800)],
+}
+
+
+def measure(load: Load) -> tuple[F64, int]:
+    """(steps,) milliseconds of processor time, and bytes of the state."""
+    scene = Scene(load)
+    for _ in range(load.settle):
+        scene.step()
+    times = np.empty(load.steps)
+    for i in range(load.steps):
+        inputs = scene.inputs()
+        began = time.thread_time()
+        scene.take(inputs)
+        times[i] = (time.thread_time() - began) * 1e3
+    return times, len(scene.world.snapshot())
+
+
+class Scene:
+    """A world under load, the same every time."""
+
+    def __init__(self, load: Load) -> None:
+        seats = max(load.people, _seats_for(load.things))
+        room = crowded(seats, load.things)
+        self.world = World(room)
+        self._people = [f"p{i:02d}" for i in range(load.people)]
+        self._loop = _postures(self._people, seats)
+        self._loose = [t.id for t in room.things if not t.fixed]
+        self._step = 0
+        self._rng = np.random.default_rng(1)
+        self._place = {t.id: t.position for t in room.things}
+
+    def inputs(self) -> StepInputs:
+        """What is new for the next step."""
+        self._step += 1
+        k = self._step
+        t_ns = k * STEP_NS
+        motions = tuple(
+            MotionInput(name, self._loop[name][k % len(self._loop[name])], k, t_ns) for name in self._people
+        )
+        people = tuple(Person(name) for name in self._people) if k == 1 else ()
+        return StepInputs(k, t_ns, people, motions, commands=tuple(self._tosses(k)))
+
+    def take(self, inputs: StepInputs) -> None:
+        """One step, its message included."""
+        view = self.world.step(inputs)
+        world_state(view, is_key(view, inputs.step == 1)).SerializeToString()
+
+    def step(self) -> None:
+        self.take(self.inputs())
+
+    def _tosses(self, k: int) -> Iterator[CommandInput]:
+        """Things are lifted 30 cm and fall."""
+        wanted = MOVING * len(self._loose) / (60.0 * LASTS_S)
+        for i in range(math.floor(k * wanted) - math.floor((k - 1) * wanted)):
+            thing = self._loose[int(self._rng.integers(len(self._loose)))]
+            who = self._people[(k + i) % len(self._people)]
+            place = self._place[thing] + np.array([0.0, 0.3, 0.0])
+            yield CommandInput(f"{k}-{i}", who, Move(Which(thing), place, np.array([0.0, 0.0, 0.0, 1.0])))
+
+
+def crowded(seats: int, loose: int) -> Room:
+    """A meeting room with `loose` loose things: those that are always there, and balls and bars over the table."""
+    base = meeting_room(seats)
+    have = [t for t in base.things if not t.fixed]
+    radius = table_radius(seats) - 0.05
+    spacing = min(0.14, math.sqrt(2.2 * radius * radius / max(1, loose)))
+    n = math.ceil(radius / spacing)
+    grid = [np.array([i * spacing, j * spacing]) for i in range(-n, n + 1) for j in range(-n, n + 1)]
+    free = [p for p in grid if float(np.hypot(*p)) < radius and all(_far(p, t) > 0.11 for t in have)]
+    wanted = loose - len(have)
+    if len(free) < wanted:
+        raise ValueError(f"things: {len(free)} of {wanted} fit on the table of {seats} seats")
+    size = min(0.025, 0.3 * spacing)
+    chosen = sorted(free, key=lambda p: float(np.hypot(*p)))[:wanted]
+    extras = [
+        Extra(f"t{i:03d}", f"thing {i}", "ball" if i % 2 else "lump", size, 0.1, 0.9, 0x888888FF, float(p[0]), float(p[1]))
+        for i, p in enumerate(chosen)
+    ]
+    return meeting_room(seats, extras)
+
+
+def _far(place: F64, thing: Thing) -> float:
+    return math.hypot(place[0] - thing.position[0], place[1] - thing.position[2])
+
+
+def _seats_for(things: int) -> int:
+    """Seats of a room whose table holds so many things."""
+    return next(n for n in range(3, 200) if 2.2 * (table_radius(n) - 0.05) ** 2 / things > 0.0072)
+
+
+def _postures(names: list[str], seats: int) -> dict[str, list[Posture]]:
+    """Ten seconds of everybody: the three of the made-up meeting, moved to everybody's seat and out of step."""
+    three = [{"name": f"m{i}", "seat": i} for i in range(3)]
+    conference = Conference.model_validate({"sites": [{"name": "one", "participants": three}]})
+    meeting = Meeting(list(places(conference).values()), 3, 1)
+    played = [[meeting.posture(f"m{i}", k / 60) for k in range(LOOP)] for i in range(3)]
+    out: dict[str, list[Posture]] = {}
+    for i, name in enumerate(names):
+        own, late = played[i % 3], 97 * (i // 3)
+        there, here = seat_pose(3, i % 3), seat_pose(seats, i)
+        out[name] = [_moved(own[(k + late) % LOOP], there, here) for k in range(LOOP)]
+    return out
+
+
+def _moved(posture: Posture, there: tuple[F64, float], here: tuple[F64, float]) -> Posture:
+    turn = here[1] - there[1]
+    position = here[0] + rotation_y(turn) @ (posture.stance.position - there[0])
+    return replace(posture, stance=Stance(position, posture.stance.heading + turn))
