@@ -1,4 +1,5 @@
-"""Simulated devices on real ptys and the services that read them, on one event loop, for the tests beside this file."""
+"""Simulated devices on real ptys and the services that read them, on one event loop in virtual time, for the tests beside
+this file."""
 
 from __future__ import annotations
 
@@ -11,11 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import virtual_time
+from virtual_time import LoopClock
 
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.v1.device_pb2 import DeviceStatus
-from vistel.wire.clock import SystemClock
+from vistel.wire.clock import Clock
 from vistel_services import glove, tracker
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import Instrument, SimulatedDevice
@@ -85,7 +88,7 @@ class DeviceSite:
 
     folder: Path
     bus: RecordingBus = field(default_factory=RecordingBus)
-    clock: SystemClock = field(default_factory=SystemClock)
+    clock: Clock = field(default_factory=LoopClock)
     start_ns: int = 0
 
     @asynccontextmanager
@@ -125,4 +128,5 @@ class DeviceSite:
 
 
 def run(scenario: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(scenario)
+    """In virtual time."""
+    virtual_time.run(scenario)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from device_site import STATE, RecordingBus, run
+from virtual_time import LoopClock
 
 from vistel.conference.devices import FaceConfig
 from vistel.conference.model import Conference, Participant, Site
@@ -15,7 +16,6 @@ from vistel.conference.paths import RunPaths
 from vistel.figure.face_marks import Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.v1.device_pb2 import FaceFrame, RawBytes
-from vistel.wire.clock import SystemClock
 from vistel.wire.motion import StalePart
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import face
@@ -35,7 +35,7 @@ class Hall:
     def __init__(self, folder: Path, faults: tuple[Fault, ...] = (), phone: bool = True) -> None:
         person = Participant(name="ann", tracker=None, gloves={}, face=FaceConfig(port="sim"))
         conference = Conference(sites=[Site(name="a", participants=[person])])
-        self.bus, self.clock = RecordingBus(), SystemClock()
+        self.bus, self.clock = RecordingBus(), LoopClock()
         self.paths = RunPaths(folder, folder)
         motion = open_motion(conference)
         self.start_ns = self.clock.now_ns()

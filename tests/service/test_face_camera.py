@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from device_site import STATE, RecordingBus, run
+from device_site import STATE, RecordingBus
 
 from vistel.conference.devices import FaceConfig
 from vistel.conference.model import Conference, Participant, Site
@@ -88,7 +88,7 @@ def test_marks_of_a_simulated_camera_arrive_as_they_are(tmp_path: Path) -> None:
         again = [f for m in helmet.bus.on("device_raw", F) for t_ns, data in reads_of(m) for f in decoder.feed(data, t_ns)]
         assert [f.SerializeToString() for f in again] == [f.SerializeToString() for f in frames]
 
-    run(scenario())
+    asyncio.run(scenario())
 
 
 @pytest.mark.parametrize(
@@ -110,4 +110,4 @@ def test_a_camera_that_fails_is_told_and_picked_up_again(tmp_path: Path, kind: A
             await helmet.close()
         assert STATE.STATE_STREAMING in helmet.bus.states(F)
 
-    run(scenario())
+    asyncio.run(scenario())

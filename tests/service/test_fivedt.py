@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from device_site import HAND, STATE, DeviceSite, quiet_fastrak, quiet_glove, run
 from vistel.conference.devices import GloveConfig
 from vistel.protocol.fivedt_calibration import default_calibration
 from vistel.v1.device_pb2 import GloveFrame, RawBytes
+from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import glove
 from vistel_services.hid_transport import open_hid
@@ -107,7 +109,7 @@ def test_an_ultra_on_usb_is_read_and_missed_and_found_again(tmp_path: Path, monk
     monkeypatch.setattr(glove, "_opener", lambda d, clock: open_hid(find, clock))
 
     async def scenario() -> None:
-        site = DeviceSite(tmp_path)
+        site = DeviceSite(tmp_path, clock=SystemClock())
         async with site.running({}, person=person("5dt_ultra", port="usb")):
             await site.until(lambda: streaming(site) and len(frames(site)) > 30)
             opened[0].pulled = True
@@ -118,7 +120,7 @@ def test_an_ultra_on_usb_is_read_and_missed_and_found_again(tmp_path: Path, monk
         assert list(frames(site)[-1].angles) == pytest.approx(want, abs=1e-5)
         assert any("USB: unplugged" in s.detail for s in site.bus.on("device_status", L))
 
-    run(scenario())
+    asyncio.run(scenario())  # hidapi reads on a thread, which knows nothing of virtual time
 
 
 def test_a_glove_that_is_not_on_usb_is_told(tmp_path: Path) -> None:

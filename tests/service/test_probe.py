@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 from device_site import HAND, pose, quiet_fastrak, quiet_glove, run
+from virtual_time import LoopClock
 
-from vistel.wire.clock import SystemClock
 from vistel_cli.devices import _answer
 from vistel_sim.device import SimulatedDevice
 from vistel_sim.fivedt import Glove5, Glove16, Ultra
@@ -26,7 +26,7 @@ from vistel_sim.liberty import Liberty
 )  # fmt: skip
 def test_each_device_is_named(tmp_path: Path, unit, name: str) -> None:
     async def scenario() -> None:
-        clock = SystemClock()
+        clock = LoopClock()
         device = SimulatedDevice("unit", unit(), tmp_path / "unit", clock, clock.now_ns())
         task = asyncio.create_task(device.run())
         try:

@@ -15,6 +15,7 @@ import pytest
 from device_site import STATE, DeviceSite, pose, run
 
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame
+from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
 from vistel_services.tracker import VrpnDecoder
 from vistel_sim.device import SimulatedDevice
@@ -135,7 +136,7 @@ def still(station: int, t_s: float) -> tuple[tuple[float, float, float], tuple[f
 def test_vrpns_own_server_with_its_fastrak_driver_on_the_simulated_fastrak_is_read(tmp_path: Path) -> None:
     async def scenario() -> None:
         assert SERVER
-        site = DeviceSite(tmp_path)
+        site = DeviceSite(tmp_path, clock=SystemClock())
         unit = Fastrak(still, position_noise=0.0, angle_noise=0.0)
         device = SimulatedDevice("unit", unit, tmp_path / "unit", site.clock, site.clock.now_ns())
         simulation = asyncio.create_task(device.run())
@@ -162,4 +163,4 @@ def test_vrpns_own_server_with_its_fastrak_driver_on_the_simulated_fastrak_is_re
             await server.wait()
             simulation.cancel()
 
-    run(scenario())
+    asyncio.run(scenario())
