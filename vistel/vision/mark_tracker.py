@@ -28,6 +28,8 @@ _VAGUE_M = 0.006
 """How well a spot tells where a mark is that may not be its own."""
 _TOUCH_M, _FITS = 0.0075, 16.0
 """Marks nearer than this touch; and the squared Mahalanobis distance within which a mark lies as the others expect."""
+_FREED = 6.0
+"""The same for two that have touched: with one passed over the other, both ways round may lie within the wider one."""
 _BELIEVED_S = 0.08
 """A mark that was lost is believed again once it has lain as a face's does for so long."""
 _SPEED_KEPT_S = 0.1
@@ -84,7 +86,7 @@ class MarkTracker:
         shape = judge(spots, spot, self._shape.rest, self._prior)
         self._fits_s = np.where(~shape.doubtful & (shape.far < _FITS), self._fits_s + dt_s, 0.0)
         fits = self._fits_s >= _BELIEVED_S
-        self._entangle(spots, spot, mean, fits)
+        self._entangle(spots, spot, mean, fits & (shape.far < _FREED))
         seen = (spot >= 0) & ~now.doubtful & ~shape.odd & ~self._entangled.any(1)
         if not self._found:
             seen &= shape.far < _FITS
