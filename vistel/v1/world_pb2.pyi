@@ -220,7 +220,7 @@ class Ownership(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., event: _Optional[_Union[Ownership.Event, str]] = ..., participant: _Optional[str] = ..., thing: _Optional[str] = ..., owner: _Optional[str] = ..., until_ns: _Optional[int] = ...) -> None: ...
 
 class WorldState(_message.Message):
-    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone")
+    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone", "frame", "check", "order")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     KEY_FIELD_NUMBER: _ClassVar[int]
@@ -234,6 +234,9 @@ class WorldState(_message.Message):
     DENTS_FIELD_NUMBER: _ClassVar[int]
     BONDS_FIELD_NUMBER: _ClassVar[int]
     GONE_FIELD_NUMBER: _ClassVar[int]
+    FRAME_FIELD_NUMBER: _ClassVar[int]
+    CHECK_FIELD_NUMBER: _ClassVar[int]
+    ORDER_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     step: int
     key: bool
@@ -247,7 +250,10 @@ class WorldState(_message.Message):
     dents: _containers.RepeatedCompositeFieldContainer[Dent]
     bonds: _containers.RepeatedCompositeFieldContainer[Bond]
     gone: _containers.RepeatedScalarFieldContainer[int]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ...) -> None: ...
+    frame: bytes
+    check: int
+    order: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ..., frame: _Optional[bytes] = ..., check: _Optional[int] = ..., order: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class WorldInputs(_message.Message):
     __slots__ = ("header", "step", "motions", "command_ids", "people", "commands", "private_state", "props")
@@ -292,14 +298,16 @@ class WorldInputs(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., motions: _Optional[_Iterable[_Union[WorldInputs.Used, _Mapping]]] = ..., command_ids: _Optional[_Iterable[str]] = ..., people: _Optional[_Iterable[_Union[WorldInputs.Person, _Mapping]]] = ..., commands: _Optional[_Iterable[_Union[_command_pb2.Command, _Mapping]]] = ..., private_state: _Optional[bytes] = ..., props: _Optional[_Iterable[_Union[_motion_pb2.Prop, _Mapping]]] = ...) -> None: ...
 
 class WorldSnapshot(_message.Message):
-    __slots__ = ("header", "state", "private_state")
+    __slots__ = ("header", "state", "private_state", "since")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     STATE_FIELD_NUMBER: _ClassVar[int]
     PRIVATE_STATE_FIELD_NUMBER: _ClassVar[int]
+    SINCE_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     state: WorldState
     private_state: bytes
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., state: _Optional[_Union[WorldState, _Mapping]] = ..., private_state: _Optional[bytes] = ...) -> None: ...
+    since: _containers.RepeatedCompositeFieldContainer[WorldState]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., state: _Optional[_Union[WorldState, _Mapping]] = ..., private_state: _Optional[bytes] = ..., since: _Optional[_Iterable[_Union[WorldState, _Mapping]]] = ...) -> None: ...
 
 class HandForce(_message.Message):
     __slots__ = ("header", "step", "participant", "right", "force", "torque", "touches", "pull")
