@@ -109,7 +109,7 @@ _READ: dict[str, Callable[[Any], Action | None]] = {
     "harden": lambda m: ask.Harden(_which(m.which), m.rigidity),
     "copy": lambda m: ask.Copy(_which(m.which)),
     "create": lambda m: ask.Create(m.shape, m.size or 0.04, m.colour, _WHERE.get(m.where, Where.HERE)),
-    "grip": lambda m: ask.Grip(_which(m.which)),
+    "grip": lambda m: ask.Grip(_which(m.which), m.force),
     "attach": lambda m: ask.Attach(_which(m.which), _which(m.to)),
     "detach": lambda m: ask.Detach(_which(m.which)),
     "undo": lambda m: ask.Undo(),

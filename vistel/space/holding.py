@@ -148,6 +148,7 @@ def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[
             return True
         return hands.closes(p, right, r)
 
+    takes: list[tuple[float, str, bool, hands.Reach]] = []
     for name in sorted(posed):
         p = posed[name]
         for right in (False, True):
@@ -158,9 +159,12 @@ def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[
                 for r in hands.reaches(p, near[name], solids.owner, right)
                 if not solids.things[r.thing].fixed and holds(p, right, r)
             ]
-            if not reach:
-                continue
-            state = grasped(state, solids, p, right, min(reach, key=lambda r: (r.nearest, r.thing)))
+            if reach:
+                chosen = min(reach, key=lambda r: (r.nearest, r.thing))
+                takes.append((chosen.nearest, name, right, chosen))
+    # Who is nearest is first, and leads what several take in one step.
+    for _, name, right, chosen in sorted(takes, key=lambda t: t[:3]):
+        state = grasped(state, solids, posed[name], right, chosen)
     return state
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vistel.figure.posture import Posture, Stance
 from vistel.figure.proportions import Proportions
 from vistel.space.bonds import Bond
+from vistel.space.claims import Claim
 from vistel.space.commands.history import Change, History, Stood
 from vistel.space.commands.ledger import Ledger
 from vistel.space.dents import Dent
@@ -27,7 +28,7 @@ from vistel.space.thing_json import from_primitive, from_thing, to_primitive, to
 from vistel.space.things import Matter, Thing
 from vistel.space.view import Outcome
 
-VERSION = 5
+VERSION = 6
 """Of this format; a world refuses any other."""
 
 F64 = NDArray[np.float64]
@@ -66,6 +67,7 @@ def encode(room: Room, s: State) -> bytes:
         "glides": [_from_glide(g) for g in s.glides],
         "selected": [[who, list(ids)] for who, ids in s.selected],
         "history": history,
+        "claims": [[c.thing, c.owner, c.until_ns] for c in s.claims],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
 
@@ -116,6 +118,7 @@ def _state(d: dict[str, Any], room: Room) -> State:
         glides=tuple(_to_glide(g) for g in d["glides"]),
         selected=tuple((str(who), tuple(str(t) for t in ids)) for who, ids in d["selected"]),
         history=History(tuple(done), tuple(undone)),
+        claims=tuple(Claim(str(thing), str(owner), int(until)) for thing, owner, until in d["claims"]),
     )
 
 

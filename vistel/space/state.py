@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from vistel.space.bonds import Bond
+from vistel.space.claims import Claim, ClaimEvent
 from vistel.space.commands.history import History
 from vistel.space.commands.ledger import Ledger
 from vistel.space.dents import Dent
@@ -32,7 +33,8 @@ class State:
     """things: in the order of `motions`; figures: sorted by name; grasps: oldest first;
     tracked: sorted by thing; felt: the hands, participant and right, that felt something, sorted; dents, bonds: what
     things remember, by thing; marks: the next number for one of those; glides: things that commands move; selected: what
-    "this" means to whom, sorted; history: what commands have changed."""
+    "this" means to whom, sorted; history: what commands have changed;
+    claims: who leads what is held, by thing; told: of claims, within a step only."""
 
     things: tuple[Thing, ...]
     motions: Motions
@@ -50,6 +52,8 @@ class State:
     glides: tuple[Glide, ...] = ()
     selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
     history: History = field(default_factory=History)
+    claims: tuple[Claim, ...] = ()
+    told: tuple[ClaimEvent, ...] = ()
 
     @cached_property
     def rows(self) -> dict[str, int]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.bonds import Bond
+from vistel.space.claims import ClaimEvent
 from vistel.space.dents import Dent
 from vistel.space.things import Thing
 
@@ -117,7 +118,7 @@ class WorldView:
 
     things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0;
     hands: what hands feel, and once those that have stopped to; dents, bonds: what things remember; fresh: numbers of
-    those that are new or changed; gone: of those that were there a step before.
+    those that are new or changed; gone: of those that were there a step before; claims: what has become of some.
     """
 
     step: int
@@ -136,3 +137,4 @@ class WorldView:
     bonds: tuple[Bond, ...] = ()
     fresh: frozenset[int] = frozenset()
     gone: tuple[int, ...] = ()
+    claims: tuple[ClaimEvent, ...] = ()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vistel.implicit.contact import ContactArray, find_contacts
 from vistel.space import grasp as hands
-from vistel.space import holding, snapshot
+from vistel.space import holding, ownership, snapshot
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.hand_forces import Reached, hand_forces, nothing
@@ -108,11 +108,14 @@ class World:
             name: _renamed(find_contacts(p.primitives, loose, margin=hands.MARGIN), rows) for name, p in posed.items()
         }
         solids_ = self._solids
+        heard = _heard(before, self._state)
+        self._state = ownership.lapsed(before, self._state, heard)
         self._state = holding.let_go(self._state, solids_, posed, near)
         self._state = holding.carry(self._state, solids_, posed, DT)
         self._state = holding.glide(self._state, DT)
         self._state = holding.take_hold(self._state, solids_, posed, near)
         self._state = holding.forget_let_go(self._state, solids_, near, posed)
+        self._state, claims = ownership.settled(before, self._state, heard)
         skin = between_people(posed)
         rest = {name: find_contacts(p.primitives, self._solids.fixed) for name, p in posed.items()}
         touches = self._touches(posed, near, rest, skin)
@@ -120,7 +123,8 @@ class World:
         self._bring_back()
         self._state = remembered(self._state, self._solids, posed, DT)
         reached = {name: Reached(rest[name], near[name]) for name in posed}
-        return self._view(before, outcomes, touches, self._feel(posed, skin, reached))
+        view = self._view(before, outcomes, touches, self._feel(posed, skin, reached))
+        return replace(view, claims=claims)
 
     # -- people ------------------------------------------------------------------------------------------------
 
@@ -290,6 +294,12 @@ class World:
 def _renamed(near: ContactArray, rows: NDArray[np.int64]) -> ContactArray:
     """Contacts with some primitives of the things, by their index among all."""
     return replace(near, b=rows[near.b].astype(np.int32))
+
+
+def _heard(before: State, now: State) -> frozenset[str]:
+    """Whose motion is new."""
+    was = {f.name: (f.seq, f.t_ns) for f in before.figures}
+    return frozenset(f.name for f in now.figures if was.get(f.name) != (f.seq, f.t_ns))
 
 
 def _begin(things: tuple[Thing, ...]) -> Motions:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.bonds import Bond
+from vistel.space.claims import ClaimEvent, What
 from vistel.space.dents import Dent
 from vistel.space.inputs import Person
 from vistel.space.things import Primitive, Thing
@@ -25,6 +26,11 @@ _FELT = world_pb2.HandForce
 _DIGITS = (
     _FELT.DIGIT_THUMB, _FELT.DIGIT_INDEX, _FELT.DIGIT_MIDDLE, _FELT.DIGIT_RING, _FELT.DIGIT_LITTLE, _FELT.DIGIT_PALM,
 )  # fmt: skip
+_OWNED = world_pb2.Ownership
+_CLAIMS = {
+    What.GRANTED: _OWNED.EVENT_GRANTED, What.REJECTED: _OWNED.EVENT_REJECTED, What.TAKEN: _OWNED.EVENT_TAKEN,
+    What.EXPIRED: _OWNED.EVENT_EXPIRED, What.RELEASED: _OWNED.EVENT_RELEASED,
+}  # fmt: skip
 
 
 def is_key(view: WorldView, begins: bool) -> bool:
@@ -89,6 +95,16 @@ def command_result(outcome: Outcome, t_ns: int) -> CommandResult:
     """The answer to a command."""
     done = CommandResult.OUTCOME_DONE if outcome.done else CommandResult.OUTCOME_REFUSED
     out = CommandResult(id=outcome.id, outcome=done, reason=outcome.reason, step=outcome.step, things=outcome.things)
+    out.header.t_ns = t_ns
+    return out
+
+
+def ownership(event: ClaimEvent, step: int, t_ns: int) -> world_pb2.Ownership:
+    """What has become of a claim in a step."""
+    out = world_pb2.Ownership(
+        step=step, event=_CLAIMS[event.what], participant=event.participant, thing=event.thing, owner=event.owner,
+        until_ns=event.until_ns,
+    )  # fmt: skip
     out.header.t_ns = t_ns
     return out
 

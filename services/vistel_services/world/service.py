@@ -13,6 +13,7 @@ from prometheus_client import Counter, Gauge, Histogram
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import standing
+from vistel.space.claims import ClaimEvent
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import Extra, meeting_room
 from vistel.space.things import Matter
@@ -25,7 +26,15 @@ from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel_services.world import store
 from vistel_services.world.decode import command_input, prop_input
-from vistel_services.world.encode import carries_state, command_result, hand_force, input_person, is_key, world_state
+from vistel_services.world.encode import (
+    carries_state,
+    command_result,
+    hand_force,
+    input_person,
+    is_key,
+    ownership,
+    world_state,
+)
 from vistel_services.world.intake import Arrived, Intake
 
 log = logging.getLogger("vistel.world")
@@ -125,6 +134,7 @@ class _Room:
         self._states = bus.publish(BY_NAME["world_state"])
         self._inputs = bus.publish(BY_NAME["world_inputs"])
         self._results: dict[str, Publication] = {}
+        self._claims: dict[str, Publication] = {}
         self._forces: dict[tuple[str, bool], Publication] = {}
         self._begins = True
         self._last_ns = world.t_ns or now_ns
@@ -150,6 +160,8 @@ class _Room:
             self._push_back(felt, view)
         for outcome in view.outcomes:
             self._answer(outcome, t_ns)
+        for event in view.claims:
+            self._tell_owner(event, view)
         self._tell_of_grasps(view)
         self._begins, self._last_ns, self._view = False, t_ns, view
         _STEPS.inc()
@@ -174,6 +186,13 @@ class _Room:
         if who not in self._results:
             self._results[who] = self._bus.publish(BY_NAME["command_result"], participant=who)
         self._results[who].put(command_result(outcome, t_ns))
+
+    def _tell_owner(self, event: ClaimEvent, view: WorldView) -> None:
+        who = event.participant
+        log.info("claim %s participant=%s thing=%s owner=%s", event.what.value, who, event.thing, event.owner or "nobody")
+        if who not in self._claims:
+            self._claims[who] = self._bus.publish(BY_NAME["ownership"], participant=who)
+        self._claims[who].put(ownership(event, view.step, view.t_ns))
 
     def _push_back(self, felt: HandForce, view: WorldView) -> None:
         hand = felt.participant, felt.right

@@ -12,7 +12,11 @@ F64 = NDArray[np.float64]
 
 
 class Refused(Exception):  # noqa: N818 - said to a person, no error
-    """A command cannot be done; the text is one line for the person who asked."""
+    """A command cannot be done; the text is one line for the person who asked. thing: what somebody else leads."""
+
+    def __init__(self, reason: str, thing: str = "") -> None:
+        super().__init__(reason)
+        self.thing = thing
 
 
 class Shown(Enum):
@@ -187,9 +191,10 @@ class Delete:
 
 @dataclass(frozen=True)
 class Grip:
-    """The speaker's hand takes hold of what it touches, closed or not."""
+    """The speaker's hand takes hold of what it touches, closed or not; by force also from others' hands."""
 
     which: Which = THIS
+    force: bool = False
 
 
 @dataclass(frozen=True)

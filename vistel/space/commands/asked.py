@@ -57,14 +57,14 @@ class Asked:
             self.check_mine(n, tracked=tracked)
         return rows
 
-    def check_mine(self, n: int, *, tracked: bool = False) -> None:
-        """Raises Refused for a thing that is not the speaker's to change."""
+    def check_mine(self, n: int, *, tracked: bool = False, held: bool = False) -> None:
+        """Raises Refused for a thing that is not the speaker's to change. held: even when somebody else holds it."""
         thing = self.state.things[n]
         if thing.fixed:
             raise Refused(f"the {thing.name} is fixed to the room")
         others = [h for h in holding.holders(self.state, thing.id) if h != self.who]
-        if others:
-            raise Refused(f"the {thing.name} is held by {others[0]}")
+        if others and not held:
+            raise Refused(f"the {thing.name} is held by {others[0]}", thing.id)
         if not tracked and thing.id in holding.tracked_things(self.state):
             raise Refused(f"the {thing.name} follows its own tracker; move the real one")
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contact import find_contacts
 from vistel.space import grasp as hands
-from vistel.space import holding
+from vistel.space import holding, ownership
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, exchanged, on_its_foot
@@ -34,9 +34,9 @@ def select(asked: Asked, action: ask.Select) -> Answer:
 def grip(asked: Asked, action: ask.Grip) -> Answer:
     n = asked.one(action.which)
     thing, posed, s = asked.state.things[n], asked.speaker.posed, asked.solids
-    asked.check_mine(n)
-    if holding.holders(asked.state, thing.id):
-        return asked.state, (thing.id,)
+    asked.check_mine(n, held=action.force)
+    if asked.who in holding.holders(asked.state, thing.id):
+        return ownership.forced(asked.state, asked.who, thing.id), (thing.id,)
     busy = {g.right for g in asked.state.grasps if g.participant == asked.who}
     found: list[tuple[bool, hands.Reach]] = []
     if posed is not None:
@@ -48,7 +48,7 @@ def grip(asked: Asked, action: ask.Grip) -> Answer:
         raise Refused(f"none of your free hands is at the {thing.name}; bring it nearer than {1e2 * NEAR:.0f} cm")
     right, reach = min(found, key=lambda f: (f[1].nearest, f[0]))
     reach = reach if any(reach.engaged) else replace(reach, engaged=(True,) * 4)
-    return holding.grasped(asked.state, s, posed, right, reach), (thing.id,)
+    return holding.grasped(ownership.forced(asked.state, asked.who, thing.id), s, posed, right, reach), (thing.id,)
 
 
 def release(asked: Asked, action: ask.Release) -> Answer:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vistel.space import ownership
 from vistel.space.commands import actions as ask
 from vistel.space.commands import choosing, placing, shaping
 from vistel.space.commands.actions import Refused
@@ -35,6 +36,7 @@ def obey(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[St
         state, things = _done(state, s, room, command)
     except Refused as e:
         reason = str(e)
+        state = ownership.rejected(state, command.participant, e.thing)
     outcome = Outcome(command.id, command.participant, not reason, reason, state.step, things)
     return replace(state, ledger=spent.with_answer(outcome)), outcome
 

@@ -161,7 +161,8 @@ _READ: dict[str, Callable[[list[str]], Action]] = {
     "straighten": lambda w: ask.Bend(_which(w), 0.0), "paint": _paint, "soften": lambda w: ask.Harden(_which(w), 0.3),
     "harden": lambda w: ask.Harden(_which(w), 1.0), "copy": lambda w: ask.Copy(_which(w)),
     "delete": lambda w: ask.Delete(_which(w)), "create": _create, "select": _select,
-    "take": lambda w: ask.Grip(_which(w)), "release": lambda w: ask.Release(_which(w)), "attach": _attach,
+    "take": lambda w: ask.Grip(_which(w)), "snatch": lambda w: ask.Grip(_which(w), True),
+    "release": lambda w: ask.Release(_which(w)), "attach": _attach,
     "detach": lambda w: ask.Detach(_which(w)), "undo": lambda w: ask.Undo(), "redo": lambda w: ask.Redo(),
     "stop": lambda w: ask.Stop(), "reset": lambda w: ask.Reset(),
 }  # fmt: skip
