@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.arc import Arc
-from vistel.space.things import Axis, Curve, Matter, Part, Primitive, Thing
+from vistel.space.things import Axis, Curve, Look, Matter, Part, Primitive, Thing
 
 F64 = NDArray[np.float64]
 
@@ -16,7 +16,12 @@ F64 = NDArray[np.float64]
 def from_thing(t: Thing) -> dict[str, Any]:
     """All that makes a thing."""
     m = t.matter
-    return {
+    own: dict[str, Any] = {}  # few have them, and those without are written as ever
+    if t.looks:
+        own["looks"] = [[k.model, k.matrix.tolist(), k.offset.tolist(), k.colour] for k in t.looks]
+    if t.inertia is not None:
+        own["inertia"] = t.inertia.tolist()
+    return own | {
         "id": t.id, "name": t.name, "shape": t.shape, "primitives": [from_primitive(p) for p in t.primitives],
         "mass": t.mass, "compliance": t.compliance, "colour": t.colour, "position": t.position.tolist(),
         "rotation": t.rotation.tolist(),
@@ -30,7 +35,7 @@ def from_thing(t: Thing) -> dict[str, Any]:
 def to_thing(d: Any) -> Thing:
     """The thing. Raises ValueError, TypeError or KeyError for what is none."""
     material, recovery, sticky = d["matter"]
-    curve = d["curve"]
+    curve, inertia = d["curve"], d.get("inertia")
     return Thing(
         str(d["id"]), str(d["name"]), str(d["shape"]), tuple(to_primitive(p) for p in d["primitives"]), float(d["mass"]),
         float(d["compliance"]), int(d["colour"]), _numbers(d["position"], 3), _numbers(d["rotation"], 4),
@@ -38,6 +43,8 @@ def to_thing(d: Any) -> Thing:
         Matter(str(material), float(recovery), float(sticky)),
         tuple(Part(to_thing(t), _numbers(p, 3), _numbers(q, 4)) for t, p, q in d["parts"]),
         Curve(to_thing(curve[0]), _to_arc(curve[1:])) if curve else None,
+        tuple(Look(str(k), _numbers(m, 9).reshape(3, 3), _numbers(o, 3), int(c)) for k, m, o, c in d.get("looks", ())),
+        None if inertia is None else _numbers(inertia, 9).reshape(3, 3),
     )  # fmt: skip
 
 

@@ -39,7 +39,8 @@ class Primitive:
     =============== =========================================================================================
 
     position: (3,) metres and rotation: (4,) quaternion (x, y, z, w), primitive to thing; colour: 0xRRGGBBAA, 0 for that
-    of the thing. Raises ValueError for a kind or numbers that make no primitive.
+    of the thing, a colour with AA = 0 for what is felt and not drawn: a look is drawn instead. Raises ValueError for a kind
+    or numbers that make no primitive.
     """
 
     kind: str
@@ -68,6 +69,30 @@ class Primitive:
         exponents = {"superellipsoid": self.params[3:], "supertoroid": self.params[4:]}.get(self.kind, (1.0,))
         if min(exponents) < 0.1 or max(exponents) > 1.9:
             raise ValueError(f"params of {self.kind}: exponents must lie in 0.1 to 1.9, got {exponents}")
+
+
+    @property
+    def seen(self) -> bool:
+        """It is drawn itself."""
+        return self.colour == 0 or self.colour & 0xFF != 0
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A polymesh that is drawn for primitives of a thing that are not seen.
+
+    model: digest of the polymesh (`vistel.space.files.model.Model`); matrix: (3, 3) and offset: (3,) [m] from its frame to that
+    of the thing, of the straight one if it was bent; colour: 0xRRGGBBAA in place of its colours and pictures, 0 for these.
+    """
+
+    model: str
+    matrix: F64 = field(default_factory=lambda: np.eye(3))
+    offset: F64 = field(default_factory=lambda: np.zeros(3))
+    colour: int = 0
+
+    def placed(self, matrix: F64, offset: F64) -> Look:
+        """The look carried along by the linear map `matrix` (3, 3), then moved by `offset` (3,) [m]."""
+        return Look(self.model, matrix @ self.matrix, matrix @ self.offset + offset, self.colour)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +161,8 @@ class Thing:
     id: unique in the room; name: for people; shape: "ball", "box", ... for lists and speech; mass: kg, 0 =
     fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (spec_maths §2.4); colour: 0xRRGGBBAA;
     position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: what hands close around; matter:
-    what it is made of; parts: what it was put together from; curve: what it was bent from.
+    what it is made of; parts: what it was put together from; curve: what it was bent from; looks: polymeshes drawn for
+    primitives that are not seen; inertia: (3, 3) per kilogram about its centre [m^2], None: that of its primitives.
     """
 
     id: str
@@ -152,6 +178,8 @@ class Thing:
     matter: Matter = field(default_factory=Matter)
     parts: tuple[Part, ...] = ()
     curve: Curve | None = None
+    looks: tuple[Look, ...] = ()
+    inertia: F64 | None = None
 
     @property
     def fixed(self) -> bool:

@@ -43,8 +43,20 @@ class Curve(_message.Message):
     centre: _geometry_pb2.Vec3
     def __init__(self, straight: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., along: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., side: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., low: _Optional[float] = ..., high: _Optional[float] = ..., bend: _Optional[float] = ..., twist: _Optional[float] = ..., centre: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ...) -> None: ...
 
+class Look(_message.Message):
+    __slots__ = ("model", "matrix", "offset", "colour")
+    MODEL_FIELD_NUMBER: _ClassVar[int]
+    MATRIX_FIELD_NUMBER: _ClassVar[int]
+    OFFSET_FIELD_NUMBER: _ClassVar[int]
+    COLOUR_FIELD_NUMBER: _ClassVar[int]
+    model: str
+    matrix: _containers.RepeatedScalarFieldContainer[float]
+    offset: _geometry_pb2.Vec3
+    colour: int
+    def __init__(self, model: _Optional[str] = ..., matrix: _Optional[_Iterable[float]] = ..., offset: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., colour: _Optional[int] = ...) -> None: ...
+
 class Thing(_message.Message):
-    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky", "curve")
+    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky", "curve", "looks")
     ID_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PRIMITIVES_FIELD_NUMBER: _ClassVar[int]
@@ -56,6 +68,7 @@ class Thing(_message.Message):
     MATERIAL_FIELD_NUMBER: _ClassVar[int]
     STICKY_FIELD_NUMBER: _ClassVar[int]
     CURVE_FIELD_NUMBER: _ClassVar[int]
+    LOOKS_FIELD_NUMBER: _ClassVar[int]
     id: str
     name: str
     primitives: _containers.RepeatedCompositeFieldContainer[Primitive]
@@ -67,7 +80,8 @@ class Thing(_message.Message):
     material: str
     sticky: float
     curve: Curve
-    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ..., material: _Optional[str] = ..., sticky: _Optional[float] = ..., curve: _Optional[_Union[Curve, _Mapping]] = ...) -> None: ...
+    looks: _containers.RepeatedCompositeFieldContainer[Look]
+    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ..., material: _Optional[str] = ..., sticky: _Optional[float] = ..., curve: _Optional[_Union[Curve, _Mapping]] = ..., looks: _Optional[_Iterable[_Union[Look, _Mapping]]] = ...) -> None: ...
 
 class Dent(_message.Message):
     __slots__ = ("number", "thing", "shape", "depth", "left_ns", "fade_s")

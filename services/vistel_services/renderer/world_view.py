@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.rotation import slerp
 from vistel.space.arc import Arc
-from vistel.space.things import Curve, Primitive, Thing
+from vistel.space.things import Curve, Look, Primitive, Thing
 from vistel.v1 import geometry_pb2, world_pb2
 
 F64 = NDArray[np.float64]
@@ -74,13 +74,21 @@ def thing_of(message: world_pb2.Thing) -> Thing:
     """A thing as the room describes it. Raises ValueError for a primitive that is none."""
     primitives = tuple(primitive_from(p) for p in message.primitives)
     m = message
-    thing = Thing(m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3))
+    looks = tuple(_look(k) for k in m.looks)
+    thing = Thing(m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3), looks=looks)
     if not m.HasField("curve"):
         return thing
     c = m.curve
     arc = Arc(vector(c.along), vector(c.side), c.low, c.high, c.bend, c.twist, vector(c.centre))
     straight = replace(thing, primitives=tuple(primitive_from(p) for p in c.straight))
     return replace(thing, curve=Curve(straight, arc))
+
+
+def _look(k: world_pb2.Look) -> Look:
+    matrix = np.array(k.matrix).reshape(3, 3) if k.matrix else np.eye(3)
+    if not np.isfinite(matrix).all():
+        raise ValueError("a look with numbers that are not finite")
+    return Look(k.model, matrix, vector(k.offset), k.colour)
 
 
 def primitive_from(p: world_pb2.Primitive) -> Primitive:

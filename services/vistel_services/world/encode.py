@@ -123,6 +123,11 @@ def _thing(t: Thing) -> world_pb2.Thing:
         compliance=t.compliance, colour=t.colour, shape=t.shape, sticky=t.matter.sticky,
         material="" if t.matter.material == "elastic" else t.matter.material,
     )  # fmt: skip
+    for k in t.looks:
+        plain = not k.offset.any() and np.array_equal(k.matrix, np.eye(3))
+        look = out.looks.add(model=k.model, matrix=() if plain else k.matrix.ravel().tolist(), colour=k.colour)
+        if not plain:
+            look.offset.CopyFrom(_vec3(k.offset))
     if t.curve:
         a, straight = t.curve.arc, t.curve.straight
         out.curve.straight.extend(_primitive(p) for p in straight.primitives)

@@ -18,7 +18,7 @@ from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matri
 from vistel.space.arc import Arc
 from vistel.space.commands.actions import Refused
 from vistel.space.solids import Solids, outline
-from vistel.space.things import Axis, Curve, Part, Primitive, Thing
+from vistel.space.things import Axis, Curve, Look, Part, Primitive, Thing
 
 F64 = NDArray[np.float64]
 
@@ -57,7 +57,8 @@ def scaled(thing: Thing, factor: float) -> Thing:
     parts = tuple(replace(p, thing=scaled(p.thing, factor), position=factor * p.position) for p in thing.parts)
     axes = tuple(Axis(factor * a.point, a.direction, factor * a.radius) for a in thing.axes)
     curve = thing.curve and Curve(scaled(thing.curve.straight, factor), thing.curve.arc.scaled(factor))
-    return _sound(_made_of(replace(thing, axes=axes, parts=parts, curve=curve), map(one, thing.primitives), thing.mass * factor**3))
+    thing = _pulled_looks(replace(thing, axes=axes, parts=parts, curve=curve), factor * np.eye(3))
+    return _sound(_made_of(thing, map(one, thing.primitives), thing.mass * factor**3))
 
 
 def stretched(thing: Thing, factor: float, along: F64) -> Thing:
@@ -75,7 +76,8 @@ def stretched(thing: Thing, factor: float, along: F64) -> Thing:
         direction = _pulled(a.direction, factor, along)
         length = _length(direction)
         axes.append(Axis(_pulled(a.point, factor, along), direction / length, a.radius * math.sqrt(factor / length)))
-    return _sound(_made_of(replace(thing, axes=tuple(axes), parts=tuple(parts)), primitives, thing.mass * factor))
+    thing = _pulled_looks(replace(thing, axes=tuple(axes), parts=tuple(parts)), np.eye(3) + (factor - 1.0) * np.outer(along, along))
+    return _sound(_made_of(thing, primitives, thing.mass * factor))
 
 
 def curved(thing: Thing, bend: float, twist: float, side: F64) -> Thing:
@@ -110,7 +112,7 @@ def curved(thing: Thing, bend: float, twist: float, side: F64) -> Thing:
     arc = replace(arc, centre=centre)
     primitives = [replace(p, position=p.position - centre) for p in primitives]
     axes = tuple(Axis(arc.point(0.5 * (low + high)), along, a.radius) for a in thing.axes[:1])
-    return _sound(replace(thing, primitives=tuple(primitives), axes=axes, curve=Curve(thing, arc)))
+    return _sound(replace(thing, primitives=tuple(primitives), axes=axes, curve=Curve(thing, arc), inertia=None))
 
 
 def joined(a: Thing, at: tuple[F64, F64], b: Thing, b_at: tuple[F64, F64]) -> tuple[Thing, F64]:
@@ -123,10 +125,14 @@ def joined(a: Thing, at: tuple[F64, F64], b: Thing, b_at: tuple[F64, F64]) -> tu
     turn = matrix_from_quaternion(at[1])
     parts: list[Part] = []
     primitives: list[Primitive] = []
+    looks: list[Look] = []
     for thing, (position, rotation) in ((a, at), (b, b_at)):
         inner = turn.T @ matrix_from_quaternion(rotation)
         offset = turn.T @ (position - centre)
         parts.append(Part(thing, offset, quaternion_from_matrix(np.ascontiguousarray(inner))))
+        if thing.curve:  # a look is bent with the whole of a thing: what is only part of one is drawn by its primitives
+            thing = unveiled(thing)  # noqa: PLW2901
+        looks += [k.placed(inner, offset) for k in thing.looks]
         for p in thing.primitives:
             own = inner @ matrix_from_quaternion(p.rotation)
             primitives.append(
@@ -136,7 +142,7 @@ def joined(a: Thing, at: tuple[F64, F64], b: Thing, b_at: tuple[F64, F64]) -> tu
     axes = tuple(replace(axis, point=axis.point + parts[0].position) for axis in a.axes)
     whole = replace(
         a, name=f"{a.name} with {b.name}", shape="group", primitives=tuple(primitives), mass=mass, axes=axes,
-        compliance=min(a.compliance, b.compliance), parts=tuple(parts), curve=None,
+        compliance=min(a.compliance, b.compliance), parts=tuple(parts), curve=None, looks=tuple(looks), inertia=None,
     )  # fmt: skip
     return whole, centre
 
@@ -145,8 +151,15 @@ def painted(thing: Thing, colour: int) -> Thing:
     """The thing in one colour, 0xRRGGBBAA, its parts as well."""
     parts = tuple(replace(p, thing=painted(p.thing, colour)) for p in thing.parts)
     curve = thing.curve and replace(thing.curve, straight=painted(thing.curve.straight, colour))
-    primitives = tuple(replace(p, colour=0) for p in thing.primitives)
-    return replace(thing, colour=colour, primitives=primitives, parts=parts, curve=curve)
+    primitives = tuple(replace(p, colour=0) if p.seen else p for p in thing.primitives)
+    looks = tuple(replace(k, colour=colour) for k in thing.looks)
+    return replace(thing, colour=colour, primitives=primitives, parts=parts, curve=curve, looks=looks)
+
+
+def unveiled(thing: Thing) -> Thing:
+    """The thing without looks, its primitives drawn."""
+    primitives = tuple(p if p.seen else replace(p, colour=0) for p in thing.primitives)
+    return replace(thing, primitives=primitives, looks=())
 
 
 def hardened(thing: Thing, rigidity: float) -> Thing:
@@ -154,6 +167,16 @@ def hardened(thing: Thing, rigidity: float) -> Thing:
     parts = tuple(replace(p, thing=hardened(p.thing, rigidity)) for p in thing.parts)
     curve = thing.curve and replace(thing.curve, straight=hardened(thing.curve.straight, rigidity))
     return replace(thing, compliance=1.0 - rigidity, parts=parts, curve=curve)
+
+
+def _pulled_looks(thing: Thing, matrix: F64) -> Thing:
+    """Its looks and inertia under a linear map of its frame."""
+    looks = tuple(k.placed(matrix, np.zeros(3)) for k in thing.looks)
+    own = thing.inertia
+    if own is not None:
+        second = matrix @ (0.5 * np.trace(own) * np.eye(3) - own) @ matrix.T  # mean x x^T
+        own = np.trace(second) * np.eye(3) - second
+    return replace(thing, looks=looks, inertia=own)
 
 
 def _made_of(thing: Thing, primitives: Iterable[Primitive], mass: float) -> Thing:
