@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.row import Row, machine
-from vistel.conference.files import DEMO_FILE
 
 SECONDS = 20
 
@@ -18,11 +17,7 @@ SECONDS = 20
 def run() -> Iterator[Row]:
     """The demo conference for 20 s."""
     with tempfile.TemporaryDirectory() as folder:
-        # Loading the standby happens once; in so short a run it would be a tenth of all there is to do.
-        file = Path(folder) / "demo.toml"
-        file.write_text("standby = false\n" + DEMO_FILE.read_text("utf-8"), "utf-8")
-        command = [sys.executable, "-m", "vistel_cli.main", "up", str(file), "--seconds", str(SECONDS), "--out", folder]
-        command.append("--json")
+        command = [sys.executable, "-m", "vistel_cli.main", "up", "--seconds", str(SECONDS), "--out", folder, "--json"]
         subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
         report = json.loads((Path(folder) / "report.json").read_text())
     where = machine()

@@ -1,4 +1,8 @@
-"""Starts processes, starts them again when they crash, and stops them in order."""
+"""Starts processes, starts them again when they crash, and stops them in order.
+
+With a fork server they are forked from a process that has everything loaded, which takes milliseconds; without one, or
+when it fails, each is started from nothing.
+"""
 
 from __future__ import annotations
 
@@ -10,27 +14,28 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from vistel_services.reserve import Reserve, StandbySpec
+from vistel_services.forking import ForkServer, Process
 
 log = logging.getLogger("vistel.supervisor")
 
 RESTART_FIRST_S, RESTART_MOST_S = 0.1, 5.0
 STEADY_S = 10.0
 """A process that ran for less has failed early. The first failure in a row is mended at once, the next ones after a
-back-off and without the standby, which would only die of the same cause."""
+back-off and from nothing: what is loaded may be the cause."""
 
 
 @dataclass(frozen=True)
 class ProcessSpec:
-    """What to run. `stop_rank`: higher ranks are stopped first; `grace_s`: how long it may take to stop; `host`: the
-    arguments of vistel_services.host if that is what runs, so that a standby can take over."""
+    """What to run. `stop_rank`: higher ranks are stopped first; `grace_s`: how long it may take to stop; `module`: what
+    has the `main` that runs, with `arguments`, so that it can be forked; None if it cannot."""
 
     name: str
     argv: tuple[str, ...]
     stop_rank: int = 0
     grace_s: float = 8.0
     env: dict[str, str] | None = None
-    host: tuple[str, ...] | None = None
+    module: str | None = None
+    arguments: tuple[str, ...] = ()
 
 
 @dataclass
@@ -38,7 +43,7 @@ class Child:
     """A supervised process and its history."""
 
     spec: ProcessSpec
-    process: asyncio.subprocess.Process | None = None
+    process: Process | None = None
     restarts: int = 0
     exits: list[int] = field(default_factory=list)
 
@@ -48,13 +53,13 @@ class Child:
 
 
 class Supervisor:
-    """Runs `specs`; each process's output goes to `log_folder`/NAME.log."""
+    """Runs `specs`; each process's output goes to `log_folder`/NAME.log. `fork_server`: stopped with the rest."""
 
-    def __init__(self, specs: Sequence[ProcessSpec], log_folder: Path) -> None:
+    def __init__(self, specs: Sequence[ProcessSpec], log_folder: Path, fork_server: ForkServer | None = None) -> None:
         self.children = {s.name: Child(s) for s in specs}
         self._folder = log_folder
         self._tasks: dict[str, asyncio.Task[None]] = {}
-        self._reserve: Reserve | None = None
+        self.fork_server = fork_server
         self.on_exit: Callable[[str, int], None] | None = None
 
     async def start(self) -> None:
@@ -64,25 +69,22 @@ class Supervisor:
             await self._spawn(child)
             self._tasks[name] = asyncio.create_task(self._watch(child), name=f"watch {name}")
 
-    def keep_standby(self, spec: StandbySpec) -> None:
-        """From now on have one warm process waiting that takes over from the next one that dies."""
-        self._reserve = Reserve(spec, self.log_file("standby"))
-
-    @property
-    def standby(self) -> Reserve | None:
-        """What waits, if anything."""
-        return self._reserve
-
     def log_file(self, name: str) -> Path:
         return self._folder / f"{name.replace('/', '-')}.log"
 
-    async def _spawn(self, child: Child) -> None:
-        with self.log_file(child.spec.name).open("ab") as out:
+    async def _spawn(self, child: Child, *, afresh: bool = False) -> None:
+        """afresh: from nothing, even if it could be forked."""
+        spec, log_file = child.spec, self.log_file(child.spec.name)
+        if self.fork_server is not None and spec.module is not None and not afresh:
+            child.process = await self.fork_server.fork(spec.module, log_file, spec.arguments, f"vistel: {spec.name}")
+            if child.process is not None:
+                log.info("forked process=%s pid=%d", spec.name, child.process.pid)
+                return
+        with log_file.open("ab") as out:
             child.process = await asyncio.create_subprocess_exec(
-                *child.spec.argv, stdin=asyncio.subprocess.DEVNULL, stdout=out, stderr=out,
-                env=child.spec.env, process_group=0,
-            )  # fmt: skip
-        log.info("started process=%s pid=%d", child.spec.name, child.process.pid)
+                *spec.argv, stdin=asyncio.subprocess.DEVNULL, stdout=out, stderr=out, env=spec.env, process_group=0
+            )
+        log.info("started process=%s pid=%d", spec.name, child.process.pid)
 
     async def _watch(self, child: Child) -> None:
         loop = asyncio.get_running_loop()
@@ -99,27 +101,15 @@ class Supervisor:
                       child.spec.name, _exit_text(code), wait_s, self.log_file(child.spec.name))  # fmt: skip
             await asyncio.sleep(wait_s)
             child.restarts += 1
-            if wait_s > 0 or not self._take_over(child):
-                await self._spawn(child)
-
-    def _take_over(self, child: Child) -> bool:
-        """Let the standby become `child`; False when none is ready or it cannot."""
-        if self._reserve is None or child.spec.host is None:
-            return False
-        process = self._reserve.take(self.log_file(child.spec.name), child.spec.host)
-        if process is None:
-            return False
-        child.process = process
-        log.info("standby took over process=%s pid=%d", child.spec.name, process.pid)
-        return True
+            await self._spawn(child, afresh=wait_s > 0)
 
     async def stop(self) -> dict[str, int]:
         """Stop rank by rank: SIGTERM, then SIGKILL after the grace time. Returns the exit code of each."""
         for task in self._tasks.values():
             task.cancel()
         await asyncio.gather(*self._tasks.values(), return_exceptions=True)
-        if self._reserve is not None:
-            await self._reserve.stop()
+        if self.fork_server is not None:
+            await self.fork_server.stop()
         for rank in sorted({c.spec.stop_rank for c in self.children.values()}, reverse=True):
             await asyncio.gather(*(_stop(c) for c in self.children.values() if c.spec.stop_rank == rank))
         return {n: c.process.returncode or 0 for n, c in self.children.items() if c.process}

@@ -280,14 +280,15 @@ async def _main(conference: Conference, paths: RunPaths, site: str | None, fault
         log.info("simulated devices stopped")
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Simulate what `arguments` (default: the command line) say until told to stop. Returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("conference", type=Path)
     parser.add_argument("--run", type=Path, required=True, help="folder for the ports")
     parser.add_argument("--site", help="only this site's devices")
     parser.add_argument("--fault", action="append", default=[], help="DEVICE:KIND:AT_S:FOR_S, may be given often")
-    args = parser.parse_args()
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s")
+    args = parser.parse_args(arguments)
+    logging.basicConfig(force=True, level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s")
     try:
         faults = [fault_from_text(text) for text in args.fault]
         event_loop.run(_main(load(args.conference), RunPaths(args.run, args.run), args.site, faults))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field, field_validator, model_validator
 
 from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PropTracker, TrackerConfig
+from vistel.conference.sound import Audio
 
 if TYPE_CHECKING:
     from vistel.space.room import Extra
@@ -104,10 +105,20 @@ class Site(Checked):
     participants: list[Participant] = Field(min_length=1)
     props: list[Prop] = Field(default=[])
     display: Display = Display()
-    processes: list[list[Literal["tracker", "glove", "face", "posture", "renderer"]]] = Field(
-        default=[["tracker", "glove", "face", "posture"], ["renderer"]]
+    audio: Audio | None = None
+    """Without the section, the site hears and says nothing."""
+    processes: list[list[Literal["tracker", "glove", "face", "posture", "audio", "delay", "renderer"]]] = Field(
+        default=[["tracker", "glove", "face", "posture", "audio", "delay"], ["renderer"]]
     )
     """Which services share a process."""
+
+    @model_validator(mode="after")
+    def _microphones_of_its_own(self) -> Site:
+        here = [p.name for p in self.participants]
+        for name in self.audio.microphones if self.audio else {}:
+            if name not in here:
+                raise ValueError(f"audio.microphones.{name}: no participant of this site; there are {', '.join(here)}")
+        return self
 
 
 class RoomThing(Checked):
@@ -191,7 +202,7 @@ class Conference(Checked):
     record_raw: bool = True
     """Keep the devices' bytes in the log, so that a replay can start from them."""
     standby: bool = True
-    """Keep one process loaded on each machine that takes over at once when another one dies."""
+    """Keep one process loaded on each machine, of which all others are forked: they start, and come back, at once."""
 
     @model_validator(mode="after")
     def _unique(self) -> Conference:

@@ -10,16 +10,12 @@ from pathlib import Path
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel_cli.launch import host_spec, sim_spec, standby_spec
+from vistel_cli.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 from vistel_cli.up import write_conference
 from vistel_services import logs
 from vistel_services.plan import ProcessPlan
 from vistel_services.supervisor import Supervisor
-
-STANDBY_AFTER_S = 20.0
-"""After the start of the others, which have the machine to themselves until then."""
-
 
 COMPUTING = ("posture", "world", "renderer")
 """Services with kernels to compile; a recorder begins at once."""
@@ -77,11 +73,13 @@ async def _run(
         folder = paths.out / "logs"
         folder.mkdir(exist_ok=True)
         logs.configure_file("hub/supervisor", folder / "supervisor.log")
-        supervisor = Supervisor(specs, folder)
+        server = open_fork_server(conference, plans, file, folder, simulators=bool(simulate))
+        supervisor = Supervisor(specs, folder, server)
         supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
-        await supervisor.start()
-        if conference.standby:
-            supervisor.keep_standby(standby_spec(plans, file, paths, STANDBY_AFTER_S))
+        with out.status("loading"):
+            await until_loaded(server, stop)
+        if not stop.is_set():
+            await supervisor.start()
         out.print(f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}")
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(stop.wait(), seconds or None)

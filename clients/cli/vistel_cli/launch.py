@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import sys
 from collections.abc import Sequence
@@ -9,8 +10,8 @@ from pathlib import Path
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel_services.forking import ForkServer, ForkServerSpec
 from vistel_services.plan import ProcessPlan
-from vistel_services.reserve import StandbySpec
 from vistel_services.supervisor import ProcessSpec
 
 # Devices first stop feeding, then services end, the recorder last so that it hears everything.
@@ -21,24 +22,46 @@ def host_spec(plan: ProcessPlan, file: Path, hub: str, paths: RunPaths, clock: s
     """How to run one process of services."""
     arguments = (str(file), plan.node, "--hub", hub, "--run", str(paths.run), "--out", str(paths.out),
                  "--clock", clock)  # fmt: skip
-    argv = (sys.executable, "-m", "vistel_services.host", *arguments)
     rank = min(_STOP_RANK.get(s, 3) for s in plan.services)
-    return ProcessSpec(plan.node, argv, rank, grace_s=10.0, env=_environment(), host=arguments)
-
-
-def standby_spec(plans: Sequence[ProcessPlan], file: Path, paths: RunPaths, after_s: float) -> StandbySpec:
-    """How to run a process that can become any of `plans`; the first one is started after `after_s`."""
-    services = sorted({s for p in plans for s in p.services})
-    argv = (sys.executable, "-m", "vistel_services.standby", str(file), *services,
-            "--run", str(paths.run), "--out", str(paths.out))  # fmt: skip
-    return StandbySpec(argv, _environment(), after_s)
+    return _spec(plan.node, "vistel_services.host", arguments, rank, grace_s=10.0)
 
 
 def sim_spec(file: Path, paths: RunPaths, site: str | None = None) -> ProcessSpec:
     """How to run the simulated devices of a conference, or of one site of it."""
-    argv = (sys.executable, "-m", "vistel_sim.process", str(file), "--run", str(paths.run))
-    argv += ("--site", site) if site else ()
-    return ProcessSpec("hub/sim", argv, _STOP_RANK["sim"], env=_environment())
+    arguments = (str(file), "--run", str(paths.run), *(("--site", site) if site else ()))
+    return _spec("hub/sim", "vistel_sim.process", arguments, _STOP_RANK["sim"])
+
+
+def open_fork_server(
+    conference: Conference, plans: Sequence[ProcessPlan], file: Path, logs: Path, *, simulators: bool = False
+) -> ForkServer | None:
+    """A process that loads what any of `plans`, and `simulators`, need; None if the conference wants none or this
+    system cannot. `logs`: folder for its words."""
+    if not conference.standby:
+        return None
+    return ForkServer.open(fork_server_spec(plans, file, simulators=simulators), logs / "fork-server.log")
+
+
+async def until_loaded(server: ForkServer | None, stop: asyncio.Event) -> None:
+    """Wait until `server` has loaded, or will not, or `stop` is set."""
+    if server is None:
+        return
+    waiting = [asyncio.create_task(server.settled()), asyncio.create_task(stop.wait())]
+    await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+    for task in waiting:
+        task.cancel()
+
+
+def fork_server_spec(plans: Sequence[ProcessPlan], file: Path, *, simulators: bool = False) -> ForkServerSpec:
+    """How to run that process."""
+    modules = [f"vistel_services.{s}" for s in sorted({s for p in plans for s in p.services})]
+    modules += ["vistel_services.host"] + (["vistel_sim.process"] if simulators else [])
+    return ForkServerSpec((sys.executable, "-m", "vistel_services.fork_server", str(file), *modules), _environment())
+
+
+def _spec(name: str, module: str, arguments: tuple[str, ...], rank: int, grace_s: float = 8.0) -> ProcessSpec:
+    argv = (sys.executable, "-m", module, *arguments)
+    return ProcessSpec(name, argv, rank, grace_s, _environment(), module, arguments)
 
 
 def simulated_devices(conference: Conference, site: str | None = None) -> list[str]:
@@ -57,4 +80,5 @@ def simulated_devices(conference: Conference, site: str | None = None) -> list[s
 
 def _environment() -> dict[str, str]:
     """One figure, one thread: teams of threads cost more than they bring for sub-millisecond kernels."""
-    return {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"} | dict(os.environ)
+    alone = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
+    return dict.fromkeys(alone, "1") | dict(os.environ)

@@ -18,7 +18,7 @@ from vistel.conference.paths import RunPaths
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.zenoh_bus import Router, ZenohBus
 from vistel_cli.feed import LIVE_SERVICES, Feeder
-from vistel_cli.launch import host_spec
+from vistel_cli.launch import host_spec, open_fork_server, until_loaded
 from vistel_cli.recorded_avatars import with_recorded_avatars
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 from vistel_cli.up import write_conference
@@ -120,16 +120,19 @@ async def _play(
 
         if not await prepare(conference, file, stop):
             return 0
-        router = Router.open()
-        clock = ReplayClock(begin_ns, time.monotonic_ns() + int(LEAD_S * 1e9), speed)
-        bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])
         services = LIVE_SERVICES[source.value]
         plans = hub_processes(conference)
         for s in conference.sites:
             plans += site_processes(conference, s.name)
         plans = [p for p in plans if p.services[0] in services and p.services != ("world",)]
+        server = open_fork_server(conference, plans, file, folder)
+        with out.status("loading"):
+            await until_loaded(server, stop)
+        router = Router.open()
+        clock = ReplayClock(begin_ns, time.monotonic_ns() + int(LEAD_S * 1e9), speed)
+        bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])
         specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
-        supervisor = Supervisor(specs, folder)
+        supervisor = Supervisor(specs, folder, server)
         await supervisor.start()
         feeder = Feeder(reader, conference, bus, clock, source.value)
         world = None

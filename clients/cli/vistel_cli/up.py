@@ -21,7 +21,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh_bus import Router, ZenohBus
 from vistel_cli.cpu_use import CpuUse
-from vistel_cli.launch import host_spec, sim_spec, simulated_devices, standby_spec
+from vistel_cli.launch import host_spec, open_fork_server, sim_spec, simulated_devices, until_loaded
 from vistel_cli.observer import Observer
 from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
 from vistel_services import logs
@@ -29,8 +29,6 @@ from vistel_services.plan import HUB, hub_processes, site_processes
 from vistel_services.supervisor import Supervisor
 
 START_LIMIT_S = 120.0
-STANDBY_AFTER_S = 3.0
-"""After all see each other: until then the machine is busy with what runs."""
 
 
 def up(
@@ -148,12 +146,14 @@ class _Run:
         observer = Observer(conference, bus)
         plans = hub_processes(conference)
         specs = [host_spec(p, file, endpoint, paths) for p in plans]
-        if simulated_devices(conference):
+        simulators = bool(simulated_devices(conference))
+        if simulators:
             specs.append(sim_spec(file, paths))
         for site in conference.sites:
             specs += [host_spec(p, file, endpoint, paths) for p in site_processes(conference, site.name)]
             plans += site_processes(conference, site.name)
-        supervisor = Supervisor(specs, logs_folder)
+        server = open_fork_server(conference, plans, file, logs_folder, simulators=simulators)
+        supervisor = Supervisor(specs, logs_folder, server)
         supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
         started = time.monotonic()
         if not self.as_json:
@@ -163,15 +163,12 @@ class _Run:
             out.print(
                 f"pictures, log and report will be in [bold]{self.out}[/bold]; process logs in {self.out / 'logs'}"
             )
-        await supervisor.start()
         ready_s: float | None = None
         cpu = CpuUse(supervisor)
         try:
-            ready_s = await self._until_ready(observer, started)
+            ready_s = await self._until_ready(observer, supervisor, started)
             cpu.begin()
             if ready_s is not None:
-                if conference.standby:
-                    supervisor.keep_standby(standby_spec(plans, file, paths, STANDBY_AFTER_S))
                 await self._until_done(observer)
             cpu.end()
         finally:
@@ -183,11 +180,14 @@ class _Run:
                 router.close()
         return self._finish(observer, supervisor, codes, cpu, paths, ready_s)
 
-    async def _until_ready(self, observer: Observer, started: float) -> float | None:
-        """Seconds until everyone saw everyone; None when stopped before."""
+    async def _until_ready(self, observer: Observer, supervisor: Supervisor, started: float) -> float | None:
+        """Start everything; seconds until everyone saw everyone, None when stopped before."""
         with _progress(self.as_json) as bar:
             everything = len(observer.missing())
-            task = bar.add_task("starting", total=everything)
+            task = bar.add_task("loading", total=everything)
+            await until_loaded(supervisor.fork_server, self.stop)
+            if not self.stop.is_set():
+                await supervisor.start()
             while not self.stop.is_set():
                 observer.poll()
                 missing = observer.missing()

@@ -1,0 +1,258 @@
+"""The processes of a conference are forked from one that has everything loaded, and supervised like any others."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import psutil
+import pytest
+
+from vistel.conference.model import Conference, Participant, Site
+from vistel.conference.paths import RunPaths
+from vistel.wire.clock import SystemClock
+from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel_cli.launch import fork_server_spec, host_spec
+from vistel_cli.up import write_conference
+from vistel_services import forking, supervisor
+from vistel_services.forking import READY, ForkServer, ForkServerSpec
+from vistel_services.host import process_token
+from vistel_services.plan import ProcessPlan, hub_processes
+from vistel_services.supervisor import ProcessSpec, Supervisor
+
+pytestmark = pytest.mark.skipif(
+    sys.platform != "linux" or not hasattr(os, "pidfd_open"), reason="processes are forked for others on Linux only"
+)
+
+WORKER = """
+import os, sys, time
+loaded = False
+def preload(conference):
+    global loaded
+    loaded = True
+def main(arguments=None):
+    arguments = sys.argv[1:] if arguments is None else arguments
+    print("forked" if loaded else "fresh", *arguments, os.getpgrp() == os.getpid(), flush=True)
+    if "raise" in arguments:
+        raise ValueError("no")
+    if "exit" in arguments:
+        sys.exit(7)
+    time.sleep(0 if "return" in arguments else 60)
+    return 5
+if __name__ == "__main__":
+    sys.exit(main())
+"""
+FORKED, FRESH = "forked one True\n", "fresh one True\n"
+LOADING = "import time; time.sleep(60)\n"
+THREADED = "import threading, time; threading.Thread(target=time.sleep, args=(60,), daemon=True).start()\n"
+BROKEN = "raise OSError('the disk is gone')\n"
+
+Play = Callable[[Supervisor], Awaitable[None]]
+
+
+def _conference(folder: Path) -> tuple[Conference, Path, RunPaths]:
+    people = [Participant(name="ada", tracker=None, gloves={})]
+    conference = Conference(name="c", sites=[Site(name="s", participants=people)])
+    paths = RunPaths(folder / "run", folder / "out")
+    paths.run.mkdir()
+    return conference, write_conference(conference, paths.run), paths
+
+
+def _environment(folder: Path) -> dict[str, str]:
+    return os.environ | {"PYTHONPATH": str(folder)}
+
+
+def _server_spec(folder: Path, code: str = WORKER) -> ForkServerSpec:
+    """A fork server that loads the module `worker`."""
+    (folder / "worker.py").write_text(code)
+    _, file, _ = _conference(folder)
+    return ForkServerSpec(
+        (sys.executable, "-m", "vistel_services.fork_server", str(file), "worker"), _environment(folder)
+    )
+
+
+def _worker(folder: Path, *arguments: str, module: str | None = "worker") -> ProcessSpec:
+    argv = (sys.executable, str(folder / "worker.py"), *arguments)
+    return ProcessSpec("a/one", argv, env=_environment(folder), module=module, arguments=arguments)
+
+
+async def _until(condition: Callable[[], bool], limit_s: float = 60.0) -> None:
+    async with asyncio.timeout(limit_s):
+        while not condition():
+            await asyncio.sleep(0.01)
+
+
+def _scene(folder: Path, server: ForkServerSpec, spec: ProcessSpec, play: Play, *, loaded: bool = True) -> None:
+    """Run `play(supervisor)` round one worker; afterwards no process may be left."""
+    before = {p.pid for p in psutil.Process().children(recursive=True)}
+
+    async def scene() -> None:
+        keeps = ForkServer.open(server, folder / "fork-server.log")
+        assert keeps is not None
+        runs = Supervisor([spec], folder, keeps)
+        if loaded:
+            await keeps.settled()
+        await runs.start()
+        try:
+            await play(runs)
+        finally:
+            await runs.stop()
+        assert {p.pid for p in psutil.Process().children(recursive=True)} <= before
+
+    asyncio.run(scene())
+
+
+def _said(runs: Supervisor) -> str:
+    file = runs.log_file("a/one")
+    return file.read_text() if file.exists() else ""
+
+
+def _kill(pid: int | None) -> None:
+    assert pid is not None
+    os.kill(pid, signal.SIGKILL)
+
+
+def test_a_process_is_forked_and_forked_again_when_it_dies(tmp_path: Path) -> None:
+    async def play(runs: Supervisor) -> None:
+        await _until(lambda: _said(runs) == FORKED)
+        child = runs.children["a/one"]
+        assert psutil.Process(child.pid).ppid() == os.getpid()
+        assert psutil.Process(child.pid).cmdline()[0] == "vistel: a/one"
+        _kill(child.pid)
+        await _until(lambda: _said(runs) == 2 * FORKED)
+        assert (child.restarts, child.exits) == (1, [-signal.SIGKILL])
+
+    _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one"), play)
+
+
+@pytest.mark.parametrize(("what", "code"), [("return", 5), ("exit", 7), ("raise", 1)])
+def test_a_forked_process_ends_with_the_code_it_would_have_ended_with(tmp_path: Path, what: str, code: int) -> None:
+    async def play(runs: Supervisor) -> None:
+        child = runs.children["a/one"]
+        await _until(lambda: bool(child.exits))
+        assert child.exits[0] == code
+        assert ("ValueError: no" in _said(runs)) == (what == "raise")
+
+    _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one", what), play)
+
+
+def test_what_dies_again_and_again_is_started_from_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(supervisor, "RESTART_FIRST_S", 0.01)
+
+    async def play(runs: Supervisor) -> None:
+        await _until(lambda: len(runs.children["a/one"].exits) >= 3)
+        assert [line.split()[0] for line in _said(runs).splitlines()][:3] == ["forked", "forked", "fresh"]
+
+    _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one", "return"), play)
+
+
+@pytest.mark.parametrize("code", [LOADING + WORKER, BROKEN])
+def test_without_a_server_that_is_ready_processes_are_started_from_nothing(tmp_path: Path, code: str) -> None:
+    spec = _server_spec(tmp_path, code)
+    (tmp_path / "other.py").write_text(WORKER)
+    worker = _worker(tmp_path, "one")
+    worker = ProcessSpec("a/one", (worker.argv[0], str(tmp_path / "other.py"), "one"), module="worker")
+
+    async def play(runs: Supervisor) -> None:
+        await _until(lambda: _said(runs) == FRESH)
+
+    _scene(tmp_path, spec, worker, play, loaded=code == BROKEN)
+
+
+def test_what_is_no_module_is_never_forked(tmp_path: Path) -> None:
+    async def play(runs: Supervisor) -> None:
+        await _until(lambda: _said(runs) == FRESH)
+
+    _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one", module=None), play)
+
+
+def test_what_was_forked_outlives_the_server_and_the_next_one_takes_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(forking, "RETRY_FIRST_S", 0.0)
+
+    async def play(runs: Supervisor) -> None:
+        await _until(lambda: _said(runs) == FORKED)
+        server, child = runs.fork_server, runs.children["a/one"]
+        first, pid = server.pid, child.pid
+        _kill(first)
+        await _until(lambda: server.ready and server.pid != first)
+        assert child.pid == pid
+        _kill(pid)
+        await _until(lambda: _said(runs) == 2 * FORKED)
+
+    _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one"), play)
+    assert sum("fork server ended" in r.getMessage() for r in caplog.records) == 1
+
+
+def _talk(spec: ForkServerSpec, *orders: bytes) -> tuple[int, list[bytes], list[str]]:
+    """What a server answers to `orders` before its input ends: exit code, answers, lines of its log."""
+    done = subprocess.run(
+        spec.argv, input=b"".join(orders), capture_output=True, env=spec.env, timeout=60, check=False
+    )
+    return done.returncode, done.stdout.splitlines(keepends=True), done.stderr.decode().splitlines()
+
+
+def test_a_server_whose_supervisor_is_gone_ends(tmp_path: Path) -> None:
+    code, answers, lines = _talk(_server_spec(tmp_path))
+    assert (code, answers) == (0, [READY])
+    assert "not needed any more" in lines[-1]
+
+
+def test_an_order_that_is_none_is_told_and_the_server_goes_on(tmp_path: Path) -> None:
+    code, answers, lines = _talk(_server_spec(tmp_path), b"\xff{\n", b"{}\n", b'["a"]\n', b"17\n")
+    assert (code, answers) == (0, [READY] + 4 * [b"0\n"])
+    assert sum("not forked" in line for line in lines) == 4
+
+
+@pytest.mark.parametrize(("code", "reason"), [(BROKEN, "the disk is gone"), (THREADED, "threads=2")])
+def test_a_server_that_cannot_serve_says_why_in_one_line(tmp_path: Path, code: str, reason: str) -> None:
+    exit_code, answers, lines = _talk(_server_spec(tmp_path, code))
+    assert (exit_code, answers) == (1, [])
+    assert reason in lines[-1]
+    assert sum("ERROR" in line for line in lines) == 1
+
+
+def test_everything_a_conference_runs_loads_without_a_second_thread(tmp_path: Path) -> None:
+    _, file, _ = _conference(tmp_path)
+    every = ("tracker", "glove", "face", "posture", "renderer", "world", "recorder")
+    spec = fork_server_spec([ProcessPlan("s", "x", every)], file, simulators=True)
+    code, answers, lines = _talk(spec)
+    assert (code, answers) == (0, [READY]), lines
+
+
+def test_a_real_process_of_a_conference_is_killed_and_is_on_the_bus_again(tmp_path: Path) -> None:
+    conference, file, paths = _conference(tmp_path)
+    plans = [p for p in hub_processes(conference) if p.node == "hub/recorder"]
+
+    async def scene() -> None:
+        router = Router.open()
+        bus = await ZenohBus.open(
+            conference=conference.name, site="s", clock=SystemClock(), endpoints=[router.endpoint]
+        )
+        comings: list[bool] = []
+        token = process_token("recorder")
+        bus.watch_presence(lambda site, t, alive: comings.append(alive) if (site, t) == ("hub", token) else None)
+        server = ForkServer.open(fork_server_spec(plans, file), tmp_path / "fork-server.log")
+        assert server is not None
+        await server.settled()
+        runs = Supervisor([host_spec(p, file, router.endpoint, paths) for p in plans], tmp_path / "logs", server)
+        await runs.start()
+        try:
+            await _until(lambda: comings == [True])
+            _kill(runs.children["hub/recorder"].pid)
+            await _until(lambda: comings[-1] and len(comings) >= 3)
+        finally:
+            codes = await runs.stop()
+            await bus.close()
+            router.close()
+        assert codes == {"hub/recorder": 0}
+        text = runs.log_file("hub/recorder").read_text()
+        assert "process stopped exit_code=0" in text
+
+    asyncio.run(scene())
