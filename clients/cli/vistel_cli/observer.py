@@ -28,9 +28,9 @@ class Observer:
 
     def __init__(self, conference: Conference, bus: Bus) -> None:
         self._conference = conference
-        self._delays = bus.subscribe(BY_NAME["image_delay"])
-        self._devices = bus.subscribe(BY_NAME["device_status"])
-        self._states = bus.subscribe(BY_NAME["world_state"])
+        self._delays = bus.subscribe(BY_NAME["image_delay"], polled=True)
+        self._devices = bus.subscribe(BY_NAME["device_status"], polled=True)
+        self._states = bus.subscribe(BY_NAME["world_state"], polled=True)
         self.images: dict[str, ImageDelay] = {}
         self._delay_sums: dict[str, dict[str, list[float]]] = {}
         self._frame_rates: dict[str, list[float]] = {}
