@@ -11,11 +11,9 @@ thread, medians.
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.metadata import version
-from statistics import median
 
 import numpy as np
 
@@ -23,6 +21,7 @@ from benchmarks.deform_peers import peer
 from benchmarks.deform_scenes import Body, body, capsules, hugging
 from benchmarks.figure_peers import linear_blend
 from benchmarks.row import Row, machine
+from benchmarks.timing import microseconds
 from vistel.figure.avatar_builtin import builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.posture import Posture, Stance, standing
@@ -35,19 +34,6 @@ ROUNDS = 60
 POSES = 10_000
 SLOPE = 4.0 * INVERSE_T * (1.0 - INVERSE_T**2)
 """-dF / d(distance / influence radius) of the quartic at the surface."""
-
-
-def _microseconds(calls: dict[str, Callable[[], object]], rounds: int = ROUNDS) -> dict[str, float]:
-    """Median time of each call, all in turn, in the order given."""
-    times: dict[str, list[float]] = {name: [] for name in calls}
-    for call in calls.values():
-        call()
-    for _ in range(rounds):
-        for name, call in calls.items():
-            begin = time.thread_time_ns()
-            call()
-            times[name].append(1e-3 * (time.thread_time_ns() - begin))
-    return {name: median(values) for name, values in times.items()}
 
 
 def _row(
@@ -93,13 +79,13 @@ def _figures(people: list[Figure]) -> Iterator[Row]:
     for case, posture, ghosts, most in cases:
         state = one.pose(posture, ghosts)
         joints, own, matrices = state.joints, state.posed, skin.matrices(state.joints).copy()
-        took = _microseconds({
+        took = microseconds({
             "lbs": lambda m=matrices: linear_blend(mesh.vertices, bone, weight, m, out),
             "skin": lambda j=joints: skin.pose(j, vertices, normals),
             "ghosts": lambda o=own, g=ghosts: one.deformer.solve(vertices, normals, o.a, o.b, g),
             "normals": lambda: one.deformer.update_normals(vertices, normals),
             "whole": lambda p=posture, g=ghosts: one.pose(p, g),
-        })  # fmt: skip
+        }, ROUNDS)  # fmt: skip
         for part in ("skin", "ghosts", "normals", "whole"):
             yield _against(f"{case}: {part}", "time", "us", took[part], name, took["lbs"], most if part == "ghosts" else None)
         if blender:
@@ -131,10 +117,10 @@ def _seeing_all() -> Iterator[Row]:
     def deform() -> None:
         figure.deformer.solve(vertices, normals, figure.a, figure.b, ghosts)
 
-    took = _microseconds({
+    took = microseconds({
         "lbs": lambda: linear_blend(figure.vertices, bone, weight, matrices, out),
         "rigid": lambda: np.copyto(vertices, figure.vertices), "deform": deform,
-    })  # fmt: skip
+    }, ROUNDS)  # fmt: skip
     name = f"Numba {version('numba')} linear blend skinning, {count} vertices"
     case = "every vertex sees 23 ghosts: ghosts"
     yield _against(case, "time", "us", took["deform"], name, took["lbs"], 5.5)
@@ -165,7 +151,7 @@ def _three(people: list[Figure]) -> Iterator[Row]:
         for k in range(3):
             posed[k] = people[k].pose(postures[k], touching[k]).posed
 
-    took = _microseconds({"frame": frame})["frame"]
+    took = microseconds({"frame": frame}, ROUNDS)["frame"]
     rate = 1e6 / took
     yield _row("three figures, contact lists and all", "frames", "1/s", rate, target=">= 500", met=rate >= 500)
 
@@ -173,7 +159,7 @@ def _three(people: list[Figure]) -> Iterator[Row]:
 def _contact_lists() -> Iterator[Row]:
     for gap in (0.8, 0.4):
         scene = ContactScene([capsules((gap * k, 0.0, 0.05 * k)) for k in range(3)])
-        took, found = _microseconds({"contacts": scene.find}, 400)["contacts"], len(scene.find())
+        took, found = microseconds({"contacts": scene.find}, 400)["contacts"], len(scene.find())
         case = f"contact lists, 3 x 23 primitives {gap} m apart, {found} contacts"
         yield _row(case, "time", "us", took)
         for engine, call, most in (("mujoco", "MuJoCo mj_collision", 1.5), ("fcl", "FCL managers", 1.0 / 6.0)):
@@ -198,7 +184,7 @@ def _soft_bodies() -> Iterator[Row]:
         np.copyto(normals, figure.normals)
         figure.deformer.deform(vertices, normals, figure.a, figure.b, ghosts)
 
-    took = _microseconds({"frame": frame})["frame"]
+    took = microseconds({"frame": frame}, ROUNDS)["frame"]
     case = f"a rod on a body of {len(vertices)} vertices"
     yield _row(case, "time", "us", took)
     for engine, title, most in (
@@ -221,7 +207,7 @@ def _growth() -> Iterator[Row]:
             "rigid": lambda: np.copyto(vertices, figure.vertices),
             "deform": lambda: figure.deformer.solve(vertices, normals, figure.a, figure.b, ghosts),
         }
-        return _microseconds(calls, rounds)["deform"]
+        return microseconds(calls, rounds)["deform"]
 
     def balls(count: int) -> tuple[GhostSource, ...]:
         x = np.linspace(0.0, 1.0, count)

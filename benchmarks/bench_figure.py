@@ -8,10 +8,9 @@ through 200 postures of the recordings under ../shared/data/body.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
-from statistics import median
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from benchmarks.figure_peers import linear_blend
 from benchmarks.figure_postures import recorded_postures
 from benchmarks.figure_sweep import DUAL, LINEAR, sweep
 from benchmarks.row import Row, machine
+from benchmarks.timing import microseconds
 from vistel.figure.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.hands import RELAXED
@@ -61,7 +61,7 @@ def _layers(avatar: Avatar) -> Iterator[Row]:
         for posture in postures:
             figure.pose(posture)
 
-    took = _microseconds({"bare": lambda: through(bare), "layered": lambda: through(layered)}, 40)
+    took = microseconds({"bare": lambda: through(bare), "layered": lambda: through(layered)}, 40)
     each = {k: v / len(postures) for k, v in took.items()}
     ratio = each["layered"] / each["bare"]
     yield Row(
@@ -79,10 +79,10 @@ def _times(avatar: Avatar) -> Iterator[Row]:
     name = f"Numba {version('numba')} linear blend skinning, {len(mesh.vertices)} vertices"
     for case, posture in (("joints straight", Posture()), ("elbows and fingers bent", _bent())):
         matrices = figure.skin.matrices(pose_joints(avatar.skeleton, posture)).copy()
-        took = _microseconds({
+        took = microseconds({
             "lbs": lambda m=matrices: linear_blend(mesh.vertices, follows.bone, follows.weight, m, out),
             "ours": lambda p=posture: figure.pose(p),
-        })  # fmt: skip
+        }, _ROUNDS)  # fmt: skip
         ratio = took["ours"] / took["lbs"]
         yield Row(
             "figure", f"posed figure, no contact, {case}", "time", "us", round(took["ours"], 1), name, round(took["lbs"], 1),
@@ -95,7 +95,7 @@ def _times(avatar: Avatar) -> Iterator[Row]:
             for number, f in enumerate(figures):
                 f.pose(postures[(k + 67 * number) % len(postures)])
 
-    share = 1e-4 * _microseconds({"second": frames}, 3)["second"]
+    share = 1e-4 * microseconds({"second": frames}, 3)["second"]
     yield _row("three figures at 60 Hz", "share of one core", "%", share, f"value <= {_SHARE:.0f}", share <= _SHARE)
 
 
@@ -104,19 +104,6 @@ def _bent() -> Posture:
     for side, sign in (("left", 1.0), ("right", -1.0)):
         dofs[SHOULDER[side]], dofs[ELBOW[side]] = (0.0, 0.0, -0.5 * sign), 0.8
     return Posture(dofs, np.tile(RELAXED, (2, 1)))
-
-
-def _microseconds(calls: dict[str, Callable[[], object]], rounds: int = _ROUNDS) -> dict[str, float]:
-    """Median time of each call, all in turn."""
-    times: dict[str, list[float]] = {name: [] for name in calls}
-    for call in calls.values():
-        call()
-    for _ in range(rounds):
-        for name, call in calls.items():
-            begin = time.thread_time_ns()
-            call()
-            times[name].append(1e-3 * (time.thread_time_ns() - begin))
-    return {name: median(values) for name, values in times.items()}
 
 
 def _sweeps(case: str, avatar: Avatar, postures: list[Posture]) -> Iterator[Row]:

@@ -1,9 +1,11 @@
-"""A small avatar of its own proportions, for tests: a generated person of few triangles whose arms are long."""
+"""What tests of avatars share: a small one of its own proportions, a generated person of few triangles whose arms are
+long; and whether two are the same."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -47,3 +49,19 @@ def long_armed() -> Avatar:
         small, name="long", skeleton=Skeleton(rest, tip), body=body, mesh=grown(small.mesh),
         eyeballs=tuple(small.eyeballs), albedo=np.ascontiguousarray(whole.albedo[::16, ::16]), coarser=(),
     )  # fmt: skip
+
+
+def same(one: Any, other: Any) -> None:
+    """Asserts that two values, with all they are made of, are the same to the last bit."""
+    if isinstance(one, np.ndarray):
+        assert one.dtype == other.dtype
+        np.testing.assert_array_equal(one, other)
+    elif isinstance(one, tuple):
+        assert len(one) == len(other)
+        for a, b in zip(one, other, strict=True):
+            same(a, b)
+    elif hasattr(one, "__dataclass_fields__"):
+        for f in fields(one):
+            same(getattr(one, f.name), getattr(other, f.name))
+    else:
+        assert one == other

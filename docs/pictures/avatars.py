@@ -17,6 +17,7 @@ import numpy as np
 from PIL import Image
 
 from vistel.figure.avatar import Avatar, Mesh, builtin_avatar
+from vistel_services.renderer.camera import look_at
 
 PEOPLE = (
     "seed=3,hair_style=5",
@@ -44,18 +45,8 @@ void main() {
 
 def view_matrix(eye: np.ndarray, target: np.ndarray, angle: float, aspect: float) -> np.ndarray:
     """(4, 4) projection times view of a camera at `eye`; vertical opening angle in radians."""
-    forward = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(forward, (0.0, 1.0, 0.0))
-    right /= np.linalg.norm(right)
-    view = np.eye(4)
-    view[:3, :3] = right, np.cross(right, forward), -forward
-    view[:3, 3] = -view[:3, :3] @ eye
-    near, far, scale = 0.05, 20.0, 1.0 / np.tan(angle / 2.0)
-    projection = np.zeros((4, 4))
-    projection[0, 0], projection[1, 1] = scale / aspect, scale
-    projection[2, 2], projection[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
-    projection[3, 2] = -1.0
-    return projection @ view
+    camera = look_at(eye, target, angle)
+    return camera.projection(aspect) @ camera.view()
 
 
 def drawn(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ import typer
 from rich.markup import escape
 
 from vistel_cli.avatar_assemble import assemble
-from vistel_cli.avatar_files import Json, busy, check_output, facts, load, own, report, save
+from vistel_cli.avatar_files import Json, busy, check_output, facts, load, load_or_make, own, report, save
 from vistel_cli.avatar_layers import layers
 from vistel_cli.avatar_texture import islands, register
 from vistel_cli.terminal import FAILED, USAGE, fail, out
@@ -194,15 +194,7 @@ def inspect(
     """
     from vistel.figure.making.report import inspect_avatar  # noqa: PLC0415
 
-    if file.startswith("builtin"):
-        from vistel.figure.avatar import builtin_avatar  # noqa: PLC0415
-
-        try:
-            avatar = builtin_avatar(file, name="somebody", height=1.75)
-        except ValueError as fault:
-            fail(str(fault), USAGE)
-    else:
-        avatar = load(Path(file))
+    avatar = load_or_make(file)
     if sheet is not None and not sheet.parent.is_dir():
         fail(f"{sheet}: there is no directory {sheet.parent}", USAGE)
     with busy("looking at the avatar", not as_json):
@@ -242,15 +234,7 @@ def export(
         fail(f"{output}: expected a name that ends in {', '.join(known)}", USAGE)
     if not output.parent.is_dir():
         fail(f"{output}: there is no directory {output.parent}", USAGE)
-    if file.startswith("builtin"):
-        from vistel.figure.avatar import builtin_avatar  # noqa: PLC0415
-
-        try:
-            avatar = builtin_avatar(file, name=output.stem, height=1.75)
-        except ValueError as fault:
-            fail(str(fault), USAGE)
-    else:
-        avatar = load(Path(file))
+    avatar = load_or_make(file, output.stem)
     if ending in USD_ENDINGS:
         save(avatar, output, not as_json)
     else:

@@ -35,6 +35,18 @@ def load(file: Path) -> Avatar:
         fail(f"{file}: cannot be read: {fault.strerror or fault}", USAGE)
 
 
+def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Avatar:
+    """The avatar in a file, or the built-in one that "builtin:…" describes; leaves with one line where there is none."""
+    if not spec.startswith("builtin"):
+        return load(Path(spec))
+    from vistel.figure.avatar import builtin_avatar  # noqa: PLC0415
+
+    try:
+        return builtin_avatar(spec, name=name, height=height)
+    except ValueError as fault:
+        fail(str(fault), USAGE)
+
+
 def own(file: Path) -> Avatar | None:
     """The avatar where the file is one already."""
     from vistel.figure.avatar_file import AvatarFileError, load_any  # noqa: PLC0415

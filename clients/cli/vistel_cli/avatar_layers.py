@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from vistel_cli.avatar_files import Json, busy, load, report
+from vistel_cli.avatar_files import Json, busy, load_or_make, report
 from vistel_cli.terminal import FAILED, USAGE, fail
 
 _FROM = (0.45, 0.25, 1.6)
@@ -49,15 +49,7 @@ def layers(
     postures = standard_postures()
     if posture not in postures:
         fail(f"--posture: is {posture!r}, expected one of {', '.join(postures)}", USAGE)
-    if file.startswith("builtin"):
-        from vistel.figure.avatar import builtin_avatar  # noqa: PLC0415
-
-        try:
-            avatar = builtin_avatar(file, name="somebody", height=1.75)
-        except ValueError as fault:
-            fail(str(fault), USAGE)
-    else:
-        avatar = load(Path(file))
+    avatar = load_or_make(file)
     kinds: dict[Shown, tuple[Layer, ...]] = {
         Shown.skin: ("skin", "joints", "muscles", "bones", "veins"), Shown.muscles: ("bones", "muscles", "tendons"),
         Shown.bones: ("bones",),

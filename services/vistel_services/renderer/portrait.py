@@ -12,6 +12,7 @@ from PIL import Image, ImageDraw
 from vistel.figure.avatar import Avatar
 from vistel.figure.figure import Figure
 from vistel.figure.posture import Posture, standing
+from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.gl_context import open_surface
 
 F32 = NDArray[np.float32]
@@ -62,7 +63,8 @@ class Portraits:
         texture.build_mipmaps()
         texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         texture.use()
-        matrix = _view(np.array(eye, np.float64), np.array(target, np.float64), angle, width / height)
+        camera = look_at(np.array(eye, np.float64), np.array(target, np.float64), angle)
+        matrix = camera.projection(width / height) @ camera.view()
         self._program["view"].write(np.ascontiguousarray(matrix.T, np.float32).tobytes())  # type: ignore[union-attr]
         self._program["eye"].value = tuple(eye)  # type: ignore[union-attr]
         held: list[moderngl.Buffer | moderngl.VertexArray] = []
@@ -114,19 +116,3 @@ def _whole(avatar: Avatar, figure: Figure, posture: Posture) -> tuple[Point, Poi
     size = max(float(high[1] - low[1]), 1.25 * float(np.hypot(high[0] - low[0], high[2] - low[2])), 0.72 * avatar.skeleton.height)
     away = 2.0 * size
     return (x + 0.40 * away, y + 0.14 * away, z + 0.90 * away), (x, y, z), 0.55
-
-
-def _view(eye: F64, target: F64, angle: float, aspect: float) -> F64:
-    """(4, 4) projection times view."""
-    forward = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(forward, (0.0, 1.0, 0.0))
-    right /= np.linalg.norm(right)
-    view = np.eye(4)
-    view[:3, :3] = right, np.cross(right, forward), -forward
-    view[:3, 3] = -view[:3, :3] @ eye
-    near, far, scale = 0.05, 30.0, 1.0 / np.tan(angle / 2.0)
-    projection = np.zeros((4, 4))
-    projection[0, 0], projection[1, 1] = scale / aspect, scale
-    projection[2, 2], projection[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
-    projection[3, 2] = -1.0
-    return projection @ view

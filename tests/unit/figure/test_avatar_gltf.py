@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from avatar_fixture import same
 from gltf_fixture import chunks, foreign, small, write_glb
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -34,27 +35,12 @@ _PARENTS = {
 """What VRM 1.0 says each bone hangs on, at any distance."""
 
 
-def _same(one: Any, other: Any) -> None:
-    if isinstance(one, np.ndarray):
-        assert one.dtype == other.dtype
-        np.testing.assert_array_equal(one, other)
-    elif isinstance(one, tuple):
-        assert len(one) == len(other)
-        for a, b in zip(one, other, strict=True):
-            _same(a, b)
-    elif hasattr(one, "__dataclass_fields__"):
-        for f in fields(one):
-            _same(getattr(one, f.name), getattr(other, f.name))
-    else:
-        assert one == other
-
-
 @pytest.mark.parametrize(("ending", "make"), [(".glb", person), (".glb", small), (".vrm", small)])
 def test_a_round_trip_loses_nothing_of_the_finest_level(tmp_path: Path, ending: str, make: Any) -> None:
     path = tmp_path / f"eva{ending}"
     save_gltf(make(), path)
     again = load_any(path)
-    _same(replace(make(), coarser=()), replace(again, coarser=()))
+    same(replace(make(), coarser=()), replace(again, coarser=()))
     assert [len(level.mesh.triangles) for level in again.coarser] == [6000, 2600]
 
 

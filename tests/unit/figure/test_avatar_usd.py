@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from avatar_fixture import same
 from making_fixture import person
 from pxr import Usd, UsdSkel, UsdValidation
 
@@ -26,21 +27,6 @@ def _weighted() -> Avatar:
     return replace(a, mesh=replace(a.mesh, bone=bone, weight=weight))
 
 
-def _same(one: Any, other: Any) -> None:
-    if isinstance(one, np.ndarray):
-        assert one.dtype == other.dtype
-        np.testing.assert_array_equal(one, other)
-    elif isinstance(one, tuple):
-        assert len(one) == len(other)
-        for a, b in zip(one, other, strict=True):
-            _same(a, b)
-    elif hasattr(one, "__dataclass_fields__"):
-        for f in fields(one):
-            _same(getattr(one, f.name), getattr(other, f.name))
-    else:
-        assert one == other
-
-
 def _faults(path: Path) -> list[str]:
     context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
     return [e.GetMessage() for e in context.Validate(Usd.Stage.Open(str(path)))]
@@ -51,7 +37,7 @@ def _faults(path: Path) -> list[str]:
 def test_a_round_trip_loses_nothing(tmp_path: Path, ending: str, make: Any) -> None:
     path = tmp_path / f"eva{ending}"
     save_usd(make(), path)
-    _same(make(), load_any(path))
+    same(make(), load_any(path))
 
 
 @pytest.mark.parametrize("ending", [".usda", ".usdz"])
@@ -99,7 +85,7 @@ def test_joints_take_the_shares_of_their_twist_bones() -> None:
 def test_another_set_of_primitives_is_kept_too(tmp_path: Path) -> None:
     fitted, _ = refit(person(), 60)
     save_usd(fitted, tmp_path / "eva.usda")
-    _same(fitted, load_usd(tmp_path / "eva.usda"))
+    same(fitted, load_usd(tmp_path / "eva.usda"))
 
 
 def test_damaged_files_are_refused(tmp_path: Path) -> None:
