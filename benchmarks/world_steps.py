@@ -1,7 +1,6 @@
 """How long steps of the world take: people who talk, gesture and hand things over, things that lie and a tenth of which fly.
 
-Processor time of the stepping thread; whole steps, with everything the service does in one (taking inputs, the journal,
-messages), but no bus and no disk.
+Processor time of the stepping thread.
 """
 
 from __future__ import annotations
@@ -23,7 +22,6 @@ from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import Extra, Room, meeting_room, seat_pose, table_radius
 from vistel.space.things import Thing
 from vistel.space.world import World
-from vistel_services.world.encode import is_key, world_state
 from vistel_services.world.service import warm_up
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import places
@@ -116,9 +114,8 @@ class Scene:
         return StepInputs(k, t_ns, people, motions, commands=tuple(self._tosses(k)))
 
     def take(self, inputs: StepInputs) -> None:
-        """One step, its message included."""
-        view = self.world.step(inputs)
-        world_state(view, is_key(view, inputs.step == 1)).SerializeToString()
+        """One step."""
+        self.world.step(inputs)
 
     def step(self) -> None:
         self.take(self.inputs())

@@ -27,7 +27,7 @@ class _Selector(selectors.DefaultSelector):  # type: ignore[misc, valid-type]
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         found = super().select(0)
-        if found or timeout is not None and timeout <= 0:
+        if found or (timeout is not None and timeout <= 0):
             return found
         if timeout is None:
             return super().select(None)

@@ -15,6 +15,10 @@ from vistel.implicit.pointers import at
 
 _TINY = 1e-12
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+_NEAR_END = 1e-5
+"""Shares of a cone-sphere's length nearer than this are one."""
+_CLOSE = 1e-9
+"""Lengths nearer than this are one [m]."""
 
 
 @compiled
@@ -84,31 +88,71 @@ def _along(cone, s, kind, p, rotation, position, out):
 
 
 @compiled
+def _lowest(cone, kind, p, rotation, position, out):
+    """Where along a cone-sphere its ball comes nearest to a primitive: the best of nine, then Brent's search beside it
+    (Brent 1973, ch. 5: parabolas, golden sections where they fail)."""
+    samples = 9
+    best, i_best = 1e300, 0
+    for i in range(samples):
+        gap = _along(cone, i / (samples - 1.0), kind, p, rotation, position, out)
+        if gap < best:
+            best, i_best = gap, i
+    at = i_best / (samples - 1.0)
+    if i_best == 0 or i_best == samples - 1:
+        inside = _NEAR_END if i_best == 0 else 1.0 - _NEAR_END
+        if _along(cone, inside, kind, p, rotation, position, out) >= best:
+            return at
+    low, high = max(0.0, at - 1.0 / (samples - 1)), min(1.0, at + 1.0 / (samples - 1))
+    x = second = third = at
+    f_x = f_second = f_third = best
+    step = last = 0.0
+    for _ in range(24):
+        middle = 0.5 * (low + high)
+        if abs(x - middle) <= 2.0 * _NEAR_END - 0.5 * (high - low):
+            break
+        golden = True
+        if abs(last) > _NEAR_END:
+            r, q = (x - second) * (f_x - f_third), (x - third) * (f_x - f_second)
+            top = (x - third) * q - (x - second) * r
+            q = 2.0 * (q - r)
+            if q > 0.0:
+                top = -top
+            q = abs(q)
+            before, last = last, step
+            if abs(top) < abs(0.5 * q * before) and q * (low - x) < top < q * (high - x):
+                step = top / q
+                u = x + step
+                if u - low < 2.0 * _NEAR_END or high - u < 2.0 * _NEAR_END:
+                    step = math.copysign(_NEAR_END, middle - x)
+                golden = False
+        if golden:
+            last = (low if x >= middle else high) - x
+            step = (1.0 - _GOLDEN) * last
+        u = x + (step if abs(step) >= _NEAR_END else math.copysign(_NEAR_END, step))
+        f_u = _along(cone, u, kind, p, rotation, position, out)
+        if f_u <= f_x:
+            if u >= x:
+                low = x
+            else:
+                high = x
+            third, f_third, second, f_second, x, f_x = second, f_second, x, f_x, u, f_u
+        else:
+            if u < x:
+                low = u
+            else:
+                high = u
+            if f_u <= f_second or second == x:
+                third, f_third, second, f_second = second, f_second, u, f_u
+            elif f_u <= f_third or third in (x, second):
+                third, f_third = u, f_u
+    return x
+
+
+@compiled
 def cone_against(cone, kind, p, rotation, position, row):
     """Contact of a cone-sphere (room) with a primitive of any kind; `row` as in `cone_pair`."""
     out = np.empty(5)
-    samples = 9
-    best, at = 1e300, 0.0
-    for i in range(samples):
-        s = i / (samples - 1.0)
-        gap = _along(cone, s, kind, p, rotation, position, out)
-        if gap < best:
-            best, at = gap, s
-    low, high = max(0.0, at - 1.0 / (samples - 1)), min(1.0, at + 1.0 / (samples - 1))
-    x1, x2 = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    f1 = _along(cone, x1, kind, p, rotation, position, out)
-    f2 = _along(cone, x2, kind, p, rotation, position, out)
-    for _ in range(20):
-        if f1 <= f2:
-            high, x2, f2 = x2, x1, f1
-            x1 = high - _GOLDEN * (high - low)
-            f1 = _along(cone, x1, kind, p, rotation, position, out)
-        else:
-            low, x1, f1 = x1, x2, f2
-            x2 = low + _GOLDEN * (high - low)
-            f2 = _along(cone, x2, kind, p, rotation, position, out)
-    middle = 0.5 * (low + high)
-    s = middle if _along(cone, middle, kind, p, rotation, position, out) <= best else at
+    s = _lowest(cone, kind, p, rotation, position, out)
     gap = _along(cone, s, kind, p, rotation, position, out)
     radius = cone[6] + s * (cone[7] - cone[6])
     n = out[1:4].copy()
@@ -116,13 +160,14 @@ def cone_against(cone, kind, p, rotation, position, row):
     ny = rotation[1, 0] * n[0] + rotation[1, 1] * n[1] + rotation[1, 2] * n[2]
     nz = rotation[2, 0] * n[0] + rotation[2, 1] * n[1] + rotation[2, 2] * n[2]
     row[3], row[4], row[5] = -nx, -ny, -nz
-    # Where both ratios are equal, on the line from the sphere's centre into the primitive.
+    # Where both ratios are equal, on the line from the sphere's centre into the primitive: regula falsi, the Illinois way.
     cx = cone[0] + s * (cone[3] - cone[0])
     cy = cone[1] + s * (cone[4] - cone[1])
     cz = cone[2] + s * (cone[5] - cone[2])
     low, high = 0.0, max(out[0], 0.0) + radius
-    for _ in range(24):
-        tau = 0.5 * (low + high)
+    f_low, f_high = -radius * out[4], 0.0
+    tau, kept = high, 0
+    for i in range(24):
         x, y, z = cx - tau * nx - position[0], cy - tau * ny - position[1], cz - tau * nz - position[2]
         surface(
             rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
@@ -130,11 +175,20 @@ def cone_against(cone, kind, p, rotation, position, row):
             rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
             kind, p, out,
         )  # fmt: skip
-        if tau < radius * out[4]:
-            low = tau
+        f = tau - radius * out[4]
+        if i == 0 and f <= 0.0:
+            break
+        if f < 0.0:
+            low, f_low = tau, f
+            f_high *= 0.5 if kept == 1 else 1.0
+            kept = 1
         else:
-            high = tau
-    tau = 0.5 * (low + high)
+            high, f_high = tau, f
+            f_low *= 0.5 if kept == 2 else 1.0
+            kept = 2
+        if abs(f) < _CLOSE or high - low < _CLOSE:
+            break
+        tau = (low * f_high - high * f_low) / (f_high - f_low)
     row[0], row[1], row[2] = cx - tau * nx, cy - tau * ny, cz - tau * nz
     row[6] = -gap
     row[7] = field_of_ratio(max(tau / max(radius, _TINY), 0.0)) - T

@@ -21,6 +21,8 @@ _FINGERS = {"index": 4, "middle": 8, "ring": 12, "little": 16}
 _NEAR, _FAR = math.radians(85.0), math.radians(100.0)
 _THUMB_NEAR, _THUMB_FAR = math.radians(50.0), math.radians(70.0)
 _THUMB_SPREAD, _FINGER_SPREAD = math.radians(45.0), math.radians(15.0)
+_LEAST = 0.02
+"""A sensor that moves less from open hand to fist, as a part of a typical hand's way, is not worn."""
 _BEYOND = 0.15
 """A hand may open or close farther than it did when it was measured, by this part of the way."""
 
@@ -98,21 +100,18 @@ def default_calibration(highest: int = 4095) -> FiveDtCalibration:
     return FiveDtCalibration(dict.fromkeys(SLOTS, low), dict.fromkeys(SLOTS, high))
 
 
-def calibrate(open_hand: Sequence[Sequence[int]], fist: Sequence[Sequence[int]], base: FiveDtCalibration) -> FiveDtCalibration:
-    """From samples of an open hand and of a fist (their medians); sensors that did not move keep `base`."""
-    if not open_hand or not fist:
-        raise CalibrationError("expected samples of an open hand and of a fist")
-    names = SLOTS_5 if len(open_hand[0]) == 5 else SLOTS
-    opened, closed = dict(base.open), dict(base.fist)
-    for k, name in enumerate(names):
-        a, b = _median([s[k] for s in open_hand]), _median([s[k] for s in fist])
-        if abs(a - b) >= 0.02 * abs(base.fist[name] - base.open[name]):
-            opened[name], closed[name] = a, b
-    return FiveDtCalibration(opened, closed, base.distal_ratio)
-
-
-def _median(values: Sequence[int]) -> float:
-    return float(sorted(values)[len(values) // 2])
+def calibrate(opened: Sequence[float], fist: Sequence[float], base: FiveDtCalibration) -> tuple[FiveDtCalibration, tuple[str, ...]]:
+    """From the counts of an open hand (flat, fingers spread) and of a fist; a note for each sensor that hardly moved and
+    keeps `base`. Values as in a sample: 16 slots or five; a slot without a sensor is 0 in both and is left out."""
+    names = SLOTS_5 if len(opened) == 5 else SLOTS
+    opens, fists = dict(base.open), dict(base.fist)
+    notes: list[str] = []
+    for name, a, b in zip(names, opened, fist, strict=False):
+        if abs(a - b) >= _LEAST * abs(base.fist[name] - base.open[name]):
+            opens[name], fists[name] = a, b
+        elif a or b:
+            notes.append(f"{name} hardly moved from the spread hand to the fist: kept as it was; close the fist fully")
+    return FiveDtCalibration(opens, fists, base.distal_ratio), tuple(notes)
 
 
 def load_calibration(path: Path | None, highest: int = 4095) -> FiveDtCalibration:

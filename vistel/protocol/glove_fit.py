@@ -40,6 +40,15 @@ _COUPLED = (("middle_index_abduction", "index_mpj", "middle_mpj"), ("ring_middle
 
 
 @dataclass(frozen=True)
+class Hold:
+    """A hand held still: counts, the medians of the samples numbered `begin` to `end` (not with it)."""
+
+    begin: int
+    end: int
+    counts: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class GloveFit:
     """calibration; notes: one line for each sensor that keeps a typical hand's values, and why."""
 
@@ -47,10 +56,10 @@ class GloveFit:
     notes: tuple[str, ...]
 
 
-def find_holds(times_s: Sequence[float], samples: Sequence[Sequence[int]], still: float = _STILL_COUNTS) -> list[tuple[float, ...]]:
-    """The medians of the hands held still for half of HOLD_S or longer, in order, each different from the one before.
+def find_holds(times_s: Sequence[float], samples: Sequence[Sequence[int]], still: float = _STILL_COUNTS) -> list[Hold]:
+    """The hands held still for half of HOLD_S or longer, in order, each different from the one before.
     Raises CalibrationError where they are fewer than HANDS."""
-    holds: list[tuple[float, float, list[int]]] = []
+    spans: list[list[int]] = []
     begin = 0
     middle: tuple[float, ...] = ()
     for k, sample in enumerate(samples):
@@ -60,17 +69,17 @@ def find_holds(times_s: Sequence[float], samples: Sequence[Sequence[int]], still
             begin = k
             middle = tuple(float(v) for v in sample)
         if times_s[k] - times_s[begin] >= 0.5 * HOLD_S:
-            if holds and holds[-1][0] == times_s[begin]:
-                holds[-1] = (holds[-1][0], times_s[k], [begin, k])
+            if spans and spans[-1][0] == begin:
+                spans[-1][1] = k
             else:
-                holds.append((times_s[begin], times_s[k], [begin, k]))
-    found = [_medians(samples[a : b + 1]) for _, _, (a, b) in holds]
-    apart: list[tuple[float, ...]] = []
-    for hand in found:
-        if not apart or max(abs(a - b) for a, b in zip(hand, apart[-1], strict=True)) > 2.0 * still:
-            apart.append(hand)
+                spans.append([begin, k])
+    found = [Hold(a, b + 1, _medians(samples[a : b + 1])) for a, b in spans]
+    apart: list[Hold] = []
+    for hold in found:
+        if not apart or max(abs(a - b) for a, b in zip(hold.counts, apart[-1].counts, strict=True)) > 2.0 * still:
+            apart.append(hold)
         else:
-            apart[-1] = hand
+            apart[-1] = hold
     if len(apart) < len(HANDS):
         names = ", ".join(name for name, _ in HANDS)
         raise CalibrationError(
@@ -79,21 +88,22 @@ def find_holds(times_s: Sequence[float], samples: Sequence[Sequence[int]], still
     return apart
 
 
-def fit_among(holds: Sequence[Sequence[float]], base: GloveCalibration | None = None) -> GloveFit:
-    """The best fit of four hands that follow one another among `holds`: a hand at rest may come before or after them.
+def fit_among(holds: Sequence[Hold], base: GloveCalibration | None = None) -> tuple[GloveFit, Sequence[Hold]]:
+    """The best fit of four hands that follow one another among `holds`, and these: a hand at rest may come before or after.
 
     Raises CalibrationError where no four fit.
     """
-    best: GloveFit | None = None
+    best: tuple[GloveFit, Sequence[Hold]] | None = None
     fault = CalibrationError("expected four hands")
     for k in range(len(holds) - len(HANDS) + 1):
+        four = holds[k : k + len(HANDS)]
         try:
-            fit = fit_glove(holds[k : k + len(HANDS)], base)
+            fit = fit_glove([hold.counts for hold in four], base)
         except CalibrationError as e:
             fault = e
             continue
-        if best is None or len(fit.notes) < len(best.notes):
-            best = fit
+        if best is None or len(fit.notes) < len(best[0].notes):
+            best = fit, four
     if best is None:
         raise fault
     return best

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contact_set import PrimitiveSet
-from vistel.space.kernels import PUSHER, WIDTH, detect, solve  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.collide_kernels import PUSHER, WIDTH, detect  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.kernels import matrices, solve  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.solids import Solids, pose_solids
 
 F64 = NDArray[np.float64]
@@ -24,7 +24,8 @@ I64 = NDArray[np.int64]
 FIXED, FREE, ASLEEP, HELD = range(4)
 """What moves a thing: nothing; forces; nothing until it is touched; a hand."""
 
-MOST_CONTACTS = 768
+MOST_CONTACTS, CONTACTS_OF_EACH = 768, 4
+"""Contacts there is room for: some, and so many more for each thing."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,7 @@ class Motions:
     def matrices(self) -> F64:
         """(N, 3, 3) rotations, thing to room."""
         out = np.empty((len(self.rotation), 3, 3))
-        for n in range(len(out)):
-            out[n] = matrix_from_quaternion(self.rotation[n])
+        matrices(self.rotation, out)
         return out
 
 
@@ -102,14 +102,15 @@ def advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions, 
 
 def _advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions, Touches]:
     out = m.copy()
-    contacts = np.empty((MOST_CONTACTS, WIDTH))
-    pairs = np.empty((MOST_CONTACTS, 3), np.int64)
+    most = MOST_CONTACTS + CONTACTS_OF_EACH * len(m.mode)
+    contacts, pairs = np.empty((most, WIDTH)), np.empty((most, 3), np.int64)
     count, woken = 0, True
+    rotation = out.matrices()
+    posed: PrimitiveSet = pose_solids(s, rotation, out.position)
     for _ in range(3):  # who is woken may wake the next
-        posed: PrimitiveSet = pose_solids(s, out.matrices(), out.position)
         count, woken = detect(  # pyright: ignore[reportUnknownVariableType]
             s.first, posed.kind, posed.start, posed.params, posed.rotation, posed.position, s.probe_first, s.probe,
-            s.probe_radius, s.radius, s.bound, out.matrices(), s.centre, out.position, out.velocity, out.spin,
+            s.probe_radius, s.radius, s.bound, rotation, s.centre, out.position, out.velocity, out.spin,
             out.mode, out.still, pushes.thing, pushes.point, pushes.normal, pushes.gap, pushes.velocity, dt, pairs,
             contacts,
         )  # fmt: skip

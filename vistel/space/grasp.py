@@ -2,7 +2,7 @@
 
 A hand takes a thing when fingers touch it from one side and thumb or palm from the other while the fingers close; it
 lets go when the fingers open again. Where the thing lies is aligned to the hand: the thing's axis that needs the
-least change turns to lie across the palm (spec_maths §6.7).
+least change turns to lie across the palm (spec_maths §6.7), and the fingers are laid on it (`vistel.space.fitting`).
 """
 
 from __future__ import annotations
@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, slerp
 from vistel.implicit.contact import ContactArray
+from vistel.implicit.contact_set import PrimitiveSet
+from vistel.space.axes import axes_of
+from vistel.space.fitting import fit
 from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion
 from vistel.space.things import Thing
 
@@ -41,6 +44,8 @@ SETTLE_NS = 150_000_000
 """Time in which the thing is brought into line with the hand."""
 MOST_TURN, MOST_SHIFT = math.radians(35.0), 0.012
 """Alignment turns and shifts a thing no further than this."""
+REFIT = 0.003
+"""Fingers are laid anew on a thing that moves by itself when it has gone so far in the hand [m]."""
 ALONG = 0.1
 """Length that counts as much as a radian when axes are compared [m] (spec_maths §6.7)."""
 
@@ -52,8 +57,9 @@ Pose = tuple[F64, F64]
 class Grasp:
     """A hand holds a thing. start, aim: where it lay in the hand joint's frame and where it is brought to.
 
-    engaged: which of the four fingers hold it; tightest: (4,) their greatest flexion [rad]; off: steps the hand has
-    been off the thing.
+    engaged: which of the four fingers hold it; tightest: (4,) their greatest flexion [rad]; fingers: (20,) angles with
+    which the hand touches it and does not go into it, fitted where it lay at `fitted` (3,) [m]; off: steps the hand has
+    been off the thing; strained: steps it has borne more than it can.
     """
 
     participant: str
@@ -64,16 +70,23 @@ class Grasp:
     since_ns: int
     engaged: tuple[bool, ...]
     tightest: F64
+    fingers: F64
+    fitted: F64
     off: int = 0
+    strained: int = 0
 
     @property
     def key(self) -> tuple[str, bool]:
         return self.participant, self.right
 
+    def settled(self, t_ns: int) -> float:
+        """How far thing and fingers have come to where they are brought: 0 to 1."""
+        u = min(1.0, max(0.0, (t_ns - self.since_ns) / SETTLE_NS))
+        return u * u * (3.0 - 2.0 * u)
+
     def lie(self, t_ns: int) -> Pose:
         """Where the thing lies in the hand joint's frame at `t_ns`."""
-        u = min(1.0, max(0.0, (t_ns - self.since_ns) / SETTLE_NS))
-        u = u * u * (3.0 - 2.0 * u)
+        u = self.settled(t_ns)
         (p0, q0), (p1, q1) = self.start, self.aim
         return p0 + u * (p1 - p0), slerp(q0, q1, u)
 
@@ -125,13 +138,26 @@ def encloses(posed: Posed, right: bool, reach: Reach) -> bool:
     return float(flexion(posed.figure.posture)[int(right)][np.array(reach.engaged)].mean()) > CLOSED
 
 
-def take(posed: Posed, right: bool, thing: Thing, pose: Pose, reach: Reach, t_ns: int) -> Grasp:
-    """The grasp by which the hand holds `thing`, now at `pose` (room)."""
+def take(posed: Posed, right: bool, thing: Thing, part: PrimitiveSet, pose: Pose, reach: Reach, t_ns: int, led: bool) -> Grasp:
+    """The grasp by which the hand holds `thing`, now at `pose` (room). part: its primitives, in its frame; led: the hand
+    leads it, and so brings it into line."""
     assert posed.figure.posture is not None
     lie = into_hand(posed, right, pose)
-    aim = align(thing, lie, posed.build.palm[int(right)]) if reach.palm and sum(reach.engaged) >= 3 else lie
     tightest = flexion(posed.figure.posture)[int(right)]
-    return Grasp(posed.name, right, thing.id, lie, aim, t_ns, reach.engaged, tightest)
+    new = Grasp(posed.name, right, thing.id, lie, lie, t_ns, reach.engaged, tightest, np.zeros(20), lie[0])
+    return _fitted(new, posed, thing, part, whole=reach.palm and sum(reach.engaged) >= 3, led=led)
+
+
+def _fitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, *, whole: bool, led: bool) -> Grasp:
+    """The grasp with thing and fingers laid on each other. whole: the palm holds too; led: the thing may be moved."""
+    assert posed.figure.posture is not None
+    row, lie = int(grasp.right), grasp.aim
+    if whole and led:
+        lie = align(thing, lie, posed.build.palm[row])
+    lying = part.moved(matrix_from_quaternion(lie[1]), lie[0])
+    fitted = fit(posed.build, grasp.right, posed.figure.posture.hands[row], grasp.engaged, lying, to_palm=whole, led=led)
+    aim = lie[0] + fitted.shift, lie[1]
+    return replace(grasp, aim=aim, fingers=fitted.fingers, fitted=aim[0])
 
 
 def follow(grasp: Grasp, posed: Posed, near: bool) -> Grasp:
@@ -148,17 +174,24 @@ def opens(grasp: Grasp, posed: Posed) -> bool:
     return float((grasp.tightest - now)[np.array(grasp.engaged)].mean()) > OPENING
 
 
-def lies(grasp: Grasp, posed: Posed, pose: Pose) -> Grasp:
-    """The grasp of a thing that moves by itself: it lies in the hand as it does."""
+def lies(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, pose: Pose, refit: bool) -> Grasp:
+    """The grasp of a thing that moves by itself: it lies in the hand as it does. refit: the fingers may be laid on anew."""
     lie = into_hand(posed, grasp.right, pose)
-    return replace(grasp, start=lie, aim=lie)
+    grasp = replace(grasp, start=lie, aim=lie)
+    off = lie[0] - grasp.fitted
+    if refit and float(off @ off) > REFIT**2:
+        grasp = replace(_fitted(grasp, posed, thing, part, whole=False, led=False), aim=lie)
+    return grasp
 
 
-def restart(grasp: Grasp, posed: Posed, thing: Thing, pose: Pose, t_ns: int) -> Grasp:
-    """The grasp of a further holder who now carries the thing alone: from where it lies, without a jump."""
+def restart(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, pose: Pose, t_ns: int, alone: bool) -> Grasp:
+    """The grasp of who still holds after others have let go: from where the thing lies, without a jump. alone: they lead
+    it now and bring it into line."""
     lie = into_hand(posed, grasp.right, pose)
-    aim = align(thing, lie, posed.build.palm[int(grasp.right)]) if sum(grasp.engaged) >= 3 else lie
-    return replace(grasp, start=lie, aim=aim, since_ns=t_ns)
+    grasp = replace(grasp, start=lie, since_ns=t_ns, strained=0)
+    if not alone:
+        return grasp
+    return _fitted(replace(grasp, aim=lie), posed, thing, part, whole=sum(grasp.engaged) >= 3, led=True)
 
 
 def into_hand(posed: Posed, right: bool, pose: Pose) -> Pose:
@@ -179,7 +212,7 @@ def align(thing: Thing, lie: Pose, palm: F64) -> Pose:
     across = np.array([0.0, 0.0, 1.0])
     position, rotation = lie[0], matrix_from_quaternion(lie[1])
     best: tuple[float, F64, F64] | None = None
-    for axis in thing.axes:
+    for axis in axes_of(thing, rotation.T @ across):
         u = rotation @ axis.direction
         if u @ across < 0.0:
             u = -u

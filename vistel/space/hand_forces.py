@@ -14,10 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact import ContactArray, find_contacts
+from vistel.implicit.contact import ContactArray
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.space.contact_forces import STIFFEST, Surface
 from vistel.space.dynamics import FIXED, Motions
+from vistel.space.near import Bodies, placed
 from vistel.space.people import DIGITS, HAND_JOINT, Posed
 from vistel.space.solids import Solids
 from vistel.space.touch import FLESH, FLESH_COMPLIANCE
@@ -71,25 +72,22 @@ def hand_forces(
 ) -> tuple[HandForce, ...]:  # fmt: skip
     """What every hand that touches something feels, by participant, the left one first.
 
-    skin: contacts of every two people, by their names in order; reached: what is known of each figure's other contacts;
+    skin: contacts of every two people who touch, by their names in order; reached: what is known of each figure's other contacts;
     held: participant, right, thing of each grasp: what a hand holds does not slide in it; let_go: the same of hands that
     have let go of a thing and are not off it yet, which do not push it either.
     """
     felt: list[_Felt] = []
     sticks, free = frozenset(held), frozenset(let_go)
     names = sorted(posed)
-    loose: PrimitiveSet | None = None
+    loose = _hands_on_things([posed[name] for name in names if _hand_near(posed[name], reached[name].near)], s, m)
     for name in names:
-        p, known, digit = posed[name], reached[name], posed[name].build.digit
-        parts = [_Part(known.rest, s.fixed, s.owner[s.fixed_rows])]
-        if (digit[known.near.a] >= 0).any():
-            loose = loose if loose is not None else s.loose(m.matrices(), m.position)
-            parts.append(_Part(_of_hands(p, loose), loose, s.owner[s.loose_rows]))
+        parts = [_Part(reached[name].rest, s.fixed, s.owner[s.fixed_rows])]
+        if name in loose:
+            parts.append(loose[name])
         for part in parts:
-            felt += _of_things(p, part, s, m, sticks, free)
-    for i, name in enumerate(names):
-        for other in names[i + 1 :]:
-            felt += _of_people(posed[name], posed[other], skin[name, other])
+            felt += _of_things(posed[name], part, s, m, sticks, free)
+    for (name, other), found in sorted(skin.items()):
+        felt += _of_people(posed[name], posed[other], found)
     out: list[HandForce] = []
     for hand in sorted({f.hand for f in felt}):
         wrist = posed[hand[0]].joints.position[HAND_JOINT[int(hand[1])]]
@@ -102,13 +100,22 @@ def nothing(hand: Hand) -> HandForce:
     return HandForce(hand[0], hand[1], np.zeros(3), np.zeros(3), ())
 
 
-def _of_hands(p: Posed, things: PrimitiveSet) -> ContactArray:
-    """Contacts of both hands, by primitive of the body."""
-    mine, b = p.build.hands, p.body
-    found = find_contacts(
-        PrimitiveSet.of_cone_spheres(b.a[mine], b.b[mine], b.radius_a[mine], b.radius_b[mine]), things
-    )
-    return replace(found, a=mine[found.a].astype(np.int32))
+def _hand_near(p: Posed, near: ContactArray) -> bool:
+    """Whether a hand is within reach of something."""
+    return len(near) > 0 and bool((p.build.digit[near.a] >= 0).any())
+
+
+def _hands_on_things(people: list[Posed], s: Solids, m: Motions) -> dict[str, _Part]:
+    """Contacts of some people's hands with loose things as they lie now, by primitive of the body."""
+    if not people:
+        return {}
+    things, owner = s.loose(m.matrices(), m.position), s.owner[s.loose_rows]
+    found = Bodies([p.cones[p.build.hands] for p in people]).with_things(placed(things))
+    return {
+        p.name: _Part(replace(c, a=p.build.hands[c.a].astype(np.int32)), things, owner)
+        for p, c in zip(people, found, strict=True)
+        if len(c)
+    }
 
 
 def _of_things(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Set
 from dataclasses import replace
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.implicit.contact import ContactArray, find_contacts
 from vistel.space import grasp as hands
+from vistel.space import sharing
 from vistel.space.dynamics import FREE, HELD, Motions, wake_around
 from vistel.space.grasp import Grasp
 from vistel.space.kernels import MAX_SPEED, MAX_SPIN
@@ -26,6 +28,8 @@ LET_GO_STEPS = 45
 """... or after so many steps."""
 LATELY_NS = 100_000_000
 """A hand and a tracked thing are compared when both were measured within this long."""
+REFIT_STEPS = 15
+"""Every so many steps fingers may be laid on a tracked thing anew."""
 PUSH_OUT = 0.05
 """Held things are kept out of the furniture by moving them this far at most [m]."""
 
@@ -67,34 +71,44 @@ def drop(state: State, gone: Callable[[Grasp], bool]) -> State:
     return replace(state, grasps=kept, motions=m, let_go=state.let_go + ended, figures=figures)
 
 
-def let_go(state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray]) -> State:
-    """Hands that open, or have slipped off, let go; a further holder then carries."""
+def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray]) -> State:
+    """Hands that open, or have slipped off, let go; who still holds carries on. before: the state a step ago."""
     tracked = tracked_things(state)
-    carried_by = {g.thing: g.key for g in reversed(state.grasps) if g.thing not in tracked}
+    first = {g.thing: g.key for g in reversed(state.grasps) if g.thing not in tracked}
     followed: list[Grasp] = []
     for g in state.grasps:
         p = posed.get(g.participant)
         followed.append(g if p is None else hands.follow(g, p, _at(state, solids, p, near[p.name], g) or _unsure(state, p, g)))
     state = replace(state, grasps=tuple(followed))
+    strained = _strained(state)
 
     def over(g: Grasp) -> bool:
         p = posed.get(g.participant)
         patience = hands.PROP_SLIP_STEPS if g.thing in tracked else hands.SLIP_STEPS
-        slipped = g.key != carried_by.get(g.thing) and g.off > patience
-        return p is None or slipped or hands.opens(g, p)
+        slipped = g.key != first.get(g.thing) and g.off > patience
+        return p is None or slipped or g.key in strained or hands.opens(g, p)
 
     state = drop(state, over)
+    had, has = Counter(g.thing for g in before.grasps), Counter(g.thing for g in state.grasps)
     grasps = list(state.grasps)
-    seen: set[str] = set()
     for i, g in enumerate(grasps):
         n = state.rows[g.thing]
-        pose = state.motions.position[n], state.motions.rotation[n]
+        p, thing, pose = posed[g.participant], solids.things[n], (state.motions.position[n], state.motions.rotation[n])
         if g.thing in tracked:
-            grasps[i] = hands.lies(g, posed[g.participant], pose)
-        elif g.thing not in seen and carried_by[g.thing] != g.key:
-            grasps[i] = hands.restart(g, posed[g.participant], solids.things[n], pose, state.t_ns)
-        seen.add(g.thing)
+            grasps[i] = hands.lies(g, p, thing, solids.part(n), pose, refit=state.step % REFIT_STEPS == 0)
+        elif has[g.thing] < had[g.thing]:
+            grasps[i] = hands.restart(g, p, thing, solids.part(n), pose, state.t_ns, alone=has[g.thing] == 1)
     return replace(state, grasps=tuple(grasps))
+
+
+def _strained(state: State) -> set[tuple[str, bool]]:
+    """The hand that a thing slips out of because others pull harder: of one thing the weakest, of equals the last."""
+    out: dict[str, Grasp] = {}
+    for g in state.grasps:
+        weakest = out.get(g.thing)
+        if g.strained > sharing.STRAINED_STEPS and (weakest is None or sharing.strength(g) <= sharing.strength(weakest)):
+            out[g.thing] = g
+    return {g.key for g in out.values()}
 
 
 def _at(state: State, solids: Solids, p: Posed, near: ContactArray, g: Grasp) -> bool:
@@ -111,18 +125,45 @@ def _unsure(state: State, p: Posed, g: Grasp) -> bool:
 
 
 def carry(state: State, solids: Solids, posed: dict[str, Posed], dt: float) -> State:
-    """Held things go where their first holder's hand is, unless they have a tracker of their own."""
+    """Held things go where the hand is that holds them, or where several balance, unless they have a tracker."""
     m = state.motions.copy()
-    carried = set(tracked_things(state))
-    for g in state.grasps:
-        if g.thing in carried or g.participant not in posed:
-            continue
-        carried.add(g.thing)
-        n = state.rows[g.thing]
-        position, rotation = hands.out_of_hand(posed[g.participant], g.right, g.lie(state.t_ns))
+    strained: dict[tuple[str, bool], int] = {}
+    for thing, holds in _holds(state, posed).items():
+        n = state.rows[thing]
+        if len(holds) == 1:
+            (g, p), = holds
+            position, rotation = hands.out_of_hand(p, g.right, g.lie(state.t_ns))
+        else:
+            position, rotation = sharing.balance(holds, state.t_ns)
         position = position + out_of_furniture(solids, n, position, rotation)
         guide(m, n, position, rotation, dt)
-    return replace(state, motions=m)
+        if len(holds) > 1:
+            for (g, _), pull in zip(holds, sharing.pulls(holds, position, rotation, state.t_ns), strict=True):
+                much = float(np.sqrt(pull.force @ pull.force)) > sharing.strength(g)
+                strained[g.key] = g.strained + 1 if much else 0
+    grasps = tuple(replace(g, strained=strained[g.key]) if g.key in strained else g for g in state.grasps)
+    return replace(state, motions=m, grasps=grasps)
+
+
+def pulled(state: State, posed: dict[str, Posed]) -> list[sharing.Pull]:
+    """What hands feel that hold a thing together with others."""
+    m = state.motions
+    out: list[sharing.Pull] = []
+    for thing, holds in _holds(state, posed).items():
+        if len(holds) > 1:
+            n = state.rows[thing]
+            out += sharing.pulls(holds, m.position[n], m.rotation[n], state.t_ns)
+    return out
+
+
+def _holds(state: State, posed: dict[str, Posed]) -> dict[str, list[tuple[Grasp, Posed]]]:
+    """The hands at each thing that is led by hands."""
+    tracked = tracked_things(state)
+    out: dict[str, list[tuple[Grasp, Posed]]] = {}
+    for g in state.grasps:
+        if g.thing not in tracked and g.participant in posed:
+            out.setdefault(g.thing, []).append((g, posed[g.participant]))
+    return out
 
 
 def out_of_furniture(solids: Solids, n: int, position: F64, rotation: F64) -> F64:
@@ -171,7 +212,9 @@ def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[
 def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hands.Reach) -> State:
     """A hand has taken hold of what it reaches."""
     n, m = reach.thing, state.motions
-    new = hands.take(posed, right, solids.things[n], (m.position[n], m.rotation[n]), reach, state.t_ns)
+    thing, pose = solids.things[n], (m.position[n], m.rotation[n])
+    led = thing.id not in tracked_things(state) and not holders(state, thing.id)
+    new = hands.take(posed, right, thing, solids.part(n), pose, reach, state.t_ns, led)
     state = woken_round(state, solids, n)
     m = state.motions.copy()
     m.mode[n], m.still[n] = HELD, 0

@@ -161,6 +161,11 @@ class Posed:
     def name(self) -> str:
         return self.figure.name
 
+    @property
+    def cones(self) -> F64:
+        """(P, 8) the primitives: ends and radii [m, room]."""
+        return self.primitives.params.reshape(-1, 8)
+
 
 def pose_figure(figure: Figure, t_ns: int, last: Posed | None = None) -> Posed | None:
     """The figure's primitives at step time `t_ns`; None before its first motion.

@@ -285,7 +285,10 @@ def _from_grasp(g: Grasp) -> dict[str, Any]:
         "since_ns": g.since_ns,
         "engaged": list(g.engaged),
         "tightest": g.tightest.tolist(),
+        "fingers": g.fingers.tolist(),
+        "fitted": g.fitted.tolist(),
         "off": g.off,
+        "strained": g.strained,
     }
 
 
@@ -293,5 +296,6 @@ def _to_grasp(d: dict[str, Any]) -> Grasp:
     start, aim = ((np.array(p, np.float64), np.array(q, np.float64)) for p, q in (d["start"], d["aim"]))
     return Grasp(
         str(d["participant"]), bool(d["right"]), str(d["thing"]), start, aim, int(d["since_ns"]),
-        tuple(bool(e) for e in d["engaged"]), np.array(d["tightest"], np.float64).reshape(4), int(d["off"]),
+        tuple(bool(e) for e in d["engaged"]), _rows(d["tightest"], 1, 4)[0], _rows(d["fingers"], 1, 20)[0],
+        _rows(d["fitted"], 1, 3)[0], int(d["off"]), int(d["strained"]),
     )  # fmt: skip

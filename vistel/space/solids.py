@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contact_set import PrimitiveSet
-from vistel.space.kernels import inertia, pose  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.near import Placed, placed
 from vistel.space.things import Primitive, Thing
 
 F64 = NDArray[np.float64]
@@ -78,6 +78,11 @@ class Solids:
         return _rows(pose_solids(self, rotation, position), self.fixed_rows)
 
     @cached_property
+    def fixed_placed(self) -> Placed:
+        """The same, ready to be searched."""
+        return placed(self.fixed)
+
+    @cached_property
     def _loose(self) -> tuple[PrimitiveSet, I64]:
         return _rows(self.primitives, self.loose_rows), self.owner[self.loose_rows]
 
@@ -127,6 +132,8 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
     for n, thing in enumerate(things):
         if before is not None and id(thing) in known:
             out.inverse_inertia[n] = before.inverse_inertia[known[id(thing)]]
+        elif not thing.fixed and thing.inertia is not None:
+            out.inverse_inertia[n] = np.linalg.inv(thing.mass * thing.inertia)
         elif not thing.fixed:
             unit: Any = inertia(  # pyright: ignore[reportUnknownVariableType]
                 shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1],
@@ -161,8 +168,7 @@ def _rows(s: PrimitiveSet, rows: I64) -> PrimitiveSet:
 
 def _matrices(quaternions: list[F64]) -> F64:
     out = np.empty((len(quaternions), 3, 3))
-    for k, q in enumerate(quaternions):
-        out[k] = matrix_from_quaternion(q)
+    matrices(np.array(quaternions, np.float64).reshape(-1, 4), out)
     return out
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact import ContactArray, find_contacts
+from vistel.implicit.contact import ContactArray
 from vistel.space.people import Posed
 from vistel.space.view import ContactView, GhostView
 
@@ -56,14 +56,6 @@ def touch_of_people(a: Posed, b: Posed, near: ContactArray) -> list[Touch]:
         return []
     found = _part(near, chosen)
     return [Touch(a.name, b.name, FLESH_COMPLIANCE, found, _radius(a, found))]
-
-
-def between_people(posed: dict[str, Posed]) -> dict[tuple[str, str], ContactArray]:
-    """Contacts of every two people, by their names in order."""
-    names = sorted(posed)
-    return {
-        (a, b): find_contacts(posed[a].primitives, posed[b].primitives) for i, a in enumerate(names) for b in names[i + 1 :]
-    }
 
 
 def contacts_of(touch: Touch) -> list[ContactView]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +58,8 @@ class GhostView:
 
 @dataclass(frozen=True)
 class GraspView:
-    """A hand holds a thing, at `position`, `rotation` in the hand joint's frame, since `since_ns`."""
+    """A hand holds a thing, at `position`, `rotation` in the hand joint's frame, since `since_ns`; fingers: (20,) angles
+    with which it touches the thing and does not go into it [rad]."""
 
     participant: str
     right: bool
@@ -66,6 +67,7 @@ class GraspView:
     position: F64
     rotation: F64
     since_ns: int
+    fingers: F64
 
 
 @dataclass(frozen=True)
@@ -90,13 +92,17 @@ class DigitTouch:
 
 @dataclass(frozen=True)
 class HandForce:
-    """What a hand feels: force on it [N], torque about its joint [N m], by digit and body. No touches: nothing any more."""
+    """What a hand feels: force on it [N], torque about its joint [N m], by digit and body. No touches: nothing any more.
+
+    pull: (3,) [N] what of the force others pull with at what the hand holds.
+    """
 
     participant: str
     right: bool
     force: F64
     torque: F64
     touches: tuple[DigitTouch, ...]
+    pull: F64 = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True)

@@ -7,28 +7,33 @@ from the same state give the same bytes; `World.snapshot` is that state, and `Wo
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from hashlib import blake2b
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact import ContactArray, find_contacts
+from vistel.implicit.contact import ContactArray
 from vistel.space import grasp as hands
 from vistel.space import holding, ownership, snapshot
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
+from vistel.space.gripped import seen
 from vistel.space.hand_forces import Reached, hand_forces, nothing
 from vistel.space.inputs import CommandInput, StepInputs, usable
 from vistel.space.memory import changes, remembered
+from vistel.space.near import Bodies, placed
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.props import heard
 from vistel.space.room import ROOM_RADIUS, Extra, Room
+from vistel.space.sharing import with_pulls
 from vistel.space.solids import Solids, solids
 from vistel.space.state import State
+from vistel.space.thing_views import ThingViews
 from vistel.space.things import Thing
-from vistel.space.touch import Touch, between_people, contacts_of, ghosts_of, touch_of_people, touches_of_things
-from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, ThingView, WorldView
+from vistel.space.touch import Touch, contacts_of, ghosts_of, touch_of_people, touches_of_things
+from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, WorldView
 
 F64 = NDArray[np.float64]
 
@@ -50,6 +55,7 @@ class World:
         self._state: State = State(things=room.things, motions=_begin(room.things))
         self._solids: Solids = solids(room.things)
         self._last: dict[str, Posed] = {}  # of the step before; saves time, is no state
+        self._said = ThingViews()  # the same
 
     @property
     def step_number(self) -> int:
@@ -102,23 +108,22 @@ class World:
         self._last = posed
 
         m = self._state.motions
-        loose = self._solids.loose(m.matrices(), m.position)
-        rows = self._solids.loose_rows
-        near = {
-            name: _renamed(find_contacts(p.primitives, loose, margin=hands.MARGIN), rows) for name, p in posed.items()
-        }
+        bodies, rows = Bodies([p.cones for p in posed.values()]), self._solids.loose_rows
+        loose = placed(self._solids.loose(m.matrices(), m.position))
+        near = {name: _renamed(c, rows) for name, c in zip(posed, bodies.with_things(loose, hands.MARGIN), strict=True)}
         solids_ = self._solids
         heard = _heard(before, self._state)
         self._state = ownership.lapsed(before, self._state, heard)
-        self._state = holding.let_go(self._state, solids_, posed, near)
+        self._state = holding.let_go(before, self._state, solids_, posed, near)
         self._state = holding.carry(self._state, solids_, posed, DT)
         self._state = holding.glide(self._state, DT)
         self._state = holding.take_hold(self._state, solids_, posed, near)
         self._state = holding.forget_let_go(self._state, solids_, near, posed)
         self._state, claims = ownership.settled(before, self._state, heard)
-        skin = between_people(posed)
-        rest = {name: find_contacts(p.primitives, self._solids.fixed) for name, p in posed.items()}
-        touches = self._touches(posed, near, rest, skin)
+        names = tuple(posed)
+        skin = {(names[a], names[b]): c for (a, b), c in bodies.with_each_other().items()}
+        rest = dict(zip(names, bodies.with_things(self._solids.fixed_placed), strict=True))
+        touches = self._touches(posed, seen(self._state, solids_, posed, near), rest, skin)
         self._advance(posed, near)
         self._bring_back()
         self._state = remembered(self._state, self._solids, posed, DT)
@@ -181,7 +186,7 @@ class World:
     # -- contacts and motion -----------------------------------------------------------------------------------
 
     def _touches(
-        self, posed: dict[str, Posed], near: dict[str, ContactArray], rest: dict[str, ContactArray],
+        self, posed: dict[str, Posed], near: Mapping[str, ContactArray], rest: dict[str, ContactArray],
         skin: dict[tuple[str, str], ContactArray],
     ) -> list[Touch]:  # fmt: skip
         kinds = [(t.id, t.compliance) for t in self._solids.things]
@@ -189,7 +194,8 @@ class World:
         out: list[Touch] = []
         for i, name in enumerate(names):
             for other in names[i + 1 :]:
-                out += touch_of_people(posed[name], posed[other], skin[name, other])
+                if (name, other) in skin:
+                    out += touch_of_people(posed[name], posed[other], skin[name, other])
             for found in (_renamed(rest[name], self._solids.fixed_rows), near[name]):
                 out += touches_of_things(posed[name], found, self._solids.owner, self._solids.first, kinds)
         return out
@@ -201,6 +207,7 @@ class World:
         held = [(g.participant, g.right, g.thing) for g in self._state.grasps]
         let_go = [(e.participant, e.right, e.thing) for e in self._state.let_go]
         hands_now = hand_forces(posed, skin, reached, self._solids, self._state.motions, held, let_go)
+        hands_now = with_pulls(hands_now, holding.pulled(self._state, posed), posed)
         felt = tuple((h.participant, h.right) for h in hands_now)
         ended = [nothing(hand) for hand in self._state.felt if hand not in felt]
         self._state = replace(self._state, felt=felt)
@@ -245,39 +252,18 @@ class World:
     # -- what is said ------------------------------------------------------------------------------------------
 
     def _view(self, before: State, outcomes: tuple[Outcome, ...], touches: list[Touch], felt: tuple[HandForce, ...]) -> WorldView:
-        s, m = self._state, self._state.motions
-        old = before.rows
-        before_held: dict[str, list[str]] = {}
-        for g in before.grasps:
-            before_held.setdefault(g.thing, []).append(g.participant)
-        states: list[ThingView] = []
-        for n, thing in enumerate(self._solids.things):
-            k = old.get(thing.id)
-            holders = holding.holders(self._state, thing.id)
-            moved = (
-                k is None
-                or not np.array_equal(m.position[n], before.motions.position[k])
-                or not np.array_equal(m.rotation[n], before.motions.rotation[k])
-                or holders != tuple(dict.fromkeys(before_held.get(thing.id, [])))
-                or m.mode[n] != before.motions.mode[k]
-            )
-            resting = bool(m.mode[n] in (FIXED, ASLEEP))
-            states.append(
-                ThingView(
-                    thing.id, m.position[n], m.rotation[n], m.velocity[n], m.spin[n], holders, resting, bool(moved)
-                )
-            )
+        s = self._state
         contacts: list[ContactView] = []
         ghosts: list[GhostView] = []
         for touch in touches:
             contacts += contacts_of(touch)
             ghosts += ghosts_of(touch)
-        grasps = tuple(GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns) for g in s.grasps)
+        grasps = tuple(GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns, g.fingers) for g in s.grasps)
         digest = 0
         if s.step % HASH_STEPS == 0:
             digest = int.from_bytes(blake2b(self.snapshot(), digest_size=8).digest(), "little")
         return WorldView(
-            s.step, s.t_ns, s.things, s.things != before.things, tuple(states),
+            s.step, s.t_ns, s.things, s.things != before.things, self._said.states(before, s),
             tuple(contacts[:MAX_CONTACTS]), tuple(ghosts), grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
             s.dents, s.bonds, *changes(before, s),
         )  # fmt: skip
@@ -293,6 +279,8 @@ class World:
 
 def _renamed(near: ContactArray, rows: NDArray[np.int64]) -> ContactArray:
     """Contacts with some primitives of the things, by their index among all."""
+    if len(near) == 0:
+        return near
     return replace(near, b=rows[near.b].astype(np.int32))
 
 

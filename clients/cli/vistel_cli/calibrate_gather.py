@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vistel.conference.devices import TrackerConfig
-from vistel.conference.model import Conference, Participant, Site
+from vistel.conference.model import Conference, Participant
 from vistel.figure.calibration.moves import (
     MoveError,
     Moves,
@@ -27,10 +24,10 @@ from vistel.figure.calibration.moves import (
 )
 from vistel.v1.device_pb2 import TrackerFrame
 from vistel.wire.log import LogError, LogReader
-from vistel.wire.memory_bus import MemoryBus
-from vistel.wire.topics import BY_NAME
-from vistel_cli.device_session import DeviceSession, alone, running
-from vistel_cli.terminal import err, fail, out
+from vistel_cli.calibrate_ask import Asker, Now, until
+from vistel_cli.device_session import alone, running
+from vistel_cli.people import person_of
+from vistel_cli.terminal import USAGE, fail
 from vistel_services import tracker
 from vistel_services.posture.capture import USABLE, receiver_pose
 
@@ -38,15 +35,14 @@ START_S = 20.0
 """How long a tracker may take until all of its receivers speak."""
 TRIES = 3
 """Of each move, live."""
-_VOICES = ("spd-say", "espeak-ng", "espeak", "say")
-
-Tell = Callable[[str], None]
+_AFTER_S = 0.3
+"""Until what was measured at the end of a move has come."""
 
 
 class Collected:
-    """What each receiver said, times in seconds from `origin_ns`."""
+    """What each receiver said, times in seconds from `origin_ns`. stations: number to name."""
 
-    def __init__(self, stations: dict[int, str], origin_ns: int) -> None:
+    def __init__(self, stations: Mapping[int, str], origin_ns: int) -> None:
         self._stations = stations
         self._origin_ns = origin_ns
         self._newest: dict[str, int] = {}
@@ -73,137 +69,74 @@ class Collected:
         return {name: (t[:, 0], t[:, 1:4], t[:, 4:8]) for name, t in tables.items()}
 
 
-def person_of(conference: Conference, name: str) -> tuple[Site, Participant, TrackerConfig]:
-    """The participant and their tracker, or the end of the command."""
-    known = {p.name: (s, p) for s in conference.sites for p in s.participants}
-    if name not in known:
-        fail(f"{name}: no such participant; there are {', '.join(known)}", 2)
-    site, person = known[name]
+def tracker_of(person: Participant) -> TrackerConfig:
+    """Their tracker, or the end of the command."""
     if person.tracker is None:
-        fail(f"{name}: has no tracker in the conference file", 2)
-    return site, person, person.tracker
+        fail(f"{person.name}: has no tracker in the conference file", USAGE)
+    return person.tracker
 
 
-def from_log(path: Path, conference: Conference, name: str, steps: Sequence[Step], begin_s: float | None) -> Moves:
-    """The moves in a recording. Raises MoveError."""
-    _, _, config = person_of(conference, name)
+def recorded(path: Path, device: str, stations: Mapping[int, str]) -> Samples:
+    """What a tracker's receivers say in a log, or the end of the command. Raises MoveError where it says nothing."""
     try:
         reader = LogReader(path)
     except LogError as e:
         fail(str(e))
-    device = f"{name}-tracker"
-    collected = Collected({n: str(role) for role, n in config.stations.items()}, reader.begin_ns)
+    collected = Collected(stations, reader.begin_ns)
     for record in reader.records(topics=("tracker",)):
         if record.names.get("device") in (device, f"{device}-2"):
             collected.take(record.message)
     samples = collected.samples()
     if len(collected.silent) == len(samples):
         raise MoveError(f"{path}: nothing of {device} is in it")
+    return samples
+
+
+def from_log(path: Path, conference: Conference, name: str, steps: Sequence[Step], begin_s: float | None) -> Moves:
+    """The moves in a recording. Raises MoveError."""
+    _, person = person_of(conference, name)
+    samples = recorded(path, f"{name}-tracker", _roles(tracker_of(person)))
     return cut(samples, find_beginning(samples) if begin_s is None else begin_s, steps)
 
 
 def live(conference: Conference, name: str, steps: Sequence[Step], speak: bool) -> Moves:
     """Ask for the moves, one after the other, and listen. Raises MoveError."""
-    return asyncio.run(_live(conference, name, steps, _teller(speak)))
+    return asyncio.run(_live(conference, name, steps, Asker(speak)))
 
 
-def _teller(speak: bool) -> Tell:
-    voice = next((v for v in _VOICES if shutil.which(v)), None) if speak else None
-    if speak and voice is None:
-        err.print(f"no voice here: install one of {', '.join(_VOICES)}")
-
-    def tell(text: str) -> None:
-        out.print(text, soft_wrap=True)
-        if voice is not None:
-            with contextlib.suppress(RuntimeError):
-                _speaking.add(asyncio.get_running_loop().create_task(_say(voice, text)))
-
-    return tell
+def _roles(config: TrackerConfig) -> dict[int, str]:
+    return {n: str(role) for role, n in config.stations.items()}
 
 
-_speaking: set[asyncio.Task[None]] = set()
-
-
-async def _say(voice: str, text: str) -> None:
-    quiet = asyncio.subprocess.DEVNULL
-    process = await asyncio.create_subprocess_exec(voice, text, stdout=quiet, stderr=quiet)
-    await process.wait()
-
-
-async def _live(conference: Conference, name: str, steps: Sequence[Step], tell: Tell) -> Moves:
-    site, person, config = person_of(conference, name)
+async def _live(conference: Conference, name: str, steps: Sequence[Step], asker: Asker) -> Moves:
+    site, person = person_of(conference, name)
+    config = tracker_of(person)
     with_tracker = person.model_copy(update={"gloves": {}, "face": None, "eye": None})
     async with running(alone(conference, site, with_tracker), (tracker,)) as session:
-        collected = Collected({n: str(role) for role, n in config.stations.items()}, session.begin_ns)
-        status: list[str] = []
-        session.tasks.append(asyncio.create_task(_collect(session.bus, collected)))
-        session.tasks.append(asyncio.create_task(_note_status(session.bus, status)))
-        await _wait_for_all(collected, session, status)
-
-        def now() -> float:
-            return (session.clock.now_ns() - session.begin_ns) * 1e-9
-
+        collected = Collected(_roles(config), session.begin_ns)
+        session.listen("tracker", collected.take)
+        if not await session.until(lambda: not collected.silent, START_S):
+            missing = ", ".join(name.replace("_", " ") for name in collected.silent)
+            raise MoveError(f"no word from {missing} ({session.details.get(f'{name}-tracker', 'the tracker does not answer')})")
         simulated = config.port == "sim"
-        return await _ask(steps, collected, now, 0.0 if simulated else now(), tell, 1 if simulated else TRIES)
+        return await _ask(steps, collected, session.now_s, 0.0 if simulated else session.now_s(), asker, 1 if simulated else TRIES)
 
 
-async def _collect(bus: MemoryBus, collected: Collected) -> None:
-    async for sample in bus.subscribe(BY_NAME["tracker"], queue_all=True):
-        collected.take(sample.message)
-
-
-async def _note_status(bus: MemoryBus, status: list[str]) -> None:
-    async for sample in bus.subscribe(BY_NAME["device_status"], queue_all=True):
-        status[:] = [sample.message.detail]
-
-
-async def _wait_for_all(collected: Collected, session: DeviceSession, status: list[str]) -> None:
-    for _ in range(round(START_S / 0.1)):
-        if not collected.silent:
-            return
-        session.check()
-        await asyncio.sleep(0.1)
-    missing = ", ".join(name.replace("_", " ") for name in collected.silent)
-    raise MoveError(f"no word from {missing} ({status[0] if status else 'the tracker does not answer'})")
-
-
-async def _ask(
-    steps: Sequence[Step], collected: Collected, now: Callable[[], float], begin_s: float, tell: Tell, tries: int
-) -> Moves:
+async def _ask(steps: Sequence[Step], collected: Collected, now: Now, begin_s: float, asker: Asker, tries: int) -> Moves:
     moves: dict[str, dict[str, Track]] = {}
     for number, step in enumerate(steps, start=1):
-        for attempt in range(tries):
+        for attempt in range(1, tries + 1):
             begin = begin_s + begin_of(step)
-            tell(f"{number} of {len(steps)}. {step.say}")
-            await _until(now, begin - 3.0)
-            for left in (3, 2, 1):
-                await _until(now, begin - left)
-                out.print(f"   {left}", end="")
-            await _until(now, begin)
-            out.print("   go")
-            await _progress(now, begin, step.seconds)
-            await _until(now, begin + step.seconds + 0.3)
+            asker.tell(f"{number} of {len(steps)}. {step.say}")
+            await asker.lead(now, begin, step.seconds, "go")
+            await until(now, begin + step.seconds + _AFTER_S)
             try:
                 moves[step.name] = step_tracks(step, collected.samples(), begin)
+                break
             except MoveError as e:
-                if attempt + 1 == tries:
+                if attempt == tries:
                     raise
-                tell(f"Once more: {e}")
+                asker.tell(f"Once more: {e}")
                 begin_s = now() - begin_of(step) + pause_of(step)
-                continue
-            break
-    tell("Done. Thank you.")
+    asker.tell("Done. Thank you.")
     return moves
-
-
-async def _until(now: Callable[[], float], t_s: float) -> None:
-    await asyncio.sleep(max(0.0, t_s - now()))
-
-
-async def _progress(now: Callable[[], float], begin_s: float, seconds: float) -> None:
-    columns = (TextColumn("   moving"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=err, transient=True) as progress:
-        task = progress.add_task("", total=seconds)
-        while (done := now() - begin_s) < seconds:
-            progress.update(task, completed=done)
-            await asyncio.sleep(0.1)

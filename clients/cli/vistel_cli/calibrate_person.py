@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.table import Table
 
+from vistel_cli.people import person_of
 from vistel_cli.terminal import FAILED, fail, load_conference, out
 
 File = Annotated[Path, typer.Argument(help="Conference file: whose tracker, on which port.")]
@@ -17,6 +19,7 @@ Log = Annotated[Path | None, typer.Option("--from", help="Take the moves from th
 Begin = Annotated[float | None, typer.Option(help="Seconds into the log at which the first move was announced.")]
 Speak = Annotated[bool, typer.Option(help="Say the moves aloud, where a speech program is installed.")]
 Anyway = Annotated[bool, typer.Option(help="Keep the result even where a move was poor.")]
+_COLOURS = {"good": "green", "fair": "yellow", "poor": "red"}
 Json = Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")]
 
 
@@ -48,8 +51,11 @@ def tracker(
         "transmitter_heading_deg": round(math.degrees(found.heading), 1), "file": str(target) if written else None,
     }  # fmt: skip
     x, y, z = table["transmitter_position_m"]
-    _show(found, table, as_json, f"Transmitter at {x}, {y}, {z} m from the seat, turned by "
-          f"{table['transmitter_heading_deg']}°.", target if written else None)  # fmt: skip
+    text = (
+        f"The transmitter stands {_along(x, 'to the left', 'to the right')}, {_along(y, 'up', 'down')} and "
+        f"{_along(z, 'ahead', 'behind')} of the seat's foot, turned by {table['transmitter_heading_deg']}°."
+    )
+    _show(found, table, as_json, [text], target if written else None)
 
 
 def body(
@@ -80,18 +86,21 @@ def body(
     if written:
         _write(lambda: save_body(Body(tall, found.skeleton, comfort), target), target)
     s = found.skeleton
-    measures = {
-        "upper_arm_cm": [round(100 * s.length(f"{side}_upper_arm", f"{side}_lower_arm"), 1) for side in ("left", "right")],
-        "forearm_cm": [round(100 * s.length(f"{side}_lower_arm", f"{side}_hand"), 1) for side in ("left", "right")],
+    sides = ("left", "right")
+    measures: dict[str, Any] = {
+        "upper_arm_cm": [round(100 * s.length(f"{side}_upper_arm", f"{side}_lower_arm"), 1) for side in sides],
+        "forearm_cm": [round(100 * s.length(f"{side}_lower_arm", f"{side}_hand"), 1) for side in sides],
         "shoulders_cm": round(100 * s.length("left_upper_arm", "right_upper_arm"), 1),
         "spine_cm": round(100 * s.spine, 1), "collar_shortening": s.collar_shortening, "arms_learnt": sorted(comfort),
     }  # fmt: skip
     table = _verdict(found) | measures | {"file": str(target) if written else None}
-    text = (
-        f"Upper arms {measures['upper_arm_cm']}, forearms {measures['forearm_cm']}, shoulders {measures['shoulders_cm']}, "
-        f"spine {measures['spine_cm']} cm" + ("; arms learnt." if comfort else ".")
+    rows = Table("measure", "left", "right")
+    for name, key in (("upper arm", "upper_arm_cm"), ("forearm", "forearm_cm")):
+        rows.add_row(name, *(f"{v:.1f} cm" for v in measures[key]))
+    text = f"Shoulders {measures['shoulders_cm']} cm apart, spine {measures['spine_cm']} cm." + (
+        " How the arms are carried is learnt." if comfort else ""
     )
-    _show(found, table, as_json, text, target if written else None)
+    _show(found, table, as_json, [rows, text], target if written else None)
 
 
 def _calibrated(
@@ -103,10 +112,10 @@ def _calibrated(
     from vistel.figure.calibration.files import CalibrationFileError, load_body  # noqa: PLC0415
     from vistel.figure.calibration.fit import calibrate  # noqa: PLC0415
     from vistel.figure.calibration.moves import ALL_STEPS, STEPS, MoveError  # noqa: PLC0415
-    from vistel_cli.calibrate_gather import from_log, live, person_of  # noqa: PLC0415
+    from vistel_cli.calibrate_gather import from_log, live  # noqa: PLC0415
 
     conference = load_conference(file)
-    _, person, _ = person_of(conference, name)
+    _, person = person_of(conference, name)
     if height is not None and not 0.5 <= height <= 2.6:
         fail(f"--height {height}: expected metres, 0.5 to 2.6", 2)
     steps = ALL_STEPS if forearm else STEPS
@@ -139,20 +148,27 @@ def _write(save: Any, target: Path) -> None:
         fail(f"{target}: cannot be written: {e.strerror}")
 
 
-def _show(found: Any, table: dict[str, Any], as_json: bool, text: str, target: Path | None) -> None:
+def _along(metres: float, forward: str, back: str) -> str:
+    return f"{abs(100 * metres):.1f} cm {forward if metres >= 0.0 else back}"
+
+
+def _show(found: Any, table: dict[str, Any], as_json: bool, about: Sequence[Table | str], target: Path | None) -> None:
+    """about: what was found, below the residuals; target: the file that was written, None where a move was too poor."""
     from vistel.figure.calibration.moves import STEPS  # noqa: PLC0415
 
+    verdicts = found.verdicts()
     if as_json:
         out.print_json(data=table)
     else:
         rows = Table("move", "residual", "verdict")
-        for name, verdict in found.verdicts().items():
-            rows.add_row(name, f"{1e3 * found.residuals[name]:.1f} mm", verdict)
-        out.print(rows)
-        out.print(text, soft_wrap=True)
+        for name in (s.name for s in STEPS if s.name in verdicts):
+            verdict = verdicts[name]
+            rows.add_row(name, f"{1e3 * found.residuals[name]:.1f} mm", f"[{_COLOURS[verdict]}]{verdict}[/]")
+        for shown in (rows, *about):
+            out.print(shown, soft_wrap=isinstance(shown, str))
         if target is not None:
             out.print(f"Written to {target}.", soft_wrap=True)
     if target is None:
         say = {s.name: s.say for s in STEPS}
-        again = "; ".join(f"{n} ({say[n]})" for n, v in found.verdicts().items() if v == "poor")
+        again = "; ".join(f"{n} ({say[n]})" for n, v in verdicts.items() if v == "poor")
         fail(f"not good enough to keep; do again: {again}", FAILED)

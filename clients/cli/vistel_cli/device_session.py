@@ -5,35 +5,63 @@ from __future__ import annotations
 import asyncio
 import logging
 import tempfile
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
-from vistel.wire.clock import SystemClock
+from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
+from vistel.wire.topics import BY_NAME
 from vistel_cli.launch import simulated_devices
 from vistel_sim.motion.open import CALIBRATION
 from vistel_sim.process import run_simulators
 
 
+_LOOK_S = 0.1
+
+
 @dataclass(frozen=True)
 class DeviceSession:
-    """begin_ns: when simulated people began to move."""
+    """begin_ns: when simulated people began to move. details: the newest word about each device."""
 
     bus: MemoryBus
-    clock: SystemClock
+    clock: Clock
     begin_ns: int
     tasks: list[asyncio.Task[None]]
+    details: dict[str, str]
+
+    def now_s(self) -> float:
+        """Seconds since simulated people began to move."""
+        return (self.clock.now_ns() - self.begin_ns) * 1e-9
 
     def check(self) -> None:
         """Raises what ended one of its tasks."""
         for task in self.tasks:
             if task.done() and (fault := task.exception()) is not None:
                 raise fault
+
+    def listen(self, topic: str, take: Callable[[Any], None]) -> None:
+        """Give every message of a topic to `take`."""
+
+        async def follow() -> None:
+            async for sample in self.bus.subscribe(BY_NAME[topic], queue_all=True):
+                take(sample.message)
+
+        self.tasks.append(asyncio.create_task(follow()))
+
+    async def until(self, done: Callable[[], bool], at_most_s: float) -> bool:
+        """Wait for `done`; False when it takes longer."""
+        for _ in range(round(at_most_s / _LOOK_S)):
+            if done():
+                return True
+            self.check()
+            await asyncio.sleep(_LOOK_S)
+        return done()
 
 
 def alone(conference: Conference, site: Site, person: Participant) -> Conference:
@@ -51,7 +79,8 @@ async def running(conference: Conference, services: Sequence[ModuleType]) -> Asy
     with tempfile.TemporaryDirectory(prefix="vistel-") as folder:
         paths = RunPaths(Path(folder), Path(folder))
         begin_ns = clock.now_ns()
-        session = DeviceSession(network.bus(conference.name, "here", clock, None), clock, begin_ns, [])
+        session = DeviceSession(network.bus(conference.name, "here", clock, None), clock, begin_ns, [], {})
+        session.listen("device_status", lambda status: session.details.update({status.device: status.detail}))
         if simulated_devices(conference):
             session.tasks.append(asyncio.create_task(run_simulators(conference, paths, clock, start_ns=begin_ns)))
         for site in conference.sites:

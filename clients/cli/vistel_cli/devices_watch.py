@@ -11,8 +11,6 @@ from rich.table import Table
 
 from vistel.conference.model import Conference
 from vistel.v1.device_pb2 import DeviceStatus, GloveFrame, TrackerFrame, TrackerReceiver
-from vistel.wire.memory_bus import MemoryBus
-from vistel.wire.topics import BY_NAME
 from vistel_cli.device_session import running
 from vistel_cli.terminal import out
 from vistel_services import glove, tracker
@@ -30,9 +28,11 @@ class Board:
         self.status: dict[str, DeviceStatus] = {}
         self.frames: dict[str, TrackerFrame | GloveFrame] = {}
 
-    async def follow(self, bus: MemoryBus, topic: str) -> None:
-        async for sample in bus.subscribe(BY_NAME[topic], queue_all=True):
-            (self.status if topic == "device_status" else self.frames)[sample.message.device] = sample.message
+    def take_status(self, status: DeviceStatus) -> None:
+        self.status[status.device] = status
+
+    def take_frame(self, frame: TrackerFrame | GloveFrame) -> None:
+        self.frames[frame.device] = frame
 
     def rows(self) -> list[dict[str, Any]]:
         """One for each device, by name."""
@@ -77,8 +77,9 @@ async def watch_devices(conference: Conference, seconds: float, *, as_json: bool
     """Until `seconds` have passed, or Ctrl-C when they are 0. as_json: what was seen last, once, at the end."""
     board = Board()
     async with running(conference, (tracker, glove)) as session:
-        for topic in ("device_status", "tracker", "glove"):
-            session.tasks.append(asyncio.create_task(board.follow(session.bus, topic)))
+        session.listen("device_status", board.take_status)
+        session.listen("tracker", board.take_frame)
+        session.listen("glove", board.take_frame)
         end = asyncio.get_running_loop().time() + (seconds or math.inf)
         with Live(board.table(), console=out, refresh_per_second=_SHOWN_HZ, transient=as_json) as live:
             while asyncio.get_running_loop().time() < end:

@@ -24,6 +24,7 @@ from vistel_cli import (
     site,
     trace,
     up,
+    wrinkle,
 )
 
 app = typer.Typer(
@@ -46,6 +47,7 @@ app.command("bench")(bench.bench)
 app.command("ask")(ask.ask)
 app.command("polygonise")(polygonise.polygonise)
 app.add_typer(avatar.app, name="avatar")
+app.add_typer(wrinkle.app, name="wrinkle")
 app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(site.app, name="site")
 app.add_typer(log.app, name="log")

@@ -13,7 +13,8 @@ from rich.progress import track
 
 from vistel.conference.devices import EyeConfig, FaceConfig
 from vistel.conference.model import Participant
-from vistel_cli.terminal import USAGE, err, fail, load_conference
+from vistel_cli.people import person_of
+from vistel_cli.terminal import err, fail, load_conference
 
 if TYPE_CHECKING:
     from vistel_services.camera_transport import CameraSource
@@ -26,10 +27,7 @@ SIMULATED_HZ = 30
 def participant(file: Path, name: str) -> tuple[Participant, int]:
     """Who is meant, and the conference's seed; or the end of the command."""
     conference = load_conference(file)
-    people = {p.name: p for s in conference.sites for p in s.participants}
-    if name not in people:
-        fail(f"{file}: no participant {name!r}; there are {', '.join(people)}", USAGE)
-    return people[name], conference.seed
+    return person_of(conference, name)[1], conference.seed
 
 
 def shown(

@@ -94,6 +94,10 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
         fail(f"--site {unknown[0]}: not in this log; there are {', '.join(known)}", USAGE)
     for s in data["sites"]:
         s["processes"] = [["posture"], ["renderer"]] if not sites or s["name"] in sites else [["posture"]]
+        if "audio" in s and ["renderer"] in s["processes"]:
+            # Nobody speaks into a replay; what was said is fed.
+            s["audio"] |= {"microphone": "none", "microphones": {}, "equipment": []}
+            s["processes"].append(["audio"])
     data["bus"] = {"mode": "embedded"}
     data["record"] = False
     return Conference.model_validate(data)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from vistel.implicit.deform_plan import FramePlan
+from vistel.space.tessellate import Surface3
 from vistel_services.renderer.camera import Camera
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
@@ -21,7 +22,6 @@ from vistel_services.renderer.labels import Label, paint_label
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.room import Furniture, Panel
 from vistel_services.renderer.shadow import ShadowMap
-from vistel_services.renderer.tessellate import Surface3
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

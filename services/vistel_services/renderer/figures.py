@@ -21,10 +21,10 @@ from vistel.figure.proportions import Proportions
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.ghost import GhostSource, ghosts_of
+from vistel.space.tessellate import join, tessellate
 from vistel.space.things import Primitive
 from vistel_services.renderer.draw import Corners, FigureModel, Planned
 from vistel_services.renderer.gpu_deform import SkinShape
-from vistel_services.renderer.tessellate import join, tessellate
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]

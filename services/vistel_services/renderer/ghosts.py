@@ -11,9 +11,9 @@ from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.space.things import Thing
-from vistel.v1 import world_pb2
 from vistel_services.renderer.figures import Shape
 from vistel_services.renderer.stage import Instant
+from vistel_services.renderer.world_view import Ghost
 
 
 class Ghosts:
@@ -43,7 +43,7 @@ class Ghosts:
             out.setdefault(ghost.target, []).append(source)
         return out
 
-    def _of_thing(self, instant: Instant, ghost: world_pb2.Ghost, target: np.ndarray | None) -> GhostSource:
+    def _of_thing(self, instant: Instant, ghost: Ghost, target: np.ndarray | None) -> GhostSource:
         thing = instant.things[ghost.source]
         known = self._solids.get(thing.id)
         if known is None or known[0] is not thing:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.room import TABLE_HEIGHT, Room
+from vistel.space.tessellate import Surface3, join, tessellate
 from vistel.space.things import Thing
 from vistel_services.renderer import bake, paint
 from vistel_services.renderer.shadow import KEY_DIRECTION
-from vistel_services.renderer.tessellate import Surface3, join, tessellate
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

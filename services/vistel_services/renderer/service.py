@@ -24,6 +24,7 @@ from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
+from vistel.wire.world_listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.people import files_of, load_shape
@@ -130,11 +131,10 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(config.delay_s * 1e9))
     deliveries = Deliveries(bus, stage)
-    inputs = _Inputs(bus, stage)
+    inputs = _Inputs(bus, stage, clock)
     reporter = _Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     video = _open_video(config)
     easel = _Easel(config, thread, deliveries)
-    late = asyncio.create_task(inputs.catch_up(clock), name="snapshot")
     period_ns = round(1e9 / config.rate)
     due_ns = clock.now_ns()
     filming = False
@@ -153,7 +153,6 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             due_ns = max(due_ns + period_ns, clock.now_ns() - period_ns // 4)
             await clock.sleep_until_ns(due_ns)
     finally:
-        late.cancel()
         inputs.close()
         deliveries.close()
         await asyncio.shield(_wind_up(easel, video, thread))
@@ -180,11 +179,11 @@ def _open_video(config: Config) -> VideoWriter | None:
 class _Inputs:
     """What the stage listens to."""
 
-    def __init__(self, bus: Bus, stage: Stage) -> None:
-        self._bus, self._stage = bus, stage
+    def __init__(self, bus: Bus, stage: Stage, clock: Clock) -> None:
+        self._stage = stage
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
-        self._world = bus.subscribe(BY_NAME["world_state"], queue_all=True, polled=True)
+        self._world = WorldListener(bus, clock)
 
     def take(self) -> None:
         """Hand everything that has arrived to the stage."""
@@ -192,14 +191,8 @@ class _Inputs:
             self._stage.hear_about(sample.message)
         for sample in self._motion.take():
             self._stage.hear_motion(sample.names["participant"], sample.message, sample.received_ns)
-        for sample in self._world.take():
-            self._stage.hear_world(sample.message, sample.received_ns)
-
-    async def catch_up(self, clock: Clock) -> None:
-        """Ask the world once for the whole room, so that a late joiner need not wait for the next key frame."""
-        snapshot = await self._bus.query(BY_NAME["world_snapshot"], None, 2.0)
-        if snapshot is not None:
-            self._stage.hear_world(snapshot.state, clock.now_ns())
+        for now, received_ns in self._world.take():
+            self._stage.hear_world(now, received_ns)
 
     def close(self) -> None:
         for subscription in (self._about, self._motion, self._world):

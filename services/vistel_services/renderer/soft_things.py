@@ -22,11 +22,11 @@ from vistel.implicit.kinds import primitive_of
 from vistel.implicit.mesh_ghosts import faded, pulled
 from vistel.space.bonds import FADE_NS
 from vistel.space.dents import imprints
+from vistel.space.tessellate import Surface3, fine_cone_sphere
 from vistel.space.things import Primitive, Thing
 from vistel.v1 import world_pb2
 from vistel_services.renderer.figures import Shape
 from vistel_services.renderer.stage import Instant
-from vistel_services.renderer.tessellate import Surface3, fine_cone_sphere
 from vistel_services.renderer.world_view import primitive_from, vector
 
 log = logging.getLogger("vistel.renderer")

@@ -13,9 +13,10 @@ from vistel.space.things import Thing
 from vistel.v1 import motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
 from vistel.wire.proportions import from_message
+from vistel.wire.world import RoomNow, Touch
 from vistel_services.renderer.motion_in import Between, Heard, MotionReader
 from vistel_services.renderer.playout import Playout, Timing
-from vistel_services.renderer.world_view import WorldView, between, follow, thing_of
+from vistel_services.renderer.world_view import Ghost, WorldView, between, ghosts_from, thing_of, view_of
 
 log = logging.getLogger("vistel.renderer")
 
@@ -74,10 +75,10 @@ class Stage:
         self._delay_ns = delay_ns
         self._people: dict[str, _Person] = {}
         self._things: Mapping[str, Thing] = MappingProxyType({})
-        self._described: dict[str, bytes] = {}
+        self._told: Mapping[str, world_pb2.Thing] = MappingProxyType({})
+        self._touches: tuple[Touch, ...] = ()
+        self._ghosts: tuple[Ghost, ...] = ()
         self._world: Playout[WorldView] = Playout(between, delay_ns)
-        self._latest = WorldView()
-        self._began = False
         self._arrived: set[str] = set()
 
     def hear_about(self, message: motion_pb2.Participant) -> None:
@@ -121,17 +122,14 @@ class Stage:
         if heard is not None:
             person.playout.push(message.header.t_ns, heard, received_ns)
 
-    def hear_world(self, message: world_pb2.WorldState, received_ns: int) -> None:
-        """The room. Until the first key frame nothing is known of what only moves."""
-        if message.key:
-            self._describe(message)
-            self._began = True
-        if not self._began:
-            return
-        if message.step < self._latest.step and not message.key:
-            return
-        self._latest = follow(self._latest, message)
-        self._world.push(message.header.t_ns, self._latest, received_ns)
+    def hear_world(self, now: RoomNow, received_ns: int) -> None:
+        """A step of the room."""
+        if now.things is not self._told:
+            self._describe(now.things)
+        if now.touches is not self._touches or now.things is not self._told:
+            self._touches, self._ghosts = now.touches, ghosts_from(now.touches, now.things)
+        self._told = now.things
+        self._world.push(now.t_ns, view_of(now, self._ghosts), received_ns)
 
     def instant(self, now_ns: int) -> Instant:
         """What is shown at `now_ns`."""
@@ -151,22 +149,19 @@ class Stage:
         world = self._world.sample(now_ns) or WorldView()
         return Instant(now_ns, tuple(people), world, self._things, tuple(coming))
 
-    def _describe(self, message: world_pb2.WorldState) -> None:
-        if not message.things:
-            return
-        described = {t.id: t.SerializeToString(deterministic=True) for t in message.things}
-        if described == self._described:
-            return
+    def _describe(self, told: Mapping[str, world_pb2.Thing]) -> None:
         things: dict[str, Thing] = {}
-        for t in message.things:
-            if self._described.get(t.id) == described[t.id] and t.id in self._things:
-                things[t.id] = self._things[t.id]
+        for name, t in told.items():
+            known = self._told.get(name)
+            if name in self._things and (known is t or known == t):
+                things[name] = self._things[name]
                 continue
             try:
-                things[t.id] = thing_of(t)
+                things[name] = thing_of(t)
             except ValueError as e:
-                log.error("event=bad_thing thing=%s reason=%r action=not_drawn", t.id, str(e))
-        self._described, self._things = described, MappingProxyType(things)
+                log.error("event=bad_thing thing=%s reason=%r action=not_drawn", name, str(e))
+        if things != dict(self._things):
+            self._things = MappingProxyType(things)
 
 
 def _limbs(message: motion_pb2.Participant) -> Proportions | None:

@@ -17,6 +17,7 @@ from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.ghost import GhostSource
 from vistel.space.room import Room, meeting_room
+from vistel.space.tessellate import join, tessellate_thing
 from vistel.space.things import Thing
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
@@ -31,7 +32,6 @@ from vistel_services.renderer.ready import take_figure, take_room
 from vistel_services.renderer.room import FURNITURE, linear
 from vistel_services.renderer.soft_things import Reshaped, SoftThings, gives_way, pulls_of
 from vistel_services.renderer.stage import About, Instant, PersonNow
-from vistel_services.renderer.tessellate import join, tessellate_thing
 
 log = logging.getLogger("vistel.renderer")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,9 +11,21 @@ from numpy.typing import NDArray
 from vistel.figure.rotation import slerp
 from vistel.space.arc import Arc
 from vistel.space.things import Curve, Look, Primitive, Thing
+from vistel.space.touch import FLESH_COMPLIANCE
 from vistel.v1 import geometry_pb2, world_pb2
+from vistel.wire.world import RoomNow, Touch
 
 F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """The field of `source` deforms `target` (Singh §2.1), a participant at some of their primitives, a thing as a whole."""
+
+    target: str
+    source: str
+    target_primitives: tuple[int, ...]
+    compliance_source: float
 
 
 @dataclass(frozen=True)
@@ -22,11 +34,11 @@ class WorldView:
     by number."""
 
     step: int = 0
-    poses: Mapping[str, tuple[F64, F64]] = field(default_factory=dict)
-    ghosts: tuple[world_pb2.Ghost, ...] = ()
+    poses: Mapping[str, tuple[F64, F64]] = field(default_factory=dict[str, tuple[F64, F64]])
+    ghosts: tuple[Ghost, ...] = ()
     grasps: tuple[world_pb2.Grasp, ...] = ()
-    dents: Mapping[int, world_pb2.Dent] = field(default_factory=dict)
-    bonds: Mapping[int, world_pb2.Bond] = field(default_factory=dict)
+    dents: Mapping[int, world_pb2.Dent] = field(default_factory=dict[int, world_pb2.Dent])
+    bonds: Mapping[int, world_pb2.Bond] = field(default_factory=dict[int, world_pb2.Bond])
 
 
 def vector(v: geometry_pb2.Vec3) -> F64:
@@ -41,22 +53,28 @@ def quaternion(q: geometry_pb2.Quaternion) -> F64:
     return out / n if n > 1e-6 else np.array((0.0, 0.0, 0.0, 1.0))
 
 
-def follow(before: WorldView, state: world_pb2.WorldState) -> WorldView:
-    """The view after `state`: a key frame says everything, others only what moved or changed."""
-    poses = {} if state.key else dict(before.poses)
-    for s in state.states:
-        poses[s.id] = (vector(s.pose.position), quaternion(s.pose.rotation))
-    dents, bonds = before.dents, before.bonds
-    if state.key or state.dents or state.bonds or state.gone:
-        dents = {n: d for n, d in dents.items() if not state.key and n not in state.gone}
-        dents.update((d.number, d) for d in state.dents)
-        bonds = {n: b for n, b in bonds.items() if not state.key and n not in state.gone}
-        bonds.update((b.number, b) for b in state.bonds)
-    return WorldView(state.step, poses, tuple(state.ghosts), tuple(state.grasps), dents, bonds)
+def view_of(now: RoomNow, ghosts: tuple[Ghost, ...]) -> WorldView:
+    """What is shown of a step."""
+    return WorldView(now.step, now.poses, ghosts, now.grasps, now.dents, now.bonds)
+
+
+def ghosts_from(touches: Iterable[Touch], things: Mapping[str, world_pb2.Thing]) -> tuple[Ghost, ...]:
+    """Who deforms whom: whoever is touched, by what touches them, and a soft thing by who touches it."""
+    out: list[Ghost] = []
+    for t in touches:
+        thing = things.get(t.source)
+        soft = FLESH_COMPLIANCE if thing is None else thing.compliance
+        out.append(Ghost(t.target, t.source, t.limbs, soft))
+        if thing is not None and soft > 0.0:
+            out.append(Ghost(t.source, t.target, (), FLESH_COMPLIANCE))
+    return tuple(out)
 
 
 def between(a: WorldView, b: WorldView, u: float) -> WorldView:
-    """Things between their places in `a` (u = 0) and `b` (u = 1); what acts is that of the nearer one."""
+    """Things between their places in `a` (u = 0) and `b` (u = 1); grasps and marks are those of the nearer one.
+
+    Ghosts are those of `b`: what begins to touch acts as soon as it does, and what has ceased to is named a while longer.
+    """
     poses = dict(a.poses)
     for thing, (p1, q1) in b.poses.items():
         if thing in poses:
@@ -66,8 +84,9 @@ def between(a: WorldView, b: WorldView, u: float) -> WorldView:
         else:
             poses[thing] = (p1, q1)
     near = a if u < 0.5 else b
-    shown = {k: v for k, v in poses.items() if k in near.poses}
-    return WorldView(near.step, shown, near.ghosts, near.grasps, near.dents, near.bonds)
+    if near.poses.keys() != poses.keys():
+        poses = {k: v for k, v in poses.items() if k in near.poses}
+    return WorldView(near.step, poses, b.ghosts, near.grasps, near.dents, near.bonds)
 
 
 def thing_of(message: world_pb2.Thing) -> Thing:

@@ -71,7 +71,7 @@ def world_state(view: WorldView, key: bool) -> world_pb2.WorldState:
     for h in view.grasps:
         out.grasps.add(
             participant=h.participant, right=h.right, thing=h.thing, hold=_pose(h.position, h.rotation),
-            since_ns=h.since_ns,
+            since_ns=h.since_ns, fingers=np.rint(1e3 * h.fingers).astype(int).tolist(),
         )  # fmt: skip
     return out
 
@@ -79,7 +79,8 @@ def world_state(view: WorldView, key: bool) -> world_pb2.WorldState:
 def hand_force(h: HandForce, step: int, t_ns: int) -> world_pb2.HandForce:
     """What a hand feels at a step."""
     out = world_pb2.HandForce(
-        step=step, participant=h.participant, right=h.right, force=_vec3(h.force), torque=_vec3(h.torque)
+        step=step, participant=h.participant, right=h.right, force=_vec3(h.force), torque=_vec3(h.torque),
+        pull=_vec3(h.pull) if h.pull.any() else None,
     )
     out.header.t_ns = t_ns
     for t in h.touches:

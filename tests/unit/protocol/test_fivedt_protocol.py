@@ -71,7 +71,8 @@ def test_five_sensors_share_a_bend_between_joints() -> None:
 
 @pytest.mark.parametrize("sensors", [14, 5])
 def test_an_open_hand_and_a_fist_calibrate_a_user(sensors: int, tmp_path: Path) -> None:
-    mine = calibrate([[900 + 10 * k for k in range(16)]] * 3, [[2600 - 5 * k for k in range(16)]] * 3, default_calibration())
+    mine, notes = calibrate([900 + 10 * k for k in range(16)], [2600 - 5 * k for k in range(16)], default_calibration())
+    assert notes == ()
     assert mine.open["thumb_near"] == 900 and mine.fist["little_far"] == 2600 - 65
     save_calibration(mine, tmp_path / "ann.json")
     assert load_calibration(tmp_path / "ann.json") == mine
@@ -80,8 +81,10 @@ def test_an_open_hand_and_a_fist_calibrate_a_user(sensors: int, tmp_path: Path) 
 
 
 def test_a_sensor_that_did_not_move_keeps_the_typical_hands() -> None:
-    still = [[1000] * 16] * 3
-    assert calibrate(still, still, default_calibration()) == default_calibration()
+    still = [1000.0, 0.0] * 8  # every other slot has no sensor
+    found, notes = calibrate(still, still, default_calibration())
+    assert found == default_calibration()
+    assert [n.split()[0] for n in notes] == list(SLOTS[::2])
 
 
 @pytest.mark.parametrize("text", [

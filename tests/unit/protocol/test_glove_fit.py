@@ -33,6 +33,11 @@ def own(seed: int) -> GloveCalibration:
     )  # fmt: skip
 
 
+def counts(times: list[float], samples: list[list[int]]) -> list[tuple[float, ...]]:
+    """Of the hands held still."""
+    return [hold.counts for hold in find_holds(times, samples)]
+
+
 def worn(calibration: GloveCalibration, sensors: int, seed: int = 0) -> tuple[list[float], list[list[int]]]:
     """What the glove sends while its user shows the four hands."""
     rng = random.Random(seed)
@@ -47,7 +52,7 @@ def worn(calibration: GloveCalibration, sensors: int, seed: int = 0) -> tuple[li
 @pytest.mark.parametrize("seed", [1, 2])
 def test_gains_offsets_and_coupling_are_found_again(seed: int, sensors: int) -> None:
     truth = own(seed)
-    found = fit_glove(find_holds(*worn(truth, sensors)))
+    found = fit_glove(counts(*worn(truth, sensors)))
     assert found.notes == ()
     for t in (5.0, 12.0, 19.0, 26.0, 9.2):
         want = hand_at(t).tolist()
@@ -58,19 +63,19 @@ def test_gains_offsets_and_coupling_are_found_again(seed: int, sensors: int) -> 
 
 
 def test_end_joints_that_are_not_measured_follow_as_in_a_fist() -> None:
-    found = fit_glove(find_holds(*worn(own(1), 18)))
+    found = fit_glove(counts(*worn(own(1), 18)))
     assert found.calibration.distal_ratio == pytest.approx(0.65)
 
 
 def test_the_file_keeps_the_coupling(tmp_path: Path) -> None:
-    found = fit_glove(find_holds(*worn(own(1), 22))).calibration
+    found = fit_glove(counts(*worn(own(1), 22))).calibration
     save_calibration(found, tmp_path / "glove.json")
     again = load_calibration(tmp_path / "glove.json")
     assert again.coupling == pytest.approx(found.coupling) and again.gain == pytest.approx(found.gain)
 
 
 def test_open_and_fist_exchanged_are_told() -> None:
-    hands = find_holds(*worn(own(1), 18))
+    hands = counts(*worn(own(1), 18))
     with pytest.raises(CalibrationError, match="exchanged"):
         fit_glove([hands[1], hands[0], hands[2], hands[3]])
 
@@ -79,9 +84,10 @@ def test_a_hand_at_rest_before_or_after_is_no_matter() -> None:
     times, samples = worn(own(1), 18)
     rest = [[min(255, max(1, round(c))) for c in own(1).counts(RELAXED.tolist(), 18)]] * 180
     longer = [k / RATE_HZ for k in range(len(samples) + 360)]
-    found = fit_among(find_holds(longer, [*rest, *samples, *rest]))
+    found, four = fit_among(find_holds(longer, [*rest, *samples, *rest]))
     assert found.notes == ()
-    assert found.calibration.gain == pytest.approx(fit_glove(find_holds(times, samples)).calibration.gain)
+    assert found.calibration.gain == pytest.approx(fit_glove(counts(times, samples)).calibration.gain)
+    assert four[0].begin >= 180 and four[-1].end <= len(longer) - 180
 
 
 def test_too_few_hands_are_told() -> None:
@@ -94,7 +100,7 @@ def test_too_few_hands_are_told() -> None:
 def test_a_sensor_that_does_not_move_keeps_a_typical_hands_values_and_is_named() -> None:
     times, samples = worn(own(1), 18)
     k = SENSORS[18].index("index_pij")
-    found = fit_glove(find_holds(times, [[*s[:k], 50, *s[k + 1 :]] for s in samples]))
+    found = fit_glove(counts(times, [[*s[:k], 50, *s[k + 1 :]] for s in samples]))
     assert len(found.notes) == 1 and found.notes[0].startswith("index_pij rose by 0 counts")
     assert HOLD_S > 0
     typical = default_calibration()

@@ -10,6 +10,7 @@ import pytest
 
 from vistel.figure.posture import SHOULDER, Posture, Stance
 from vistel.space.room import meeting_room, seat_pose
+from vistel.space.tessellate import tessellate
 from vistel.space.things import Primitive
 from vistel_services.renderer.camera import Camera, look_at, overview
 from vistel_services.renderer.draw import Frame, LabelView, Painter, ThingView, in_sight
@@ -20,7 +21,6 @@ from vistel_services.renderer.playout import Timing
 from vistel_services.renderer.room import build_room
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.tessellate import tessellate
 from vistel_services.renderer.world_view import WorldView
 
 pytestmark = pytest.mark.gl

@@ -9,7 +9,7 @@ from vistel.wire.topics import BY_NAME, TOPICS, Topic
 
 NAMES = {
     "conference": "demo", "site": "tokyo", "participant": "ann", "device": "ann-tracker", "node": "capture",
-    "thing": "baton", "hand": "left", "digest": "0123abcd", "part": "0001",
+    "thing": "baton", "hand": "left", "digest": "0123abcd", "part": "0001", "equipment": "delay",
 }  # fmt: skip
 
 

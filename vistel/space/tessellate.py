@@ -3,6 +3,8 @@
 Kinds and parameters are those of `vistel.space.things.Primitive` (surface sizes in metres).
 """
 
+# pyright: basic
+
 from __future__ import annotations
 
 import math

@@ -1,0 +1,65 @@
+"""How a calibration asks a person for moves: says what to do, counts down, shows how long it lasts."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import shutil
+from collections.abc import Callable
+
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from vistel_cli.terminal import err, out
+
+_VOICES = ("spd-say", "espeak-ng", "espeak", "say")
+_SHOWN_S = 0.1
+
+Now = Callable[[], float]
+"""Seconds since the moves began."""
+
+
+class Asker:
+    """Asks on the terminal; aloud too, where `speak` and a speech program is installed."""
+
+    def __init__(self, speak: bool) -> None:
+        self._voice = next((v for v in _VOICES if shutil.which(v)), None) if speak else None
+        if speak and self._voice is None:
+            err.print(f"no voice here: install one of {', '.join(_VOICES)}")
+        self._speaking: set[asyncio.Task[None]] = set()
+
+    def tell(self, text: str) -> None:
+        """Say something, without waiting for the end of it."""
+        out.print(text, soft_wrap=True)
+        if self._voice is not None:
+            self._speaking = {t for t in self._speaking if not t.done()}
+            self._speaking.add(asyncio.create_task(_say(self._voice, text)))
+
+    async def lead(self, now: Now, begin_s: float, seconds: float, go: str) -> None:
+        """Count down to `begin_s`, say `go`, and show the `seconds` of it passing."""
+        await until(now, begin_s - 3.0)
+        for left in (3, 2, 1):
+            await until(now, begin_s - left)
+            out.print(f"   {left}", end="")
+        await until(now, begin_s)
+        out.print(f"   {go}")
+        if not err.is_terminal:
+            await until(now, begin_s + seconds)
+            return
+        columns = (TextColumn("  "), BarColumn(), TimeRemainingColumn())
+        with Progress(*columns, console=err, transient=True) as progress:
+            task = progress.add_task("", total=seconds)
+            while (done := now() - begin_s) < seconds:
+                progress.update(task, completed=done)
+                await asyncio.sleep(_SHOWN_S)
+
+
+async def until(now: Now, t_s: float) -> None:
+    """Return once it is `t_s`."""
+    await asyncio.sleep(max(0.0, t_s - now()))
+
+
+async def _say(voice: str, text: str) -> None:
+    quiet = asyncio.subprocess.DEVNULL
+    with contextlib.suppress(OSError):
+        process = await asyncio.create_subprocess_exec(voice, text, stdout=quiet, stderr=quiet)
+        await process.wait()

@@ -1,0 +1,14 @@
+"""Who of a conference file a command is about."""
+
+from __future__ import annotations
+
+from vistel.conference.model import Conference, Participant, Site
+from vistel_cli.terminal import USAGE, fail
+
+
+def person_of(conference: Conference, name: str) -> tuple[Site, Participant]:
+    """A participant and their site, or the end of the command."""
+    known = {p.name: (s, p) for s in conference.sites for p in s.participants}
+    if name not in known:
+        fail(f"{name}: no such participant; there are {', '.join(known)}", USAGE)
+    return known[name]

@@ -1,0 +1,156 @@
+"""From a microphone's samples, on its own clock and at its own rate, to frames of 20 ms of conference time."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.audio.device_clock import DeviceClock
+from vistel.audio.opus import FRAME, FRAME_NS, RATE
+from vistel.audio.resample import at_positions, reach
+from vistel.audio.tape import Tape
+from vistel_services.audio.inputs import Input, InputError
+
+F32 = NDArray[np.float32]
+log = logging.getLogger("vistel.audio")
+
+_RETRY_NS = 2_000_000_000
+_SILENT_NS = 1_000_000_000
+_CLOSE_S, _JUMP_S = 0.0005, 0.06
+_STEER = 0.002
+_MOST_FRAMES = 25
+
+
+class Capture:
+    """Opens the microphone, opens it again when it goes, and cuts what it hears into frames."""
+
+    def __init__(self, name: str, open_it: Callable[[], Input]) -> None:
+        self.detail = "not opened yet"
+        self.about = ""
+        self._name, self._open_it = name, open_it
+        self._input: Input | None = None
+        self._retry_ns = 0
+        self._heard_ns = 0
+        self._tape = Tape()
+        self._clock = DeviceClock(RATE)
+        self._position: float | None = None
+        self._next_ns = 0
+
+    @property
+    def is_open(self) -> bool:
+        """Whether sound comes."""
+        return self._input is not None and not self.detail
+
+    @property
+    def rate_hz(self) -> float:
+        """Of the device, as measured."""
+        return self._clock.rate_hz * (1.0 + self._clock.drift_ppm * 1e-6)
+
+    def frames(self, now_ns: int) -> list[tuple[int, F32]]:
+        """New frames: when their first sample was captured, and (FRAME,) samples."""
+        if self._input is None and now_ns >= self._retry_ns:
+            self._open(now_ns)
+        if self._input is None:
+            return []
+        try:
+            parts = self._input.take()
+        except InputError as e:
+            self._lose(str(e), now_ns)
+            return []
+        for samples, seen_ns in parts:
+            self._heard(samples, seen_ns)
+        if parts:
+            self._heard_ns, self.detail = now_ns, ""
+        elif now_ns - self._heard_ns > _SILENT_NS and not self.detail:
+            self.detail = f"{self.about}: no samples come"
+            self._forget()
+            log.warning("event=microphone_silent participant=%s source=%r", self._name, self.about)
+        return self._cut()
+
+    def close(self) -> None:
+        """Let the microphone go."""
+        if self._input is not None:
+            self._input.close()
+            self._input = None
+
+    def _open(self, now_ns: int) -> None:
+        try:
+            self._input = self._open_it()
+        except InputError as e:
+            if str(e) != self.detail:
+                log.warning("event=no_microphone participant=%s reason=%r retry_s=%.0f", self._name, str(e), _RETRY_NS * 1e-9)
+            self.detail, self._retry_ns = str(e), now_ns + _RETRY_NS
+            return
+        self.about, self.detail, self._heard_ns = self._input.about, "", now_ns
+        self._forget()
+        log.info("event=microphone participant=%s source=%r rate_hz=%.0f", self._name, self.about, self._input.rate_hz)
+
+    def _forget(self) -> None:
+        assert self._input is not None
+        self._clock = DeviceClock(self._input.rate_hz)
+        rate = self._input.rate_hz
+        self._tape = Tape(int(2.0 * rate), int(0.5 * rate))
+        self._tape.begin(0, reach(rate / RATE) + 1)
+        self._position = None
+
+    def _lose(self, reason: str, now_ns: int) -> None:
+        log.warning("event=microphone_lost participant=%s reason=%r", self._name, reason)
+        self.close()
+        self.detail, self._retry_ns = reason, now_ns + _RETRY_NS
+
+    def _heard(self, samples: F32, seen_ns: int) -> None:
+        good = np.nan_to_num(samples, nan=0.0, posinf=1.0, neginf=-1.0)
+        for begin in range(0, len(good), 8192):
+            self._tape.append(good[begin : begin + 8192])
+        self._clock.observe(self._tape.end, seen_ns)
+        if self._position is None:
+            first_ns = self._clock.time_ns(self._tape.end - len(good))
+            self._next_ns = -(-int(first_ns) // FRAME_NS) * FRAME_NS
+            self._position = self._clock.count_at(self._next_ns)
+
+    def _cut(self) -> list[tuple[int, F32]]:
+        out: list[tuple[int, F32]] = []
+        while self._position is not None and len(out) < _MOST_FRAMES:
+            pcm = self._one()
+            if pcm is None:
+                break
+            out.append((self._next_ns, pcm))
+            self._next_ns += FRAME_NS
+        return out
+
+    def _one(self) -> F32 | None:
+        """The frame at `_next_ns`, as soon as all of its samples are there."""
+        assert self._position is not None
+        rate = self._clock.rate_hz
+        step = rate / RATE
+        error = self._clock.count_at(self._next_ns) - self._position
+        if abs(error) > _JUMP_S * rate:
+            log.info("event=microphone_jump participant=%s by_ms=%.0f", self._name, error / rate * 1e3)
+            self._position += error
+            if self._position < self._tape.start + reach(step):
+                self._position = None
+                return None
+            error = 0.0
+        if step == 1.0 and abs(error) < _CLOSE_S * rate:
+            at = round(self._position)
+            if at + FRAME > self._tape.end:
+                return None
+            self._position = float(at + FRAME)
+            return self._tape.between(at, at + FRAME).copy()
+        step *= 1.0 + min(_STEER, max(-_STEER, error / (8 * FRAME * step)))
+        half = reach(step)
+        last = self._position + step * FRAME
+        begin, end = int(self._position) - half, int(last) + half + 2
+        if end > self._tape.end:
+            return None
+        begin = max(begin, self._tape.start)
+        try:
+            out = at_positions(self._tape.between(begin, end), self._position - begin, step, FRAME)
+        except (ValueError, IndexError):
+            self._position = None
+            return None
+        self._position = last
+        return out

@@ -1,0 +1,65 @@
+"""The sound of a site, from the conference file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vistel.audio.delay_policy import Policy
+from vistel.conference.model import Conference, Site
+from vistel.conference.paths import RunPaths
+
+
+@dataclass(frozen=True)
+class Microphone:
+    """source: as in the conference file, or the path of a simulated one's pipe."""
+
+    participant: str
+    source: str
+    push_to_talk: bool = False
+
+
+@dataclass(frozen=True)
+class Config:
+    """listener: whose ears hear at this site; loudspeaker: as in the conference file; latency_s: from the sound card to the
+    ear; delay_unit: name of the unit that the loudspeaker's sound goes through, "" for none."""
+
+    site: str
+    listener: str
+    microphones: tuple[Microphone, ...] = ()
+    loudspeaker: str = "none"
+    policy: Policy = Policy()
+    spatial: bool = True
+    stream: bool = True
+    bitrate: int = 24_000
+    latency_s: float = 0.0
+    delay_unit: str = ""
+
+
+def microphone_device(participant: str) -> str:
+    """The name of a simulated microphone."""
+    return f"{participant}-microphone"
+
+
+def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config | None:
+    """The sound of `site`; None where it has none."""
+    if site is None:
+        raise ValueError("audio: runs at a site, and none was named")
+    audio = site.audio
+    if audio is None:
+        return None
+    microphones: list[Microphone] = []
+    for i, person in enumerate(site.participants):
+        source = audio.microphone_of(person.name, i == 0)
+        if source == "sim":
+            source = str(paths.device(microphone_device(person.name)))
+        if source != "none":
+            microphones.append(Microphone(person.name, source, audio.push_to_talk))
+    loudspeaker = audio.loudspeaker
+    if loudspeaker.lower().endswith(".wav"):
+        loudspeaker = str(paths.out / Path(loudspeaker))
+    unit = next((e.name for e in audio.equipment if e.role == "delay"), "")
+    return Config(
+        site.name, site.participants[0].name, tuple(microphones), loudspeaker, audio.policy, audio.spatial, audio.stream,
+        audio.bitrate, audio.latency, unit,
+    )  # fmt: skip

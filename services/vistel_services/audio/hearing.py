@@ -1,0 +1,141 @@
+"""Everybody's voices as they are heard at one site."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from prometheus_client import Counter, Gauge
+
+from vistel.audio.delay_policy import MARGIN_S, Policy, Target
+from vistel.audio.levels import SILENT_DB
+from vistel.audio.mixer import Mixer
+from vistel.audio.need import Need
+from vistel.audio.opus import FRAME
+from vistel.audio.spatial import Ears
+from vistel.audio.stream import VoiceStream
+from vistel.v1.audio_pb2 import SoundStatus, Voice
+from vistel.v1.service_pb2 import ImageDelay
+
+F32 = NDArray[np.float32]
+log = logging.getLogger("vistel.audio")
+
+_MOUTH_TO_EAR = Gauge("vistel_audio_mouth_to_ear_seconds", "From capture to ear", ["site", "participant"])
+_TARGET = Gauge("vistel_audio_target_delay_seconds", "Wanted from capture to ear", ["site", "participant"])
+_SKEW = Gauge("vistel_audio_skew_seconds", "Ear after picture", ["site", "participant"])
+_CONCEALED = Counter("vistel_audio_concealed_frames_total", "Frames made up for lost or late ones", ["site", "participant"])
+
+_HEARD_NS = 400_000_000
+"""After a frame that somebody spoke in they are shown as talking so long."""
+
+
+class Talker:
+    """One voice."""
+
+    def __init__(self, policy: Policy) -> None:
+        self.stream = VoiceStream()
+        self.need = Need()
+        self.target = Target(policy)
+        self.wanted_s = 0.0
+        self.level_db = SILENT_DB
+        self._talked: list[int] = []
+        self._told = 0
+
+    def hear(self, message: Voice, received_ns: int) -> None:
+        """A frame has come."""
+        t_ns = message.header.t_ns
+        if message.opus:
+            self.need.observe(received_ns - t_ns)
+            self.level_db = message.level_db
+            if message.talking:
+                self._talked.append(t_ns)
+        self.stream.push(t_ns, message.opus)
+
+    def needed_s(self, output_s: float) -> float:
+        """The least delay at which nearly all frames are in time for the mixing that is heard `output_s` later."""
+        return self.need.transit_ns * 1e-9 + MARGIN_S + output_s if self.need.known else 0.0
+
+    def talking(self, heard_ns: float) -> bool:
+        """Whether speech of theirs is heard at the moment (not when it was said)."""
+        capture_ns = heard_ns - self.wanted_s * 1e9
+        while len(self._talked) > 1 and self._talked[1] <= capture_ns:
+            self._talked.pop(0)
+        return bool(self._talked) and self._talked[0] <= capture_ns < self._talked[0] + _HEARD_NS
+
+    def newly_concealed(self) -> int:
+        """Frames made up since the last call."""
+        told, self._told = self._told, self.stream.counters.concealed
+        return self._told - told
+
+
+class Hearing:
+    """Voices in, blocks for two ears out."""
+
+    def __init__(self, site: str, policy: Policy, own: frozenset[str]) -> None:
+        """own: participants of this site, whom nobody here needs to hear through a loudspeaker."""
+        self._site, self._policy, self._own = site, policy, own
+        self._talkers: dict[str, Talker] = {}
+        self._mixer = Mixer()
+        self.ears: Mapping[str, Ears] = {}
+
+    def hear_voice(self, participant: str, message: Voice, received_ns: int) -> None:
+        """A frame of somebody's voice."""
+        if participant in self._own:
+            return
+        talker = self._talkers.get(participant)
+        if talker is None:
+            talker = self._talkers[participant] = Talker(self._policy)
+            log.info("event=voice participant=%s", participant)
+        talker.hear(message, received_ns)
+
+    def hear_image(self, message: ImageDelay) -> None:
+        """How late this site's pictures are."""
+        for stream in message.streams:
+            talker = self._talkers.get(stream.participant)
+            if talker is not None:
+                talker.target.hear_image(message.header.t_ns, stream.delay_s)
+
+    def mix(self, now_ns: int, heard_ns: float, output_s: float) -> F32 | None:
+        """(FRAME, 2) to be heard from `heard_ns` on, `output_s` after it is handed over; None: silence."""
+        voices: dict[str, F32] = {}
+        for name, talker in self._talkers.items():
+            speaking = talker.stream.delay_ns is not None
+            talker.wanted_s = talker.target.wanted_s(now_ns, talker.needed_s(output_s), speaking=speaking)
+            block = talker.stream.read(heard_ns, FRAME, talker.wanted_s * 1e9)
+            if block is not None:
+                voices[name] = block
+        return self._mixer.mix(voices, self.ears)
+
+    def least_target_s(self, now_ns: int, output_s: float) -> float | None:
+        """How much of the wanted delay is common to all and not needed for the network; None: nobody is there."""
+        spare = [
+            max(0.0, (t.target.image_s(now_ns) if self._policy.fixed_s is None else self._policy.fixed_s) - t.needed_s(output_s))
+            for t in self._talkers.values() if t.need.known
+        ]  # fmt: skip
+        return min(spare) if spare else None
+
+    def fill(self, message: SoundStatus, now_ns: int, heard_ns: float, output_s: float) -> None:
+        """Say how each voice is doing."""
+        for name, talker in self._talkers.items():
+            counters = talker.stream.counters
+            image_s = talker.target.image_s(now_ns)
+            actual_s = talker.stream.delay_ns
+            actual_s = talker.wanted_s if actual_s is None else actual_s * 1e-9
+            talking = talker.talking(heard_ns)
+            message.streams.add(
+                participant=name, target_s=talker.wanted_s, actual_s=actual_s, image_s=image_s,
+                skew_s=actual_s - image_s if image_s else 0.0, needed_s=talker.needed_s(output_s), talking=talking,
+                level_db=talker.level_db if talking else SILENT_DB, drift_ppm=talker.stream.drift_ppm,
+                frames=counters.played + counters.recovered + counters.concealed, concealed=counters.concealed,
+            )  # fmt: skip
+            _TARGET.labels(self._site, name).set(talker.wanted_s)
+            _MOUTH_TO_EAR.labels(self._site, name).set(actual_s)
+            _CONCEALED.labels(self._site, name).inc(talker.newly_concealed())
+            if image_s:
+                _SKEW.labels(self._site, name).set(actual_s - image_s)
+
+    def talking(self, heard_ns: float) -> frozenset[str]:
+        """Who is heard speaking."""
+        return frozenset(name for name, talker in self._talkers.items() if talker.talking(heard_ns))

@@ -1,0 +1,236 @@
+"""Where a microphone's samples come from: a sound card, a recording, a pipe."""
+
+from __future__ import annotations
+
+import errno
+import logging
+import os
+import stat
+import threading
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.audio.opus import RATE
+from vistel.wire.clock import Clock
+
+F32 = NDArray[np.float32]
+log = logging.getLogger("vistel.audio")
+
+_PIPE_BYTES = 65536
+_LOWEST, _HIGHEST = 8_000, 96_000
+_LONGEST_S = 900.0
+_QUEUED_MOST = 200
+"""Blocks of a sound card that nobody fetches."""
+
+
+class InputError(Exception):
+    """A microphone that cannot be used now; one line for a person."""
+
+
+class Input(Protocol):
+    """An open microphone."""
+
+    about: str
+    rate_hz: float
+
+    def take(self) -> list[tuple[F32, int]]:
+        """What has come since the last call: samples (n,), and by when they had been captured. Raises InputError when
+        the device is gone."""
+        ...
+
+    def close(self) -> None: ...
+
+
+def open_input(source: str, clock: Clock) -> Input:
+    """`source` as in the conference file. Raises InputError."""
+    path = Path(source)
+    try:
+        pipe = stat.S_ISFIFO(path.stat().st_mode)
+    except (OSError, ValueError):
+        pipe = False
+    if pipe:
+        return PipeInput(path, clock)
+    if path.is_file():
+        return RecordingInput(path, clock)
+    if path.is_absolute():
+        raise InputError(f"{source}: is not there; nobody has plugged it in yet")
+    return CardInput(source, clock)
+
+
+class PipeInput:
+    """16-bit samples, mono, 48 kHz, from a named pipe; they are taken to have been captured when they come."""
+
+    def __init__(self, path: Path, clock: Clock) -> None:
+        self.about, self.rate_hz = f"pipe {path.name}", float(RATE)
+        self._path, self._clock = path, clock
+        try:
+            self._file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        except OSError as e:
+            raise InputError(f"{path}: cannot be opened: {e.strerror}") from e
+        self._odd = b""
+
+    def take(self) -> list[tuple[F32, int]]:
+        try:
+            data = os.read(self._file, _PIPE_BYTES)
+        except OSError as e:
+            if e.errno == errno.EAGAIN:
+                return []
+            raise InputError(f"{self._path}: {e.strerror}") from e
+        now_ns = self._clock.now_ns()
+        if not data:
+            # Nobody writes (yet), or the pipe was made anew under the same name.
+            try:
+                same = os.fstat(self._file).st_ino == self._path.stat().st_ino
+            except OSError:
+                same = False
+            if not same:
+                raise InputError(f"{self._path}: is gone")
+            return []
+        data = self._odd + data
+        self._odd = data[len(data) // 2 * 2 :]
+        return [(np.frombuffer(data, "<i2", len(data) // 2).astype(np.float32) / 32768.0, now_ns)]
+
+    def close(self) -> None:
+        os.close(self._file)
+
+
+def read_recording(path: Path) -> tuple[F32, float]:
+    """(n,) samples, mono, and their rate. Raises InputError."""
+    import av  # noqa: PLC0415
+    from av.error import FFmpegError  # noqa: PLC0415
+
+    try:
+        with av.open(str(path)) as container:
+            if not container.streams.audio:
+                raise InputError(f"{path}: holds no sound")
+            rate = container.streams.audio[0].rate
+            if not _LOWEST <= rate <= _HIGHEST:
+                raise InputError(f"{path}: expected 8000 to 96000 samples per second, got {rate}; convert it")
+            convert = av.AudioResampler(format="flt", layout="mono", rate=rate)
+            parts: list[F32] = []
+            length = 0
+            for frame in container.decode(audio=0):
+                for out in convert.resample(frame):
+                    parts.append(out.to_ndarray().reshape(-1).astype(np.float32))
+                    length += len(parts[-1])
+                if length > _LONGEST_S * rate:
+                    log.warning("event=recording_cut path=%s after_s=%.0f", path, _LONGEST_S)
+                    break
+    except (FFmpegError, OSError) as e:
+        raise InputError(f"{path}: cannot be read as sound: {e}") from e
+    if not length:
+        raise InputError(f"{path}: holds no samples")
+    return np.concatenate(parts), float(rate)
+
+
+class RecordingInput:
+    """A file, played at its own pace, again and again."""
+
+    def __init__(self, path: Path, clock: Clock) -> None:
+        self._samples, self.rate_hz = read_recording(path)
+        self.about = f"recording {path.name}"
+        self._clock = clock
+        self._start_ns = clock.now_ns()
+        self._count = 0
+
+    def take(self) -> list[tuple[F32, int]]:
+        now_ns = self._clock.now_ns()
+        due = int((now_ns - self._start_ns) * 1e-9 * self.rate_hz)
+        if due <= self._count:
+            return []
+        begin = max(self._count, due - int(self.rate_hz))  # who was asleep for long need not hear all of it
+        at = np.arange(begin, due) % len(self._samples)
+        seen_ns = self._start_ns + round(due / self.rate_hz * 1e9)
+        self._count = due
+        return [(self._samples[at], seen_ns)]
+
+    def close(self) -> None:
+        pass
+
+
+def sound_cards() -> Any:
+    """The `sounddevice` module. Raises InputError where this machine has no PortAudio."""
+    try:
+        import sounddevice  # noqa: PLC0415  PortAudio is looked for when it is loaded
+    except ImportError as e:
+        raise InputError("no sound card can be used: sounddevice is not installed (pip install 'vistel[audio]')") from e
+    except OSError as e:
+        raise InputError("no sound card can be used: PortAudio is missing (apt-get install libportaudio2)") from e
+    return sounddevice
+
+
+def find_card(name: str, direction: str) -> int | None:
+    """Its number in PortAudio, None for the system's own choice. direction: "input" or "output". Raises InputError."""
+    cards = sound_cards()
+    try:
+        able = [d for d in cards.query_devices() if d[f"max_{direction}_channels"] > 0]
+    except Exception as e:  # PortAudio's errors have no common ancestor over its versions
+        raise InputError(f"sound cards cannot be listed: {e}") from e
+    if not able:
+        raise InputError(f"no sound card with {direction}s is attached")
+    if name in ("default", "auto"):
+        return None
+    for device in able:
+        if name.lower() in device["name"].lower():
+            return int(device["index"])
+    raise InputError(f"{name}: no sound card with {direction}s is called so; there are " + ", ".join(d["name"] for d in able))
+
+
+def rescan_cards() -> None:
+    """Have PortAudio look again at what is plugged in; it does so only when it begins."""
+    cards = sound_cards()
+    cards._terminate()
+    cards._initialize()
+
+
+class CardInput:
+    """A sound card, read in PortAudio's thread; at 48 kHz, or where it refuses that, at its own rate."""
+
+    def __init__(self, name: str, clock: Clock) -> None:
+        cards = sound_cards()
+        rescan_cards()
+        device = find_card(name, "input")
+        self._clock = clock
+        self._blocks: list[tuple[F32, int]] = []
+        self._lock = threading.Lock()
+        self._stream: Any = None
+        try:
+            known = cards.query_devices(device, "input")
+            rate = float(RATE)
+            try:
+                cards.check_input_settings(device=device, channels=1, samplerate=rate, dtype="float32")
+            except Exception:
+                rate = float(known["default_samplerate"])
+            self.about, self.rate_hz = str(known["name"]), rate
+            self._stream = cards.InputStream(
+                device=device, channels=1, samplerate=rate, dtype="float32", latency="low", callback=self._heard
+            )
+            self._latency_ns = round(float(self._stream.latency) * 1e9)
+            self._stream.start()
+        except Exception as e:
+            raise InputError(f"{name}: the microphone cannot be opened: {e}") from e
+
+    def _heard(self, data: F32, frames: int, time: Any, status: Any) -> None:
+        captured = float(time.currentTime) - float(time.inputBufferAdcTime)
+        # Some drivers tell no times; then the stream's latency is the best there is.
+        age_ns = round(captured * 1e9) if 0.0 < captured < 1.0 else self._latency_ns
+        end_ns = self._clock.now_ns() - age_ns + round(frames / self.rate_hz * 1e9)
+        with self._lock:
+            self._blocks.append((data[:, 0].copy(), end_ns))
+            del self._blocks[:-_QUEUED_MOST]
+
+    def take(self) -> list[tuple[F32, int]]:
+        if not self._stream.active:
+            raise InputError(f"{self.about}: the microphone is gone")
+        with self._lock:
+            out, self._blocks = self._blocks, []
+        return out
+
+    def close(self) -> None:
+        try:
+            self._stream.close()
+        except Exception as e:
+            log.debug("event=microphone_close reason=%r", str(e))

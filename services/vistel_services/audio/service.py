@@ -1,0 +1,206 @@
+"""The sound of a site as a service: one round every 20 ms, in which microphones are read and voices are mixed."""
+
+from __future__ import annotations
+
+import logging
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from prometheus_client import Gauge
+
+from vistel.audio.opus import FRAME_NS, Encoder, version
+from vistel.v1.audio_pb2 import EquipmentRequest, Sound, SoundStatus
+from vistel.wire.bus import Bus, Publication
+from vistel.wire.clock import Clock
+from vistel.wire.topics import BY_NAME
+from vistel_services.audio.capture import Capture
+from vistel_services.audio.config import Config
+from vistel_services.audio.heads import Heads
+from vistel_services.audio.hearing import Hearing
+from vistel_services.audio.inputs import open_input
+from vistel_services.audio.outputs import Loudspeaker
+from vistel_services.audio.speaking import Button, Speaker
+
+F32 = NDArray[np.float32]
+log = logging.getLogger("vistel.audio")
+
+_KNOWN = Gauge("vistel_audio_acoustic_delay_known", "1 while the delay after the sound card is known", ["site"])
+
+_REPORT_NS = 250_000_000
+_PLACES_NS = 200_000_000
+_STREAM_BITRATE = 64_000
+_UNIT_STEP_S = 0.005
+"""A delay unit is asked anew only for changes above this: each one is a ramp that is heard."""
+
+
+async def run_audio(config: Config, bus: Bus, clock: Clock) -> None:
+    """Until cancelled."""
+    log.info("event=sound codec=%r policy=%r microphones=%d", version(), str(config.policy), len(config.microphones))
+    site = _Site(config, bus, clock)
+    try:
+        while True:
+            now_ns = clock.now_ns()
+            site.round(now_ns)
+            await clock.sleep_until_ns((now_ns // FRAME_NS + 1) * FRAME_NS)
+    finally:
+        site.close()
+
+
+class _Stream:
+    """What is heard, for the site's video and for listeners elsewhere."""
+
+    def __init__(self, publication: Publication) -> None:
+        self._publication = publication
+        self._encoder = Encoder(2, _STREAM_BITRATE, voice=False, complexity=0, dtx=False)
+        self._sounding = False
+
+    def put(self, heard_ns: float, block: F32 | None) -> None:
+        """One block that is heard from `heard_ns` on."""
+        if block is None and not self._sounding:
+            return
+        message = Sound(opus=b"" if block is None else self._encoder.encode(block))
+        message.header.t_ns = round(heard_ns) - self._encoder.lookahead_ns
+        self._sounding = block is not None
+        self._publication.put(message)
+
+
+class _Unit:
+    """The delay unit behind the loudspeaker, as far as its service tells; what is asked of it."""
+
+    def __init__(self, bus: Bus, name: str, site: str) -> None:
+        self.acoustic_s: float | None = None
+        self._name = name
+        self._status = bus.subscribe(BY_NAME["equipment_status"], polled=True, site=site, equipment=name)
+        self._requests = bus.publish(BY_NAME["equipment_request"], equipment=name)
+        self._asked_s: float | None = None
+        self._own_s = 0.0
+        self._register = "delay_1"
+
+    def take(self) -> None:
+        """Hear what it does."""
+        for sample in self._status.take():
+            status = sample.message
+            known = status.delay_known
+            if known != (self.acoustic_s is not None):
+                log.log(
+                    logging.INFO if known else logging.WARNING, "event=delay_unit known=%s detail=%r", known, status.detail
+                )
+            self.acoustic_s = status.acoustic_s if known else None
+            for value in status.values:
+                if value.name == "own_latency":
+                    self._own_s = value.observed
+
+    def ask(self, spare_s: float | None, now_ns: int) -> None:
+        """Have it hold back what all voices are to be held back by, its own latency taken off."""
+        if spare_s is None or self.acoustic_s is None:
+            return
+        wanted = max(0.0, spare_s - self._own_s)
+        if self._asked_s is not None and abs(wanted - self._asked_s) < _UNIT_STEP_S:
+            return
+        self._asked_s = wanted
+        message = EquipmentRequest(equipment=self._name)
+        message.settings.add(name="delay", value=wanted)
+        message.header.t_ns = now_ns
+        self._requests.put(message)
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._status.close()
+
+
+class _Site:
+    """Everything one site says and hears."""
+
+    def __init__(self, config: Config, bus: Bus, clock: Clock) -> None:
+        self._config = config
+        self._buttons = {m.participant: Button(push_to_talk=m.push_to_talk) for m in config.microphones}
+        self._speakers = [
+            Speaker(
+                m.participant, Capture(m.participant, partial(open_input, m.source, clock)),
+                bus.publish(BY_NAME["voice"], participant=m.participant), config.bitrate, self._buttons[m.participant],
+            )
+            for m in config.microphones
+        ]  # fmt: skip
+        self._hearing = Hearing(config.site, config.policy, frozenset(self._buttons))
+        self._loudspeaker = Loudspeaker(config.loudspeaker, clock)
+        self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
+        self._status = bus.publish(BY_NAME["sound_status"])
+        self._voices = bus.subscribe(BY_NAME["voice"], queue_all=True, polled=True)
+        self._images = bus.subscribe(BY_NAME["image_delay"], polled=True, site=config.site)
+        self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
+        self._heads = Heads(bus, config.listener) if config.spatial else None
+        self._unit = _Unit(bus, config.delay_unit, config.site) if config.delay_unit else None
+        self._places_ns = self._report_ns = 0
+        self._heard_ns = 0.0
+        self._shown: frozenset[str] = frozenset()
+
+    def round(self, now_ns: int) -> None:
+        """What is done every 20 ms."""
+        self._take()
+        for speaker in self._speakers:
+            speaker.step(now_ns)
+        while (played_ns := self._loudspeaker.due(now_ns)) is not None:
+            self._play(now_ns, played_ns)
+        if self._heads is not None and now_ns - self._places_ns >= _PLACES_NS:
+            self._places_ns = now_ns
+            self._hearing.ears = self._heads.ears()
+        talking = self._hearing.talking(self._heard_ns)
+        if now_ns - self._report_ns >= _REPORT_NS or talking != self._shown:
+            self._report_ns, self._shown = now_ns, talking
+            self._report(now_ns)
+
+    @property
+    def _after_s(self) -> float:
+        """From being played to the ear, as far as it is known."""
+        unit_s = (self._unit.acoustic_s or 0.0) if self._unit is not None else 0.0
+        return self._config.latency_s + unit_s
+
+    def _play(self, now_ns: int, played_ns: float) -> None:
+        self._heard_ns = played_ns + self._after_s * 1e9
+        output_s = max(0.0, (self._heard_ns - now_ns) * 1e-9)
+        block = self._hearing.mix(now_ns, self._heard_ns, output_s)
+        self._loudspeaker.put(block)
+        if self._stream is not None:
+            self._stream.put(self._heard_ns, block)
+
+    def _take(self) -> None:
+        for sample in self._voices.take():
+            self._hearing.hear_voice(sample.names["participant"], sample.message, sample.received_ns)
+        for sample in self._images.take():
+            self._hearing.hear_image(sample.message)
+        for sample in self._controls.take():
+            button = self._buttons.get(sample.names["participant"])
+            if button is not None:
+                button.follow(sample.message)
+        if self._unit is not None:
+            self._unit.take()
+
+    def _report(self, now_ns: int) -> None:
+        output_s = max(0.0, (self._loudspeaker.latency_ns * 1e-9) + self._after_s)
+        if self._unit is not None:
+            # What the unit holds back already is no need of the network's.
+            self._unit.ask(self._hearing.least_target_s(now_ns, output_s - (self._unit.acoustic_s or 0.0)), now_ns)
+        message = SoundStatus(
+            site=self._config.site, policy=str(self._config.policy), loudspeaker=self._loudspeaker.about,
+            loudspeaker_detail=self._loudspeaker.detail, output_s=output_s,
+            acoustic_known=self._unit is None or self._unit.acoustic_s is not None,
+        )  # fmt: skip
+        message.header.t_ns = now_ns
+        self._hearing.fill(message, now_ns, self._heard_ns, output_s)
+        for speaker in self._speakers:
+            speaker.fill(message.microphones.add(), now_ns)
+        _KNOWN.labels(self._config.site).set(float(message.acoustic_known))
+        self._status.put(message)
+
+    def close(self) -> None:
+        """Let go of everything."""
+        for speaker in self._speakers:
+            speaker.close()
+        self._loudspeaker.close()
+        for subscription in (self._voices, self._images, self._controls):
+            subscription.close()
+        if self._heads is not None:
+            self._heads.close()
+        if self._unit is not None:
+            self._unit.close()

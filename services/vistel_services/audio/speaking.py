@@ -1,0 +1,116 @@
+"""One participant's microphone to Voice messages."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from prometheus_client import Counter, Gauge
+
+from vistel.audio.levels import SILENT_DB, Level, Meter
+from vistel.audio.opus import Encoder
+from vistel.v1.audio_pb2 import SoundStatus, Voice, VoiceControl
+from vistel.wire.bus import Publication
+from vistel_services.audio.capture import Capture
+
+F32 = NDArray[np.float32]
+log = logging.getLogger("vistel.audio")
+
+_SENT = Counter("vistel_audio_sent_frames_total", "Voice frames sent", ["participant"])
+_CLIPPED = Counter("vistel_audio_clipped_frames_total", "Frames of an over-driven microphone", ["participant"])
+_LEVEL = Gauge("vistel_audio_microphone_level_db", "Level of the microphone, 0 = full scale", ["participant"])
+
+_NOTHING = 2
+"""Packets of so many bytes say that there is nothing to hear."""
+_CLIP_SHOWN_NS = 1_000_000_000
+
+
+@dataclass
+class Button:
+    """Whether a microphone is open."""
+
+    muted: bool = False
+    push_to_talk: bool = False
+    held: bool = False
+
+    @property
+    def open(self) -> bool:
+        return not self.muted and (self.held or not self.push_to_talk)
+
+    def follow(self, message: VoiceControl) -> None:
+        """Be as asked."""
+        self.muted, self.push_to_talk, self.held = message.muted, message.push_to_talk, message.talk
+
+
+class Speaker:
+    """See the module. `step` is called every 20 ms."""
+
+    def __init__(self, participant: str, capture: Capture, publication: Publication, bitrate: int, button: Button) -> None:
+        self.participant, self.button = participant, button
+        self.level = Level()
+        self._capture, self._publication = capture, publication
+        self._encoder = Encoder(1, bitrate)
+        self._meter = Meter()
+        self._sounding = False
+        self._clipped_ns: int | None = None
+        self._warned = False
+
+    def step(self, now_ns: int) -> None:
+        """Send what has been said since."""
+        for t_ns, pcm in self._capture.frames(now_ns):
+            self._frame(t_ns, pcm)
+        if not self._capture.is_open:
+            self.level = Level()
+            self._end(now_ns)
+
+    def _frame(self, t_ns: int, pcm: F32) -> None:
+        self.level = self._meter.measure(pcm)
+        if self.level.clipped:
+            self._over_driven(t_ns)
+        if not self.button.open or self.level.rms_db <= SILENT_DB:
+            self._end(t_ns)
+            return
+        packet = self._encoder.encode(pcm)
+        if len(packet) <= _NOTHING:
+            self._end(t_ns)
+            return
+        self._sounding = True
+        self._put(t_ns - self._encoder.lookahead_ns, packet)
+        _SENT.labels(self.participant).inc()
+
+    def _end(self, t_ns: int) -> None:
+        """Say once that there is silence from here on."""
+        if self._sounding:
+            self._sounding = False
+            self._put(t_ns - self._encoder.lookahead_ns, b"")
+
+    def _put(self, t_ns: int, packet: bytes) -> None:
+        message = Voice(
+            opus=packet, level_db=self.level.rms_db, clipped=self.level.clipped, talking=bool(packet) and self.level.talking
+        )
+        message.header.t_ns = t_ns
+        self._publication.put(message)
+
+    def _over_driven(self, t_ns: int) -> None:
+        _CLIPPED.labels(self.participant).inc()
+        self._clipped_ns = t_ns
+        if not self._warned:
+            self._warned = True
+            log.warning(
+                "event=microphone_clipped participant=%s reason='too loud for it; turn its gain down'", self.participant
+            )
+
+    def fill(self, message: SoundStatus.Microphone, now_ns: int) -> None:
+        """Say how it is doing."""
+        message.participant, message.source = self.participant, self._capture.about
+        message.open, message.detail = self._capture.is_open, self._capture.detail
+        message.muted, message.push_to_talk = not self.button.open, self.button.push_to_talk
+        message.level_db, message.rate_hz = self.level.rms_db, self._capture.rate_hz
+        message.clipped = self._clipped_ns is not None and now_ns - self._clipped_ns < _CLIP_SHOWN_NS
+        _LEVEL.labels(self.participant).set(self.level.rms_db)
+
+    def close(self) -> None:
+        """Let the microphone go."""
+        self._capture.close()

@@ -1,0 +1,74 @@
+"""How long each voice is held back."""
+
+from __future__ import annotations
+
+import re
+from collections import deque
+from dataclasses import dataclass
+
+_SLEW = 0.08
+"""How fast a wanted delay may move while somebody speaks [s/s]; stretching keeps up with it."""
+_STILL_S = 0.003
+"""Reports that differ by less are noise."""
+_REPORTS = 5
+_FORGET_NS = 5_000_000_000
+MARGIN_S = 0.020
+"""Besides the transit of frames: what is mixed reaches this far into the future."""
+
+
+@dataclass(frozen=True)
+class Policy:
+    """fixed_s: the same delay for all, as in the dissertation (Singh §6.1: 0.2 s); None: each voice as its picture."""
+
+    fixed_s: float | None = None
+
+    def __str__(self) -> str:
+        return "match" if self.fixed_s is None else f"fixed {self.fixed_s:g}"
+
+
+def read_policy(text: str) -> Policy:
+    """ "match" or "fixed SECONDS". Raises ValueError."""
+    if text.strip() == "match":
+        return Policy()
+    found = re.fullmatch(r"\s*fixed\s+(\d+(?:\.\d+)?)\s*", text)
+    if found is None or not 0.0 <= float(found[1]) <= 5.0:
+        raise ValueError(f'expected "match" or "fixed SECONDS" with 0 to 5 seconds, such as "fixed 0.2", got {text!r}')
+    return Policy(float(found[1]))
+
+
+class Target:
+    """The wanted delay of one voice: to its picture's, or to what the network needs where that is more."""
+
+    def __init__(self, policy: Policy) -> None:
+        self._policy = policy
+        self._reports: deque[tuple[int, float]] = deque(maxlen=_REPORTS)
+        self._image_s = 0.0
+        self._value_s: float | None = None
+        self._at_ns = 0
+
+    def hear_image(self, t_ns: int, delay_s: float) -> None:
+        """The renderer shows this talker so late."""
+        self._reports.append((t_ns, delay_s))
+        delays = sorted(d for _, d in self._reports)
+        middle = delays[len(delays) // 2]
+        if abs(middle - self._image_s) > _STILL_S or self._image_s == 0.0:
+            self._image_s = middle
+
+    def image_s(self, now_ns: int) -> float:
+        """From capture to picture, as far as it is known; 0: it is not."""
+        if not self._reports or now_ns - self._reports[-1][0] > _FORGET_NS:
+            return 0.0
+        return self._image_s
+
+    def wanted_s(self, now_ns: int, needed_s: float, *, speaking: bool) -> float:
+        """The delay to go to now. It moves smoothly while somebody speaks, at once while nobody does."""
+        goal = self._policy.fixed_s
+        if goal is None:
+            goal = max(self.image_s(now_ns), needed_s)
+        if self._value_s is None or not speaking:
+            self._value_s = goal
+        else:
+            most = _SLEW * max(0, now_ns - self._at_ns) * 1e-9
+            self._value_s += min(most, max(-most, goal - self._value_s))
+        self._at_ns = now_ns
+        return self._value_s

@@ -1,0 +1,81 @@
+"""A sound card's own clock against conference time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_BUCKET_NS = 500_000_000
+_BUCKETS = 40
+_LEAST_BUCKETS = 8
+MOST_PPM = 1000.0
+"""No sound card is further off; a line that says so is one of late arrivals."""
+
+
+class DeviceClock:
+    """From how many samples have come (or gone), and when that was seen, to when each of them was captured.
+
+    Samples are seen late, now and then very late, and never early: what counts is the earliest sighting of each half
+    second. A straight line through those of the last twenty seconds gives the drift.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        self.rate_hz = rate_hz
+        self._origin_ns: int | None = None
+        self._origin_count = 0
+        self._bucket_ns = 0
+        self._best: tuple[float, float] | None = None
+        self._points: list[tuple[float, float]] = []
+        self._line = (0.0, 0.0)
+
+    @property
+    def drift_ppm(self) -> float:
+        """How much faster than named the device runs; 0 until it is known."""
+        return -self._line[0] * 1e6
+
+    def observe(self, count: int, t_ns: int) -> None:
+        """`count` samples had come at `t_ns`."""
+        if self._origin_ns is None:
+            self._origin_ns, self._origin_count, self._bucket_ns = t_ns, count, t_ns
+        played_s = (count - self._origin_count) / self.rate_hz
+        late_s = (t_ns - self._origin_ns) * 1e-9 - played_s
+        if self._best is None or late_s < self._best[1]:
+            self._best = (played_s, late_s)
+        if not self._points:
+            self._line = (0.0, min(self._line[1], late_s) if self._line[1] else late_s)
+        if t_ns - self._bucket_ns >= _BUCKET_NS:
+            self._points.append(self._best)
+            del self._points[:-_BUCKETS]
+            self._best, self._bucket_ns = None, t_ns
+            self._fit()
+
+    def time_ns(self, count: float) -> float:
+        """When sample number `count` was captured. Raises ValueError before anything was seen."""
+        if self._origin_ns is None:
+            raise ValueError("device clock: nothing has been seen of it yet")
+        played_s = (count - self._origin_count) / self.rate_hz
+        slope, offset = self._line
+        return self._origin_ns + (played_s + offset + slope * played_s) * 1e9
+
+    def count_at(self, t_ns: float) -> float:
+        """Which sample was captured at `t_ns`; the inverse of `time_ns`."""
+        if self._origin_ns is None:
+            raise ValueError("device clock: nothing has been seen of it yet")
+        slope, offset = self._line
+        played_s = ((t_ns - self._origin_ns) * 1e-9 - offset) / (1.0 + slope)
+        return self._origin_count + played_s * self.rate_hz
+
+    def _fit(self) -> None:
+        points = np.array(self._points)
+        if len(points) < _LEAST_BUCKETS:
+            self._line = (0.0, float(points[:, 1].min()))
+            return
+        x, y = points[:, 0], points[:, 1]
+        slope, offset = np.polyfit(x, y, 1)
+        # Twice through what lies below the line: sightings are late, so the truth is the lower edge.
+        for _ in range(2):
+            low = y <= slope * x + offset
+            if np.count_nonzero(low) < 4:
+                break
+            slope, offset = np.polyfit(x[low], y[low], 1)
+        slope = float(np.clip(slope, -MOST_PPM * 1e-6, MOST_PPM * 1e-6))
+        self._line = (slope, float(np.median(y - slope * x)) if abs(slope) == MOST_PPM * 1e-6 else float(offset))

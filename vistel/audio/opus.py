@@ -1,0 +1,146 @@
+"""Opus (RFC 6716): the reference library, which PyAV's wheel brings along, or else the system's.
+
+FFmpeg's own wrapper of it neither conceals a lost frame nor reads the copy that the next one carries, so it is called
+directly.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import importlib.util
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+
+RATE = 48_000
+"""Samples per second, of everything between microphone and loudspeaker."""
+FRAME = 960
+"""Samples of a frame."""
+FRAME_NS = 20_000_000
+
+_MOST_BYTES = 1500
+_VOIP, _AUDIO = 2048, 2049
+_SET_BITRATE, _SET_COMPLEXITY, _SET_FEC, _SET_LOSS, _SET_DTX, _GET_LOOKAHEAD = 4002, 4010, 4012, 4014, 4016, 4027
+
+
+class OpusError(RuntimeError):
+    """The codec is missing or refuses; one line."""
+
+
+@cache
+def library() -> ctypes.CDLL:
+    """The loaded library. Raises OpusError when this machine has none."""
+    for path in _candidates():
+        try:
+            found = ctypes.CDLL(path)
+        except OSError:
+            continue
+        found.opus_encoder_create.restype = ctypes.c_void_p
+        found.opus_decoder_create.restype = ctypes.c_void_p
+        found.opus_get_version_string.restype = ctypes.c_char_p
+        for name in ("opus_encoder_destroy", "opus_decoder_destroy"):
+            getattr(found, name).argtypes = [ctypes.c_void_p]
+        return found
+    raise OpusError("libopus is not on this machine: pip install av, or install the system's libopus")
+
+
+def _candidates() -> list[str]:
+    spec = importlib.util.find_spec("av")
+    folder = Path(spec.origin).parent if spec is not None and spec.origin else None
+    out: list[str] = []
+    if folder is not None:
+        for place in (folder.parent / "av.libs", folder / ".dylibs"):
+            out += sorted(str(p) for p in place.glob("*opus*"))
+    system = ctypes.util.find_library("opus")
+    return [*out, system] if system else out
+
+
+def version() -> str:
+    """Of the library, such as "libopus 1.6.1". Raises OpusError."""
+    return str(library().opus_get_version_string().decode("ascii"))
+
+
+class Encoder:
+    """One stream to packets. voice: made for speech, with a coarse copy of each frame in the next (in-band FEC)."""
+
+    def __init__(
+        self, channels: int = 1, bitrate: int = 24_000, *, voice: bool = True, complexity: int = 2,
+        expected_loss_percent: int = 10, dtx: bool = True,
+    ) -> None:  # fmt: skip
+        self._lib = library()
+        error = ctypes.c_int()
+        handle = self._lib.opus_encoder_create(RATE, channels, _VOIP if voice else _AUDIO, ctypes.byref(error))
+        if not handle:
+            raise OpusError(f"opus: no encoder for {channels} channels (error {error.value})")
+        self._handle = ctypes.c_void_p(handle)
+        self._channels = channels
+        self._packet = ctypes.create_string_buffer(_MOST_BYTES)
+        settings = [(_SET_BITRATE, bitrate), (_SET_COMPLEXITY, complexity), (_SET_DTX, int(dtx))]
+        if voice:
+            settings += [(_SET_FEC, 1), (_SET_LOSS, expected_loss_percent)]
+        for request, value in settings:
+            if self._lib.opus_encoder_ctl(self._handle, request, ctypes.c_int(value)) != 0:
+                raise OpusError(f"opus: the encoder refused setting {request} = {value}")
+        lookahead = ctypes.c_int()
+        self._lib.opus_encoder_ctl(self._handle, _GET_LOOKAHEAD, ctypes.byref(lookahead))
+        self.lookahead_ns = lookahead.value * 1_000_000_000 // RATE
+        """How much earlier than a frame's first sample the first sample of its decoded packet is."""
+
+    def __del__(self) -> None:
+        if hasattr(self, "_handle"):
+            self._lib.opus_encoder_destroy(self._handle)
+
+    def encode(self, pcm: F32) -> bytes:
+        """A packet of a frame: (FRAME,) or (FRAME, channels), -1 to 1. Two bytes or fewer: silence, need not be sent."""
+        frame = np.ascontiguousarray(pcm, np.float32)
+        if frame.size != FRAME * self._channels:
+            raise ValueError(f"opus: expected {FRAME} samples of {self._channels} channels, got {frame.shape}")
+        size = self._lib.opus_encode_float(
+            self._handle, frame.ctypes.data_as(ctypes.c_void_p), FRAME, self._packet, _MOST_BYTES
+        )
+        if size < 0:
+            raise OpusError(f"opus: a frame could not be encoded (error {size})")
+        return self._packet.raw[:size]
+
+
+class Decoder:
+    """Packets of one stream to frames, in order; lost ones are recovered or made up."""
+
+    def __init__(self, channels: int = 1) -> None:
+        self._lib = library()
+        error = ctypes.c_int()
+        handle = self._lib.opus_decoder_create(RATE, channels, ctypes.byref(error))
+        if not handle:
+            raise OpusError(f"opus: no decoder for {channels} channels (error {error.value})")
+        self._handle = ctypes.c_void_p(handle)
+        self._shape = (FRAME,) if channels == 1 else (FRAME, channels)
+
+    def __del__(self) -> None:
+        if hasattr(self, "_handle"):
+            self._lib.opus_decoder_destroy(self._handle)
+
+    def decode(self, packet: bytes) -> F32:
+        """The frame of a packet. Raises OpusError for bytes that are none, or not of 20 ms."""
+        return self._decode(packet, 0)
+
+    def recover(self, following: bytes) -> F32:
+        """A lost frame from the copy in the packet after it; where that has none, as `conceal`."""
+        return self._decode(following, 1)
+
+    def conceal(self) -> F32:
+        """What a lost frame may have sounded like."""
+        return self._decode(b"", 0)
+
+    def _decode(self, packet: bytes, fec: int) -> F32:
+        out = np.zeros(self._shape, np.float32)
+        count = self._lib.opus_decode_float(
+            self._handle, packet or None, len(packet), out.ctypes.data_as(ctypes.c_void_p), FRAME, fec
+        )
+        if count != FRAME:
+            raise OpusError(f"opus: a packet of {len(packet)} bytes is no frame of 20 ms ({count})")
+        return out

@@ -1,0 +1,45 @@
+"""Time stretching by waveform similarity (WSOLA, Verhelst and Roelands 1993): where sound is made shorter or longer, it is
+cut where it resembles itself a moment later, and the two are faded into one another. The pitch stays."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+
+OVERLAP = 240
+"""Samples over which the two are faded: 5 ms."""
+LEAST_SHIFT = 96
+MOST_SHIFT = 720
+"""2 to 15 ms: a period of a deep voice fits in."""
+_COARSE = 4
+
+RISE = (0.5 - 0.5 * np.cos(np.pi * (np.arange(OVERLAP) + 0.5) / OVERLAP)).astype(np.float32)
+"""(OVERLAP,) 0 to 1."""
+
+
+def fade(old: F32, new: F32) -> F32:
+    """(OVERLAP,) from `old` to `new`. For sounds that resemble one another: their amplitudes add up."""
+    return np.asarray(old + RISE * (new - old), np.float32)
+
+
+def best_shift(reference: F32, candidates: F32) -> tuple[int, float]:
+    """Where in `candidates` (n,) a stretch of OVERLAP samples resembles `reference` (OVERLAP,) most: offset, and how much
+    (1: the same but for loudness; 0: nothing in common, or silence)."""
+    coarse = _correlate(reference[::_COARSE], candidates[::_COARSE])
+    middle = int(np.argmax(coarse)) * _COARSE
+    low = max(0, middle - _COARSE + 1)
+    high = min(len(candidates) - OVERLAP, middle + _COARSE - 1)
+    fine = _correlate(reference, candidates[low : high + OVERLAP])
+    at = int(np.argmax(fine))
+    return low + at, float(fine[at])
+
+
+def _correlate(reference: F32, candidates: F32) -> F32:
+    """Normalised cross-correlation at every offset."""
+    n = len(reference)
+    products = np.correlate(candidates, reference, "valid")
+    power = np.cumsum(np.concatenate(([0.0], candidates.astype(np.float64) ** 2)))
+    energy = (power[n:] - power[:-n]) * float(np.dot(reference, reference))
+    return np.asarray(products / np.sqrt(np.maximum(energy, 1e-12)), np.float32)

@@ -1,0 +1,60 @@
+"""How holding hands are seen: with their fingers on the thing, not where the empty hand of the real person has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion
+from vistel.implicit.contact import ContactArray, find_contacts
+from vistel.space.fitting import hand_of
+from vistel.space.grasp import Grasp
+from vistel.space.people import DIGITS, HAND_JOINT, Posed
+from vistel.space.solids import Solids
+from vistel.space.state import State
+
+F64 = NDArray[np.float64]
+
+
+def seen(
+    state: State, solids: Solids, posed: Mapping[str, Posed], near: Mapping[str, ContactArray]
+) -> Mapping[str, ContactArray]:
+    """The contacts of figures with loose things, those of hands with what they hold as they are seen."""
+    if not state.grasps:
+        return near
+    out = dict(near)
+    for g in state.grasps:
+        if g.participant in out and g.participant in posed:
+            out[g.participant] = _with_hand(state, solids, posed[g.participant], out[g.participant], g)
+    return out
+
+
+def fingers_seen(grasp: Grasp, own: F64, t_ns: int) -> F64:
+    """(20,) angles of the hand that holds; own: those of the person's glove."""
+    return own + grasp.settled(t_ns) * (grasp.fingers - own)
+
+
+def _with_hand(state: State, solids: Solids, p: Posed, near: ContactArray, g: Grasp) -> ContactArray:
+    assert p.figure.posture is not None
+    n, m, row = state.rows[g.thing], state.motions, int(g.right)
+    hand = hand_of(p.build, g.right)
+    joint = HAND_JOINT[row]
+    fingers = fingers_seen(g, p.figure.posture.hands[row], state.t_ns)
+    shown = hand.placed(fingers).moved(p.joints.rotation[joint], p.joints.position[joint])
+    thing = solids.part(n).moved(matrix_from_quaternion(m.rotation[n]), m.position[n])
+    found = find_contacts(shown, thing)
+    digit = p.build.digit[near.a]
+    kept = ~((digit >= 0) & (digit // DIGITS == row) & (solids.owner[near.b] == n))
+    a = np.concatenate([near.a[kept], hand.rows[found.a]])
+    b = np.concatenate([near.b[kept], solids.first[n] + found.b])
+    order = np.lexsort((b, a))
+    return replace(
+        near, a=a[order].astype(np.int32), b=b[order].astype(np.int32),
+        point=np.concatenate([near.point[kept], found.point])[order],
+        normal=np.concatenate([near.normal[kept], found.normal])[order],
+        depth=np.concatenate([near.depth[kept], found.depth])[order],
+        field_depth=np.concatenate([near.field_depth[kept], found.field_depth])[order],
+    )  # fmt: skip

@@ -1,0 +1,119 @@
+"""Several hands on one thing: it goes where they balance, and each feels how far it is drawn from where it would have it.
+
+A hand holds the thing by a spring between its palm and the point of the thing that lay there, and one against turning.
+Their balance is a Procrustes problem, solved by polar decomposition. What a hand cannot bear slips out of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.space.grasp import Grasp, out_of_hand
+from vistel.space.people import HAND_JOINT, PALM, Posed
+from vistel.space.view import DigitTouch, HandForce
+
+F64 = NDArray[np.float64]
+
+STIFFNESS = 1200.0
+"""Of a hand's hold [N/m]."""
+BREADTH = 0.04
+"""The same against turning, as at a lever of this length [m]."""
+STRENGTH = 30.0
+"""What a whole hand bears before the thing slips out of it [N]."""
+LEAST = 0.02
+"""A weaker pull is not felt [N]."""
+STRAINED_STEPS = 6
+"""For so many steps it bears more."""
+
+
+@dataclass(frozen=True)
+class Pull:
+    """What a hand feels of the others: force on it (3,) [N] at `point` (3,) [m], room frame."""
+
+    participant: str
+    right: bool
+    thing: str
+    point: F64
+    force: F64
+
+
+def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int) -> tuple[F64, F64]:
+    """Position (3,) and rotation (4,) of a thing that several hands hold."""
+    poses = [out_of_hand(p, g.right, g.lie(t_ns)) for g, p in holds]
+    turns = [matrix_from_quaternion(q) for _, q in poses]
+    palms = [_palm(g, p) for g, p in holds]
+    own = [r.T @ (h - x) for h, r, (x, _) in zip(palms, turns, poses, strict=True)]
+    h, c = sum(palms, np.zeros(3)) / len(holds), sum(own, np.zeros(3)) / len(holds)
+    moment = np.zeros((3, 3))
+    for there, here, r in zip(palms, own, turns, strict=True):
+        moment += np.outer(there - h, here - c) + BREADTH**2 * r
+    rotation = _rotation(moment)
+    return h - rotation @ c, quaternion_from_matrix(rotation)
+
+
+def pulls(holds: Sequence[tuple[Grasp, Posed]], position: F64, rotation: F64, t_ns: int) -> list[Pull]:
+    """What each hand feels of the others while the thing is at `position`, `rotation` (4,)."""
+    r = matrix_from_quaternion(rotation)
+    out: list[Pull] = []
+    for g, p in holds:
+        x, q = out_of_hand(p, g.right, g.lie(t_ns))
+        palm = _palm(g, p)
+        there = position + r @ (matrix_from_quaternion(q).T @ (palm - x))
+        out.append(Pull(g.participant, g.right, g.thing, there, STIFFNESS * (there - palm)))
+    return out
+
+
+def with_pulls(felt: Sequence[HandForce], drawn: Sequence[Pull], posed: Mapping[str, Posed]) -> tuple[HandForce, ...]:
+    """What hands feel, with what others pull at them: it acts on the palm."""
+    out = {(h.participant, h.right): h for h in felt}
+    for pull in drawn:
+        hand = pull.participant, pull.right
+        joint = posed[pull.participant].joints.position[HAND_JOINT[int(pull.right)]]
+        h = out.get(hand, HandForce(*hand, np.zeros(3), np.zeros(3), ()))
+        size = float(np.sqrt(pull.force @ pull.force))
+        if size < LEAST:
+            continue
+        old = next((t for t in h.touches if (t.digit, t.body) == (PALM, pull.thing)), None)
+        if old is None:
+            way = -pull.force / size
+            old = DigitTouch(PALM, pull.thing, pull.point, way, np.zeros(3), 0.0, 0.0, 0.0, 0.0, 0.0)
+        new = replace(old, force=old.force + pull.force, normal_force=old.normal_force + size)
+        others = [t for t in h.touches if (t.digit, t.body) != (PALM, pull.thing)]
+        out[hand] = replace(
+            h, force=h.force + pull.force, torque=h.torque + np.cross(pull.point - joint, pull.force),
+            touches=tuple(sorted([*others, new], key=lambda t: (t.digit, t.body))), pull=h.pull + pull.force,
+        )  # fmt: skip
+    return tuple(out.values())
+
+
+def strength(grasp: Grasp) -> float:
+    """What a hand bears [N]: the thumb and each finger that holds have their share."""
+    return STRENGTH * (1 + sum(grasp.engaged)) / (1 + len(grasp.engaged))
+
+
+def _palm(g: Grasp, p: Posed) -> F64:
+    """(3,) of the palm that holds."""
+    joint = HAND_JOINT[int(g.right)]
+    return p.joints.position[joint] + p.joints.rotation[joint] @ p.build.palm[int(g.right)]
+
+
+def _rotation(m: F64) -> F64:
+    """The rotation (3, 3) nearest to a matrix of positive determinant: Newton's polar decomposition (Higham 1986), written
+    out so that it gives the same bytes on every machine. A matrix that is nearly flat gives the identity's nearest try."""
+    x = m / max(1e-12, float(np.sqrt((m * m).sum())))
+    for _ in range(40):
+        cofactors = np.stack([np.cross(x[1], x[2]), np.cross(x[2], x[0]), np.cross(x[0], x[1])])
+        det = float(x[0] @ cofactors[0])
+        if det < 1e-9:
+            return np.eye(3)
+        new = 0.5 * (x + cofactors / det)
+        done = float(np.abs(new - x).max()) < 1e-12
+        x = new
+        if done:
+            break
+    return np.ascontiguousarray(x)
