@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field, field_validator, model_validator
 
 from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PropTracker, TrackerConfig
+from vistel.conference.display import Display
 from vistel.conference.sound import Audio
 
 if TYPE_CHECKING:
@@ -80,22 +81,6 @@ class Prop(Checked):
     def device(self) -> str:
         """The name of its tracker."""
         return f"prop-{self.thing}-tracker"
-
-
-class Display(Checked):
-    """What a site sees."""
-
-    width: int = Field(default=640, ge=16, le=16384)
-    height: int = Field(default=360, ge=16, le=16384)
-    window: bool = False
-    view: Literal["seat", "room"] = "seat"
-    video: bool = True
-    """Write an MP4 of what is shown into the output folder."""
-    frames_per_s: float = Field(default=30.0, gt=0, le=240)
-    engine: Literal["auto", "cpu", "gpu"] = "auto"
-    """What deforms figures; auto: the GPU where one draws, else the CPU."""
-    layers: bool = True
-    """Whether muscles and bones show under figures' skins."""
 
 
 class Site(Checked):

@@ -20,15 +20,15 @@ ROOM_FIELD_OF_VIEW = math.radians(42.0)
 
 
 @dataclass(frozen=True)
-class Camera:
-    """position: (3,) room frame [m]. rotation: (3, 3) camera to room; the camera looks along its -Z, +Y up.
-
-    field_of_view: of the picture's height [rad].
-    """
+class Pinhole:
+    """position: (3,) room frame [m]. rotation: (3, 3) camera to room; the camera looks along its -Z, +Y up."""
 
     position: F64
     rotation: F64
-    field_of_view: float
+
+    def edges(self, aspect: float) -> tuple[float, float, float, float]:
+        """Left, right, bottom and top of the picture at distance one; `aspect` is width / height."""
+        raise NotImplementedError
 
     def view(self) -> F64:
         """(4, 4) room to camera."""
@@ -39,24 +39,50 @@ class Camera:
 
     def projection(self, aspect: float) -> F64:
         """(4, 4) camera to clip space; `aspect` is width / height."""
-        f = 1.0 / math.tan(0.5 * self.field_of_view)
+        left, right, bottom, top = self.edges(aspect)
         out = np.zeros((4, 4))
-        out[0, 0], out[1, 1] = f / aspect, f
+        out[0, 0], out[0, 2] = 2.0 / (right - left), (right + left) / (right - left)
+        out[1, 1], out[1, 2] = 2.0 / (top - bottom), (top + bottom) / (top - bottom)
         out[2, 2], out[2, 3] = (FAR + NEAR) / (NEAR - FAR), 2.0 * FAR * NEAR / (NEAR - FAR)
         out[3, 2] = -1.0
         return out
 
     def pixels_per_m(self, distance: float, height: int) -> float:
         """Size of a metre at `distance` [m] in a picture `height` pixels high."""
-        return 0.5 * height / (math.tan(0.5 * self.field_of_view) * max(NEAR, distance))
+        _, _, bottom, top = self.edges(1.0)
+        return height / ((top - bottom) * max(NEAR, distance))
 
     def project(self, points: F64, width: int, height: int) -> F64:
         """(n, 3) pixel x (right), y (down) and distance in front of the camera [m] of (n, 3) room points."""
         p = (np.asarray(points) - self.position) @ self.rotation
         depth = -p[:, 2]
-        f = 0.5 * height / math.tan(0.5 * self.field_of_view)
         safe = np.where(np.abs(depth) < 1e-9, 1e-9, depth)
-        return np.stack((0.5 * width + f * p[:, 0] / safe, 0.5 * height - f * p[:, 1] / safe, depth), axis=1)
+        left, right, bottom, top = self.edges(width / height)
+        x = width * (p[:, 0] / safe - left) / (right - left)
+        y = height * (top - p[:, 1] / safe) / (top - bottom)
+        return np.stack((x, y, depth), axis=1)
+
+
+@dataclass(frozen=True)
+class Camera(Pinhole):
+    """Straight ahead. field_of_view: of the picture's height [rad]."""
+
+    field_of_view: float
+
+    def edges(self, aspect: float) -> tuple[float, float, float, float]:
+        top = math.tan(0.5 * self.field_of_view)
+        return -top * aspect, top * aspect, -top, top
+
+
+@dataclass(frozen=True)
+class WindowCamera(Pinhole):
+    """Through a window that need not stand before the eye. window: left, right, bottom, top at distance one."""
+
+    window: tuple[float, float, float, float]
+
+    def edges(self, aspect: float) -> tuple[float, float, float, float]:
+        """Those of the window, whatever the picture's shape."""
+        return self.window
 
 
 def look_at(eye: F64, target: F64, field_of_view: float) -> Camera:

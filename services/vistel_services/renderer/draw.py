@@ -15,12 +15,12 @@ from PIL import Image
 
 from vistel.implicit.deform_plan import FramePlan
 from vistel.space.tessellate import Surface3
-from vistel_services.renderer.camera import Camera
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
 from vistel_services.renderer.labels import Label, paint_label
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.room import Furniture, Panel
+from vistel_services.renderer.screens import Box, Screen, Sight, boxes
 from vistel_services.renderer.shadow import ShadowMap
 
 F32 = NDArray[np.float32]
@@ -59,13 +59,14 @@ class Planned:
 
 @dataclass(frozen=True)
 class FigureView:
-    """A figure in a frame; limbs (P, 8): ends a, radius, b, radius [m]."""
+    """A figure in a frame; limbs (P, 8): ends a, radius, b, radius [m]. own: without a head; shown: else only its shadow."""
 
     name: str
     model: FigureModel
     skin: Corners | Planned
     limbs: F32
     own: bool = False
+    shown: bool = True
 
 
 @dataclass(frozen=True)
@@ -86,9 +87,9 @@ class LabelView:
 
 @dataclass(frozen=True)
 class Frame:
-    """Everything that is seen at one instant."""
+    """Everything that is seen at one instant, and from where."""
 
-    camera: Camera
+    sights: Sequence[Sight]
     figures: Sequence[FigureView] = ()
     things: Sequence[ThingView] = ()
     labels: Sequence[LabelView] = ()
@@ -139,10 +140,15 @@ class Solid:
 
 
 class Painter:
-    """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`."""
+    """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`; screens: whose
+    pictures are in it."""
 
-    def __init__(self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None) -> None:
+    def __init__(
+        self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None, screens: Sequence[Screen] = ()
+    ) -> None:
         self.surface, self.width, self.height, self._deformer = surface, width, height, deformer
+        self.screens = tuple(screens)
+        self._whole: Box = (0, 0, width, height)
         ctx = self.ctx = surface.ctx
         self.software = surface.capability.software
         self._colour = ctx.texture((width, height), 4)
@@ -170,6 +176,8 @@ class Painter:
         self._furniture: Solid | None = None
         corners = ctx.buffer(np.array(((0, 0), (1, 0), (0, 1), (1, 1)), np.float32).tobytes())
         self._label_vao = ctx.vertex_array(self._label_program, [(corners, "2f", "corner")])
+        self._correct_program = program(ctx, "correct")
+        self._correct_vao = ctx.vertex_array(self._correct_program, [(corners, "2f", "corner")])
         self._label_textures: dict[Label, moderngl.Texture] = {}
         self._line = max(12, round(height * 0.052))
         self._drawn = 0
@@ -218,19 +226,39 @@ class Painter:
     def draw(self, frame: Frame) -> None:
         """Draw into the picture."""
         ctx = self.ctx
-        camera = frame.camera
-        clip = camera.projection(self.width / self.height) @ camera.view()
-        seen = [view for view in frame.figures if in_sight(clip, view.limbs)]
-        for view in seen:
-            self._put(view)
         things = [(t, self._things[t.id]) for t in frame.things if t.id in self._things]
+        views: list[tuple[Sight, F64, list[FigureView]]] = []
+        for sight in frame.sights:
+            _, _, width, height = sight.box or self._whole
+            clip = sight.camera.projection(width / height) @ sight.camera.view()
+            views.append((sight, clip, [f for f in frame.figures if f.shown and in_sight(clip, f.limbs)]))
+        for view in {v.name: v for _, _, seen in views for v in seen}.values():
+            self._put(view)
         self._shadows(frame, things)
         target = self._multisampled or self._target
         target.use()
-        ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        ctx.clear(0.05, 0.05, 0.06, 1.0)
+        target.color_mask = (True, True, True, True)
+        target.viewport = self._whole
+        target.clear(0.0, 0.0, 0.0, 1.0)
+        for sight, clip, seen in views:
+            target.viewport = sight.box or self._whole
+            target.color_mask = (*sight.colours, True)
+            target.clear(0.05, 0.05, 0.06, 1.0, viewport=sight.box or self._whole)
+            self._paint(frame, sight, clip, seen, things)
+        target.color_mask = (True, True, True, True)
+        self._correct(target)
+        target.viewport = self._whole
+        if self._multisampled is not None:
+            ctx.copy_framebuffer(self._target, self._multisampled)
+        self._drawn += 1
+
+    def _paint(
+        self, frame: Frame, sight: Sight, clip: F64, seen: Sequence[FigureView], things: Sequence[tuple[ThingView, Solid]]
+    ) -> None:
+        """One eye's view, into the part of the picture that is set."""
+        self.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         shared = {
-            "clip_from_room": _matrix(clip), "eye": tuple(camera.position), "shadow_map": 1,
+            "clip_from_room": _matrix(clip), "eye": tuple(sight.camera.position), "shadow_map": 1,
             "shadow_from_room": _matrix(self.shadow.lookup), "shadow_texel": 1.0 / self.shadow.size,
         }  # fmt: skip
         self.shadow.texture.use(1)
@@ -252,10 +280,7 @@ class Painter:
         for vao, texture in self._panels:
             texture.use(0)
             vao.render()
-        self._labels(frame, clip)
-        if self._multisampled is not None:
-            ctx.copy_framebuffer(self._target, self._multisampled)
-        self._drawn += 1
+        self._labels(frame, sight, clip)
 
     def read_into(self, out: U8) -> None:
         """The picture as (height, width, 4) RGBA bytes, first row at the *bottom*."""
@@ -314,12 +339,23 @@ class Painter:
             solids.append((still, self._furniture.shadow))
         self.shadow.draw([view.limbs for view in frame.figures], solids)
 
-    def _labels(self, frame: Frame, clip: F64) -> None:
+    def _correct(self, target: moderngl.Framebuffer) -> None:
+        """Fade and tint what neighbouring projectors show, so that their pictures join."""
+        self.ctx.enable_only(moderngl.BLEND)
+        self.ctx.blend_func = moderngl.DST_COLOR, moderngl.ZERO
+        for screen, box in zip(self.screens, boxes(self.screens), strict=True):
+            if not screen.plain:
+                target.viewport = box
+                put(self._correct_program, gain=screen.gain, blend=screen.blend)
+                self._correct_vao.render(moderngl.TRIANGLE_STRIP)
+
+    def _labels(self, frame: Frame, sight: Sight, clip: F64) -> None:
         ctx = self.ctx
+        _, _, width, height = sight.box or self._whole
         ctx.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
         ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         wanted = set()
-        for view in sorted(frame.labels, key=lambda v: -float(((v.place - frame.camera.position) ** 2).sum())):
+        for view in sorted(frame.labels, key=lambda v: -float(((v.place - sight.camera.position) ** 2).sum())):
             wanted.add(view.label)
             at = clip @ np.append(view.place, 1.0)
             if at[3] < 0.2 or abs(at[0]) > 1.3 * at[3] or abs(at[1]) > 1.3 * at[3]:
@@ -329,18 +365,13 @@ class Painter:
                 image = paint_label(view.label, self._line)
                 texture = self._label_textures[view.label] = self._texture(image, mipmaps=False)
             w, h = texture.size
-            x = round((0.5 + 0.5 * at[0] / at[3]) * self.width - 0.5 * w)
-            y = round((0.5 + 0.5 * at[1] / at[3]) * self.height)
-            fits = max(2, min(self.width - w - 2, x)), max(2, min(self.height - h - 2, y))
+            x = round((0.5 + 0.5 * at[0] / at[3]) * width - 0.5 * w)
+            y = round((0.5 + 0.5 * at[1] / at[3]) * height)
+            fits = max(2, min(width - w - 2, x)), max(2, min(height - h - 2, y))
             # A name that had to move into the picture may lie over its own head: there it is drawn on top.
             depth = float(at[2] / at[3]) if fits == (x, y) else -1.0
             x, y = fits
-            box = (
-                2 * x / self.width - 1,
-                2 * y / self.height - 1,
-                2 * (x + w) / self.width - 1,
-                2 * (y + h) / self.height - 1,
-            )
+            box = 2 * x / width - 1, 2 * y / height - 1, 2 * (x + w) / width - 1, 2 * (y + h) / height - 1
             texture.use(0)
             put(self._label_program, text=0, opacity=1.0, box=box, depth=depth)
             self._label_vao.render(moderngl.TRIANGLE_STRIP)

@@ -19,6 +19,7 @@ from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
+from vistel.space.room import seat_pose
 from vistel.v1 import service_pb2
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
@@ -28,6 +29,7 @@ from vistel.wire.world_listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.people import files_of, load_shape
+from vistel_services.renderer.screens import Screen, Stereo, picture_size
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.video import VideoWriter
@@ -66,10 +68,13 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     """The renderer of `site`."""
     if site is None:
         raise ValueError("renderer: runs at a site, and none was named")
-    shown = site.display
+    shown, viewer = site.display, site.participants[0].name
+    seat = seat_pose(conference.room.seats, conference.seat_of(viewer))
+    screens = tuple(Screen.placed(s, *seat) for s in shown.screens)
+    width, height = picture_size(screens) if screens else (shown.width, shown.height)
     view = View(
-        shown.width, shown.height, shown.view, site.participants[0].name, shown.window, f"VISTEL {site.name}", shown.engine,
-        shown.layers,
+        width, height, shown.view, viewer, shown.window, f"VISTEL {site.name}", shown.engine, shown.layers, screens,
+        Stereo(shown.stereo), shown.eye_distance, shown.convergence,
     )  # fmt: skip
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,

@@ -20,7 +20,7 @@ from vistel.space.room import Room, meeting_room
 from vistel.space.tessellate import join, tessellate_thing
 from vistel.space.things import Thing
 from vistel_services.renderer.antialias import antialias
-from vistel_services.renderer.camera import Camera, SeatCamera, overview
+from vistel_services.renderer.camera import SeatCamera, overview
 from vistel_services.renderer.draw import FigureView, Frame, LabelView, Painter, ThingView
 from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
 from vistel_services.renderer.ghosts import Ghosts
@@ -30,6 +30,16 @@ from vistel_services.renderer.labels import Label
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
 from vistel_services.renderer.room import FURNITURE, linear
+from vistel_services.renderer.screens import (
+    EYE_DISTANCE,
+    Screen,
+    Sight,
+    Stereo,
+    eyes_apart,
+    eyes_before,
+    sights_of_desktop,
+    sights_of_screens,
+)
 from vistel_services.renderer.soft_things import Reshaped, SoftThings, gives_way, pulls_of
 from vistel_services.renderer.stage import About, Instant, PersonNow
 
@@ -47,7 +57,8 @@ NO_SIGNAL_NS = 1_500_000_000
 @dataclass(frozen=True)
 class View:
     """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". engine: what deforms
-    figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins."""
+    figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins. screens: in the room, the picture
+    holds all of theirs; none: a desktop. eye_distance, convergence: of stereo [m]."""
 
     width: int
     height: int
@@ -57,6 +68,10 @@ class View:
     title: str = "VISTEL"
     engine: str = "auto"
     layers: bool = True
+    screens: tuple[Screen, ...] = ()
+    stereo: Stereo = Stereo.MONO
+    eye_distance: float = EYE_DISTANCE
+    convergence: float = 1.0
 
 
 @dataclass
@@ -81,13 +96,15 @@ class Studio:
         self._surface = open_surface(view.width, view.height, view.window, view.title)
         self.capability = self._surface.capability
         self._deformer = open_deformer(self._surface, view.engine)
-        self.painter = Painter(self._surface, view.width, view.height, self._deformer)
+        self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens)
         self._room: Room = meeting_room(seats)
         self._fixed = {t.id for t in self._room.things if t.fixed and t.shape in FURNITURE}
         self.painter.set_room(*take_room(seats))
         self._detail = 0.6 if self.capability.software else 0.9
         self._camera = SeatCamera()
-        self._from: Camera | None = None
+        self._from: list[Sight] = []
+        self._drawn = 0
+        self._eyes = eyes_before(view.screens, view.eye_distance)
         self._cast: dict[str, _Cast] = {}
         self._things: dict[str, Thing] = {}
         self._soft = SoftThings()
@@ -129,15 +146,17 @@ class Studio:
 
     def _frame(self, instant: Instant) -> Frame:
         posed = self._pose(instant)
-        camera = self._from = self._aim(instant, posed)
+        self._from = self._aim(instant, posed)
+        self._drawn += 1
         figures: list[FigureView] = []
         labels: list[LabelView] = []
         for person in instant.people:
             name = person.about.name
             cast, now = self._cast[name], posed[name]
-            own = self.view.kind == "seat" and name == self.view.eyes
+            own = name == self.view.eyes and (self.view.kind == "seat" or bool(self.view.screens))
             limbs = limb_rows(now.posed, cast.shape.casters)
-            figures.append(FigureView(name, now.model, now.skin, limbs, own))
+            # Before a wall stands the viewer's own body: only its shadow is drawn.
+            figures.append(FigureView(name, now.model, now.skin, limbs, own, shown=not (own and self.view.screens)))
             if not own:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
@@ -151,7 +170,7 @@ class Studio:
                     matrix[:3, :3] = matrix_from_quaternion(rotation)
                     matrix[:3, 3] = position
                 things.append(ThingView(thing_id, matrix))
-        return Frame(camera, figures, things, labels)
+        return Frame(self._from, figures, things, labels)
 
     def _pose(self, instant: Instant) -> dict[str, Posed]:
         """Everybody in the posture of this instant; who touches somebody deforms."""
@@ -196,15 +215,31 @@ class Studio:
 
     def _pixels_per_m(self, hips: F64 | None) -> float:
         """How large a person whose hips were there in the last picture is in it."""
-        if self._from is None or hips is None:
+        if hips is None or not self._from:
             return math.inf
-        away = float(np.linalg.norm(self._from.position - hips))
-        return self._from.pixels_per_m(max(NEAREST, away - ARM), self.view.height)
+        sizes: list[float] = []
+        for sight in self._from:
+            away = float(np.linalg.norm(sight.camera.position - hips))
+            height = sight.box[3] if sight.box else self.view.height
+            sizes.append(sight.camera.pixels_per_m(max(NEAREST, away - ARM), height))
+        return max(sizes)
 
-    def _aim(self, instant: Instant, posed: dict[str, Posed]) -> Camera:
-        if self.view.kind == "seat" and self.view.eyes in posed:
-            return self._camera.follow(instant.now_ns, posed[self.view.eyes].joints)
-        return overview()
+    def _aim(self, instant: Instant, posed: dict[str, Posed]) -> list[Sight]:
+        """From where the picture is drawn."""
+        view = self.view
+        viewer = posed.get(view.eyes)
+        if view.screens:
+            if viewer is not None:
+                sockets = viewer.joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]]
+                self._eyes = eyes_apart(sockets, view.eye_distance)
+            return sights_of_screens(view.screens, self._eyes, view.stereo, self._drawn)
+        camera = overview()
+        if view.kind == "seat" and viewer is not None:
+            camera = self._camera.follow(instant.now_ns, viewer.joints)
+        if view.stereo is Stereo.MONO:
+            return [Sight(camera)]
+        size = view.width, view.height
+        return sights_of_desktop(camera, size, view.stereo, self._drawn, view.eye_distance, view.convergence)
 
     def _label(self, instant: Instant, person: PersonNow, cast: _Cast) -> Label:
         if person.timing.age_ns > NO_SIGNAL_NS:

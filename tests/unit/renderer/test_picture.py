@@ -19,6 +19,7 @@ from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_sur
 from vistel_services.renderer.labels import Label
 from vistel_services.renderer.playout import Timing
 from vistel_services.renderer.room import build_room
+from vistel_services.renderer.screens import Sight
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.world_view import WorldView
@@ -85,9 +86,9 @@ def meeting(*names: str, timing: Timing = LIVE) -> Instant:
 @pytest.mark.parametrize("place", [(0.0, 1.0, 0.0), (0.5, 1.3, 0.2), (-0.7, 0.8, -0.4), (0.2, 0.6, 0.7)])
 def test_a_point_is_drawn_where_the_camera_projects_it(painter: Painter, place: tuple[float, float, float]) -> None:
     dot(painter, "dot", (1.0, 0.0, 0.0))
-    painter.draw(Frame(AHEAD))
+    painter.draw(Frame([Sight(AHEAD)]))
     empty = painter.image()
-    painter.draw(Frame(AHEAD, things=[ThingView("dot", at(*place))]))
+    painter.draw(Frame([Sight(AHEAD)], things=[ThingView("dot", at(*place))]))
     seen = difference(painter.image(), empty) > 25
     y, x = (c.mean() for c in np.nonzero(seen))
     expected = AHEAD.project(np.array([place]), WIDTH, HEIGHT)[0]
@@ -101,7 +102,7 @@ def test_the_nearer_of_two_things_hides_the_farther(painter: Painter) -> None:
     dot(painter, "blue", (0.02, 0.02, 1.0), 0.1)
     for near, far, channel in (("red", "blue", 0), ("blue", "red", 2)):
         things = [ThingView(near, at(0, 1, 0.5)), ThingView(far, at(0, 1, -0.5))]
-        painter.draw(Frame(AHEAD, things=things))
+        painter.draw(Frame([Sight(AHEAD)], things=things))
         middle = painter.image()[HEIGHT // 2, WIDTH // 2].astype(int)
         assert middle.argmax() == channel
 
@@ -109,16 +110,16 @@ def test_the_nearer_of_two_things_hides_the_farther(painter: Painter) -> None:
 def test_a_camera_behind_a_wall_of_things_it_looks_away_from_sees_none_of_them(painter: Painter) -> None:
     dot(painter, "dot", (1.0, 1.0, 1.0), 0.2)
     away = Camera(AHEAD.position, AHEAD.rotation @ np.diag((-1.0, 1.0, -1.0)), AHEAD.field_of_view)
-    painter.draw(Frame(away))
+    painter.draw(Frame([Sight(away)]))
     empty = painter.image()
-    painter.draw(Frame(away, things=[ThingView("dot", at(0, 1, 0))]))
+    painter.draw(Frame([Sight(away)], things=[ThingView("dot", at(0, 1, 0))]))
     assert difference(painter.image(), empty).max() == 0
 
 
 def test_the_room_is_bright_and_full_of_detail(painter: Painter) -> None:
     painter.set_room(*build_room(meeting_room(3)))
     eye = look_at(np.array((0.0, 1.2, -0.7)), np.array((0.0, 0.9, 0.5)), math.radians(56.0))
-    painter.draw(Frame(eye))
+    painter.draw(Frame([Sight(eye)]))
     image = painter.image()
     assert 60 < image.mean() < 190
     assert image.std() > 25
@@ -130,11 +131,11 @@ def test_a_thing_throws_its_shadow_on_the_table(painter: Painter) -> None:
     painter.set_room(*build_room(meeting_room(3)))
     dot(painter, "ball", (0.5, 0.5, 0.5), 0.06)
     above = look_at(np.array((0.0, 1.6, 0.01)), np.array((0.0, 0.7, 0.0)), math.radians(50.0))
-    painter.draw(Frame(above))
+    painter.draw(Frame([Sight(above)]))
     empty = painter.image().astype(int).sum(axis=2)
     ball = np.array((0.0, 0.95, 0.0))
     for _ in range(3):  # where the CPU draws, shadows follow within two frames
-        painter.draw(Frame(above, things=[ThingView("ball", at(*ball))]))
+        painter.draw(Frame([Sight(above)], things=[ThingView("ball", at(*ball))]))
     change = painter.image().astype(int).sum(axis=2) - empty
     key = np.array((-0.527, 0.773, 0.353))
     on_table = ball - key * (ball[1] - 0.72) / key[1]
@@ -156,9 +157,9 @@ def test_who_is_out_of_sight_is_not_drawn_and_who_may_be_in_it_is(
 
 def test_a_label_is_drawn_over_its_place_and_only_there(painter: Painter) -> None:
     place = np.array((0.3, 1.2, 0.0))
-    painter.draw(Frame(AHEAD))
+    painter.draw(Frame([Sight(AHEAD)]))
     empty = painter.image()
-    painter.draw(Frame(AHEAD, labels=[LabelView(Label("Ada Lovelace", "holds the red baton"), place)]))
+    painter.draw(Frame([Sight(AHEAD)], labels=[LabelView(Label("Ada Lovelace", "holds the red baton"), place)]))
     changed = difference(painter.image(), empty) > 20
     x, y, _ = AHEAD.project(place[None], WIDTH, HEIGHT)[0]
     rows, columns = np.nonzero(changed)

@@ -1,0 +1,77 @@
+"""What a site sees: the section `[sites.display]` of a conference file."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from vistel.conference.devices import Checked, Name
+
+Place = tuple[float, float, float]
+
+
+class Screen(Checked):
+    """A flat screen of a wall. Corners in metres in the frame of the viewer's seat: its origin on the floor under the seat,
+    +Y up, +Z where the viewer faces, +X to their left."""
+
+    name: Name
+    lower_left: Place
+    lower_right: Place
+    upper_left: Place
+    """As the viewer sees it."""
+    width: int = Field(default=1920, ge=16, le=16384)
+    height: int = Field(default=1080, ge=16, le=16384)
+    gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """Of red, green and blue light, 0 to 1: the brighter projector is dimmed."""
+    blend: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    """The part of the picture, 0 to 1, over which light fades to its left, right, bottom and top edge."""
+
+    @model_validator(mode="after")
+    def _a_rectangle(self) -> Screen:
+        across = [b - a for a, b in zip(self.lower_left, self.lower_right, strict=True)]
+        up = [b - a for a, b in zip(self.lower_left, self.upper_left, strict=True)]
+        w, h = math.hypot(*across), math.hypot(*up)
+        if min(w, h) < 0.01:
+            raise ValueError(f"screen {self.name}: {w:.3f} m wide and {h:.3f} m high; are two corners the same?")
+        if abs(sum(a * b for a, b in zip(across, up, strict=True))) > 0.02 * w * h:
+            raise ValueError(f"screen {self.name}: its corners make no right angle at the lower left one")
+        if not all(0.0 <= g <= 1.0 for g in self.gain):
+            raise ValueError(f"screen {self.name}: gain: expected three numbers from 0 to 1, got {list(self.gain)}")
+        if not all(0.0 <= b <= 0.5 for b in self.blend):
+            raise ValueError(f"screen {self.name}: blend: expected four numbers from 0 to 0.5, got {list(self.blend)}")
+        return self
+
+
+class Display(Checked):
+    """What a site sees."""
+
+    width: int = Field(default=640, ge=16, le=16384)
+    height: int = Field(default=360, ge=16, le=16384)
+    window: bool = False
+    view: Literal["seat", "room"] = "seat"
+    screens: list[Screen] = Field(default=[])
+    """A wall instead of a desktop: the first participant sees the room through these; width, height and view are theirs."""
+    stereo: Literal["mono", "side_by_side", "top_bottom", "anaglyph", "sequential"] = "mono"
+    eye_distance: float = Field(default=0.063, ge=0.0, le=0.2)
+    """Between the viewer's pupils [m]."""
+    convergence: float = Field(default=1.0, gt=0.05, le=100.0)
+    """Stereo on a desktop: how far away things seem to lie on the display itself [m]."""
+    video: bool = True
+    """Write an MP4 of what is shown into the output folder."""
+    frames_per_s: float = Field(default=30.0, gt=0, le=240)
+    engine: Literal["auto", "cpu", "gpu"] = "auto"
+    """What deforms figures; auto: the GPU where one draws, else the CPU."""
+    layers: bool = True
+    """Whether muscles and bones show under figures' skins."""
+
+    @model_validator(mode="after")
+    def _screens_apart(self) -> Display:
+        names = [screen.name for screen in self.screens]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"screens: {twice[0]} stands twice")
+        if sum(s.width for s in self.screens) > 16384:
+            raise ValueError("screens: side by side they are wider than 16384 pixels")
+        return self
