@@ -10,13 +10,13 @@ There is neither length nor checksum, so a record is believed only when everythi
 
 from __future__ import annotations
 
-import math
 import re
 import struct
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
-from vistel.protocol.arrival import ByteArrivals
+from vistel.protocol.polhemus import Pose, Record, numbers, pose_of
+from vistel.protocol.stream import NO, WAIT, StreamParser
 from vistel.protocol.turns import Turns
 
 RECORD_LENGTH = 33
@@ -24,30 +24,11 @@ LATENCY_NS = 3_750_000
 """From the middle of a measurement to its first byte leaving (manual, specifications)."""
 CYCLE_S = 1.0 / 120.0
 """One receiver is measured per cycle; active stations take turns."""
-BAUD_RATES = (115200, 57600, 38400, 19200, 9600)
-"""In the order in which a driver tries them."""
 
 _FLOATS = struct.Struct("<7f")
-_MAX_CM = 1500.0
-_NORM_TOLERANCE = 0.02
 _REPLY_START = re.compile(rb"2[ 1-4][A-Za-z]")
 _REPLY_MAX = 256
-_CR, _LF, _ZERO, _TWO = 13, 10, ord("0"), ord("2")
-
-
-@dataclass(frozen=True, slots=True)
-class Record:
-    """One receiver's pose in the transmitter frame (+X away from the cable, +Y right, +Z down).
-
-    position: metres. rotation: unit quaternion (x, y, z, w), receiver to transmitter. error: letter or "".
-    t_ns: when it was measured: the first byte's time less the device's latency, refined by `Turns`.
-    """
-
-    station: int
-    error: str
-    position: tuple[float, float, float]
-    rotation: tuple[float, float, float, float]
-    t_ns: int
+_CR, _LF, _ZERO = 13, 10, ord("0")
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,92 +95,64 @@ def meaning(error: str) -> str:
     return "built-in test: characterisation or self-calibration"
 
 
-_WAIT = -1
-_NO = 0
-
-
-class FastrakParser:
+class FastrakParser(StreamParser):
     """Turns what a FASTRAK sends into records; steps over what it cannot be, byte by byte, and counts it."""
 
+    start = re.compile(rb"[02]")
+
     def __init__(self, baud: int = 115200) -> None:
-        self.bytes_skipped = 0
-        self._buffer = bytearray()
-        self._arrivals = ByteArrivals(baud)
+        super().__init__(baud)
         self._turns = Turns(CYCLE_S * 1e9)
+        self._found: list[tuple[int, str, Pose, int]] = []
         self._replies: list[Reply] = []
 
     def feed(self, data: bytes, t_ns: int) -> list[Record]:
         """The records completed by `data`, which was read at `t_ns`. Never raises, whatever the bytes."""
-        if not data:
+        self._read(data, t_ns)
+        found, self._found = self._found, []
+        if not found:
             return []
-        records: list[Record] = []
-        buffer = self._buffer
-        buffer += data
-        self._arrivals.read(len(data), t_ns)
-        base = self._arrivals.end - len(buffer)
-        i, size = 0, len(buffer)
-        while i < size:
-            first = buffer[i]
-            taken = _NO
-            if first == _ZERO:
-                taken = self._record_at(i, base, records)
-            elif first == _TWO:
-                taken = self._reply_at(i)
-            if taken == _WAIT:
-                break
-            if taken == _NO:
-                self.bytes_skipped += 1
-                taken = 1
-            i += taken
-        del buffer[:i]
-        self._arrivals.forget(base + i)
-        if not records:
-            return records
-        times = self._turns.times([(r.station, r.t_ns) for r in records])
-        return [replace(r, t_ns=t) for r, t in zip(records, times, strict=True)]
+        times = self._turns.times([(station, arrival_ns) for station, _, _, arrival_ns in found])
+        return [
+            Record(station, error, position, rotation, t)
+            for (station, error, (position, rotation), _), t in zip(found, times, strict=True)
+        ]
 
     def take_replies(self) -> list[Reply]:
         """Answers that came since the last call, oldest first."""
         replies, self._replies = self._replies, []
         return replies
 
-    def _record_at(self, i: int, base: int, records: list[Record]) -> int:
-        """How many bytes a record at `i` takes, or _NO, or _WAIT while it can still become one."""
+    def _take(self, i: int) -> int:
+        return self._record_at(i) if self._buffer[i] == _ZERO else self._reply_at(i)
+
+    def _record_at(self, i: int) -> int:
         b = self._buffer
         have = len(b) - i
         if have > 1 and not 49 <= b[i + 1] <= 52:
-            return _NO
+            return NO
         if have > 2 and not _is_error(b[i + 2]):
-            return _NO
+            return NO
         if have > 31 and b[i + 31] != _CR:
-            return _NO
+            return NO
         if have < RECORD_LENGTH:
-            return _WAIT
+            return WAIT
         if b[i + 32] != _LF:
-            return _NO
-        x, y, z, qw, qx, qy, qz = _FLOATS.unpack_from(b, i + 3)
-        norm = math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
-        # A comparison with NaN is false, so these let no NaN through; x, y, z are checked by their bounds too.
-        if not (abs(x) < _MAX_CM and abs(y) < _MAX_CM and abs(z) < _MAX_CM and abs(norm - 1.0) < _NORM_TOLERANCE):
-            return _NO
-        records.append(
-            Record(
-                b[i + 1] - 48,
-                "" if b[i + 2] == 32 else chr(b[i + 2]),
-                (x * 0.01, y * 0.01, z * 0.01),
-                (qx / norm, qy / norm, qz / norm, qw / norm),
-                self._arrivals.began_ns(base + i) - LATENCY_NS,
-            )
-        )
+            return NO
+        pose = pose_of(*_FLOATS.unpack_from(b, i + 3))
+        if pose is None:
+            return NO
+        error = "" if b[i + 2] == 32 else chr(b[i + 2])
+        self._found.append((b[i + 1] - 48, error, pose, self._began_ns(i) - LATENCY_NS))
         return RECORD_LENGTH
 
     def _reply_at(self, i: int) -> int:
         """The same for an answer: '2', station or blank, the command's letter, printable text, CR LF."""
         b = self._buffer
         if len(b) - i < 3:
-            return _WAIT if len(b) - i < 2 or b[i + 1] in b" 1234" else _NO
+            return WAIT if len(b) - i < 2 or b[i + 1] in b" 1234" else NO
         if not _REPLY_START.match(b, i):
-            return _NO
+            return NO
         for k in range(i + 3, min(len(b), i + _REPLY_MAX)):
             c = b[k]
             if c == _LF and b[k - 1] == _CR:
@@ -207,8 +160,8 @@ class FastrakParser:
                 self._replies.append(Reply(chr(b[i + 2]), chr(b[i + 1]).strip(), text))
                 return k + 1 - i
             if not (32 <= c < 127 or c == _CR):
-                return _NO
-        return _WAIT if len(b) - i < _REPLY_MAX else _NO
+                return NO
+        return WAIT if len(b) - i < _REPLY_MAX else NO
 
 
 def _is_error(c: int) -> bool:
@@ -240,11 +193,6 @@ def output_list(station: int) -> bytes:
     return f"O{station},2,11,1\r".encode()
 
 
-def hemisphere(station: int, direction: tuple[float, float, float]) -> bytes:
-    """Of the two mirrored places a magnetic field allows, report the one on this side of the transmitter."""
-    return f"H{station},{_numbers(direction)}\r".encode()
-
-
 def boresight(station: int) -> bytes:
     """Make the receiver's present attitude the reference."""
     return f"B{station}\r".encode()
@@ -257,16 +205,12 @@ def unboresight(station: int) -> bytes:
 
 def position_filter(low: float, high: float, ease: float, factor: float) -> bytes:
     """The adaptive filter of all positions: sensitivity, lowest, highest, factor (manual, command x)."""
-    return f"x{_numbers((low, high, ease, factor))}\r".encode()
+    return f"x{numbers((low, high, ease, factor))}\r".encode()
 
 
 def attitude_filter(low: float, high: float, ease: float, factor: float) -> bytes:
     """The same for attitudes (command v)."""
-    return f"v{_numbers((low, high, ease, factor))}\r".encode()
-
-
-def _numbers(values: tuple[float, ...]) -> str:
-    return ",".join(f"{v:.4g}" for v in values)
+    return f"v{numbers((low, high, ease, factor))}\r".encode()
 
 
 def parse_status(reply: Reply) -> Status | None:

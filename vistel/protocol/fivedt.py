@@ -11,11 +11,11 @@ Sources: 5DT Data Glove Ultra manual v1.3, appendix B; the formats as read by VR
 
 from __future__ import annotations
 
+import re
 import struct
-from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from vistel.protocol.arrival import ByteArrivals
+from vistel.protocol.stream import NO, WAIT, StreamParser
 
 SLOTS: tuple[str, ...] = (
     "thumb_near", "thumb_far", "thumb_index",
@@ -34,8 +34,6 @@ HIGHEST = 4095
 
 _LEFT, _FIVE = 0x01, 0x10
 _WORDS = struct.Struct(">16H")
-_WAIT = -1
-_NO = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,99 +69,77 @@ class ReportParser:
         return [Sample(values, None, 0, t_ns)]
 
 
-class _SerialParser(ABC):
-    """Steps over what cannot be a record, byte by byte, and counts it."""
+class _SerialParser(StreamParser):
+    """A glove on a serial line."""
 
     def __init__(self, baud: int) -> None:
-        self.bytes_skipped = 0
-        self._buffer = bytearray()
-        self._arrivals = ByteArrivals(baud)
+        super().__init__(baud)
+        self._samples: list[Sample] = []
 
     def feed(self, data: bytes, t_ns: int) -> list[Sample]:
         """The samples completed by `data`, which was read at `t_ns`. Never raises, whatever the bytes."""
-        if not data:
-            return []
-        samples: list[Sample] = []
-        self._buffer += data
-        self._arrivals.read(len(data), t_ns)
-        base = self._arrivals.end - len(self._buffer)
-        i = 0
-        while i < len(self._buffer):
-            taken, sample = self._take(i)
-            if taken == _WAIT:
-                break
-            if taken == _NO:
-                self.bytes_skipped += 1
-                taken = 1
-            if sample is not None:
-                samples.append(replace(sample, t_ns=self._arrivals.began_ns(base + i)))
-            i += taken
-        del self._buffer[:i]
-        self._arrivals.forget(base + i)
+        self._read(data, t_ns)
+        samples, self._samples = self._samples, []
         return samples
-
-    @abstractmethod
-    def _take(self, i: int) -> tuple[int, Sample | None]:
-        """How many bytes what begins at `i` takes, or _NO, or _WAIT; and the sample, if it is one."""
 
 
 class UltraParser(_SerialParser):
     """The wireless kit of the Ultra. Its checksum's rule is not published: type and both ends are what is checked."""
 
     LENGTH = 29
+    start = re.compile(rb"<(?:[\x00-\x07\x10-\x17]|\Z)")
 
     def __init__(self, baud: int = 115200) -> None:
         super().__init__(baud)
 
-    def _take(self, i: int) -> tuple[int, Sample | None]:
+    def _take(self, i: int) -> int:
         b = self._buffer
-        have = len(b) - i
-        if b[i] != ord("<") or (have > 1 and b[i + 1] & ~(_FIVE | 0x07)):
-            return _NO, None
-        if have < self.LENGTH:
-            return _WAIT, None
+        if len(b) - i < self.LENGTH:
+            return WAIT
         if b[i + self.LENGTH - 1] != ord(">"):
-            return _NO, None
+            return NO
         kind = b[i + 1]
         packed = int.from_bytes(b[i + 3 : i + 27], "big")
         values = tuple(packed >> 12 * (15 - k) & 0xFFF for k in range(16))
-        return self.LENGTH, Sample(values, not kind & _LEFT, int(bool(kind & 0x04)), 0)
+        self._samples.append(Sample(values, not kind & _LEFT, int(bool(kind & 0x04)), self._began_ns(i)))
+        return self.LENGTH
 
 
 class Glove16Parser(_SerialParser):
     """The Data Glove 16; it says now and then whether it is a right one."""
 
     LENGTH, INFO_LENGTH = 36, 7
+    start = re.compile(rb"<(?:[DI]|\Z)")
 
     def __init__(self, baud: int = 19200) -> None:
         super().__init__(baud)
         self._right: bool | None = None
 
-    def _take(self, i: int) -> tuple[int, Sample | None]:
+    def _take(self, i: int) -> int:
         b = self._buffer
         have = len(b) - i
-        if b[i] != ord("<") or (have > 1 and b[i + 1] not in b"DI"):
-            return _NO, None
         if have < 2:
-            return _WAIT, None
+            return WAIT
         if b[i + 1] == ord("I"):
             if have < self.INFO_LENGTH:
-                return _WAIT, None
+                return WAIT
             if b[i + 6] != ord(">"):
-                return _NO, None
+                return NO
             self._right = bool(b[i + 4] & 1)
-            return self.INFO_LENGTH, None
-        if any(b[k] > 0x0F for k in range(i + 2, min(i + 34, len(b)), 2)):
-            return _NO, None
+            return self.INFO_LENGTH
+        if max(b[i + 2 : i + 34 : 2], default=0) > 0x0F:
+            return NO
         if have < self.LENGTH:
-            return _WAIT, None
-        return self.LENGTH, Sample(_WORDS.unpack_from(b, i + 2), self._right, 0, 0)
+            return WAIT
+        self._samples.append(Sample(_WORDS.unpack_from(b, i + 2), self._right, 0, self._began_ns(i)))
+        return self.LENGTH
 
 
 class Glove5Parser(_SerialParser):
     """The Data Glove 5: five fingers, then pitch and roll, which are left out."""
 
     LENGTH, INFO_LENGTH = 9, 32
+    start = re.compile(rb"[\x80\x55]|B(?:R|\Z)")
 
     def __init__(self, baud: int = 19200) -> None:
         super().__init__(baud)
@@ -179,31 +155,28 @@ class Glove5Parser(_SerialParser):
         heard, self._heard = bytes(self._heard), bytearray()
         return 0x55 in heard
 
-    def _take(self, i: int) -> tuple[int, Sample | None]:
+    def _take(self, i: int) -> int:
         b = self._buffer
         have = len(b) - i
         if b[i] == 0x55:
-            return 1, None  # its answer to a greeting, or the end of some units' records
+            return 1  # its answer to a greeting, or the end of some units' records
         if b[i] == ord("B"):
-            if have > 1 and b[i + 1] != ord("R"):
-                return _NO, None
             # Nothing but the first six bytes of its description is fixed, so no more of it is taken on trust.
             if have < 6:
-                return _WAIT, None
+                return WAIT
             if b[i + 4] > 0x03 or b[i + 5] > 0x1F:
-                return _NO, None
+                return NO
             self._right = bool(b[i + 4] & 1)
-            return 6, None
-        if b[i] != 0x80:
-            return _NO, None
+            return 6
         if have < self.LENGTH:
-            return _WAIT, None
+            return WAIT
         check = 0
         for k in range(i + 1, i + 9):
             check ^= b[k]
         if check:
-            return _NO, None
-        return self.LENGTH, Sample(tuple(b[i + 1 : i + 6]), self._right, 0, 0)
+            return NO
+        self._samples.append(Sample(tuple(b[i + 1 : i + 6]), self._right, 0, self._began_ns(i)))
+        return self.LENGTH
 
 
 # Commands of the Data Glove 5; the others hear nothing.

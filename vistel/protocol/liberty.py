@@ -15,12 +15,12 @@ read by VRPN (vrpn_Tracker_Liberty) and by the ROS driver of the University of E
 
 from __future__ import annotations
 
-import math
 import re
 import struct
 from dataclasses import dataclass
 
-from vistel.protocol.arrival import ByteArrivals
+from vistel.protocol.polhemus import CREEP, LATE_CYCLES, Record, pose_of
+from vistel.protocol.stream import NO, WAIT, StreamParser
 
 RECORD_LENGTH = 42
 MAX_STATIONS = {"liberty": 16, "patriot": 2}
@@ -28,8 +28,6 @@ RATE_HZ = {"liberty": 120.0, "patriot": 60.0}
 """Measurements of every station per second: what `RATE_120_HZ` sets, and a PATRIOT's only rate."""
 LATENCY_NS = {"liberty": 3_500_000, "patriot": 18_500_000}
 """From the middle of a measurement to its first byte leaving (maker's specifications)."""
-BAUD_RATES = (115200, 57600, 38400, 19200, 9600)
-"""In the order in which a driver tries them."""
 
 _HEADER = struct.Struct("<2sBBBBH")
 _BODY = struct.Struct("<7fI")
@@ -38,27 +36,7 @@ _BODY_SIZE = _BODY.size + 2
 _DATA = b"CP"
 _STATIONS, _WHO = 0x15, 0x16
 _MAX_REPLY = 512
-_MAX_CM = 1500.0
-_NORM_TOLERANCE = 0.02
 _TEXT = re.compile(rb"[\x20-\x7e\r\n\t]*")
-_CREEP = 0.002
-_LATE_CYCLES = 2.5
-
-
-@dataclass(frozen=True, slots=True)
-class Record:
-    """One receiver's pose in the transmitter frame (+X away from the cable, +Y right, +Z down).
-
-    position: metres. rotation: unit quaternion (x, y, z, w), receiver to transmitter. error: letter or "".
-    frame: the unit's count of measurements; t_ns: when it was measured, the same for all stations of a frame.
-    """
-
-    station: int
-    error: str
-    position: tuple[float, float, float]
-    rotation: tuple[float, float, float, float]
-    frame: int
-    t_ns: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,47 +66,28 @@ class FrameTimes:
         bound = float(arrival_ns)
         if self._t_ns is not None:
             cycles = frame - self._frame
-            expected = self._t_ns + cycles * self.cycle_ns * (1.0 + _CREEP)
-            if cycles >= 0 and bound - expected <= _LATE_CYCLES * self.cycle_ns:
+            expected = self._t_ns + cycles * self.cycle_ns * (1.0 + CREEP)
+            if cycles >= 0 and bound - expected <= LATE_CYCLES * self.cycle_ns:
                 bound = min(bound, expected)
         self._frame, self._t_ns = frame, bound
         return int(bound)
 
 
-_WAIT = -1
-_NO = 0
-
-
-class LibertyParser:
+class LibertyParser(StreamParser):
     """Turns what a LIBERTY or PATRIOT sends into records; steps over what it cannot be, byte by byte, and counts it."""
 
+    start = re.compile(rb"L(?:Y|\Z)|P(?:A|\Z)")
+
     def __init__(self, baud: int = 115200) -> None:
-        self.bytes_skipped = 0
-        self._buffer = bytearray()
-        self._arrivals = ByteArrivals(baud)
+        super().__init__(baud)
         self._times = {model: FrameTimes(1e9 / RATE_HZ[model]) for model in RATE_HZ}
+        self._records: list[Record] = []
         self._replies: list[Reply] = []
 
     def feed(self, data: bytes, t_ns: int) -> list[Record]:
         """The records completed by `data`, which was read at `t_ns`. Never raises, whatever the bytes."""
-        if not data:
-            return []
-        records: list[Record] = []
-        buffer = self._buffer
-        buffer += data
-        self._arrivals.read(len(data), t_ns)
-        base = self._arrivals.end - len(buffer)
-        i, size = 0, len(buffer)
-        while i < size:
-            taken = self._frame_at(i, base, records) if buffer[i] in b"LP" else _NO
-            if taken == _WAIT:
-                break
-            if taken == _NO:
-                self.bytes_skipped += 1
-                taken = 1
-            i += taken
-        del buffer[:i]
-        self._arrivals.forget(base + i)
+        self._read(data, t_ns)
+        records, self._records = self._records, []
         return records
 
     def take_replies(self) -> list[Reply]:
@@ -136,43 +95,31 @@ class LibertyParser:
         replies, self._replies = self._replies, []
         return replies
 
-    def _frame_at(self, i: int, base: int, records: list[Record]) -> int:
-        """How many bytes a frame at `i` takes, or _NO, or _WAIT while it can still become one."""
+    def _take(self, i: int) -> int:
         b = self._buffer
-        have = len(b) - i
-        if have < _HEADER.size:
-            return _WAIT if have < 2 or bytes(b[i : i + 2]) in _MODELS else _NO
+        if len(b) - i < _HEADER.size:
+            return WAIT
         mark, station, command, error, _, size = _HEADER.unpack_from(b, i)
-        model = _MODELS.get(mark)
-        if model is None or not _is_error(error):
-            return _NO
+        model = _MODELS[mark]
+        if not _is_error(error):
+            return NO
         letter = "" if error in (0, 32) else chr(error)
         if command in _DATA and size == _BODY_SIZE and 1 <= station <= MAX_STATIONS[model]:
-            return self._record_at(i, base, model, station, letter, records)
+            return self._record_at(i, model, station, letter)
         return self._reply_at(i, size, Reply(model, command, letter, b""))
 
-    def _record_at(self, i: int, base: int, model: str, station: int, error: str, records: list[Record]) -> int:
+    def _record_at(self, i: int, model: str, station: int, error: str) -> int:
         b = self._buffer
         if len(b) - i < RECORD_LENGTH:
-            return _WAIT
+            return WAIT
         if bytes(b[i + RECORD_LENGTH - 2 : i + RECORD_LENGTH]) != b"\r\n":
-            return _NO
-        x, y, z, qw, qx, qy, qz, frame = _BODY.unpack_from(b, i + _HEADER.size)
-        norm = math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
-        # A comparison with NaN is false, so these let no NaN through; x, y, z are checked by their bounds too.
-        if not (abs(x) < _MAX_CM and abs(y) < _MAX_CM and abs(z) < _MAX_CM and abs(norm - 1.0) < _NORM_TOLERANCE):
-            return _NO
-        arrival_ns = self._arrivals.began_ns(base + i) - LATENCY_NS[model]
-        records.append(
-            Record(
-                station,
-                error,
-                (x * 0.01, y * 0.01, z * 0.01),
-                (qx / norm, qy / norm, qz / norm, qw / norm),
-                frame,
-                self._times[model].time(frame, arrival_ns),
-            )
-        )
+            return NO
+        *values, frame = _BODY.unpack_from(b, i + _HEADER.size)
+        pose = pose_of(*values)
+        if pose is None:
+            return NO
+        t_ns = self._times[model].time(frame, self._began_ns(i) - LATENCY_NS[model])
+        self._records.append(Record(station, error, *pose, t_ns, frame))
         return RECORD_LENGTH
 
     def _reply_at(self, i: int, size: int, head: Reply) -> int:
@@ -181,15 +128,15 @@ class LibertyParser:
         start, end = i + _HEADER.size, i + _HEADER.size + size
         if head.command == _STATIONS and not head.error:
             if size != 4:
-                return _NO
+                return NO
         else:
             if size > _MAX_REPLY or (not size and not head.error):
-                return _NO
+                return NO
             text = _TEXT.match(b, start, min(end, len(b)))
             if text is None or text.end() < min(end, len(b)):
-                return _NO
+                return NO
         if len(b) < end:
-            return _WAIT
+            return WAIT
         self._replies.append(Reply(head.model, head.command, head.error, bytes(b[start:end])))
         return end - i
 
@@ -223,11 +170,6 @@ def enable_station(station: int, on: bool) -> bytes:
 def output_list(station: int) -> bytes:
     """Position, quaternion, frame count, CR LF: the record that `LibertyParser` reads."""
     return f"O{station},2,7,9,1\r".encode()
-
-
-def hemisphere(station: int, direction: tuple[float, float, float]) -> bytes:
-    """Of the two mirrored places a magnetic field allows, report the one on this side of the transmitter."""
-    return f"H{station},{','.join(f'{v:.4g}' for v in direction)}\r".encode()
 
 
 def parse_who(reply: Reply) -> str | None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from bisect import insort
 from collections.abc import Sequence
 
-_CREEP = 0.002
-_LATE_CYCLES = 2.5
+from vistel.protocol.polhemus import CREEP, LATE_CYCLES
 
 
 class Turns:
@@ -32,8 +31,8 @@ class Turns:
             bounds[i] = min(bounds[i], bounds[i + 1] - steps[i + 1] * self._cycle_ns)
         for i, bound in enumerate(bounds):
             if self._t_ns is not None:
-                expected = self._t_ns + steps[i] * self._cycle_ns * (1.0 + _CREEP)
-                if bound - expected > _LATE_CYCLES * self._cycle_ns:
+                expected = self._t_ns + steps[i] * self._cycle_ns * (1.0 + CREEP)
+                if bound - expected > LATE_CYCLES * self._cycle_ns:
                     self._stations = sorted({station for station, _ in arrivals[i:]})
                 else:
                     bounds[i] = min(bound, expected)

@@ -22,6 +22,8 @@ import re
 import struct
 from dataclasses import dataclass
 
+from vistel.protocol.stream import NO, WAIT, StreamParser
+
 DEFAULT_PORT = 3883
 SIMULATED = "Tracker0"
 """What a simulated server calls its tracker."""
@@ -39,14 +41,13 @@ _HEADER = struct.Struct(">IIIii4x")
 _POSE = struct.Struct(">ii7d")
 _POSE_LENGTH = (_HEADER.size + _POSE.size).to_bytes(4, "big")
 _COOKIE = re.compile(rb"vrpn: ver\. \d\d\.\d\d  [0-3]")
-_LONGEST = 65_536
+_NETWORK_BAUD = 1_000_000_000
+"""Bytes of a network take no time worth counting."""
 _MOST_IDS = 2_000
 _MOST_SENSOR = 4_095
 _MOST_CHANNELS = 128
 _MOST_M = 1_000.0
 _NORM_TOLERANCE = 0.02
-_WAIT, _NO = -1, 0
-
 
 @dataclass(frozen=True, slots=True)
 class PoseReport:
@@ -71,52 +72,51 @@ class AnalogReport:
     t_ns: int
 
 
-class VrpnParser:
+Report = PoseReport | AnalogReport
+
+
+class VrpnParser(StreamParser):
     """Turns what a VRPN server sends into reports; steps over what it cannot be, byte by byte, and counts it."""
 
+    # A cookie's first letter, or a length from 24 to what the longest payload makes; at the buffer's end their beginnings.
+    start = re.compile(rb"v|\x00(?:\Z|\x00(?:\Z|\x00(?:\Z|[\x18-\xff])|[\x01-\x10](?:\Z|.)))", re.DOTALL)
+
     def __init__(self) -> None:
-        self.bytes_skipped = 0
+        super().__init__(_NETWORK_BAUD)
         self.version = ""
         """Of the server, "07.38"; empty before its cookie has come."""
         self.refused = ""
         """The opening of a server whose version does not fit."""
         self.pongs: set[str] = set()
         """Devices that have answered a ping."""
-        self._buffer = bytearray()
         self._senders: dict[int, str] = {}
         self._types: dict[int, str] = {}
+        self._reports: list[Report] = []
+        self._t_ns = 0
 
     @property
     def devices(self) -> tuple[str, ...]:
         """Names the server has told, its own inner ones left out."""
         return tuple(sorted(n for n in self._senders.values() if n != CONTROL))
 
-    def feed(self, data: bytes, t_ns: int) -> list[PoseReport | AnalogReport]:
+    def feed(self, data: bytes, t_ns: int) -> list[Report]:
         """The reports completed by `data`, which was read at `t_ns`. Never raises, whatever the bytes."""
-        out: list[PoseReport | AnalogReport] = []
-        buffer = self._buffer
-        buffer += data
-        i = 0
-        while i < len(buffer):
-            taken = self._cookie_at(i) if buffer[i] == _OPENING[0] else self._message_at(i, t_ns, out)
-            if taken == _WAIT:
-                break
-            if taken == _NO:
-                self.bytes_skipped += 1
-                taken = 1
-            i += taken
-        del buffer[:i]
-        return out
+        self._t_ns = t_ns
+        self._read(data, t_ns)
+        reports, self._reports = self._reports, []
+        return reports
+
+    def _take(self, i: int) -> int:
+        return self._cookie_at(i) if self._buffer[i] == _OPENING[0] else self._message_at(i)
 
     def _cookie_at(self, i: int) -> int:
-        """How many bytes a cookie at `i` takes, or _NO, or _WAIT while it can still become one."""
         seen = bytes(self._buffer[i : i + COOKIE_LENGTH])
         if seen[: len(_OPENING)] != _OPENING[: len(seen)]:
-            return _NO
+            return NO
         if len(seen) < COOKIE_LENGTH:
-            return _WAIT
+            return WAIT
         if not _COOKIE.match(seen):
-            return _NO
+            return NO
         # A new connection: numbers stand for other names now.
         self._senders.clear()
         self._types.clear()
@@ -125,33 +125,28 @@ class VrpnParser:
         self.version, self.refused = (text, "") if seen.startswith(_MAGIC) else ("", text)
         return COOKIE_LENGTH
 
-    def _message_at(self, i: int, t_ns: int, out: list[PoseReport | AnalogReport]) -> int:
+    def _message_at(self, i: int) -> int:
         b = self._buffer
         have = len(b) - i
-        if have < 4:
-            return _NO if have and b[i] else _WAIT
-        length = int.from_bytes(b[i : i + 4], "big")
-        if not _HEADER.size <= length <= _LONGEST:
-            return _NO
         if have < _HEADER.size:
-            return _WAIT
-        _, _, micros, sender, kind = _HEADER.unpack_from(b, i)
+            return WAIT
+        length, _, micros, sender, kind = _HEADER.unpack_from(b, i)
         if micros >= 1_000_000 or not -1 <= sender < (65_536 if kind < 0 else _MOST_IDS) or not -6 < kind < _MOST_IDS:
-            return _NO
+            return NO
         size = length - _HEADER.size
         name = self._types.get(kind, "")
         if not self._fits(kind, name, size):
-            return _NO
+            return NO
         padded = _HEADER.size + -(-size // 8) * 8
         if self._begins_anew(i + 1, i + padded, whole=name == POSE):
-            return _NO
+            return NO
         if have < padded:
-            return _WAIT
+            return WAIT
         payload = bytes(b[i + _HEADER.size : i + length])
         if kind in (SENDER, TYPE):
-            return padded if self._name(kind, sender, payload) else _NO
-        if kind >= 0 and not self._take(name, self._senders.get(sender, ""), payload, t_ns, out):
-            return _NO
+            return padded if self._name(kind, sender, payload) else NO
+        if kind >= 0 and not self._report(name, self._senders.get(sender, ""), payload):
+            return NO
         return padded
 
     def _fits(self, kind: int, name: str, size: int) -> bool:
@@ -180,28 +175,27 @@ class VrpnParser:
         return False
 
     def _name(self, kind: int, number: int, payload: bytes) -> bool:
-        length = int.from_bytes(payload[:4], "big")
-        text = payload[4 : 4 + length].rstrip(b"\0")
-        if length != len(payload) - 4 or number < 0 or not text.isascii() or not text.decode("ascii").isprintable():
+        name = payload[4:].rstrip(b"\0").decode("ascii", "replace")
+        if int.from_bytes(payload[:4], "big") != len(payload) - 4 or number < 0 or not name.isprintable() or "\ufffd" in name:
             return False
         # A number keeps its name for as long as the connection lasts.
-        (self._senders if kind == SENDER else self._types).setdefault(number, text.decode("ascii"))
+        (self._senders if kind == SENDER else self._types).setdefault(number, name)
         return True
 
-    def _take(self, name: str, device: str, payload: bytes, t_ns: int, out: list[PoseReport | AnalogReport]) -> bool:
-        """Whether the payload can be what its type says; its report, where it is one, is added to `out`."""
+    def _report(self, name: str, device: str, payload: bytes) -> bool:
+        """Whether the payload can be what its type says; its report, where it is one, is kept."""
         if name == PONG:
             self.pongs.add(device)
         elif name == POSE and device:
             found = _pose(payload)
             if found is None:
                 return False
-            out.append(PoseReport(device, *found, t_ns))
+            self._reports.append(PoseReport(device, *found, self._t_ns))
         elif name == ANALOG and device:
             values = struct.unpack(f">{len(payload) // 8}d", payload)
             if not all(map(math.isfinite, values)) or int(values[0]) != len(values) - 1:
                 return False
-            out.append(AnalogReport(device, tuple(values[1:]), t_ns))
+            self._reports.append(AnalogReport(device, tuple(values[1:]), self._t_ns))
         return True
 
 

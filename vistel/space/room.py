@@ -87,11 +87,17 @@ class Extra:
 
 @dataclass(frozen=True)
 class Room:
-    """A room as it begins: seats, and things in a fixed order; extras: those among them that were put there."""
+    """A room as it begins: seats, and things in a fixed order; extras: those among them that were put there.
+
+    source: digest of the files it is from, empty for the built-in one; shell: the built-in floor, walls and ceiling are
+    round it.
+    """
 
     seats: tuple[Seat, ...]
     things: tuple[Thing, ...]
     extras: tuple[Extra, ...] = ()
+    source: str = ""
+    shell: bool = True
 
     @cached_property
     def by_id(self) -> dict[str, Thing]:

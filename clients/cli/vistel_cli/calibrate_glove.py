@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
 import struct
 from collections.abc import Callable, Sequence
@@ -128,7 +129,7 @@ def _fitted(config: GloveConfig, side: str, collected: Collected) -> Fitted:
         }
         return Fitted(lambda path: glove_calibration.save_calibration(found.calibration, path), found.notes, unrest)
     # The open hand of these gloves is a spread one. A hand at rest may come first: a fist has the highest counts.
-    fist, spread = max(zip(holds[1:-2], holds[2:-1], strict=True), key=lambda pair: sum(pair[0].counts) - sum(pair[1].counts))
+    fist, spread = max(itertools.pairwise(holds[1:-1]), key=lambda pair: sum(pair[0].counts) - sum(pair[1].counts))
     base = fivedt_calibration.default_calibration(HIGHEST.get(config.kind, fivedt.HIGHEST))
     calibration, notes = fivedt_calibration.calibrate(spread.counts, fist.counts, base)
     unrest = {

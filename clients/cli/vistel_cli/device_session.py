@@ -21,7 +21,6 @@ from vistel_cli.launch import simulated_devices
 from vistel_sim.motion.open import CALIBRATION
 from vistel_sim.process import run_simulators
 
-
 _LOOK_S = 0.1
 
 
@@ -45,7 +44,7 @@ class DeviceSession:
             if task.done() and (fault := task.exception()) is not None:
                 raise fault
 
-    def listen(self, topic: str, take: Callable[[Any], None]) -> None:
+    def listen(self, topic: str, take: Callable[[Any], object]) -> None:
         """Give every message of a topic to `take`."""
 
         async def follow() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from vistel.protocol.fastrak import FastrakParser, Record, Reply, Trust, trust
+from vistel.protocol.fastrak import FastrakParser, Reply, Trust, trust
+from vistel.protocol.polhemus import Record
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 
 _HEALTH = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-from vistel.protocol import fastrak
+from vistel.protocol import fastrak, polhemus
 from vistel.protocol.fastrak import Reply, Status
 from vistel.protocol.identify import identify
 from vistel.wire.topics import BY_NAME
@@ -62,7 +62,7 @@ class FastrakDriver:
 
     async def _meet(self, link: Link) -> Status:
         """Make it answer, at whatever speed it is set to."""
-        others = () if self._met else tuple(b for b in fastrak.BAUD_RATES if b != self._baud)
+        others = () if self._met else tuple(b for b in polhemus.BAUD_RATES if b != self._baud)
         for baud in (self._baud, self._baud, *others):
             link.set_baud(baud)
             if (status := await self._greet(link)) is not None:
@@ -98,7 +98,7 @@ class FastrakDriver:
             if station in wanted:
                 link.send(fastrak.enable_station(station, True))
                 link.send(fastrak.output_list(station))
-                link.send(fastrak.hemisphere(station, self._hemisphere))
+                link.send(polhemus.hemisphere(station, self._hemisphere))
             elif on[station - 1]:
                 link.send(fastrak.enable_station(station, False))
             # Its answer tells that what went before is done; a unit that does not answer is given the same time.

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-from vistel.protocol import liberty
+from vistel.protocol import liberty, polhemus
 from vistel.protocol.identify import identify
-from vistel.protocol.liberty import LibertyParser, Record, Reply
+from vistel.protocol.liberty import LibertyParser, Reply
+from vistel.protocol.polhemus import Record
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import DeviceError, Link, NoAnswerError
@@ -93,7 +94,7 @@ class LibertyDriver:
 
     async def _meet(self, link: Link) -> str:
         """Make it answer, at whatever speed it is set to; its own words about itself."""
-        others = () if self._met else tuple(b for b in liberty.BAUD_RATES if b != self._baud)
+        others = () if self._met else tuple(b for b in polhemus.BAUD_RATES if b != self._baud)
         for baud in (self._baud, self._baud, *others):
             link.set_baud(baud)
             if (who := await self._greet(link)) is not None:
@@ -130,7 +131,7 @@ class LibertyDriver:
         wanted = set(self._stations.values())
         for station in sorted(wanted):
             link.send(liberty.enable_station(station, True))
-            link.send(liberty.output_list(station) + liberty.hemisphere(station, self._hemisphere))
+            link.send(liberty.output_list(station) + polhemus.hemisphere(station, self._hemisphere))
             # Its answer tells that what went before is done; a unit that does not answer is given the same time.
             await self._obeyed(link)
         for station in sorted(active - wanted):

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.protocol import fastrak
-from vistel.protocol.fastrak import LATENCY_NS, FastrakParser, Record, Reply, Trust
+from vistel.protocol.fastrak import LATENCY_NS, FastrakParser, Reply, Trust
+from vistel.protocol.polhemus import Record, hemisphere
 
 BYTE_NS = 10 / 115200 * 1e9
 
@@ -127,7 +128,7 @@ def test_refused_command_is_a_reply() -> None:
 
 def test_commands_are_what_the_manual_says() -> None:
     assert fastrak.output_list(2) == b"O2,2,11,1\r"
-    assert fastrak.hemisphere(1, (0.0, 0.0, -1.0)) == b"H1,0,0,-1\r"
+    assert hemisphere(1, (0.0, 0.0, -1.0)) == b"H1,0,0,-1\r"
     assert fastrak.enable_station(4, False) == b"l4,0\r"
     assert fastrak.position_filter(0.2, 0.2, 0.8, 0.95) == b"x0.2,0.2,0.8,0.95\r"
 

@@ -29,11 +29,11 @@ _SEEN = 0.35
 """Mean opacity of a face's place in its picture below which it is not drawn: figures are opaque."""
 
 
-def read_gltf(path: Path) -> Source:
-    """The mesh of a glTF file. Raises MakingError, OSError."""
+def read_gltf(path: Path, *, apart: bool = False) -> Source:
+    """The mesh of a glTF file. apart: nodes of one name are groups of their own. Raises MakingError, OSError."""
     document = read_document(path)
     try:
-        return _Reader(document).source()
+        return _Reader(document, apart).source()
     except (TypeError, ValueError, KeyError, AttributeError, IndexError, OverflowError) as fault:
         if isinstance(fault, MakingError):
             raise
@@ -53,7 +53,8 @@ class _Part:
 
 
 class _Reader:
-    def __init__(self, document: Document) -> None:
+    def __init__(self, document: Document, apart: bool) -> None:
+        self.apart = apart
         self.document, self.nodes, self.notes = document, Nodes(document), list[str]()
         self.told = humanoid(document)
         skinned = [j for skin in document.rows("skins") for j in skin.get("joints", [])]
@@ -110,6 +111,8 @@ class _Reader:
         row = self.document.row("nodes", node)
         mesh = self.document.row("meshes", row["mesh"])
         name = str(row.get("name") or mesh.get("name") or f"mesh {row['mesh']}")
+        if self.apart and name in self.groups:
+            name = f"{name} ({node})"
         group = self.groups.setdefault(name, len(self.groups))
         out: list[_Part] = []
         for primitive in mesh.get("primitives", []):

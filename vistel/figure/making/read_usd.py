@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -34,14 +35,15 @@ class _Part:
     weight: NDArray[np.float32] | None = None
 
 
-def read_usd(path: Path) -> Source:
-    """The mesh of a USD file. Raises MakingError, OSError."""
+def read_usd(path: Path, named: Callable[[Any], str] | None = None) -> Source:
+    """The mesh of a USD file. named: what the group of a mesh prim is called, by default as the prim. Raises MakingError,
+    OSError."""
     from pxr import Tf, Usd  # noqa: PLC0415 - takes long to load
 
     if not path.is_file():
         raise FileNotFoundError(2, "No such file", str(path))
     try:
-        return _Stage(Usd.Stage.Open(str(path)), path).source()
+        return _Stage(Usd.Stage.Open(str(path)), path, named).source()
     except Tf.ErrorException as fault:
         raise MakingError(f"{path}: not a whole USD file ({str(fault).splitlines()[-1].strip()})") from fault
     except (TypeError, ValueError, KeyError, AttributeError, IndexError, RuntimeError) as fault:
@@ -51,10 +53,11 @@ def read_usd(path: Path) -> Source:
 
 
 class _Stage:
-    def __init__(self, stage: Any, path: Path) -> None:
+    def __init__(self, stage: Any, path: Path, named: Callable[[Any], str] | None) -> None:
         from pxr import UsdGeom, UsdSkel  # noqa: PLC0415
 
         self.stage, self.path, self.notes = stage, path, list[str]()
+        self.named = named or (lambda prim: prim.GetName())
         self.cache, self.skel = UsdGeom.XformCache(), UsdSkel.Cache()
         self.materials = Materials(stage, self.notes)
         self.rigs: dict[str, Any] = {}
@@ -130,7 +133,7 @@ class _Stage:
             corners = corners[:, ::-1]
         at = uv_index[corners] if uv_index is not None else np.full(corners.shape, -1)
         material = self.materials.of_faces(mesh, len(counts))[face]
-        return _Part(prim.GetName(), points, index[corners].astype(np.int32), uv, at.astype(np.int32), material, joints, weight)
+        return _Part(self.named(prim), points, index[corners].astype(np.int32), uv, at.astype(np.int32), material, joints, weight)
 
     def _uv(self, prim: Any, index: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[F64, NDArray[np.int64] | None]:
         """Texture coordinates, and which of them each corner of a face has; None where there are none."""

@@ -1,0 +1,186 @@
+"""Primitives for the contacts of a polymesh: its cells in nearly convex parts, each as the superellipsoid that fills it best.
+
+Superellipsoids reach from boxes over cylinders to balls (Solina & Bajcsy 1990 recover them from range data likewise: shape by
+how well it fits, parts where one does not). Parts are cut where that leaves the least room between them and their convex
+hulls (Mamou & Ghorbel 2009), then joined again as long as the joined shape fits about as well.
+"""
+
+# pyright: basic
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from vistel.figure.rotation import matrix_from_quaternion
+from vistel.implicit.contact_set import SUPERELLIPSOID
+from vistel.implicit.contact_surface import surface
+from vistel.implicit.kernel_jit import compiled
+from vistel.space.files.cells import Cells, cells_of
+from vistel.space.files.superellipsoids import Shape, shape_of
+from vistel.space.things import Primitive
+
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
+
+MOST_PARTS = 14
+GOOD = 0.06
+"""Share of the volume that may be wrong before parts are cut further."""
+CUTS = 7
+"""Places along each axis where a part may be cut."""
+BALANCE = 0.06
+"""What an uneven cut costs, against the volume of hulls."""
+JOIN = 0.015
+"""Share of all volume that joining two parts may make wrong."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Primitives in the mesh's frame; how far the mesh's surface lies from theirs: mean, and largest but 5 % [m]."""
+
+    primitives: tuple[Primitive, ...]
+    mean: float
+    most: float
+
+
+def fitted(vertices: F64, triangles: I32, most: int = MOST_PARTS) -> tuple[Fitted, Cells, F64]:
+    """At most `most` primitives for a mesh (vertices (V, 3) [m]). With them its cells, and the axes (3, 3) along which these
+    lie."""
+    axes = _upright(vertices[np.unique(triangles)])
+    cells = cells_of(vertices @ axes, triangles)
+    shapes = [shape_of(cells, np.arange(len(cells.index)))]
+    volume = float(cells.filled.sum()) * cells.size**3
+    stuck: set[int] = set()
+    while len(shapes) < 2 * most and sum(s.wrong for s in shapes) > GOOD * volume:
+        left = [k for k in range(len(shapes)) if id(shapes[k]) not in stuck]
+        if not left:
+            break
+        k = max(left, key=lambda i: shapes[i].wrong)
+        halves = _cut(cells, shapes[k].rows)
+        if halves is None:
+            stuck.add(id(shapes[k]))
+        else:
+            shapes[k : k + 1] = [shape_of(cells, rows) for rows in halves]
+    shapes = _joined(cells, shapes, most, JOIN * volume)
+    own = [shape_of(cells, s.rows, fine=True).primitive for s in shapes]
+    gap = np.abs(gaps(cells.points, own))
+    primitives = tuple(_turned(p, axes) for p in own)
+    return Fitted(primitives, float(gap.mean()), float(np.quantile(gap, 0.95))), cells, axes
+
+
+def gaps(points: F64, primitives: list[Primitive]) -> F64:
+    """(N,) about how far points (N, 3) lie outside the union of superellipsoids, negative inside [m]."""
+    out = np.full(len(points), np.inf)
+    for p in primitives:
+        local = np.ascontiguousarray((points - p.position) @ matrix_from_quaternion(p.rotation))
+        one: Any = _distances(local, SUPERELLIPSOID, np.array(p.params))
+        out = np.minimum(out, one)
+    return out
+
+
+@compiled
+def _distances(points, kind, params):
+    """The nearer of the distance to first order and that along the ray from the middle."""
+    out = np.empty(len(points))
+    seen = np.empty(5)
+    for i in range(len(points)):
+        x, y, z = points[i]
+        surface(x, y, z, kind, params, seen)
+        along = np.sqrt(x * x + y * y + z * z) * (1.0 - 1.0 / max(seen[4], 1e-9))
+        out[i] = seen[0] if abs(seen[0]) < abs(along) else along
+    return out
+
+
+def _turned(p: Primitive, axes: F64) -> Primitive:
+    from vistel.figure.rotation import quaternion_from_matrix  # noqa: PLC0415
+
+    turn = np.ascontiguousarray(axes @ matrix_from_quaternion(p.rotation))
+    return Primitive(p.kind, p.params, axes @ p.position, quaternion_from_matrix(turn), p.colour)
+
+
+def _upright(points: F64) -> F64:
+    """(3, 3) whose columns are the axes of the smallest of some boxes round the points: the file's, turned about its
+    vertical, or the principal ones."""
+    centred = points - points.mean(axis=0)
+    candidates = [np.eye(3)]
+    for angle in np.radians(np.arange(5.0, 90.0, 5.0)):
+        c, s = np.cos(angle), np.sin(angle)
+        candidates.append(np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]))
+    _, principal = np.linalg.eigh(centred.T @ centred)
+    candidates.append(principal * np.sign(np.linalg.det(principal)))
+    volumes = [float(np.prod(np.ptp(centred @ axes, axis=0) + 1e-4)) for axes in candidates]
+    best = int(np.argmin(volumes))
+    return candidates[best if volumes[best] < 0.93 * volumes[0] else 0]
+
+
+def _cut(cells: Cells, rows: I64) -> tuple[I64, I64] | None:
+    """The part in two, where their hulls are smallest."""
+    index = cells.index[rows]
+    best, found = np.inf, None
+    whole = _hull(index)
+    for axis in range(3):
+        low, high = int(index[:, axis].min()), int(index[:, axis].max())
+        for cut in np.unique(np.linspace(low, high + 1, CUTS + 2).round().astype(int)[1:-1]).tolist():
+            side = index[:, axis] < cut
+            if not side.any() or side.all():
+                continue
+            a, b = _hull(index[side]), _hull(index[~side])
+            cost = (a + b) / whole + BALANCE * abs(a - b) / (a + b)
+            if cost < best:
+                best, found = cost, (rows[side], rows[~side])
+    return found
+
+
+def _hull(index: I64) -> float:
+    """Volume of the convex hull of cells, in cells."""
+    # Only the ends of each row of cells matter.
+    axis = int(np.argmax(np.ptp(index, axis=0)))
+    others = [k for k in range(3) if k != axis]
+    key = index[:, others[0]] * 4096 + index[:, others[1]]
+    order = np.lexsort((index[:, axis], key))
+    edge = np.ones(len(order), np.bool_)
+    edge[1:-1] = (key[order][1:-1] != key[order][:-2]) | (key[order][1:-1] != key[order][2:])
+    ends = index[order[edge]]
+    corners = (ends[:, None] + np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])).reshape(-1, 3)
+    try:
+        return float(ConvexHull(corners).volume)
+    except QhullError:
+        return float(len(index))
+
+
+def _joined(cells: Cells, shapes: list[Shape], most: int, slack: float) -> list[Shape]:
+    """Fewer shapes: pairs are made one, those first that lose least, down to `most` and further while it costs little."""
+    tried: dict[tuple[int, int], tuple[float, Shape]] = {}
+    keep = list(shapes)  # ids stay unique while they are alive
+    while len(shapes) > 1:
+        best: tuple[float, int, int, Shape] | None = None
+        for i in range(len(shapes)):
+            for j in range(i + 1, len(shapes)):
+                key = id(shapes[i]), id(shapes[j])
+                if key not in tried and not _beside(cells, shapes[i].rows, shapes[j].rows):
+                    tried[key] = np.inf, shapes[i]
+                if key not in tried:
+                    one = shape_of(cells, np.sort(np.concatenate([shapes[i].rows, shapes[j].rows])))
+                    keep.append(one)
+                    tried[key] = one.wrong - shapes[i].wrong - shapes[j].wrong, one
+                loss, one = tried[key]
+                if best is None or loss < best[0]:
+                    best = loss, i, j, one
+        if best is None or best[0] == np.inf:
+            break
+        if len(shapes) <= most and best[0] > slack:
+            break
+        _, i, j, one = best
+        shapes = [s for k, s in enumerate(shapes) if k not in (i, j)] + [one]
+    return shapes
+
+
+def _beside(cells: Cells, a: I64, b: I64) -> bool:
+    """The boxes of two parts touch."""
+    p, q = cells.index[a], cells.index[b]
+    return bool((p.min(axis=0) <= q.max(axis=0) + 1).all() and (q.min(axis=0) <= p.max(axis=0) + 1).all())

@@ -1,0 +1,51 @@
+"""What a file of a room holds: the room as the world takes it, and the polymeshes its things look like."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+from vistel.space.files.faults import RoomFileError
+from vistel.space.files.model import Model
+from vistel.space.room import Room
+from vistel.space.things import Look, Thing
+
+
+@dataclass(frozen=True, eq=False)
+class Interior:
+    """room; models: by digest, all that its things look like; notes: what was remarkable when it was read."""
+
+    room: Room
+    models: Mapping[str, Model] = field(default_factory=lambda: MappingProxyType({}))
+    notes: tuple[str, ...] = ()
+
+    def with_things(self, things: tuple[Thing, ...], models: Mapping[str, Model] | None = None) -> Interior:
+        """The same room with other things; models: of those that are new. Those that nobody needs are left out.
+
+        Raises RoomFileError where two have one id.
+        """
+        ids = [t.id for t in things]
+        twice = next((i for i in ids if ids.count(i) > 1), None)
+        if twice is not None:
+            raise RoomFileError(f"{twice}: two things have this id; give one of them another")
+        every = {**self.models, **(models or {})}
+        used = {k.model for t in things for k in looks_of(t)}
+        kept = {digest: model for digest, model in every.items() if digest in used}
+        return replace(self, room=replace(self.room, things=things), models=MappingProxyType(kept))
+
+    def thing(self, thing_id: str) -> Thing:
+        """The thing of that id. Raises RoomFileError that names those there are."""
+        try:
+            return self.room.thing(thing_id)
+        except KeyError:
+            there = ", ".join(t.id for t in self.room.things[:12]) + (", ..." if len(self.room.things) > 12 else "")
+            raise RoomFileError(f"{thing_id}: no such thing in the room; there are {there or 'none'}") from None
+
+
+def looks_of(thing: Thing) -> list[Look]:
+    """The looks of a thing, of its parts and of what it was bent from."""
+    out = list(thing.looks)
+    for part in thing.parts:
+        out += looks_of(part.thing)
+    return out + (looks_of(thing.curve.straight) if thing.curve else [])

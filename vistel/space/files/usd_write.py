@@ -1,0 +1,310 @@
+"""Rooms in USD that usdview and Blender open, with all that the world needs as attributes, numbers kept exactly.
+
+    /Room                Xform, kind assembly; vistel:format, vistel:shell
+    /Room/Seats/seat_N   Xform: where somebody sits, facing its +Z
+    /Room/Things/ID      Xform, kind component: a thing where it starts. vistel:... say what it is, UsdPhysics its mass
+    /Room/Things/ID/Look_N   Mesh: what is drawn for it, with texture coordinates (st)
+    /Room/Things/ID/Body     Mesh: its own primitives, for programs that know none
+    /Room/Materials      UsdPreviewSurface, pictures in the folder NAME_textures beside the file (inside a .usdz)
+"""
+
+# pyright: basic, reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from vistel.figure.making.source import Material
+from vistel.space.files.interior import Interior
+from vistel.space.files.model import Model
+from vistel.space.tessellate import join, tessellate_thing
+from vistel.space.thing_json import from_thing
+from vistel.space.things import Thing
+
+USD_ENDINGS = (".usda", ".usdc", ".usd", ".usdz")
+FORMAT = 1
+_PICTURE = re.compile(r"^[0-9a-f]{16}\.png$")
+
+
+def save_usd(interior: Interior, path: Path) -> None:
+    """Writes .usda, .usdc, .usd or .usdz, whole or not at all. Raises OSError, and ValueError for another ending."""
+    ending = path.suffix.lower()
+    if ending not in USD_ENDINGS:
+        raise ValueError(f"{path}: expected a name that ends in {', '.join(USD_ENDINGS)}")
+    from pxr import Tf, UsdUtils  # noqa: PLC0415 - takes long to load
+
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem}") as folder:
+        packed = ending == ".usdz"
+        stage = Path(folder) / (f"{path.stem}.usdc" if packed else path.name)
+        pictures = Path(folder) / f"{path.stem}_textures"
+        try:
+            _Writer(stage, pictures).room(interior)
+        except Tf.ErrorException as fault:
+            raise OSError(f"{path}: cannot be written ({str(fault).splitlines()[-1].strip()})") from fault
+        if packed:
+            package = Path(folder) / path.name
+            if not UsdUtils.CreateNewUsdzPackage(str(stage), str(package)):
+                raise OSError(f"{path}: could not be packed")
+            os.replace(package, path)
+            return
+        # Pictures are named by what they show: old file and new one both find theirs at any moment.
+        beside = path.with_name(pictures.name)
+        fresh = sorted(pictures.iterdir()) if pictures.is_dir() else []
+        if fresh:
+            beside.mkdir(exist_ok=True)
+        for picture in fresh:
+            os.replace(picture, beside / picture.name)
+        os.replace(stage, path)
+        _tidy(beside, {p.name for p in fresh})
+
+
+def _tidy(folder: Path, used: set[str]) -> None:
+    """Remove pictures of ours that the file no longer names."""
+    if folder.is_dir():
+        for old in folder.iterdir():
+            if _PICTURE.match(old.name) and old.name not in used:
+                old.unlink(missing_ok=True)
+        if not any(folder.iterdir()):
+            folder.rmdir()
+
+
+class _Writer:
+    def __init__(self, path: Path, pictures: Path) -> None:
+        from pxr import Usd, UsdGeom, UsdPhysics  # noqa: PLC0415
+
+        self.stage: Any = Usd.Stage.CreateNew(str(path))
+        self.pictures = pictures
+        self.materials: dict[str, Any] = {}
+        UsdGeom.SetStageUpAxis(self.stage, UsdGeom.Tokens.y)
+        UsdGeom.SetStageMetersPerUnit(self.stage, 1.0)
+        UsdPhysics.SetStageKilogramsPerUnit(self.stage, 1.0)
+
+    def room(self, interior: Interior) -> None:
+        from pxr import Sdf, Usd, UsdGeom  # noqa: PLC0415
+
+        root = UsdGeom.Xform.Define(self.stage, "/Room").GetPrim()
+        self.stage.SetDefaultPrim(root)
+        Usd.ModelAPI(root).SetKind("assembly")
+        keep(root, "format", Sdf.ValueTypeNames.Int, FORMAT)
+        keep(root, "shell", Sdf.ValueTypeNames.Bool, interior.room.shell)
+        if interior.notes:
+            keep(root, "notes", Sdf.ValueTypeNames.StringArray, list(interior.notes))
+        for scope in ("Seats", "Things"):
+            Usd.ModelAPI(UsdGeom.Xform.Define(self.stage, f"/Room/{scope}").GetPrim()).SetKind("group")
+        UsdGeom.Scope.Define(self.stage, "/Room/Materials")
+        for n, seat in enumerate(interior.room.seats):
+            turn = np.array([0.0, np.sin(0.5 * seat.heading), 0.0, np.cos(0.5 * seat.heading)])
+            prim = self._placed(f"/Room/Seats/seat_{n}", seat.position, turn)
+            keep(prim, "seat", Sdf.ValueTypeNames.Int, n)
+            keep(prim, "heading", Sdf.ValueTypeNames.Double, seat.heading)
+        names: set[str] = set()
+        for thing in interior.room.things:
+            self._thing(thing, _prim_name(thing.id, names), interior)
+        self.stage.GetRootLayer().Save()
+
+    def _placed(self, at: str, position: NDArray[np.float64], rotation: NDArray[np.float64]) -> Any:
+        from pxr import Gf, UsdGeom  # noqa: PLC0415
+
+        form = UsdGeom.Xform.Define(self.stage, at)
+        form.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*position.tolist()))
+        x, y, z, w = rotation.tolist()
+        form.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(w, x, y, z))
+        return form.GetPrim()
+
+    def _thing(self, t: Thing, name: str, interior: Interior) -> None:
+        from pxr import Sdf, Usd, UsdPhysics  # noqa: PLC0415
+
+        at, types = f"/Room/Things/{name}", Sdf.ValueTypeNames
+        prim = self._placed(at, t.position, t.rotation)
+        Usd.ModelAPI(prim).SetKind("component")
+        text = (("id", t.id), ("name", t.name), ("shape", t.shape), ("colour", f"#{t.colour:08x}"))
+        for key, value in (*text, ("elasticity", t.matter.material)):
+            keep(prim, key, types.String, value)
+        numbers = (("mass", t.mass), ("rigidity", 1.0 - t.compliance), ("recovery", t.matter.recovery), ("sticky", t.matter.sticky))
+        for key, value in numbers:
+            keep(prim, key, types.Double, value)
+        if 1.0 - (1.0 - t.compliance) != t.compliance:  # its last bit
+            keep(prim, "compliance", types.Double, t.compliance)
+        if t.inertia is not None:
+            keep(prim, "inertia", types.DoubleArray, t.inertia.ravel().tolist())
+        self._primitives(prim, t)
+        if t.axes:
+            keep(prim, "axis:point", types.Double3Array, [_vec(a.point) for a in t.axes])
+            keep(prim, "axis:direction", types.Double3Array, [_vec(a.direction) for a in t.axes])
+            keep(prim, "axis:radius", types.DoubleArray, [a.radius for a in t.axes])
+        if t.parts or t.curve:
+            whole = from_thing(t)
+            keep(prim, "made", types.String, json.dumps({k: whole[k] for k in ("parts", "curve")}, separators=(",", ":")))
+        if not t.fixed:
+            UsdPhysics.RigidBodyAPI.Apply(prim)
+            UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(float(t.mass))
+        for n, look in enumerate(t.looks):
+            self._look(f"{at}/Look_{n}", look.model, look.matrix, look.offset, look.colour, interior.models)
+        self._body(f"{at}/Body", t)
+
+    def _primitives(self, prim: Any, t: Thing) -> None:
+        from pxr import Gf, Sdf  # noqa: PLC0415
+
+        types = Sdf.ValueTypeNames
+        keep(prim, "primitive:kind", types.StringArray, [p.kind for p in t.primitives])
+        keep(prim, "primitive:count", types.IntArray, [len(p.params) for p in t.primitives])
+        keep(prim, "primitive:params", types.DoubleArray, [v for p in t.primitives for v in p.params])
+        keep(prim, "primitive:position", types.Double3Array, [_vec(p.position) for p in t.primitives])
+        keep(prim, "primitive:rotation", types.Double4Array, [Gf.Vec4d(*p.rotation.tolist()) for p in t.primitives])
+        keep(prim, "primitive:colour", types.StringArray, [f"#{p.colour:08x}" for p in t.primitives])
+
+    def _look(self, at: str, digest: str, matrix: Any, offset: Any, colour: int, models: Any) -> None:
+        from pxr import Gf, Sdf, UsdGeom, Vt  # noqa: PLC0415
+
+        types = Sdf.ValueTypeNames
+        m: Model = models[digest]
+        mesh = self._mesh(at, m.vertices, m.triangles)
+        prim = mesh.GetPrim()
+        whole = np.eye(4)
+        whole[:3, :3], whole[3, :3] = matrix.T, offset
+        mesh.AddTransformOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Matrix4d(*whole.ravel().tolist()))
+        keep(prim, "model", types.String, digest)
+        keep(prim, "colour", types.String, f"#{colour:08x}")
+        if len(m.uv):
+            bare = m.uv_triangles < 0
+            st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", types.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
+            st.Set(Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(m.uv, np.float32)))
+            st.SetIndices(Vt.IntArray.FromNumpy(np.ascontiguousarray(np.maximum(m.uv_triangles, 0).ravel(), np.int32)))
+            if bare.any():
+                keep(prim, "bare", types.IntArray, np.flatnonzero(bare.all(axis=1)).tolist())
+        keep(prim, "material", types.IntArray, Vt.IntArray.FromNumpy(np.ascontiguousarray(m.material, np.int32)))
+        self._bind(mesh, m, colour)
+
+    def _bind(self, mesh: Any, m: Model, colour: int) -> None:
+        from pxr import Sdf, UsdGeom, UsdShade  # noqa: PLC0415
+
+        keep(mesh.GetPrim(), "materials", Sdf.ValueTypeNames.StringArray, [self._told(x) for x in m.materials])
+        if colour:
+            mesh.CreateDisplayColorAttr([_linear(colour)])
+            return
+        binding = UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim())
+        made = [self._material(x) for x in m.materials]
+        if len(made) == 1:
+            binding.Bind(made[0])
+            return
+        UsdGeom.Subset.SetFamilyType(mesh, UsdShade.Tokens.materialBind, UsdGeom.Tokens.partition)
+        for n, material in enumerate(made):
+            rows = np.flatnonzero(m.material == n).tolist()
+            subset = UsdGeom.Subset.CreateGeomSubset(mesh, f"part_{n}", UsdGeom.Tokens.face, rows, UsdShade.Tokens.materialBind)
+            UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(material)
+
+    def _told(self, m: Material) -> str:
+        """A material as the attribute tells it."""
+        return json.dumps([m.name, m.colour, _digest(m.picture)], ensure_ascii=False)
+
+    def _material(self, m: Material) -> Any:
+        from pxr import Sdf, UsdShade  # noqa: PLC0415
+
+        key = self._told(m)
+        if key in self.materials:
+            return self.materials[key]
+        types, at = Sdf.ValueTypeNames, f"/Room/Materials/material_{len(self.materials)}"
+        material = self.materials[key] = UsdShade.Material.Define(self.stage, at)
+        surface = UsdShade.Shader.Define(self.stage, f"{at}/Surface")
+        surface.CreateIdAttr("UsdPreviewSurface")
+        surface.CreateInput("roughness", types.Float).Set(0.6)
+        colour = surface.CreateInput("diffuseColor", types.Color3f)
+        if m.picture is not None:
+            reader = UsdShade.Shader.Define(self.stage, f"{at}/TextureCoordinates")
+            reader.CreateIdAttr("UsdPrimvarReader_float2")
+            reader.CreateInput("varname", types.String).Set("st")
+            picture = UsdShade.Shader.Define(self.stage, f"{at}/Texture")
+            picture.CreateIdAttr("UsdUVTexture")
+            picture.CreateInput("file", types.Asset).Set(Sdf.AssetPath(self._picture(m.picture)))
+            picture.CreateInput("sourceColorSpace", types.Token).Set("sRGB")
+            for side in ("wrapS", "wrapT"):
+                picture.CreateInput(side, types.Token).Set("repeat")
+            picture.CreateInput("st", types.Float2).ConnectToSource(reader.CreateOutput("result", types.Float2))
+            colour.ConnectToSource(picture.CreateOutput("rgb", types.Float3))
+        else:
+            r, g, b = m.colour or (180, 180, 180)
+            colour.Set(_linear(r << 24 | g << 16 | b << 8))
+        material.CreateSurfaceOutput().ConnectToSource(surface.CreateOutput("surface", types.Token))
+        return material
+
+    def _picture(self, picture: NDArray[np.uint8]) -> str:
+        """Writes a picture; its path as the file names it."""
+        self.pictures.mkdir(exist_ok=True)
+        name = f"{_digest(picture)}.png"
+        if not (self.pictures / name).exists():
+            Image.fromarray(picture).save(self.pictures / name, compress_level=4)
+        return f"./{self.pictures.name}/{name}"
+
+    def _body(self, at: str, t: Thing) -> None:
+        """What is drawn of its own primitives."""
+        drawn = t.curve.straight if t.curve else t
+        pieces = [s for s, p in zip(tessellate_thing(t, 0.7), drawn.primitives, strict=True) if p.seen]
+        if pieces:
+            surface = join(pieces)
+            mesh = self._mesh(at, surface.vertices, surface.triangles)
+            mesh.CreateDisplayColorAttr([_linear(t.colour)])
+            keep_body = mesh.GetPrim()
+            from pxr import Sdf  # noqa: PLC0415
+
+            keep(keep_body, "body", Sdf.ValueTypeNames.Bool, True)
+
+    def _mesh(self, at: str, vertices: Any, triangles: Any) -> Any:
+        from pxr import UsdGeom, UsdPhysics, Vt  # noqa: PLC0415
+
+        mesh = UsdGeom.Mesh.Define(self.stage, at)
+        mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+        mesh.CreateDoubleSidedAttr(True)
+        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(vertices, np.float32)))
+        mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(triangles), 3, np.int32)))
+        mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(triangles.reshape(-1), np.int32)))
+        mesh.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(np.array([vertices.min(axis=0), vertices.max(axis=0)], np.float32)))
+        UsdPhysics.CollisionAPI.Apply(mesh.GetPrim())
+        return mesh
+
+
+def keep(prim: Any, name: str, kind: Any, value: Any) -> None:
+    """An attribute of ours."""
+    from pxr import Sdf  # noqa: PLC0415
+
+    prim.CreateAttribute(f"vistel:{name}", kind, True, Sdf.VariabilityUniform).Set(value)
+
+
+def _prim_name(thing_id: str, taken: set[str]) -> str:
+    base = re.sub(r"[^A-Za-z0-9_]", "_", thing_id)
+    base = base if base[:1].isalpha() or base[:1] == "_" else f"_{base}"
+    out, n = base, 2
+    while out in taken:
+        out, n = f"{base}_{n}", n + 1
+    taken.add(out)
+    return out
+
+
+def _digest(picture: NDArray[np.uint8] | None) -> str:
+    if picture is None:
+        return ""
+    return hashlib.sha256(f"{picture.shape}".encode() + picture.tobytes()).hexdigest()[:16]
+
+
+def _vec(v: NDArray[np.float64]) -> Any:
+    from pxr import Gf  # noqa: PLC0415
+
+    return Gf.Vec3d(*v.tolist())
+
+
+def _linear(colour: int) -> Any:
+    """USD's colours are linear light."""
+    from pxr import Gf  # noqa: PLC0415
+
+    from vistel.figure.making.read_gltf import linear  # noqa: PLC0415
+
+    return Gf.Vec3f(*linear(np.array([colour >> s & 0xFF for s in (24, 16, 8)]) / 255.0).tolist())
