@@ -65,8 +65,10 @@ class Screen:
         """A screen of the conference file, for a viewer whose seat stands at `position`, turned by `heading` [rad] about +Y."""
         c, s = float(np.cos(heading)), float(np.sin(heading))
         turn = np.array(((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)))
-        corners = (position + turn @ np.array(p) for p in (config.lower_left, config.lower_right, config.upper_left))
-        return Screen(config.name, *corners, config.width, config.height, config.gain, config.blend)
+        low_left, low_right, up_left = (
+            position + turn @ np.array(corner) for corner in (config.lower_left, config.lower_right, config.upper_left)
+        )
+        return Screen(config.name, low_left, low_right, up_left, config.width, config.height, config.gain, config.blend)
 
     def seen_from(self, eye: F64) -> WindowCamera | None:
         """What an eye at (3,) sees through it; None from behind, and from as good as within its plane."""
