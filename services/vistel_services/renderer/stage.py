@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -10,7 +11,7 @@ from types import MappingProxyType
 from vistel.figure.posture import Posture
 from vistel.figure.proportions import Proportions
 from vistel.space.things import Thing
-from vistel.v1 import motion_pb2, world_pb2
+from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
 from vistel.wire.proportions import from_message
 from vistel.wire.world import RoomNow, Touch
@@ -20,6 +21,8 @@ from vistel_services.renderer.world_view import Ghost, WorldView, between, ghost
 
 log = logging.getLogger("vistel.renderer")
 
+MOST_WAIT_S = 0.6
+"""A picture waits no longer for its voice."""
 GONE_NS = 20_000_000_000
 """A participant silent this long is no longer drawn."""
 
@@ -51,7 +54,7 @@ class PersonNow:
 class Instant:
     """Everything that is shown at one instant; now_ns: conference time at which it is drawn.
 
-    coming: who has been announced and has not moved yet, so that their figures can be made ready.
+    coming: who has been announced and has not moved yet, so that their figures can be made ready. talking: who is heard.
     """
 
     now_ns: int
@@ -59,6 +62,7 @@ class Instant:
     world: WorldView = field(default_factory=WorldView)
     things: Mapping[str, Thing] = field(default_factory=lambda: MappingProxyType({}))
     coming: tuple[About, ...] = ()
+    talking: frozenset[str] = frozenset()
 
 
 class _Person:
@@ -80,6 +84,7 @@ class Stage:
         self._ghosts: tuple[Ghost, ...] = ()
         self._world: Playout[WorldView] = Playout(between, delay_ns)
         self._arrived: set[str] = set()
+        self._talking: frozenset[str] = frozenset()
 
     def hear_about(self, message: motion_pb2.Participant) -> None:
         """Who somebody is."""
@@ -131,6 +136,15 @@ class Stage:
         self._told = now.things
         self._world.push(now.t_ns, view_of(now, self._ghosts), received_ns)
 
+    def hear_sound(self, message: audio_pb2.SoundStatus) -> None:
+        """How this site's voices are doing: who is heard, and whose picture must wait because the voice comes later."""
+        self._talking = frozenset(s.participant for s in message.streams if s.talking)
+        for stream in message.streams:
+            person = self._people.get(stream.participant)
+            if person is not None and math.isfinite(stream.needed_s):
+                wait_s = min(MOST_WAIT_S, stream.needed_s) if message.policy == "match" else 0.0
+                person.playout.wait_for(round(wait_s * 1e9))
+
     def instant(self, now_ns: int) -> Instant:
         """What is shown at `now_ns`."""
         people: list[PersonNow] = []
@@ -147,7 +161,7 @@ class Stage:
                 continue
             people.append(PersonNow(person.about, shown.posture, timing))
         world = self._world.sample(now_ns) or WorldView()
-        return Instant(now_ns, tuple(people), world, self._things, tuple(coming))
+        return Instant(now_ns, tuple(people), world, self._things, tuple(coming), self._talking)
 
     def _describe(self, told: Mapping[str, world_pb2.Thing]) -> None:
         things: dict[str, Thing] = {}

@@ -215,7 +215,8 @@ class Studio:
             return Label(person.about.display_name, "avatar on its way")
         held = [g.thing for g in instant.world.grasps if g.participant == person.about.name]
         names = [instant.things[h].name if h in instant.things else h for h in dict.fromkeys(held)]
-        return Label(person.about.display_name, f"holds {', '.join(names)}" if names else "")
+        talking = person.about.name in instant.talking
+        return Label(person.about.display_name, f"holds {', '.join(names)}" if names else "", talking=talking)
 
     def _meet(self, instant: Instant) -> None:
         """Give everybody a figure; those whose avatar is not there yet, or cannot be had, a stand-in."""
