@@ -18,6 +18,7 @@ from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
+from vistel.wire.world import RoomNow, WorldDecoder
 from vistel_services import world
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import places
@@ -29,7 +30,7 @@ PEOPLE = (("tokyo", "aiko"), ("paris", "bruno"), ("lagos", "chidi"))
 CONFERENCE = Conference.model_validate(
     {"sites": [{"name": site, "participants": [{"name": who, "avatar": "builtin:build=1"}]} for site, who in PEOPLE]}
 )
-RECORDED = ("participant", "motion", "command", "world_inputs", "world_state", "hand_force", "command_result")
+RECORDED = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "hand_force", "command_result")
 
 
 class WorldSite:
@@ -114,8 +115,13 @@ class WorldSite:
             for s in reader.take():
                 self.log.append((s.topic.name, s.names, s.message, s.received_ns))
 
-    def states(self) -> list[Any]:
-        return [m for topic, _, m, _ in self.log if topic == "world_state"]
+    def rooms(self) -> list[RoomNow]:
+        """What somebody who has listened from the beginning knows, step by step."""
+        decoder = WorldDecoder()
+        return [now for topic, _, m, _ in self.log if topic == "world_state" for now in decoder.read(m)]
+
+    def keys(self) -> list[Any]:
+        return [m for topic, _, m, _ in self.log if topic == "world_key"]
 
     def results(self) -> list[Any]:
         return [m for topic, _, m, _ in self.log if topic == "command_result"]

@@ -143,7 +143,7 @@ class _Run:
         clock = SystemClock()
         bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint])
         serve_clock(bus, clock)
-        observer = Observer(conference, bus)
+        observer = Observer(conference, bus, clock)
         plans = hub_processes(conference)
         specs = [host_spec(p, file, endpoint, paths) for p in plans]
         simulators = bool(simulated_devices(conference))

@@ -24,6 +24,7 @@ from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
+from vistel.wire.world import Backlog
 from vistel_services.world import store
 from vistel_services.world.decode import command_input, prop_input
 from vistel_services.world.encode import (
@@ -31,11 +32,10 @@ from vistel_services.world.encode import (
     command_result,
     hand_force,
     input_person,
-    is_key,
     ownership,
-    world_state,
 )
 from vistel_services.world.intake import Arrived, Intake
+from vistel_services.world.tell import Teller
 
 log = logging.getLogger("vistel.world")
 
@@ -131,14 +131,14 @@ class _Room:
         self.world = world
         self.intake = Intake(world.participants, now_ns)
         self._bus = bus
-        self._states = bus.publish(BY_NAME["world_state"])
+        self._states, self._wholes = bus.publish(BY_NAME["world_state"]), bus.publish(BY_NAME["world_key"])
+        self._teller, self._backlog = Teller(), Backlog()
         self._inputs = bus.publish(BY_NAME["world_inputs"])
         self._results: dict[str, Publication] = {}
         self._claims: dict[str, Publication] = {}
         self._forces: dict[tuple[str, bool], Publication] = {}
         self._begins = True
         self._last_ns = world.t_ns or now_ns
-        self._view: WorldView | None = None
         self._held: dict[str, tuple[str, ...]] = {}
 
     def step(self, t_ns: int) -> None:
@@ -155,7 +155,7 @@ class _Room:
         )  # fmt: skip
         view = self.world.step(inputs)
         self._inputs.put(_inputs_message(inputs, arrived, before))
-        self._states.put(world_state(view, is_key(view, self._begins)))
+        self._say(view)
         for felt in view.hands:
             self._push_back(felt, view)
         for outcome in view.outcomes:
@@ -163,18 +163,26 @@ class _Room:
         for event in view.claims:
             self._tell_owner(event, view)
         self._tell_of_grasps(view)
-        self._begins, self._last_ns, self._view = False, t_ns, view
+        self._begins, self._last_ns = False, t_ns
         _STEPS.inc()
         _PEOPLE.set(len(view.participants))
         _STEP_TIME.observe(time.perf_counter() - started)
 
     def answer(self, request: bytes) -> WorldSnapshot:
         """The whole room, for who has just come."""
-        out = WorldSnapshot(private_state=self.world.snapshot())
-        if self._view is not None:
-            out.state.CopyFrom(world_state(self._view, key=True))
+        out = self._backlog.snapshot()
+        out.private_state = self.world.snapshot()
         out.header.t_ns = self._last_ns
         return out
+
+    def _say(self, view: WorldView) -> None:
+        told = self._teller.tell(view)
+        if told.whole is not None:
+            self._wholes.put(told.whole)
+            self._backlog.key(told.whole)
+        if told.state is not None:
+            self._states.put(told.state)
+            self._backlog.add(told.state)
 
     def _answer(self, outcome: Outcome, t_ns: int) -> None:
         _COMMANDS.labels("done" if outcome.done else "refused").inc()
