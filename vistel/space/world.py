@@ -20,7 +20,7 @@ from vistel.space import holding, ownership, snapshot
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.gripped import seen
-from vistel.space.hand_forces import Reached, hand_forces, nothing
+from vistel.space.hand_forces import Reached, due_at, hand_forces, nothing
 from vistel.space.inputs import CommandInput, StepInputs, usable
 from vistel.space.memory import changes, remembered
 from vistel.space.near import Bodies, placed
@@ -206,11 +206,14 @@ class World:
         """What hands feel now that everything is where it is."""
         held = [(g.participant, g.right, g.thing) for g in self._state.grasps]
         let_go = [(e.participant, e.right, e.thing) for e in self._state.let_go]
-        hands_now = hand_forces(posed, skin, reached, self._solids, self._state.motions, held, let_go)
-        hands_now = with_pulls(hands_now, holding.pulled(self._state, posed), posed)
-        felt = tuple((h.participant, h.right) for h in hands_now)
-        ended = [nothing(hand) for hand in self._state.felt if hand not in felt]
-        self._state = replace(self._state, felt=felt)
+        due = due_at(self._state.step, tuple(posed))
+        hands_now = hand_forces(posed, skin, reached, self._solids, self._state.motions, held, let_go, due)
+        pulls = [p for p in holding.pulled(self._state, posed) if p.participant in due]
+        hands_now = with_pulls(hands_now, pulls, posed)
+        felt = {(h.participant, h.right) for h in hands_now}
+        waiting = {hand for hand in self._state.felt if hand[0] in posed and hand[0] not in due}
+        ended = [nothing(hand) for hand in self._state.felt if hand not in felt | waiting]
+        self._state = replace(self._state, felt=tuple(sorted(felt | waiting)))
         return tuple(sorted([*hands_now, *ended], key=lambda h: (h.participant, h.right)))
 
     def _advance(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
