@@ -190,9 +190,9 @@ class _Rerun:
 
 def _same(recorded: WorldState | HandForce, again: WorldState | HandForce) -> bool:
     """Equal but for the header, which is the bus's."""
-    again.header.version, again.header.seq, again.header.source = (
-        recorded.header.version, recorded.header.seq, recorded.header.source,
-    )  # fmt: skip
+    t_ns = again.header.t_ns
+    again.header.CopyFrom(recorded.header)
+    again.header.t_ns = t_ns
     return recorded.SerializeToString(deterministic=True) == again.SerializeToString(deterministic=True)
 
 
