@@ -122,11 +122,18 @@ class Site(Checked):
 
 
 class RoomThing(Checked):
-    """A thing put on the room's table."""
+    """A thing put on the room's table: a simple shape, or what is in a file."""
 
     id: Name
     name: str = ""
     """For people; default: the id."""
+    file: Path | None = None
+    """USD, glTF or OBJ: then shape, size and material say nothing, mass, rigidity and colour are its own unless given here,
+    and things of a file with several are called by the id and what the file calls them."""
+    turn: float = Field(default=0.0, ge=-360.0, le=360.0)
+    """Of what is from a file about the vertical [degrees]."""
+    fixed: bool | None = None
+    """What is from a file stands fast (true), on the floor then, or can be taken; default: by what it is."""
     shape: Literal["ball", "lump", "bar"] = "ball"
     size: float = Field(default=0.04, ge=0.005, le=0.15)
     """Its radius [m]; a lump is twice as long as wide, a bar six times."""
@@ -144,7 +151,8 @@ class RoomThing(Checked):
 
     @model_validator(mode="after")
     def _can_be(self) -> RoomThing:
-        self.extra()
+        if self.file is None:
+            self.extra()
         return self
 
     def extra(self) -> Extra:
@@ -164,6 +172,8 @@ class Room(Checked):
     """The virtual room."""
 
     kind: Literal["meeting"] = "meeting"
+    file: Path | None = None
+    """A room from a file (USD, glTF, OBJ) in place of the built-in one; its seats, if it has any, are the room's."""
     seats: int = Field(default=3, ge=1, le=12)
     things: list[RoomThing] = Field(default=[], max_length=24)
     """What lies on the table beside what always does."""
@@ -174,12 +184,18 @@ class Room(Checked):
         return self
 
     def extras(self) -> tuple[Extra, ...]:
-        """`things` as the world takes them."""
-        if not self.things:
+        """Those of `things` that are simple shapes, as the world takes them."""
+        simple = [t for t in self.things if t.file is None]
+        if not simple:
             return ()
         from vistel.space.room import meeting_room  # noqa: PLC0415
 
-        return meeting_room(self.seats, [t.extra() for t in self.things]).extras
+        return meeting_room(self.seats, [t.extra() for t in simple]).extras
+
+    @property
+    def from_files(self) -> bool:
+        """Something of the room is in a file."""
+        return self.file is not None or any(t.file is not None for t in self.things)
 
 
 class Playout(Checked):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from base64 import b64decode, b64encode
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from vistel.space.grasp import Grasp
 from vistel.space.inputs import Person, PropInput
 from vistel.space.people import Figure
 from vistel.space.props import Tracked
-from vistel.space.room import Extra, Room, meeting_room
+from vistel.space.room import Extra, Room, Seat, meeting_room
 from vistel.space.state import LetGo, State
 from vistel.space.thing_json import from_primitive, from_thing, to_primitive, to_thing
 from vistel.space.things import Matter, Thing
@@ -38,9 +39,11 @@ def encode(room: Room, s: State) -> bytes:
     """The state of a meeting room."""
     m = s.motions
     shapes = _Shapes(room)
+    # A room from files stands in it whole, for those who have not the files; its text is made once.
+    own: dict[str, Any] = {"room": _from_room(room)} if room.source else {}
     things = [shapes.number(t) for t in s.things]
     history = [[_from_change(c, shapes) for c in some] for some in (s.history.done, s.history.undone)]
-    data = {
+    data = own | {
         "version": VERSION,
         "seats": len(room.seats),
         "extras": [_from_extra(e) for e in room.extras],
@@ -82,7 +85,7 @@ def decode(data: bytes) -> tuple[Room, State]:
     if version != VERSION:
         raise ValueError(f"snapshot: version {version} cannot be read here, only version {VERSION}")
     try:
-        room = meeting_room(int(d["seats"]), [_to_extra(e) for e in d["extras"]])
+        room = _to_room(d["room"]) if "room" in d else meeting_room(int(d["seats"]), [_to_extra(e) for e in d["extras"]])
         return room, _state(d, room)
     except (ValueError, TypeError, KeyError, IndexError) as e:
         raise ValueError(f"snapshot: incomplete or damaged ({e!r})") from e
@@ -120,6 +123,18 @@ def _state(d: dict[str, Any], room: Room) -> State:
         history=History(tuple(done), tuple(undone)),
         claims=tuple(Claim(str(thing), str(owner), int(until)) for thing, owner, until in d["claims"]),
     )
+
+
+@lru_cache(4)
+def _from_room(room: Room) -> list[Any]:
+    seats = [[s.position.tolist(), s.heading] for s in room.seats]
+    return [room.source, room.shell, seats, [from_thing(t) for t in room.things]]
+
+
+def _to_room(d: Any) -> Room:
+    source, shell, seats, things = d
+    places = tuple(Seat(_rows(p, 1, 3)[0], float(h)) for p, h in seats)
+    return Room(places, tuple(to_thing(t) for t in things), source=str(source), shell=bool(shell))
 
 
 def _from_extra(e: Extra) -> list[Any]:
