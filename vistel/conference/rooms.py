@@ -16,12 +16,15 @@ from vistel.conference.model import Room as RoomKeys
 from vistel.conference.model import RoomThing
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 from vistel.space.commands.reshape import painted
+from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.load import load_room, load_seats, load_things
 from vistel.space.files.surfaces import height_at, in_room, pieces_of
 from vistel.space.room import TABLE_HEIGHT, Seat, meeting_room, seat_pose
 from vistel.space.thing_json import from_thing
 from vistel.space.things import Thing
+
+__all__ = ["RoomFileError", "interior_of", "seat_place", "seats_of"]
 
 F64 = NDArray[np.float64]
 
@@ -88,7 +91,8 @@ def _with_file(interior: Interior, entry: RoomThing) -> Interior:
         name = (entry.name or entry.id) if len(things) == 1 else f"{entry.name} {t.name}".strip()
         out.append(replace(
             t, id=entry.id if len(things) == 1 else f"{entry.id}-{t.id}", name=name, position=spot,
-            rotation=quaternion_from_matrix(turn @ matrix_from_quaternion(t.rotation)), mass=entry.mass if "mass" in given and not t.fixed else t.mass,
+            rotation=quaternion_from_matrix(turn @ matrix_from_quaternion(t.rotation)),
+            mass=entry.mass if "mass" in given and not t.fixed else t.mass,
             compliance=1.0 - entry.rigidity if "rigidity" in given else t.compliance,
         ))  # fmt: skip
     if "colour" in given:

@@ -78,6 +78,11 @@ class World:
         return self._room.extras
 
     @property
+    def source(self) -> str:
+        """Which room it is: digest of the files it is from, empty for the built-in one."""
+        return self._room.source
+
+    @property
     def participants(self) -> tuple[str, ...]:
         """Who is in the room, sorted."""
         return tuple(f.name for f in self._state.figures)

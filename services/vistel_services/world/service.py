@@ -11,11 +11,12 @@ from pathlib import Path
 from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.conference.model import Conference, Site
+from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import standing
 from vistel.space.claims import ClaimEvent
 from vistel.space.inputs import MotionInput, Person, StepInputs
-from vistel.space.room import Extra, meeting_room
+from vistel.space.room import Extra, Room, meeting_room
 from vistel.space.things import Matter
 from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World
@@ -57,16 +58,18 @@ _COMMANDS = Counter("vistel_world_commands_total", "Commands answered", ["outcom
 @dataclass(frozen=True)
 class Config:
     """seats: of the room; snapshot: file that the world goes on from after a crash, None to keep none; extras: things
-    that were put into the room."""
+    that were put into the room; room: what the conference file says of it, where files hold some of it."""
 
     seats: int
     snapshot: Path | None = None
     extras: tuple[Extra, ...] = ()
+    room: RoomKeys | None = None
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
     """The world of a conference; it belongs to no site."""
-    return Config(conference.room.seats, paths.run / "world.snapshot", conference.room.extras())
+    room = conference.room
+    return Config(room.seats, paths.run / "world.snapshot", room.extras(), room if room.from_files else None)
 
 
 def preload(conference: Conference) -> None:
@@ -80,9 +83,10 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     await asyncio.to_thread(warm_up)
     warm = time.perf_counter()
     now_ns = clock.now_ns()
-    world = store.load(config.snapshot, config.seats, config.extras, now_ns) if config.snapshot else None
+    begins = await asyncio.to_thread(_begins, config)
+    world = store.load(config.snapshot, begins, now_ns) if config.snapshot else None
     log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)
-    room = _Room(world or World(meeting_room(config.seats, config.extras)), bus, now_ns)
+    room = _Room(world or World(begins), bus, now_ns)
     topics = ("participant", "motion", "prop", "command")
     about, motion, prop, command = (bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in topics)
     bus.watch_presence(lambda site, token, alive: room.intake.presence(site, token, alive, clock.now_ns()))
@@ -111,6 +115,22 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         if config.snapshot:
             store.save(config.snapshot, room.world.snapshot())
         log.info("world stopped step=%d", room.world.step_number)
+
+
+def _begins(config: Config) -> Room:
+    """The room as it begins. A file that cannot be used is told, and the built-in room takes its place."""
+    if config.room is not None:
+        from vistel.conference.rooms import RoomFileError, interior_of  # noqa: PLC0415  only for who has files
+
+        try:
+            interior = interior_of(config.room)
+        except RoomFileError as e:
+            log.error("room file not used reason=%r instead=built-in", str(e))
+        else:
+            for note in interior.notes:
+                log.info("room file note=%r", note)
+            return interior.room
+    return meeting_room(config.seats, config.extras)
 
 
 def _next_due(due_ns: int, now_ns: int) -> int:
