@@ -18,7 +18,10 @@ from numpy.typing import NDArray
 from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.conference.model import Conference, Site
+from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
+from vistel.space.files.faults import RoomFileError
+from vistel.space.files.interior import Interior
 from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
@@ -28,6 +31,7 @@ from vistel.wire.world_listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.people import files_of, load_shape
+from vistel_services.renderer.ready import decor_of
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.video import VideoWriter
@@ -52,7 +56,7 @@ _NO_GL_RETRY_S = 30.0
 class Config:
     """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
     seats: of the room; video: the MP4 to write, None for none; avatars: files of participants; sound: whether the site's
-    sound is streamed, for the MP4."""
+    sound is streamed, for the MP4; room: what the conference file says of the room, where files hold some of it."""
 
     site: str
     view: View
@@ -62,6 +66,7 @@ class Config:
     video: Path | None
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
     sound: bool = False
+    room: RoomKeys | None = None
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -76,10 +81,11 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
         paths.video(site.name) if shown.video else None, files_of(conference), bool(site.audio and site.audio.stream),
+        conference.room if conference.room.from_files else None,
     )  # fmt: skip
 
 
-class _Reporter:
+class Reporter:
     """Tells the others how late this site's pictures are: twice a second, and at once when the first one is there or
     somebody more is in it, or is no stand-in any more."""
 
@@ -136,7 +142,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     stage = Stage(round(config.delay_s * 1e9))
     deliveries = Deliveries(bus, stage)
     inputs = _Inputs(bus, stage, clock, config.site)
-    reporter = _Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
+    reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     video = _open_video(config)
     easel = _Easel(config, thread, deliveries)
     period_ns = round(1e9 / config.rate)
@@ -252,11 +258,21 @@ class _Easel:
     async def _call(self, function: Any, *args: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._thread, function, *args)
 
+    def _decor(self) -> Interior | None:
+        """The room where it is from files; those that cannot be used are told, and the built-in one is drawn."""
+        if self._config.room is None:
+            return None
+        try:
+            return decor_of(self._config.room)
+        except RoomFileError as e:
+            log.error("event=room_file_not_used reason=%r shown=built-in", str(e))
+            return None
+
     def _draw(self, instant: Instant) -> NDArray[np.uint8] | None:
         if self._studio is None:
             # Setting up takes a while: the instant is old when it is done, the next one is drawn.
             began = time.perf_counter()
-            self._studio = Studio(self._view, self._config.seats, self._load)
+            self._studio = Studio(self._view, self._config.seats, self._load, self._decor())
             found = self._studio.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",
