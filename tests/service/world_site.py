@@ -47,6 +47,7 @@ class WorldSite:
         self.asking: MemoryBus | None = None
         self.away: set[str] = set()
         self._task: asyncio.Task[None] | None = None
+        self._bus: MemoryBus | None = None
         self._readers: list[Any] = []
         self._tick = 0
 
@@ -70,21 +71,25 @@ class WorldSite:
 
     async def start(self) -> None:
         """Start a world and let it come up."""
-        bus = self.network.bus("demo", "hub", self.clock)
+        bus = self._bus = self.network.bus("demo", "hub", self.clock)
         self._task = asyncio.create_task(world.run(self.config, bus, self.clock))
         while not self.clock._sleepers and not self._task.done():
             await asyncio.sleep(0.01)  # its kernels are made on a thread
 
     async def kill(self) -> None:
-        """As SIGKILL would: at once. (The final snapshot is taken away, as if it had never been written.)"""
-        if self._task is None:
+        """As SIGKILL would: at once. (What it writes at its end is taken away, as if it had never been written.)"""
+        if self._task is None or self._bus is None:
             return
-        snapshot = self.config.snapshot
-        kept = snapshot.read_bytes() if snapshot and snapshot.exists() else None
+        folder = self.config.folder
+        assert folder is not None
+        kept = {p.name: p.read_bytes() for p in folder.iterdir()} if folder.exists() else {}
         self._task.cancel()
         await asyncio.gather(self._task, return_exceptions=True)
-        if snapshot and kept is not None:
-            snapshot.write_bytes(kept)
+        await self._bus.close()
+        for path in folder.iterdir() if folder.exists() else ():
+            path.unlink()
+        for name, data in kept.items():
+            (folder / name).write_bytes(data)
         self._task = None
 
     def posture(self, who: str, t_s: float) -> Posture:

@@ -50,10 +50,11 @@ LYING, FLAT = 0.05, 0.8
 class World:
     """One room and everything in it."""
 
-    def __init__(self, room: Room) -> None:
+    def __init__(self, room: Room, state: State | None = None, known: Solids | None = None) -> None:
+        """state: how the room is, by default as it begins; known: the arrays of some of its things."""
         self._room = room
-        self._state: State = State(things=room.things, motions=_begin(room.things))
-        self._solids: Solids = solids(room.things)
+        self._state: State = state if state is not None else State(things=room.things, motions=_begin(room.things))
+        self._solids: Solids = solids(self._state.things, known)
         self._last: dict[str, Posed] = {}  # of the step before; saves time, is no state
         self._said = ThingViews()  # the same
 
@@ -92,13 +93,13 @@ class World:
         return snapshot.encode(self._room, self._state)
 
     @staticmethod
-    def restore(data: bytes) -> World:
-        """A world that goes on from `snapshot`. Raises ValueError when the bytes are none, or of a newer version."""
-        room, state = snapshot.decode(data)
-        world = World(room)
-        world._state = state
-        world._solids = solids(state.things)
-        return world
+    def restore(data: bytes, like: World | None = None) -> World:
+        """A world that goes on from `snapshot`. Raises ValueError when the bytes are none, or of another version.
+
+        like: one of the same room a moment ago, whose things need not be made and weighed again.
+        """
+        room, state = snapshot.decode(data) if like is None else snapshot.decode(data, like._room, like._state.things)
+        return World(room, state, like._solids if like is not None else None)
 
     def step(self, inputs: StepInputs) -> WorldView:
         """Advance by one step of DT. Bad motions and commands are refused one by one; the step always happens."""
