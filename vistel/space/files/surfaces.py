@@ -28,12 +28,13 @@ GREY = (180, 180, 180)
 @dataclass(frozen=True, eq=False)
 class Piece:
     """Part of what is drawn, in the thing's frame. colour: (3,) sRGB bytes; with a picture (H, W, 3) uv: (n, 2), origin
-    bottom left."""
+    bottom left; mesh: it is of a polymesh, which may be open."""
 
     surface: Surface3
     colour: tuple[int, int, int]
     uv: F32 | None = None
     picture: U8 | None = None
+    mesh: bool = False
 
 
 def pieces_of(thing: Thing, models: Mapping[str, Model], detail: float = 0.7) -> list[Piece]:
@@ -111,7 +112,7 @@ def _look_pieces(look: Look, model: Model) -> list[Piece]:
         )
         uv = model.uv[np.maximum(places, 0).ravel()[first]] if shown is not None else None
         colour = rgb(look.colour) if look.colour else material.colour or GREY
-        out.append(Piece(surface, colour, uv, shown))
+        out.append(Piece(surface, colour, uv, shown, True))
     return out
 
 
