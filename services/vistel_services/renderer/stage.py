@@ -8,13 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from vistel.figure.posture import Posture
+from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.proportions import Proportions
+from vistel.figure.skeleton import standard_skeleton
 from vistel.space.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
 from vistel.wire.proportions import from_message
 from vistel.wire.world import RoomNow, Touch
+from vistel_services.renderer.held import HeldThings, Shown
 from vistel_services.renderer.motion_in import Between, Heard, MotionReader
 from vistel_services.renderer.playout import Playout, Timing
 from vistel_services.renderer.world_view import Ghost, WorldView, between, ghosts_from, thing_of, view_of
@@ -84,6 +86,7 @@ class Stage:
         self._ghosts: tuple[Ghost, ...] = ()
         self._world: Playout[WorldView] = Playout(between, delay_ns)
         self._arrived: set[str] = set()
+        self._held = HeldThings()
         self._talking: frozenset[str] = frozenset()
 
     def hear_about(self, message: motion_pb2.Participant) -> None:
@@ -161,7 +164,15 @@ class Stage:
                 continue
             people.append(PersonNow(person.about, shown.posture, timing))
         world = self._world.sample(now_ns) or WorldView()
-        return Instant(now_ns, tuple(people), world, self._things, tuple(coming), self._talking)
+        return Instant(now_ns, *self._in_hands(now_ns, people, world), self._things, tuple(coming), self._talking)
+
+    def _in_hands(self, now_ns: int, people: list[PersonNow], world: WorldView) -> tuple[tuple[PersonNow, ...], WorldView]:
+        """People with their fingers on what they hold, and the world with it in their hands."""
+        holders = {g.participant for g in world.grasps}
+        shown = {p.about.name: Shown(p.posture, _joints(p)) for p in people if p.about.name in holders}
+        world = self._held.poses(now_ns, world, shown)
+        postures = self._held.fingers(now_ns, world, {p.about.name: p.posture for p in people})
+        return tuple(replace(p, posture=postures[p.about.name]) for p in people), world
 
     def _describe(self, told: Mapping[str, world_pb2.Thing]) -> None:
         things: dict[str, Thing] = {}
@@ -176,6 +187,12 @@ class Stage:
                 log.error("event=bad_thing thing=%s reason=%r action=not_drawn", name, str(e))
         if things != dict(self._things):
             self._things = MappingProxyType(things)
+
+
+def _joints(person: PersonNow) -> JointPose:
+    """A person's joints as they are shown."""
+    limbs = person.about.proportions
+    return pose_joints(standard_skeleton(person.about.height) if limbs is None else limbs.skeleton, person.posture)
 
 
 def _limbs(message: motion_pb2.Participant) -> Proportions | None:
