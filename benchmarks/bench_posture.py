@@ -2,9 +2,9 @@
 
 Receivers are put on recorded people (BVH and 6-DOF files), measured like a FASTRAK does: one station every 1/120 s in
 turn, 0.8 mm and 0.15 degrees of noise per axis; then filtered and solved by the posture service's own code. Bones are
-measured on the first third of each recording and how each arm is carried is learnt from it, as `vistel calibrate body` does
-with a receiver on the forearm; all errors are those of the other two thirds. The filter's constants are the same for all. The peer is the same solver with the elbow
-always at its lowest.
+measured on the first third of each recording and how each arm is carried is learnt from it, as `vistel calibrate body`
+does with a receiver on the forearm; all errors are those of the other two thirds. The filter's constants are the same
+for all. The peer is the same solver with the elbow always at its lowest.
 """
 
 from __future__ import annotations

@@ -5,12 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PropTracker, TrackerConfig
 from vistel.conference.sound import Audio
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from vistel.space.room import Extra
 
 
@@ -64,17 +67,6 @@ class Prop(Checked):
     thing: Name
     """Id of the thing in the room: "baton", "ball", ..."""
     tracker: PropTracker = PropTracker()
-
-    @field_validator("thing")
-    @classmethod
-    def _loose(cls, thing: str) -> str:
-        # Loads the room only for who has props.
-        from vistel.space.room import meeting_room  # noqa: PLC0415
-
-        loose = [t.id for t in meeting_room().things if not t.fixed]
-        if thing not in loose:
-            raise ValueError(f"no such loose thing in the room; expected one of {', '.join(loose)}, got {thing!r}")
-        return thing
 
     @property
     def device(self) -> str:
@@ -192,6 +184,16 @@ class Room(Checked):
 
         return meeting_room(self.seats, [t.extra() for t in simple]).extras
 
+    def place(self, seat: int) -> tuple[NDArray[np.float64], float]:
+        """Position (3,) on the floor under a seat [m] and heading [rad]. Raises ValueError for no such seat."""
+        if self.file is None:
+            from vistel.space.room import seat_pose  # noqa: PLC0415
+
+            return seat_pose(self.seats, seat)
+        from vistel.conference.rooms import seat_place  # noqa: PLC0415
+
+        return seat_place(self, seat)
+
     @property
     def from_files(self) -> bool:
         """Something of the room is in a file."""
@@ -205,6 +207,14 @@ class Playout(Checked):
     """Seconds behind capture; must cover jitter."""
 
 
+class MotionStream(Checked):
+    """How what people do is sent."""
+
+    losses: Literal["rare", "some", "many"] = "rare"
+    """How often links lose single messages. rare: the smallest frames, which build on each other; many: every frame needs
+    the last full one and nothing else, for a third more bytes."""
+
+
 class Conference(Checked):
     """A whole conference file."""
 
@@ -213,12 +223,27 @@ class Conference(Checked):
     bus: BusConfig = BusConfig()
     room: Room = Room()
     playout: Playout = Playout()
+    motion: MotionStream = MotionStream()
     sites: list[Site] = Field(min_length=1)
     record: bool = True
     record_raw: bool = True
     """Keep the devices' bytes in the log, so that a replay can start from them."""
     standby: bool = True
     """Keep one process loaded on each machine, of which all others are forked: they start, and come back, at once."""
+
+    @model_validator(mode="after")
+    def _props_are_there(self) -> Conference:
+        wanted = [p.thing for s in self.sites for p in s.props]
+        if not wanted or self.room.from_files:  # what files hold is known when they are read
+            return self
+        # Loads the room only for who has props.
+        from vistel.space.room import meeting_room  # noqa: PLC0415
+
+        loose = [t.id for t in meeting_room(self.room.seats, self.room.extras()).things if not t.fixed]
+        for thing in wanted:
+            if thing not in loose:
+                raise ValueError(f"props: no such loose thing in the room; expected one of {', '.join(loose)}, got {thing!r}")
+        return self
 
     @model_validator(mode="after")
     def _unique(self) -> Conference:
