@@ -13,6 +13,7 @@ from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world import RoomNow
 from vistel.wire.world_listener import WorldListener
+from vistel_cli.sound_watch import SoundWatch
 
 
 @dataclass
@@ -33,6 +34,7 @@ class Observer:
         self._delays = bus.subscribe(BY_NAME["image_delay"], polled=True)
         self._devices = bus.subscribe(BY_NAME["device_status"], polled=True)
         self._room = WorldListener(bus, clock)
+        self._sound = SoundWatch(bus)
         self.images: dict[str, ImageDelay] = {}
         self._delay_sums: dict[str, dict[str, list[float]]] = {}
         self._frame_rates: dict[str, list[float]] = {}
@@ -41,6 +43,7 @@ class Observer:
 
     def poll(self) -> None:
         """Take in what has arrived."""
+        self._sound.poll()
         for sample in self._delays.take():
             message: ImageDelay = sample.message
             self.images[message.site] = message
@@ -107,7 +110,7 @@ class Observer:
                 parts.append(f"{site.name} …")
                 continue
             delay = max((s.delay_s for s in image.streams), default=0.0)
-            parts.append(f"{site.name} {image.frames_per_s:4.1f} fps {delay * 1e3:3.0f} ms")
+            parts.append(f"{site.name} {image.frames_per_s:4.1f} fps {delay * 1e3:3.0f} ms {self._sound.line(site.name)}".rstrip())
         return "   ".join(parts)
 
     def report(self) -> dict[str, Any]:
@@ -138,4 +141,5 @@ class Observer:
             "people_touched": sorted(" and ".join(pair) for pair in w.people_touching),
             "things_held_by_in_turn": w.grasps,
         }
-        return {"sites": sites, "devices": devices, "world": world}
+        sound = self._sound.report([site.name for site in self._conference.sites])
+        return {"sites": sites, "devices": devices, "world": world} | ({"sound": sound} if sound else {})

@@ -254,6 +254,11 @@ def _show_report(report: dict[str, Any], folder: Path) -> None:
     for name, s in report["sites"].items():
         delays = ", ".join(f"{p} {d * 1e3:.0f} ms" for p, d in s["image_delay_s_median"].items())
         out.print(f"{name:10} {s['frames']} frames, {s['frames_per_s_median']} frames/s; delay {delays}")
+    for name, s in report.get("sound", {}).items():
+        for who, v in s["voices"].items():
+            if v["mouth_to_ear_s_median"] is not None:
+                skew = "" if v["skew_s_median"] is None else f", {v['skew_s_median'] * 1e3:+.0f} ms from the picture"
+                out.print(f"{name:10} hears {who} after {v['mouth_to_ear_s_median'] * 1e3:.0f} ms{skew}")
     for thing, holders in report["world"]["things_held_by_in_turn"].items():
         out.print(f"{thing:10} held by {', then '.join(holders)}")
     for pair in report["world"]["people_touched"]:
