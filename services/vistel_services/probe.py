@@ -6,8 +6,8 @@ from collections.abc import Awaitable, Callable, Sequence
 from typing import TypeVar
 
 from vistel.protocol import cyberglove, fastrak, liberty
-from vistel.protocol.identify import identify
-from vistel_services.device import DeviceError, Link
+from vistel.protocol.identify import identify, identify_sender
+from vistel_services.device import Decoder, DeviceError, Link, NoAnswerError
 
 T = TypeVar("T")
 
@@ -45,3 +45,18 @@ async def at_any_speed(
         if (answer := await greet(link)) is not None:
             return baud, answer
     return None
+
+
+async def hear(link: Link, decoder: Decoder, own: str, within_s: float) -> bool:
+    """Whether a sender of packets, of which nothing can be asked, is heard. Raises DeviceError where another one is, by name,
+    and NoAnswerError where what comes is nobody known; `own`: who is expected."""
+    seen, skipped = link.frames, decoder.bytes_skipped
+    link.recent.clear()
+    if await link.wait_for(lambda: link.frames if link.frames > seen else None, within_s) is not None:
+        return True
+    if decoder.bytes_skipped == skipped:
+        return False
+    name = identify_sender(bytes(link.recent))
+    if name not in (None, own):
+        raise DeviceError(f"{name} sends to this port; {own} was expected")
+    raise NoAnswerError(f"what arrives is not from {own}; is another program sending to this port?")
