@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.making.pictures import atlas
-from vistel.figure.people.bake import rasterise, spread
+from vistel.figure.people.bake import rasterise
 from vistel.wrinkle.region import Tube, builtin_regions, sides_of, tube
 
 F64 = NDArray[np.float64]
@@ -116,12 +116,18 @@ def _copied(avatar: Avatar, one: Tube, span: tuple[float, float]) -> U8:
     drawn = mesh.corner_triangles[faces[owner[seen] % len(faces)]]
     w = np.concatenate((weight[seen], 1.0 - weight[seen].sum(axis=1, keepdims=True)), axis=1)
     colour = _read(avatar.albedo, (mesh.uv[drawn] * w[..., None]).sum(axis=1))
-    out = np.empty((rows, columns, 3), np.uint8)
-    out[:] = np.median(colour, axis=0).astype(np.uint8) if len(colour) else 128
+    out = np.zeros((rows, columns, 3), np.uint8)
     out[seen] = colour
-    filled = seen.copy()
-    spread(out, filled, 12)
-    return out
+    return _filled(out, seen)
+
+
+def _filled(picture: U8, seen: NDArray[np.bool_]) -> U8:
+    """The picture with what is not seen like the nearest that is above or below it; cloth may move over it."""
+    rows = np.arange(len(picture))[:, None]
+    above = np.maximum.accumulate(np.where(seen, rows, -1), axis=0)
+    below = np.minimum.accumulate(np.where(seen, rows, 2 * len(picture))[::-1], axis=0)[::-1]
+    nearest = np.where((rows - above <= below - rows) & (above >= 0) | (below >= len(picture)), above, below)
+    return picture[np.maximum(nearest, 0), np.arange(picture.shape[1])[None]]
 
 
 def _registered(mesh: Mesh, one: Tube, chart: Chart) -> Mesh:

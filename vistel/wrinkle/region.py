@@ -159,16 +159,15 @@ def _inwards(vertices: F32, triangles: NDArray[np.int32], member: NDArray[np.boo
     edges = np.vstack((edges, edges[:, ::-1]))
     edges = edges[member[edges[:, 1]]]
     length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+    # Those on the edge itself must lie still: the way begins as far in as the longest edge that leads outside.
+    start = float(length[~member[edges[:, 0]]].max(initial=0.0))
     distance = np.where(member, np.inf, 0.0)
     while True:
         reached = distance.copy()
         np.minimum.at(reached, edges[:, 1], distance[edges[:, 0]] + length)
-        if np.array_equal(reached, distance) or float(np.where(reached == distance, np.inf, reached).min()) > 2.0 * fade:
-            break
+        changed = reached[reached != distance]
         distance = reached
-    # Those on the edge itself must lie still: the way to the nearest outside vertex, less one edge.
-    edge = np.zeros(len(vertices))
-    np.maximum.at(edge, edges[:, 1], np.where(member[edges[:, 0]], 0.0, length))
-    start = float(edge[edge > 0.0].max(initial=0.0))
+        if changed.min(initial=np.inf) > start + fade:
+            break
     t = np.clip((distance - start) / fade, 0.0, 1.0)
     return np.where(member, t * t * (3.0 - 2.0 * t), 0.0).astype(np.float32)

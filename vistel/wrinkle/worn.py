@@ -139,11 +139,11 @@ class Worn:
     def _lit(self, of: Map, around: Tube, material: str) -> tuple[I64, F32]:
         if self._texels is None:
             return np.zeros(0, np.int64), np.zeros(0, np.float32)
-        texel, points, attenuation = self._texels.of(around)
+        texel, at, attenuation = self._texels.of(around)
         bright = Map(shading(of, LIGHT[material]) - 1.0, of.step, of.wraps)
-        light = 1.0 + read(bright, around.place(points)) * attenuation
-        seen = np.abs(light - 1.0) > 1e-3
-        return texel[seen], light[seen].astype(np.float32)
+        light = read(bright, at) * attenuation
+        seen = np.abs(light) > 1e-3
+        return texel[seen], 1.0 + light[seen]
 
     def _shifted(self, entry: SetEntry, around: Tube, scale: float) -> tuple[I64, F32]:
         chart = self._charts.get(around.name)
@@ -163,6 +163,7 @@ class _Texels:
 
     def __init__(self, avatar: Avatar) -> None:
         self._mesh = avatar.mesh
+        self._known: dict[str, tuple[I64, F64, F32]] = {}
         height, width = avatar.albedo.shape[:2]
         size = max(height, width)
         uv = avatar.mesh.uv.astype(np.float64) * np.array((width, height)) / size
@@ -171,14 +172,18 @@ class _Texels:
         self._owner, weight = owner[:height, :width].ravel(), weight[:height, :width].reshape(-1, 2)
         self._weight = np.concatenate((weight, 1.0 - weight.sum(axis=1, keepdims=True)), axis=1)
 
-    def of(self, around: Tube) -> tuple[I64, F64, F64]:
-        """(M,) texels of a region, (M, 3) their points at rest [m] and (M,) their attenuation."""
-        mine = np.any(around.attenuation[self._mesh.triangles] > 0.0, axis=1)
-        texel = np.flatnonzero((self._owner >= 0) & mine[self._owner])
-        corner = self._mesh.triangles[self._owner[texel]]
-        w = self._weight[texel]
-        points = (self._mesh.vertices[corner] * w[..., None]).sum(axis=1)
-        return texel, points, (around.attenuation[corner] * w).sum(axis=1)
+    def of(self, around: Tube) -> tuple[I64, F64, F32]:
+        """(M,) texels of a region, (M, 2) their u and v, (M,) their attenuation."""
+        if around.name not in self._known:
+            mine = np.any(around.attenuation[self._mesh.triangles] > 0.0, axis=1)
+            texel = np.flatnonzero((self._owner >= 0) & mine[self._owner])
+            corner, w = self._mesh.triangles[self._owner[texel]], self._weight[texel]
+            attenuation = (around.attenuation[corner] * w).sum(axis=1)
+            texel, corner, w = texel[attenuation > 0.0], corner[attenuation > 0.0], w[attenuation > 0.0]
+            points = (self._mesh.vertices[corner] * w[..., None]).sum(axis=1)
+            kept = attenuation[attenuation > 0.0].astype(np.float32)
+            self._known[around.name] = texel, around.place(points), kept
+        return self._known[around.name]
 
 
 def read(of: Map, at: F64) -> F32:
