@@ -21,7 +21,7 @@ from benchmarks.row import Row, machine
 from vistel.figure.posture import pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.v1.motion_pb2 import Motion
-from vistel.wire.motion import KEY_SPACING, MotionDecoder, MotionEncoder, MotionSample, warm_up
+from vistel.wire.motion import LOSSES, MotionDecoder, MotionEncoder, MotionSample, warm_up
 from vistel.wire.motion_codec.layout import COUNTS, GRAINS_TENTHS, NUMBERS, PLACES, USUAL_GRAIN
 
 F64 = NDArray[np.float64]
@@ -31,7 +31,7 @@ SENT = sum(COUNTS[part] for part in PARTS)
 HEADER_BYTES = 16
 FRAME_NS = 1_000_000_000 // RATE_HZ
 START_NS = 1_000_000_000_000_000_000
-LOSSES = (0.01, 0.05, 0.2)
+LOST = (0.01, 0.05, 0.2)
 TARGETS = {"moving": 24.0, "seated": 12.0}
 MOST_DEG, MOST_MM, MOST_US = 0.2, 1.0, 100.0
 
@@ -93,10 +93,10 @@ def send(rows: F64, encoder: MotionEncoder | None = None) -> Sent:
     back: list[MotionSample] = []
     seconds: list[float] = []
     for sample in samples(rows):
-        started = time.perf_counter()
+        started = time.thread_time()
         message = encoder.encode(sample)
         decoded = decoder.decode(message)
-        seconds.append(time.perf_counter() - started)
+        seconds.append(time.thread_time() - started)
         assert decoded is not None
         message.header.version = 1
         messages.append(message)
@@ -138,8 +138,9 @@ def _stream(name: str, rows: F64, kind: str | None, where: str) -> Iterator[Row]
         met = None if text is None or target is None else bool(value <= target and kept)
         for peer, other in _peers(rows).items():
             yield Row("motion", name, metric, "kbit/s", value, peer, other, value / other, text, met, where)
-    yield Row("motion", name, "payload, full key frames only", "kbit/s", send(rows, MotionEncoder(key_spacing=0)).payload,
-              None, None, None, None, None, where)  # fmt: skip
+    for losses in LOSSES[1:]:
+        payload = send(rows, MotionEncoder(losses=losses)).payload
+        yield Row("motion", name, f"payload, for {losses} losses", "kbit/s", payload, None, None, None, None, None, where)
     for metric, unit, value, most in (
         ("joint error p99", "deg", degrees, MOST_DEG), ("joint position error p99", "mm", millimetres, MOST_MM),
     ):  # fmt: skip
@@ -151,6 +152,23 @@ def _stream(name: str, rows: F64, kind: str | None, where: str) -> Iterator[Row]
               found.sent_mm / found.given_mm, None, None, where)  # fmt: skip
     value = 1e6 * float(np.median(sent.seconds))
     yield Row("motion", name, "encode and decode", "us", value, None, None, None, f"<= {MOST_US:g}", value <= MOST_US, where)
+    for every, of in ((1, "every"), (6, "one in six")):
+        value = 1e6 * _receiving(sent.messages, every)
+        yield Row("motion", name, f"receiving, {of} frame drawn", "us per frame", value, None, None, None, None, None, where)
+
+
+def _receiving(messages: Sequence[Motion], every: int) -> float:
+    """Processor time [s] for each message, of which one in `every` is worked out; median of five rounds."""
+    rounds: list[float] = []
+    for _ in range(5):
+        decoder = MotionDecoder()
+        started = time.thread_time()
+        for i, message in enumerate(messages):
+            frame = decoder.open(message)
+            if frame is not None and i % every == 0:
+                frame.sample()
+        rounds.append((time.thread_time() - started) / len(messages))
+    return float(np.median(rounds))
 
 
 def _curve(held_out: Sequence[F64], where: str) -> Iterator[Row]:
@@ -170,19 +188,19 @@ def _curve(held_out: Sequence[F64], where: str) -> Iterator[Row]:
 
 def _losses(held_out: Sequence[F64], where: str) -> Iterator[Row]:
     """Share of the frames that arrive which can be read, and the longest time without one."""
-    for title, spacing in (("usual", KEY_SPACING), ("full key frames only", 0)):
-        for loss in LOSSES:
+    for losses in LOSSES:
+        for loss in LOST:
             rng = np.random.default_rng(5)
             readable, longest = [], 0
             for rows in held_out:
                 decoder, since = MotionDecoder(), 0
-                for message in send(rows, MotionEncoder(key_spacing=spacing)).messages:
+                for message in send(rows, MotionEncoder(losses=losses)).messages:
                     arrived = rng.random() >= loss
                     read = arrived and decoder.decode(message) is not None
                     readable += [read] if arrived else []
                     since = 0 if read else since + 1
                     longest = max(longest, since)
-            case = f"{loss:.0%} lost, {title}"
+            case = f"{loss:.0%} lost, for {losses} losses"
             yield Row("motion", case, "arrived frames that decode", "%", 100 * float(np.mean(readable)), None, None, None, None,
                       None, where)  # fmt: skip
             yield Row("motion", case, "longest gap", "ms", longest * 1e3 / RATE_HZ, None, None, None, None, None, where)

@@ -31,6 +31,7 @@ from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.wire.motion_codec.layout import NUMBERS, PLACES
 from vistel_services.posture.capture import Capture
 from vistel_services.posture.config import Person
+from vistel_services.posture.one_euro import AngleFilter
 from vistel_sim.motion import open_motion
 from vistel_sim.motion.bvh import parse_bvh
 from vistel_sim.motion.source import MotionSource, Place, places
@@ -178,12 +179,13 @@ def _made_up_face(n: int, seed: int) -> F64:
 
 
 def _glove(angles: F64, seed: int) -> F64:
-    """(n, 20) as a CyberGlove with 22 sensors counts them."""
-    rng, calibration = np.random.default_rng(seed), default_calibration()
-    out: list[list[float]] = []
-    for row in angles:
+    """(n, 20) as a CyberGlove with 22 sensors counts them and the posture service filters them."""
+    rng, calibration, calm = np.random.default_rng(seed), default_calibration(), AngleFilter()
+    out: list[F64] = []
+    for k, row in enumerate(angles):
         counts = np.array(calibration.counts(row.tolist(), 22)) + 0.3 * rng.standard_normal(22)
-        out.append(calibration.angles(bytes(np.clip(np.rint(counts), 1, 255).astype(np.uint8))))
+        seen = np.array(calibration.angles(bytes(np.clip(np.rint(counts), 1, 255).astype(np.uint8))))
+        out.append(calm.update(k / RATE_HZ, seen))
     return np.array(out)
 
 

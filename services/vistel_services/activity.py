@@ -19,7 +19,7 @@ import signal
 import sys
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,10 +31,11 @@ from vistel.conference.model import Conference
 from vistel.space.commands.actions import Action
 from vistel.space.commands.phrase import PhraseError, read
 from vistel.v1.command_pb2 import CommandResult
-from vistel.v1.world_pb2 import WorldState
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.topics import BY_NAME
+from vistel.wire.world import RoomNow
+from vistel.wire.world_listener import WorldListener
 from vistel.wire.zenoh_bus import BusError, ZenohBus
 from vistel_services.command_messages import message_of
 
@@ -81,14 +82,14 @@ class Room:
         self.people: tuple[str, ...] = ()
         self.touching: frozenset[tuple[str, str]] = frozenset()
         self._bus, self._clock = bus, clock
-        self._states = bus.subscribe(BY_NAME["world_state"], queue_all=True)
+        self._world = WorldListener(bus, clock)
         self._results = bus.subscribe(BY_NAME["command_result"], queue_all=True, participant=participant)
         self._commands = bus.publish(BY_NAME["command"], participant=participant)
         self._answers: dict[str, CommandResult] = {}
 
     def close(self) -> None:
         """Stop listening."""
-        self._states.close()
+        self._world.close()
         self._results.close()
 
     async def ask(self, what: str | Action) -> Answer:
@@ -134,25 +135,21 @@ class Room:
     def _listen(self) -> None:
         for sample in self._results.take():
             self._answers[sample.message.id] = sample.message
-        for sample in self._states.take():
-            self._hear(sample.message)
+        news = self._world.take()
+        if news:
+            self._hear(news[-1][0])
 
-    def _hear(self, state: WorldState) -> None:
-        if state.key:
-            self.things = {
-                t.id: ThingNow(t.id, t.name, t.shape, t.colour, np.zeros(3), np.zeros(4)) for t in state.things
-            }
-        for s in state.states:
-            if s.id in self.things:
-                p, q = s.pose.position, s.pose.rotation
-                self.things[s.id] = replace(
-                    self.things[s.id], position=np.array([p.x, p.y, p.z]), rotation=np.array([q.x, q.y, q.z, q.w]),
-                    holders=tuple(s.holders), still=s.resting,
-                )  # fmt: skip
-        if self.things:
-            self.step, self.t_ns = state.step, state.header.t_ns
-        self.people = tuple(state.participants)
-        self.touching = frozenset((c.body_a, c.body_b) for c in state.contacts)
+    def _hear(self, now: RoomNow) -> None:
+        self.things = {
+            t.id: ThingNow(
+                t.id, t.name, t.shape, t.colour, *now.poses[t.id], now.holders(t.id), t.id not in now.moving
+            )
+            for t in now.things.values()
+            if t.id in now.poses
+        }  # fmt: skip
+        self.step, self.t_ns = now.step, now.t_ns
+        self.people = now.participants
+        self.touching = frozenset((t.target, t.source) for t in now.touches)
 
 
 Activity = Callable[[Room], Coroutine[Any, Any, None]]

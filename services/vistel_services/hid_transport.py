@@ -79,8 +79,10 @@ def open_hid(find: OpenDevice, clock: Clock) -> OpenTransport:
     return lambda received, lost: HidTransport(find(), clock, received, lost)
 
 
-def find_hid(vendor_id: int, wanted: Callable[[int], bool], what: str) -> OpenDevice:
-    """Opens the first device of a vendor whose product id is `wanted`; `what`: it, in words."""
+def find_hid(
+    vendor_id: int, wanted: Callable[[int], bool], what: str, name: Callable[[int], str | None] = lambda product_id: None
+) -> OpenDevice:
+    """Opens the first device of a vendor whose product id is `wanted`; `what`: it, in words; `name`: of any product id."""
 
     def find() -> HidDevice:
         try:
@@ -90,7 +92,7 @@ def find_hid(vendor_id: int, wanted: Callable[[int], bool], what: str) -> OpenDe
         found = hid.enumerate(vendor_id, 0)
         right = [d for d in found if wanted(d["product_id"])]
         if not right:
-            others = ", ".join(f"{d['vendor_id']:04x}:{d['product_id']:04x}" for d in found)
+            others = ", ".join(name(d["product_id"]) or f"{vendor_id:04x}:{d['product_id']:04x}" for d in found)
             raise TransportError(f"{what} is not on USB" + (f"; {others} is" if others else "; plug it in"))
         device = hid.device()
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import struct
 from collections.abc import Sequence
 
@@ -22,7 +23,8 @@ def known_items(items: Sequence[int]) -> bool:
     return all(item % 50 in _BYTES for item in items)
 
 
-def record_length(items: Sequence[int], binary: bool) -> int:
+@functools.cache
+def record_length(items: tuple[int, ...], binary: bool) -> int:
     """Bytes of a record with these items."""
     return 3 + sum(_length(item, binary) for item in items)
 

@@ -12,8 +12,9 @@ import signal
 import sys
 import zlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,9 +39,13 @@ from vistel_sim.faults import Fault, fault_from_text
 from vistel_sim.fivedt import Glove5, Glove16, Ultra
 from vistel_sim.liberty import Liberty
 from vistel_sim.motion import MotionError, open_motion
-from vistel_sim.motion.source import Place, places, prop_transmitter, receiver_on_prop
+from vistel_sim.motion.source import Clapper, Place, places, prop_transmitter, receiver_on_prop
 from vistel_sim.phone import Packets, SimulatedSender, face_packets, run_senders, talking
+from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
 from vistel_sim.vrpn_server import SimulatedVrpn
+
+if TYPE_CHECKING:
+    from vistel_sim.delay_unit import SimulatedDelayUnit
 
 F64 = NDArray[np.float64]
 log = logging.getLogger("vistel.sim")
@@ -64,6 +69,10 @@ class BodyMotion(Protocol):
         """(2, 20) radians, left hand first."""
         ...
 
+    def speaking(self, participant: str, t_s: float) -> float:
+        """Loudness of the participant's voice, 0 to 1."""
+        ...
+
     def things(self, t_s: float) -> dict[str, tuple[F64, F64]]:
         """Where the motion has things of the room, by id: position [m], quaternion (x, y, z, w), room frame."""
         ...
@@ -84,10 +93,66 @@ def simulated_devices(
     names |= {name for name, _ in _camera_names(conference, site)}
     names |= {f"{p.name}-tracker" for p in _suite_owners(conference, site)}
     names |= {f"{p.name}-tracker" for p, _ in _server_owners(conference, site)}
+    names |= {f"{p.name}-microphone" for p in _talkers(conference, site)}
+    names |= {name for name, _ in _delay_units(conference, site)}
     for fault in faults:
         if fault.device not in names:
             raise ValueError(f"fault: no simulated device {fault.device!r}; there are {', '.join(sorted(names))}")
     return devices
+
+
+def _talkers(conference: Conference, site: str | None) -> list[Participant]:
+    """Whose microphone is simulated."""
+    sites = [(s, s.audio) for s in conference.sites if site in (None, s.name)]
+    return [
+        p for s, audio in sites if audio is not None
+        for i, p in enumerate(s.participants) if audio.microphone_of(p.name, i == 0) == "sim"
+    ]  # fmt: skip
+
+
+def simulated_microphones(
+    conference: Conference, motion: BodyMotion, paths: RunPaths, *, site: str | None = None, faults: Iterable[Fault] = ()
+) -> list[SimulatedMicrophone]:
+    """What simulated talkers speak and clap into."""
+    faults = tuple(faults)
+    out: list[SimulatedMicrophone] = []
+    for person in _talkers(conference, site):
+        name = f"{person.name}-microphone"
+        seed = device_seed(conference.seed, name)
+        voice = Voice(partial(motion.speaking, person.name), partial(_claps_of, motion, person.name), seed)
+        out.append(SimulatedMicrophone(name, voice, paths.device(name), faults, seed=seed))
+    return out
+
+
+def _claps_of(motion: BodyMotion, participant: str, start_s: float, end_s: float) -> Sequence[float]:
+    return motion.claps(participant, start_s, end_s) if isinstance(motion, Clapper) else ()
+
+
+def _delay_units(conference: Conference, site: str | None) -> list[tuple[str, int]]:
+    """Names of simulated delay units, and on which channel their loudspeaker is."""
+    sites = [(s.name, s.audio) for s in conference.sites if site in (None, s.name)]
+    return [
+        (f"{name}-{e.name}", e.channel) for name, audio in sites if audio is not None
+        for e in audio.equipment if e.address == "sim"
+    ]  # fmt: skip
+
+
+def simulated_delay_units(
+    conference: Conference, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
+    faults: Iterable[Fault] = (),
+) -> list[SimulatedDelayUnit]:  # fmt: skip
+    """The equipment whose address is "sim"."""
+    wanted, faults = _delay_units(conference, site), tuple(faults)
+    if not wanted:
+        return []
+    from vistel_sim.delay_unit import SimulatedDelayUnit  # noqa: PLC0415  few conferences load Modbus
+
+    return [
+        SimulatedDelayUnit(
+            name, paths.device(name), clock, start_ns, faults, channels=max(2, channel), seed=device_seed(conference.seed, name)
+        )
+        for name, channel in wanted
+    ]
 
 
 def _phone_owners(conference: Conference, site: str | None) -> list[Participant]:
@@ -261,13 +326,19 @@ async def run_simulators(
     senders = simulated_senders(conference, motion, paths, clock, start_ns, site=site, faults=faults)
     servers = simulated_servers(conference, motion, paths, clock, start_ns, site=site, faults=faults)
     cameras = simulated_cameras(conference, motion, paths, clock, start_ns, site=site, faults=faults)
-    log.info("simulated devices=%s", ",".join(d.name for d in (*devices, *senders, *servers, *cameras)))
+    microphones = simulated_microphones(conference, motion, paths, site=site, faults=faults)
+    units = simulated_delay_units(conference, paths, clock, start_ns, site=site, faults=faults)
+    everything = (*devices, *senders, *servers, *cameras, *microphones, *units)
+    log.info("simulated devices=%s", ",".join(d.name for d in everything))
     async with asyncio.TaskGroup() as group:
         group.create_task(run_devices(devices))
         group.create_task(run_senders(senders))
         for server in servers:
             group.create_task(server.run(), name=server.name)
         group.create_task(run_cameras(cameras))
+        group.create_task(run_microphones(microphones, clock, start_ns))
+        for unit in units:
+            group.create_task(unit.run(), name=unit.name)
 
 
 async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault]) -> None:

@@ -16,6 +16,8 @@ from vistel.wire.clock import Clock
 
 _LIMIT = 2048
 """Bytes that may wait for a reader; what a device sends beyond that is lost, as on a port nobody reads."""
+_LOOK_EVERY = 256
+"""Bytes after which is looked again how many wait."""
 
 
 class PtyPort:
@@ -37,6 +39,7 @@ class PtyPort:
         self._received = received
         self._master = self._slave = -1
         self._rest = b""
+        self._unseen = 0
         self._free_ns = 0
         self._answers: set[asyncio.Task[None]] = set()
 
@@ -52,7 +55,7 @@ class PtyPort:
         # The slave stays open here: without it the master reports an error each time a client closes.
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
-        self._rest, self._free_ns = b"", 0
+        self._rest, self._unseen, self._free_ns = b"", 0, 0
         asyncio.get_running_loop().add_reader(self._master, self._readable)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         link = self.path.with_name(f".{self.path.name}.new")
@@ -80,13 +83,18 @@ class PtyPort:
         """Hand over bytes that have crossed the line. All or none: a port nobody reads loses whole records."""
         if not self.plugged:
             return
-        waiting = struct.unpack("i", fcntl.ioctl(self._slave, termios.FIONREAD, b"\0\0\0\0"))[0]
-        if waiting > _LIMIT or len(self._rest) > _LIMIT:
-            self.dropped += 1
-            return
-        if not self._understood():
+        self._unseen -= len(data)
+        if self._unseen < 0:
+            waiting = struct.unpack("i", fcntl.ioctl(self._slave, termios.FIONREAD, b"\0\0\0\0"))[0]
+            if waiting > _LIMIT or len(self._rest) > _LIMIT:
+                self._unseen = 0
+                self.dropped += 1
+                return
+            self._unseen = _LOOK_EVERY
+        if self._strict and not self._understood():
             data = bytes(len(data))
-        data = self._rest + data
+        if self._rest:
+            data = self._rest + data
         written = 0
         with contextlib.suppress(BlockingIOError):
             written = os.write(self._master, data)
@@ -120,5 +128,4 @@ class PtyPort:
             self._received(data)
 
     def _understood(self) -> bool:
-        speed = getattr(termios, f"B{self.baud}")
-        return not self._strict or termios.tcgetattr(self._slave)[5] == speed
+        return not self._strict or termios.tcgetattr(self._slave)[5] == getattr(termios, f"B{self.baud}")

@@ -22,15 +22,14 @@ def matrix(q: F64) -> F64:
 
 def quaternion(m: F64) -> F64:
     """Unit quaternion (x, y, z, w), w >= 0, from a rotation (3, 3): the longest column of q q^T (Bar-Itzhack)."""
-    products = np.array([
-        [1 + m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
-        [m[0, 1] + m[1, 0], 1 - m[0, 0] + m[1, 1] - m[2, 2], m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
-        [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], 1 - m[0, 0] - m[1, 1] + m[2, 2], m[1, 0] - m[0, 1]],
-        [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], 1 + m[0, 0] + m[1, 1] + m[2, 2]],
-    ])  # fmt: skip
-    q = products[int(np.argmax(np.diag(products)))]
-    q = q / math.sqrt(float(q @ q))
-    return q if q[3] >= 0 else -q
+    (a, b, c), (d, e, f), (g, h, i) = m.tolist()
+    q = max(
+        (1 + a - e - i, b + d, c + g, h - f), (b + d, 1 - a + e - i, f + h, c - g),
+        (c + g, f + h, 1 - a - e + i, d - b), (h - f, c - g, d - b, 1 + a + e + i),
+        key=lambda column: sum(v * v for v in column),
+    )  # fmt: skip
+    out = np.array(q) / math.sqrt(sum(v * v for v in q))
+    return out if out[3] >= 0 else -out
 
 
 def from_vector(v: F64) -> F64:

@@ -202,13 +202,13 @@ def test_the_world_touches_it_at_its_own_surface_and_a_log_of_it_runs_again(tmp_
     assert report.difference == "" and report.equal and report.skipped == 0 and report.steps > 100
     said = [p for topic, _, m, _ in own.log if topic == "world_inputs" for p in m.people if p.HasField("proportions")]
     assert [p.participant for p in said] == ["aiko"]
-    assert own.states()[-1].SerializeToString() != standard.states()[-1].SerializeToString()
+    assert own.keys()[-1].SerializeToString() != standard.keys()[-1].SerializeToString()
     # What her own limbs cannot reach, nothing says she touches.
     body = build_like(limbs).body
-    for state in own.states():
-        for c in state.contacts:
-            if c.body_a == "aiko":
-                assert c.primitive_a < len(body)
+    for room in own.rooms():
+        for t in room.touches:
+            if t.target == "aiko":
+                assert max(t.limbs) < len(body)
 
 
 def test_a_log_brings_the_avatar_to_a_machine_that_never_had_the_file(

@@ -96,7 +96,8 @@ def test_another_program_on_the_port_is_told(tmp_path: Path) -> None:
 
                 def told() -> bool:
                     other.sendto(b"/VMC/Ext/OK\0,i\0\0\0\0\0\1", ("127.0.0.1", port))
-                    return any("not from Live Link Face" in s.detail for s in hall.bus.on("device_status", F))
+                    said = "a VMC tracking suite sends to this port; Live Link Face was expected"
+                    return any(said in s.detail for s in hall.bus.on("device_status", F))
 
                 await hall.until(told)
         finally:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 import time
 from pathlib import Path
 
@@ -130,5 +131,28 @@ def test_a_glove_that_is_not_on_usb_is_told(tmp_path: Path) -> None:
         site = DeviceSite(tmp_path)
         async with site.running({}, person=person("5dt_ultra", port="usb")):
             await site.until(lambda: "left 5DT Data Glove Ultra with 14 sensors is not on USB" in site.bus.status(L).detail)
+
+    run(scenario())
+
+
+class Bus:
+    """The `hid` module where another 5DT glove is plugged in."""
+
+    def __init__(self, *product_ids: int) -> None:
+        self.product_ids = product_ids
+
+    def enumerate(self, vendor_id: int, product_id: int) -> list[dict[str, int]]:
+        return [{"vendor_id": vendor_id, "product_id": p} for p in self.product_ids]
+
+
+def test_another_glove_on_usb_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "hid", Bus(0x0000))
+
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        async with site.running({}, person=person("5dt_ultra", port="usb")):
+            await site.until(lambda: "not on USB" in site.bus.status(L).detail)
+            assert "a left 5DT Data Glove Ultra with 14 sensors is not on USB; " in site.bus.status(L).detail
+            assert "a right 5DT Data Glove Ultra with 14 sensors is" in site.bus.status(L).detail
 
     run(scenario())

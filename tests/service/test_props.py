@@ -20,6 +20,7 @@ from vistel.v1.motion_pb2 import Prop
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
+from vistel.wire.world_listener import WorldListener
 from vistel_services import posture, tracker
 from vistel_services.posture.props import PropCapture
 from vistel_services.world.verify import verify
@@ -163,7 +164,7 @@ def baton(t_ns: int, y: float, health: Any = TrackerReceiver.HEALTH_GOOD) -> Pro
 
 def height(site: WorldSite) -> float:
     """Of the baton, as the world last said."""
-    heights = [t.pose.position.y for m in site.states() for t in m.states if t.id == "baton"]
+    heights = [room.poses["baton"][0][1] for room in site.rooms()]
     return heights[-1]
 
 
@@ -183,8 +184,8 @@ def test_the_world_follows_a_prop_of_one_site_and_re_runs_to_the_same_bytes(tmp_
             assert height(site) == pytest.approx(1.345, abs=0.006)
             await site.kill()
             await site.start()
-            known = len(site.states())
-            while len(site.states()) < known + 3:
+            known = len(site.rooms())
+            while len(site.rooms()) < known + 3:
                 mine.put(baton(site.clock.now_ns(), 1.4))
                 await asyncio.sleep(0.01)  # its kernels are loaded on a thread
                 await site.play(1 / 60)
@@ -219,7 +220,7 @@ def test_a_real_hand_over_shows_who_holds_the_baton(tmp_path: Path, shared_data:
     async def scenario() -> list[tuple[str, ...]]:
         clock, network, paths = SystemClock(), MemoryNetwork(), RunPaths(tmp_path, tmp_path)
         hub = network.bus("demo", "hub", clock)
-        states = network.bus("demo", "hub", clock).subscribe(BY_NAME["world_state"], queue_all=True)
+        room = WorldListener(network.bus("demo", "hub", clock), clock)
         motion = open_motion(conference)
         devices = simulated_devices(conference, motion, paths, clock, clock.now_ns())
         tasks = [
@@ -237,8 +238,7 @@ def test_a_real_hand_over_shows_who_holds_the_baton(tmp_path: Path, shared_data:
             until = time.monotonic() + 60.0
             while time.monotonic() < until and not {("aiko",), ("ben",)} <= set(holders):
                 await asyncio.sleep(0.05)
-                for s in states.take():
-                    holders += [tuple(t.holders) for t in s.message.states if t.id == "baton"]
+                holders += [now.holders("baton") for now, _ in room.take()]
                 assert not any(t.done() for t in tasks)
         finally:
             for task in tasks:

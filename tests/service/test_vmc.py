@@ -2,26 +2,38 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
+import socket
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from device_site import STATE, RecordingBus, run
+from virtual_time import LoopClock
 
 from vistel.conference.devices import TrackerConfig
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.protocol import live_link_face, osc
+from vistel.v1.device_pb2 import TrackerFrame
 from vistel.wire.motion import MotionDecoder, MotionEncoder, MotionSample
+from vistel_services import tracker
 from vistel_services.motions import LEGS, posture_of, rotations_of
 from vistel_services.posture import configure
 from vistel_services.posture.capture import Capture
 from vistel_services.tracker import VmcDecoder
 from vistel_sim import suite
+from vistel_sim.faults import Fault
 from vistel_sim.motion import open_motion
 from vistel_sim.motion.source import places
+from vistel_sim.process import simulated_senders
+
+T = "ann-tracker"
 
 
 @pytest.mark.parametrize("t_s", [0.0, 2.5, 6.0])
@@ -68,3 +80,77 @@ def test_elbows_fingers_and_legs_are_those_of_the_body(tmp_path: Path) -> None:
     seen = posture_of(heard).joints
     assert seen.keys() == set(LEGS)
     assert all(seen[name] == pytest.approx(solved.posture.joints[name], abs=math.radians(0.2)) for name in LEGS)
+
+
+class Suite:
+    """The tracker service and a simulated suite that sends to it, over UDP."""
+
+    def __init__(self, folder: Path, faults: tuple[Fault, ...] = (), sends: bool = True) -> None:
+        person = Participant(name="ann", height=1.64, gloves={}, tracker=TrackerConfig(kind="vmc"))
+        conference = Conference(sites=[Site(name="a", participants=[person])])
+        self.bus, self.clock = RecordingBus(), LoopClock()
+        self.paths = RunPaths(folder, folder)
+        start_ns = self.clock.now_ns()
+        work = [tracker.run(tracker.configure(conference, conference.sites[0], self.paths), self.bus, self.clock)]
+        if sends:
+            senders = simulated_senders(conference, open_motion(conference), self.paths, self.clock, start_ns, faults=faults)
+            work += [s.run() for s in senders]
+        self.tasks = [asyncio.create_task(w) for w in work]
+
+    @property
+    def frames(self) -> list[TrackerFrame]:
+        return self.bus.on("tracker", T)
+
+    async def until(self, condition: Callable[[], bool]) -> None:
+        async with asyncio.timeout(20):
+            while not condition():
+                await asyncio.sleep(0.01)
+
+    async def close(self) -> None:
+        for task in self.tasks:
+            task.cancel()
+        await asyncio.gather(*self.tasks, return_exceptions=True)
+
+
+def test_a_suite_whose_network_goes_is_missed_and_heard_again(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = Suite(tmp_path, (Fault(T, "garbage", 0.5, 0.3), Fault(T, "unplug", 1.0, 1.0)))
+        try:
+            await site.until(lambda: STATE.STATE_STALLED in site.bus.states(T))
+            before = len(site.frames)
+            await site.until(lambda: len(site.frames) > before + 30)
+            assert site.bus.status(T).state == STATE.STATE_STREAMING
+            assert site.bus.status(T).bytes_skipped > 0
+        finally:
+            await site.close()
+        for frame in site.frames:
+            assert [r.station for r in frame.receivers] == [1, 2, 3, 4]
+            for q in (r.rotation for r in frame.receivers):
+                assert abs(math.hypot(q.x, q.y, q.z, q.w) - 1.0) < 1e-5
+
+    run(scenario())
+
+
+@pytest.mark.parametrize(("packet", "said"), [
+    (live_link_face.encode(live_link_face.FacePacket("id", "Ann", 7, 0.0, (60, 1), (0.5,) * 61)),
+     "Live Link Face sends to this port; a VMC tracking suite was expected"),
+    (osc.encode("/chataigne/1", 0.5), "a program that speaks OSC sends to this port; a VMC tracking suite was expected"),
+    (b"hello", "what arrives is not from a VMC tracking suite; is another program sending to this port?"),
+])  # fmt: skip
+def test_who_else_sends_to_the_port_is_named(tmp_path: Path, packet: bytes, said: str) -> None:
+    async def scenario() -> None:
+        site = Suite(tmp_path, sends=False)
+        try:
+            await site.until(lambda: site.paths.device(T).exists())
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+                port = int(site.paths.device(T).read_text())
+
+                def told() -> bool:
+                    other.sendto(packet, ("127.0.0.1", port))
+                    return any(s.detail == said for s in site.bus.on("device_status", T))
+
+                await site.until(told)
+        finally:
+            await site.close()
+
+    run(scenario())

@@ -127,6 +127,22 @@ def test_a_server_that_is_not_there_is_looked_for(tmp_path: Path) -> None:
     run(scenario())
 
 
+def test_what_is_no_vrpn_server_is_told(tmp_path: Path) -> None:
+    async def greet(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(b"SSH-2.0-OpenSSH_9.2\r\n")
+
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        server = await asyncio.start_server(greet, "127.0.0.1", 0)
+        port = server.sockets[0].getsockname()[1]
+        person = {"gloves": {}, "tracker": {"kind": "vrpn", "port": f"Tracker0@127.0.0.1:{port}"}}
+        async with server, site.running({}, person=person):
+            await site.until(lambda: site.bus.status(T).state == STATE.STATE_FAULT)
+            assert site.bus.status(T).detail == "what answers there is no VRPN server"
+
+    run(scenario())
+
+
 def still(station: int, t_s: float) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
     return (0.2 + 0.1 * station, 0.05 * station, -0.30), (0.0, 0.6, 0.0, 0.8)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import importlib.util
+import statistics
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from vistel.space.room import meeting_room
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing, ResetRoom
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.wire.topics import BY_NAME, Delivery
+from vistel.wire.world import WorldDecoder
 from vistel_services.activity import Answer, Room
 
 DONE, REFUSED = CommandResult.OUTCOME_DONE, CommandResult.OUTCOME_REFUSED
@@ -41,8 +43,8 @@ def move(thing: str, x: float, y: float, z: float) -> MoveThing:
 def holders(site: WorldSite) -> list[list[str]]:
     """Who holds the baton, each change."""
     out: list[list[str]] = []
-    for state in site.states():
-        now = [g.participant for g in state.grasps if g.thing == "baton"]
+    for room in site.rooms():
+        now = [g.participant for g in room.grasps if g.thing == "baton"]
         if not out or out[-1] != now:
             out.append(now)
     return out
@@ -50,20 +52,29 @@ def holders(site: WorldSite) -> list[list[str]]:
 
 def test_people_come_and_the_room_is_told_sixty_times_a_second(tmp_path: Path) -> None:
     site = scenario(tmp_path, lambda s: s.play(1.5))
-    states = site.states()
-    assert 88 <= len(states) <= 91
-    assert [s.step for s in states] == list(range(states[0].step, states[0].step + len(states)))
-    assert states[-1].participants == ["aiko", "bruno", "chidi"]
-    key = next(s for s in reversed(states) if s.key)
+    rooms = site.rooms()
+    assert 88 <= len(rooms) <= 91
+    assert [r.step for r in rooms] == list(range(rooms[0].step, rooms[0].step + len(rooms)))
+    assert rooms[-1].participants == ("aiko", "bruno", "chidi")
+    assert len(rooms[-1].things) == 12 and rooms[-1].things.keys() == rooms[-1].poses.keys()
+    assert any((t.target, t.source) == ("aiko", "chair-0") and t.limbs and t.force > 0 for t in rooms[-1].touches)
+
+
+def test_a_key_is_whole_and_can_be_read_by_itself(tmp_path: Path) -> None:
+    site = scenario(tmp_path, lambda s: s.play(4.2))
+    first, *_, key = site.keys()
+    assert first.step == site.rooms()[0].step
     assert {t.id for t in key.things} == {s.id for s in key.states}
-    assert len(key.things) == 12
     assert any(c.body_a == "aiko" and c.body_b == "chair-0" and c.force > 0 for c in key.contacts)
-    assert any(g.target == "aiko" and g.source == "chair-0" and g.depth > 0 for g in states[-1].ghosts)
+    assert any(g.target == "aiko" and g.source == "chair-0" and g.depth > 0 for g in key.ghosts)
+    assert WorldDecoder().read(key)[0].poses.keys() == {t.id for t in key.things}
 
 
-def test_a_delta_holds_only_what_moved(tmp_path: Path) -> None:
+def test_where_nothing_moves_and_nobody_new_touches_little_is_said(tmp_path: Path) -> None:
     site = scenario(tmp_path, lambda s: s.play(1.0))
-    assert all(not s.states and not s.things for s in site.states() if not s.key)
+    changes = [m for topic, _, m, _ in site.log if topic == "world_state" and not m.key]
+    assert not any(m.things or m.states or m.contacts for m in changes)
+    assert statistics.median(len(m.frame) for m in changes) < 8
 
 
 def test_the_baton_goes_from_hand_to_hand(tmp_path: Path) -> None:
@@ -107,8 +118,7 @@ def test_commands_are_answered_once_done_and_refused_with_a_reason(tmp_path: Pat
     assert found["5"][0] == REFUSED and "fixed" in found["5"][1]
     assert found["6"][0] == REFUSED
     assert [r.id for r in site.results()].count("1") == 2
-    ball = [x for s in site.states() for x in s.states if x.id == "ball"][-1]
-    assert abs(ball.pose.position.x) < 0.2, "a command sent twice was done twice"
+    assert abs(site.rooms()[-1].poses["ball"][0][0]) < 0.2, "a command sent twice was done twice"
 
 
 def test_a_flood_of_commands_is_refused_and_the_world_goes_on(tmp_path: Path) -> None:
@@ -123,7 +133,7 @@ def test_a_flood_of_commands_is_refused_and_the_world_goes_on(tmp_path: Path) ->
     assert len(results) == 200
     assert sum(r.outcome == DONE for r in results) <= 25
     assert any("too many" in r.reason for r in results)
-    assert len(site.states()) > 35
+    assert len(site.rooms()) > 35
 
 
 def test_who_falls_silent_leaves_and_what_they_held_falls(tmp_path: Path) -> None:
@@ -132,11 +142,11 @@ def test_who_falls_silent_leaves_and_what_they_held_falls(tmp_path: Path) -> Non
         assert holders(site)[-1] == ["aiko"]
         site.away.add("aiko")
         await site.play(7.0)
-        assert "aiko" not in site.states()[-1].participants
+        assert "aiko" not in site.rooms()[-1].participants
         assert holders(site)[-1] == []
         site.away.clear()
         await site.play(0.3)
-        assert "aiko" in site.states()[-1].participants
+        assert "aiko" in site.rooms()[-1].participants
 
     scenario(tmp_path, play)
 
@@ -147,9 +157,9 @@ def test_a_site_that_goes_takes_its_people_along(tmp_path: Path) -> None:
         site.away.add("chidi")
         await site.buses["chidi"].close()
         await site.play(1.5)
-        assert "chidi" in site.states()[-1].participants
+        assert "chidi" in site.rooms()[-1].participants
         await site.play(1.0)
-        assert "chidi" not in site.states()[-1].participants
+        assert "chidi" not in site.rooms()[-1].participants
 
     scenario(tmp_path, play)
 
@@ -159,29 +169,29 @@ def test_a_killed_world_goes_on_where_it_was(tmp_path: Path) -> None:
         await site.play(3.0, from_s=2.2)
         ask(site, "bruno", Command(id="away", participant="bruno", move=move("tile", 0.3, 0.73, -0.1)))
         await site.play(1.2)
-        before = site.states()[-1]
+        before = site.rooms()[-1]
         await site.kill()
         await site.play(1.0)
         await site.start()
-        count = len(site.states())
+        count = len(site.rooms())
         await site.play(0.5)
-        after = site.states()[count]
-        assert after.key
+        after = site.rooms()[count]
         assert after.step > before.step
-        tile = next(s for s in after.states if s.id == "tile")
-        assert tile.pose.position.x == pytest.approx(0.3, abs=0.02)
-        assert list(site.states()[-1].participants) == ["aiko", "bruno", "chidi"]
-        assert site.states()[-1].header.t_ns - before.header.t_ns < 3e9
+        assert after.poses["tile"][0][0] == pytest.approx(0.3, abs=0.02)
+        assert site.rooms()[-1].participants == ("aiko", "bruno", "chidi")
+        assert site.rooms()[-1].t_ns - before.t_ns < 3e9
 
     scenario(tmp_path, play)
 
 
 @pytest.mark.parametrize("damage", [b"", b"{", b'{"version":99}', b'{"version":1,"seats":3}', b"\x00" * 100])
 def test_a_damaged_snapshot_starts_a_fresh_world(tmp_path: Path, damage: bytes) -> None:
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "world.snapshot").write_bytes(damage)
+    damaged = tmp_path / "run" / "world" / "000000-00000000000007.snapshot"
+    damaged.parent.mkdir(parents=True)
+    damaged.write_bytes(damage)
     site = scenario(tmp_path, lambda s: s.play(0.3))
-    assert len(site.states()) > 10
+    assert len(site.rooms()) > 10
+    assert damaged.read_bytes() == damage, "what cannot be read was not kept"
 
 
 def test_corrupt_payloads_on_every_topic_do_not_stop_the_world(tmp_path: Path) -> None:
@@ -197,14 +207,14 @@ def test_corrupt_payloads_on_every_topic_do_not_stop_the_world(tmp_path: Path) -
         await site.play(0.5)
 
     site = scenario(tmp_path, play)
-    assert len(site.states()) > 35
-    assert "aiko" in site.states()[-1].participants
+    assert len(site.rooms()) > 35
+    assert "aiko" in site.rooms()[-1].participants
 
 
 def test_a_snapshot_that_cannot_be_written_is_told_and_nothing_else(tmp_path: Path) -> None:
     (tmp_path / "run").write_text("a file where the folder should be")
     site = scenario(tmp_path, lambda s: s.play(2.2))
-    assert len(site.states()) > 120
+    assert len(site.rooms()) > 120
 
 
 def test_a_line_from_a_console_is_done_or_refused_and_everybody_sees_what_became_of_it(tmp_path: Path) -> None:
@@ -225,8 +235,7 @@ def test_a_line_from_a_console_is_done_or_refused_and_everybody_sees_what_became
         Answer(True, ("baton",), ""), Answer(True, ("ball",), ""), Answer(True, ("ring-2",), ""),
         Answer(False, (), "there is no unicorn in the room"), Answer(True, (), ""),
     ]  # fmt: skip
-    last = next(s for s in reversed(site.states()) if s.key)
-    things = {t.id: t for t in last.things}
+    things = site.rooms()[-1].things
     assert things["baton"].HasField("curve")
     assert things["ball"].primitives[0].params[0] == pytest.approx(0.057)
     assert "ring-2" not in things

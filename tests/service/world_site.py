@@ -18,6 +18,7 @@ from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
+from vistel.wire.world import RoomNow, WorldDecoder
 from vistel_services import world
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import places
@@ -29,7 +30,7 @@ PEOPLE = (("tokyo", "aiko"), ("paris", "bruno"), ("lagos", "chidi"))
 CONFERENCE = Conference.model_validate(
     {"sites": [{"name": site, "participants": [{"name": who, "avatar": "builtin:build=1"}]} for site, who in PEOPLE]}
 )
-RECORDED = ("participant", "motion", "command", "world_inputs", "world_state", "hand_force", "command_result")
+RECORDED = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "hand_force", "command_result")
 
 
 class WorldSite:
@@ -46,6 +47,7 @@ class WorldSite:
         self.asking: MemoryBus | None = None
         self.away: set[str] = set()
         self._task: asyncio.Task[None] | None = None
+        self._bus: MemoryBus | None = None
         self._readers: list[Any] = []
         self._tick = 0
 
@@ -69,21 +71,25 @@ class WorldSite:
 
     async def start(self) -> None:
         """Start a world and let it come up."""
-        bus = self.network.bus("demo", "hub", self.clock)
+        bus = self._bus = self.network.bus("demo", "hub", self.clock)
         self._task = asyncio.create_task(world.run(self.config, bus, self.clock))
         while not self.clock._sleepers and not self._task.done():
             await asyncio.sleep(0.01)  # its kernels are made on a thread
 
     async def kill(self) -> None:
-        """As SIGKILL would: at once. (The final snapshot is taken away, as if it had never been written.)"""
-        if self._task is None:
+        """As SIGKILL would: at once. (What it writes at its end is taken away, as if it had never been written.)"""
+        if self._task is None or self._bus is None:
             return
-        snapshot = self.config.snapshot
-        kept = snapshot.read_bytes() if snapshot and snapshot.exists() else None
+        folder = self.config.folder
+        assert folder is not None
+        kept = {p.name: p.read_bytes() for p in folder.iterdir()} if folder.exists() else {}
         self._task.cancel()
         await asyncio.gather(self._task, return_exceptions=True)
-        if snapshot and kept is not None:
-            snapshot.write_bytes(kept)
+        await self._bus.close()
+        for path in folder.iterdir() if folder.exists() else ():
+            path.unlink()
+        for name, data in kept.items():
+            (folder / name).write_bytes(data)
         self._task = None
 
     def posture(self, who: str, t_s: float) -> Posture:
@@ -114,8 +120,13 @@ class WorldSite:
             for s in reader.take():
                 self.log.append((s.topic.name, s.names, s.message, s.received_ns))
 
-    def states(self) -> list[Any]:
-        return [m for topic, _, m, _ in self.log if topic == "world_state"]
+    def rooms(self) -> list[RoomNow]:
+        """What somebody who has listened from the beginning knows, step by step."""
+        decoder = WorldDecoder()
+        return [now for topic, _, m, _ in self.log if topic == "world_state" for now in decoder.read(m)]
+
+    def keys(self) -> list[Any]:
+        return [m for topic, _, m, _ in self.log if topic == "world_key"]
 
     def results(self) -> list[Any]:
         return [m for topic, _, m, _ in self.log if topic == "command_result"]

@@ -26,10 +26,14 @@ class Policy:
         return "match" if self.fixed_s is None else f"fixed {self.fixed_s:g}"
 
 
+MATCH = Policy()
+"""Each voice to its own picture."""
+
+
 def read_policy(text: str) -> Policy:
     """ "match" or "fixed SECONDS". Raises ValueError."""
     if text.strip() == "match":
-        return Policy()
+        return MATCH
     found = re.fullmatch(r"\s*fixed\s+(\d+(?:\.\d+)?)\s*", text)
     if found is None or not 0.0 <= float(found[1]) <= 5.0:
         raise ValueError(f'expected "match" or "fixed SECONDS" with 0 to 5 seconds, such as "fixed 0.2", got {text!r}')

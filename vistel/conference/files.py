@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from vistel.conference.devices import Camera
-from vistel.conference.model import Conference, Participant
+from vistel.conference.model import Conference, Participant, Room
 
 
 class ConferenceError(ValueError):
@@ -29,10 +29,24 @@ def load(path: Path) -> Conference:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
         raise ConferenceError(f"{path}: not valid TOML: {e}") from e
     try:
-        return _with_files(Conference.model_validate(data), path.parent)
+        conference = _with_files(Conference.model_validate(data), path.parent)
+        return with_seats(conference) if conference.room.file is not None else conference
     except ValidationError as e:
         lines = [f"{path}: {_key(err['loc'])}: {err['msg']}" for err in e.errors()]
         raise ConferenceError("\n".join(lines)) from e
+
+
+def with_seats(conference: Conference) -> Conference:
+    """The conference with as many seats as its room's file has, if it has any. Raises ConferenceError, ValidationError."""
+    from vistel.conference.rooms import seats_of  # noqa: PLC0415  loads the mathematics
+    from vistel.space.files.faults import RoomFileError  # noqa: PLC0415
+
+    try:
+        count = len(seats_of(conference.room))
+    except RoomFileError as e:
+        raise ConferenceError(f"room.file: {e}") from e
+    room = conference.room.model_copy(update={"seats": count})
+    return Conference.model_validate(conference.model_copy(update={"room": room}).model_dump())
 
 
 def _with_files(conference: Conference, folder: Path) -> Conference:
@@ -41,7 +55,12 @@ def _with_files(conference: Conference, folder: Path) -> Conference:
         s.model_copy(update={"participants": [_person_with_files(p, folder) for p in s.participants]})
         for s in conference.sites
     ]
-    return conference.model_copy(update={"sites": sites})
+    return conference.model_copy(update={"sites": sites, "room": _room_with_files(conference.room, folder)})
+
+
+def _room_with_files(room: Room, folder: Path) -> Room:
+    things = [t.model_copy(update={"file": _beside(t.file, folder)}) for t in room.things]
+    return room.model_copy(update={"file": _beside(room.file, folder), "things": things})
 
 
 def _person_with_files(person: Participant, folder: Path) -> Participant:

@@ -5,13 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PropTracker, TrackerConfig
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from vistel.space.room import Extra
 
 
@@ -66,17 +69,6 @@ class Prop(Checked):
     """Id of the thing in the room: "baton", "ball", ..."""
     tracker: PropTracker = PropTracker()
 
-    @field_validator("thing")
-    @classmethod
-    def _loose(cls, thing: str) -> str:
-        # Loads the room only for who has props.
-        from vistel.space.room import meeting_room  # noqa: PLC0415
-
-        loose = [t.id for t in meeting_room().things if not t.fixed]
-        if thing not in loose:
-            raise ValueError(f"no such loose thing in the room; expected one of {', '.join(loose)}, got {thing!r}")
-        return thing
-
     @property
     def device(self) -> str:
         """The name of its tracker."""
@@ -107,11 +99,18 @@ class Site(Checked):
 
 
 class RoomThing(Checked):
-    """A thing put on the room's table."""
+    """A thing put on the room's table: a simple shape, or what is in a file."""
 
     id: Name
     name: str = ""
     """For people; default: the id."""
+    file: Path | None = None
+    """USD, glTF or OBJ: then shape, size and material say nothing, mass, rigidity and colour are its own unless given here,
+    and things of a file with several are called by the id and what the file calls them."""
+    turn: float = Field(default=0.0, ge=-360.0, le=360.0)
+    """Of what is from a file about the vertical [degrees]."""
+    fixed: bool | None = None
+    """What is from a file stands fast (true), on the floor then, or can be taken; default: by what it is."""
     shape: Literal["ball", "lump", "bar"] = "ball"
     size: float = Field(default=0.04, ge=0.005, le=0.15)
     """Its radius [m]; a lump is twice as long as wide, a bar six times."""
@@ -129,7 +128,8 @@ class RoomThing(Checked):
 
     @model_validator(mode="after")
     def _can_be(self) -> RoomThing:
-        self.extra()
+        if self.file is None:
+            self.extra()
         return self
 
     def extra(self) -> Extra:
@@ -149,6 +149,8 @@ class Room(Checked):
     """The virtual room."""
 
     kind: Literal["meeting"] = "meeting"
+    file: Path | None = None
+    """A room from a file (USD, glTF, OBJ) in place of the built-in one; its seats, if it has any, are the room's."""
     seats: int = Field(default=3, ge=1, le=12)
     things: list[RoomThing] = Field(default=[], max_length=24)
     """What lies on the table beside what always does."""
@@ -159,12 +161,28 @@ class Room(Checked):
         return self
 
     def extras(self) -> tuple[Extra, ...]:
-        """`things` as the world takes them."""
-        if not self.things:
+        """Those of `things` that are simple shapes, as the world takes them."""
+        simple = [t for t in self.things if t.file is None]
+        if not simple:
             return ()
         from vistel.space.room import meeting_room  # noqa: PLC0415
 
-        return meeting_room(self.seats, [t.extra() for t in self.things]).extras
+        return meeting_room(self.seats, [t.extra() for t in simple]).extras
+
+    def place(self, seat: int) -> tuple[NDArray[np.float64], float]:
+        """Position (3,) on the floor under a seat [m] and heading [rad]. Raises ValueError for no such seat."""
+        if self.file is None:
+            from vistel.space.room import seat_pose  # noqa: PLC0415
+
+            return seat_pose(self.seats, seat)
+        from vistel.conference.rooms import seat_place  # noqa: PLC0415
+
+        return seat_place(self, seat)
+
+    @property
+    def from_files(self) -> bool:
+        """Something of the room is in a file."""
+        return self.file is not None or any(t.file is not None for t in self.things)
 
 
 class Playout(Checked):
@@ -172,6 +190,14 @@ class Playout(Checked):
 
     delay: float = Field(default=0.1, ge=0.0, le=2.0)
     """Seconds behind capture; must cover jitter."""
+
+
+class MotionStream(Checked):
+    """How what people do is sent."""
+
+    losses: Literal["rare", "some", "many"] = "rare"
+    """How often links lose single messages. rare: the smallest frames, which build on each other; many: every frame needs
+    the last full one and nothing else, for a third more bytes."""
 
 
 class Conference(Checked):
@@ -182,12 +208,27 @@ class Conference(Checked):
     bus: BusConfig = BusConfig()
     room: Room = Room()
     playout: Playout = Playout()
+    motion: MotionStream = MotionStream()
     sites: list[Site] = Field(min_length=1)
     record: bool = True
     record_raw: bool = True
     """Keep the devices' bytes in the log, so that a replay can start from them."""
     standby: bool = True
     """Keep one process loaded on each machine, of which all others are forked: they start, and come back, at once."""
+
+    @model_validator(mode="after")
+    def _props_are_there(self) -> Conference:
+        wanted = [p.thing for s in self.sites for p in s.props]
+        if not wanted or self.room.from_files:  # what files hold is known when they are read
+            return self
+        # Loads the room only for who has props.
+        from vistel.space.room import meeting_room  # noqa: PLC0415
+
+        loose = [t.id for t in meeting_room(self.room.seats, self.room.extras()).things if not t.fixed]
+        for thing in wanted:
+            if thing not in loose:
+                raise ValueError(f"props: no such loose thing in the room; expected one of {', '.join(loose)}, got {thing!r}")
+        return self
 
     @model_validator(mode="after")
     def _unique(self) -> Conference:

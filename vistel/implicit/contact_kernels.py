@@ -166,8 +166,9 @@ def cone_against(cone, kind, p, rotation, position, row):
     cz = cone[2] + s * (cone[5] - cone[2])
     low, high = 0.0, max(out[0], 0.0) + radius
     f_low, f_high = -radius * out[4], 0.0
-    tau, kept = high, 0
-    for i in range(24):
+    # Beyond a thin primitive the ratio grows again: until a place is found past the root, intervals are halved.
+    tau, kept = 0.5 * high, 0
+    for _ in range(24):
         x, y, z = cx - tau * nx - position[0], cy - tau * ny - position[1], cz - tau * nz - position[2]
         surface(
             rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
@@ -176,8 +177,6 @@ def cone_against(cone, kind, p, rotation, position, row):
             kind, p, out,
         )  # fmt: skip
         f = tau - radius * out[4]
-        if i == 0 and f <= 0.0:
-            break
         if f < 0.0:
             low, f_low = tau, f
             f_high *= 0.5 if kept == 1 else 1.0
@@ -188,7 +187,7 @@ def cone_against(cone, kind, p, rotation, position, row):
             kept = 2
         if abs(f) < _CLOSE or high - low < _CLOSE:
             break
-        tau = (low * f_high - high * f_low) / (f_high - f_low)
+        tau = (low * f_high - high * f_low) / (f_high - f_low) if f_high > 0.0 else 0.5 * (low + high)
     row[0], row[1], row[2] = cx - tau * nx, cy - tau * ny, cz - tau * nz
     row[6] = -gap
     row[7] = field_of_ratio(max(tau / max(radius, _TINY), 0.0)) - T

@@ -54,6 +54,20 @@ def product_is(product_id: int, *, right: bool, sensors: int) -> bool:
     return bool(product_id & _LEFT) != right and bool(product_id & _FIVE) == (sensors == 5) and product_id < 0x20
 
 
+def product_name(product_id: int) -> str | None:
+    """A USB product with 5DT's vendor id in words; None for one that is no glove."""
+    for right in (False, True):
+        for sensors in (14, 5):
+            if product_is(product_id, right=right, sensors=sensors):
+                return ultra_name(right=right, sensors=sensors)
+    return None
+
+
+def ultra_name(*, right: bool, sensors: int) -> str:
+    """In words."""
+    return f"a {'right' if right else 'left'} 5DT Data Glove Ultra with {sensors} sensors"
+
+
 class ReportParser:
     """Turns HID reports, one for each read, into samples."""
 

@@ -17,13 +17,17 @@ _KNOWN = (
     ("a 5DT Data Glove 16", re.compile(rb"<D(?:[\x00-\x0f].){16}..<[DI]", re.DOTALL)),
     ("a 5DT Data Glove 5", re.compile(rb"BR..[\x00-\x03][\x00-\x1f].{10}[\x20-\x7e]{4}", re.DOTALL)),  # what it is
     ("a 5DT Data Glove 5", re.compile(rb"(?:\x80.{8}){6}", re.DOTALL)),  # records
-
 )
 _CYBERGLOVE = (
     re.compile(rb"CyberGlove"),
     re.compile(rb"e\?(?:\r\n)?\x00"),  # unknown command
     re.compile(rb"\?[GS][\x00-\x1f]\x00"),
     re.compile(rb"S[^\x00]{18}(?:[^\x00]{4})?[\x80-\xff]?\x00S"),  # samples
+)
+_SENDERS = (
+    ("Live Link Face", re.compile(rb"\x06\x00\x00\x00[\x01-\x80][\x20-\x7e]")),
+    ("a VMC tracking suite", re.compile(rb"/VMC/Ext/")),
+    ("a program that speaks OSC", re.compile(rb"#bundle\x00|/[\x21-\x7e]+\x00{1,4},[ifsbTF]*\x00")),
 )
 
 
@@ -36,3 +40,8 @@ def identify(data: bytes) -> str | None:
         if pattern.search(data):
             return name
     return "a CyberGlove" if any(p.search(data) for p in _CYBERGLOVE) else None
+
+
+def identify_sender(packets: bytes) -> str | None:
+    """Who sends these UDP packets, or None."""
+    return next((name for name, pattern in _SENDERS if pattern.search(packets)), None)

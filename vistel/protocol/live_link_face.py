@@ -96,7 +96,7 @@ class LiveLinkParser:
         self.bytes_skipped = 0
         self.subject = ""
         self._silent_ns = silent_ns
-        self._device = ""
+        self._device: str = ""
         self._heard_ns = -math.inf
 
     def feed(self, data: bytes, t_ns: int) -> list[FacePacket]:

@@ -8,8 +8,9 @@ the skin, so a picture of the contact and the force of it agree.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from vistel.space.dynamics import FIXED, Motions
 from vistel.space.near import Bodies, placed
 from vistel.space.people import DIGITS, HAND_JOINT, Posed
 from vistel.space.solids import Solids
-from vistel.space.touch import FLESH, FLESH_COMPLIANCE
+from vistel.space.touch import FLESH, FLESH_COMPLIANCE, grouped
 from vistel.space.touch_kernels import FELT, feel  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.view import DigitTouch, HandForce
 
@@ -35,6 +36,10 @@ Holding = tuple[str, bool, str]
 SKIN = Surface(pressure=FLESH, friction=0.5, damping=0.0, creep=0.05)
 """How hands push and rub. No damping, and friction that sets in over 5 cm/s: speeds are differences of two postures and
 tremble, which an actuator must not."""
+
+
+FELT_EACH_STEP = 8
+"""People whose hands are felt in one step."""
 
 
 @dataclass(frozen=True)
@@ -68,17 +73,18 @@ class _Part:
 
 def hand_forces(
     posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], reached: Mapping[str, Reached],
-    s: Solids, m: Motions, held: Iterable[Holding], let_go: Iterable[Holding] = (),
+    s: Solids, m: Motions, held: Iterable[Holding], let_go: Iterable[Holding] = (), due: Container[str] | None = None,
 ) -> tuple[HandForce, ...]:  # fmt: skip
     """What every hand that touches something feels, by participant, the left one first.
 
     skin: contacts of every two people who touch, by their names in order; reached: what is known of each figure's other contacts;
     held: participant, right, thing of each grasp: what a hand holds does not slide in it; let_go: the same of hands that
-    have let go of a thing and are not off it yet, which do not push it either.
+    have let go of a thing and are not off it yet, which do not push it either; due: whose hands are asked about, None:
+    everybody's.
     """
     felt: list[_Felt] = []
     sticks, free = frozenset(held), frozenset(let_go)
-    names = sorted(posed)
+    names = sorted(name for name in posed if due is None or name in due)
     loose = _hands_on_things([posed[name] for name in names if _hand_near(posed[name], reached[name].near)], s, m)
     for name in names:
         parts = [_Part(reached[name].rest, s.fixed, s.owner[s.fixed_rows])]
@@ -86,13 +92,21 @@ def hand_forces(
             parts.append(loose[name])
         for part in parts:
             felt += _of_things(posed[name], part, s, m, sticks, free)
-    for (name, other), found in sorted(skin.items()):
-        felt += _of_people(posed[name], posed[other], found)
+    for two, found in sorted(skin.items(), key=lambda item: item[0]):
+        if due is None or two[0] in due or two[1] in due:
+            both = _of_people(posed[two[0]], posed[two[1]], found)
+            felt += [f for f in both if due is None or f.hand[0] in due]
     out: list[HandForce] = []
     for hand in sorted({f.hand for f in felt}):
         wrist = posed[hand[0]].joints.position[HAND_JOINT[int(hand[1])]]
         out.append(_whole(hand, [f for f in felt if f.hand == hand], wrist))
     return tuple(h for h in out if h.touches)
+
+
+def due_at(step: int, people: Sequence[str]) -> frozenset[str]:
+    """Whose hands are felt at a step: everybody's of so few, in turns of many, so that a step costs no more."""
+    turns = max(1, math.ceil(len(people) / FELT_EACH_STEP))
+    return frozenset(people[step % turns :: turns])
 
 
 def nothing(hand: Hand) -> HandForce:
@@ -121,43 +135,52 @@ def _hands_on_things(people: list[Posed], s: Solids, m: Motions) -> dict[str, _P
 def _of_things(
     p: Posed, part: _Part, s: Solids, m: Motions, sticks: frozenset[Holding], free: frozenset[Holding]
 ) -> list[_Felt]:
-    found, digit = part.found, p.build.digit[part.found.a]
-    pressed = (digit >= 0) & (found.field_depth > 0.0)
+    found = part.found
+    pressed = np.flatnonzero(found.field_depth > 0.0)
+    if len(pressed) == 0:
+        return []
+    digit = p.build.digit[found.a[pressed]]
+    pressed, digit = pressed[digit >= 0], digit[digit >= 0]
+    things = len(s.things)
     out: list[_Felt] = []
-    if not pressed.any():
-        return out
-    owner, side = part.owner[found.b], digit // DIGITS
-    for right in (False, True):
-        for n in np.unique(owner[pressed & (side == int(right))]):
-            body = s.things[int(n)]
-            hold = p.name, right, body.id
-            if hold in free:
-                continue
-            of = _contacts(found, pressed & (side == int(right)) & (owner == n))
-            motion, speed = np.zeros((len(part.primitives), 9)), np.zeros_like(p.velocity)
-            if hold not in sticks:
-                speed = p.velocity
-                if m.mode[n] != FIXED:
-                    motion[:] = np.concatenate([m.velocity[n], m.spin[n], m.position[n]])
-            rows = _feel(of, p.primitives, part.primitives, FLESH_COMPLIANCE, body.compliance, speed, motion)
-            out.append(_Felt((p.name, right), body.id, p.build.digit[of.a] % DIGITS, of.depth, rows))
+    for key, rows in sorted(grouped(digit // DIGITS * things + part.owner[found.b[pressed]], pressed).items()):
+        right, n = key >= things, key % things
+        body = s.things[n]
+        hold = p.name, right, body.id
+        if hold in free:
+            continue
+        of = _contacts(found, rows)
+        motion, speed = _still(len(part.primitives), 9), _still(len(p.velocity), 3)
+        if hold not in sticks:
+            speed = p.velocity
+            if m.mode[n] != FIXED:
+                motion = np.tile(np.concatenate([m.velocity[n], m.spin[n], m.position[n]]), (len(part.primitives), 1))
+        rows_felt = _feel(of, p.primitives, part.primitives, FLESH_COMPLIANCE, body.compliance, speed, motion)
+        out.append(_Felt((p.name, right), body.id, p.build.digit[of.a] % DIGITS, of.depth, rows_felt))
     return out
 
 
+@cache
+def _still(count: int, width: int) -> F64:
+    """(count, width) zeros, never written to: nothing moves."""
+    return np.zeros((count, width))
+
+
 def _of_people(p: Posed, q: Posed, found: ContactArray) -> list[_Felt]:
-    digit_p, digit_q = p.build.digit[found.a], q.build.digit[found.b]
-    of = _contacts(found, (digit_p >= 0) | (digit_q >= 0))
-    if len(of) == 0:
+    touched = (p.build.digit[found.a] >= 0) | (q.build.digit[found.b] >= 0)
+    rows = np.flatnonzero(touched & (found.field_depth > 0.0))
+    if len(rows) == 0:
         return []
+    of = _contacts(found, rows)
     motion = np.concatenate([q.velocity, np.zeros((len(q.velocity), 6))], axis=1)
-    rows = _feel(of, p.primitives, q.primitives, FLESH_COMPLIANCE, FLESH_COMPLIANCE, p.velocity, motion)
-    mirrored = rows * np.array([-1.0] * 6 + [1.0] * 3 + [-1.0] * 3 + [1.0] * 4)
+    seen = _feel(of, p.primitives, q.primitives, FLESH_COMPLIANCE, FLESH_COMPLIANCE, p.velocity, motion)
+    mirrored = seen * np.array([-1.0] * 6 + [1.0] * 3 + [-1.0] * 3 + [1.0] * 4)
     out: list[_Felt] = []
-    for who, other, digit, seen in ((p, q, p.build.digit[of.a], rows), (q, p, q.build.digit[of.b], mirrored)):
+    for who, other, digit, felt in ((p, q, p.build.digit[of.a], seen), (q, p, q.build.digit[of.b], mirrored)):
         for right in (False, True):
             chosen = (digit >= 0) & (digit // DIGITS == int(right))
             if chosen.any():
-                out.append(_Felt((who.name, right), other.name, digit[chosen] % DIGITS, of.depth[chosen], seen[chosen]))
+                out.append(_Felt((who.name, right), other.name, digit[chosen] % DIGITS, of.depth[chosen], felt[chosen]))
     return out
 
 
@@ -209,14 +232,9 @@ def _cross(a: F64, b: F64) -> F64:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
-def _contacts(c: ContactArray, chosen: NDArray[np.bool_]) -> ContactArray:
-    """Some of the contacts, of those whose fields overlap."""
-    rows = chosen & (c.field_depth > 0.0)
-    return replace(
-        c, a=c.a[rows], b=c.b[rows], point=np.ascontiguousarray(c.point[rows]),
-        normal=np.ascontiguousarray(c.normal[rows]), depth=c.depth[rows],
-        field_depth=np.ascontiguousarray(c.field_depth[rows]),
-    )  # fmt: skip
+def _contacts(c: ContactArray, rows: I64 | list[int]) -> ContactArray:
+    """Some of the contacts."""
+    return ContactArray(c.a[rows], c.b[rows], c.point[rows], c.normal[rows], c.depth[rows], c.field_depth[rows])
 
 
 def _arrays(s: PrimitiveSet) -> tuple[NDArray[np.int32], NDArray[np.int32], F64, F64, F64]:

@@ -85,7 +85,7 @@ class Extra:
         )  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Room:
     """A room as it begins: seats, and things in a fixed order; extras: those among them that were put there.
 

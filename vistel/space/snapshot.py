@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 from base64 import b64decode, b64encode
+from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,7 +25,7 @@ from vistel.space.grasp import Grasp
 from vistel.space.inputs import Person, PropInput
 from vistel.space.people import Figure
 from vistel.space.props import Tracked
-from vistel.space.room import Extra, Room, meeting_room
+from vistel.space.room import Extra, Room, Seat, meeting_room
 from vistel.space.state import LetGo, State
 from vistel.space.thing_json import from_primitive, from_thing, to_primitive, to_thing
 from vistel.space.things import Matter, Thing
@@ -38,9 +41,11 @@ def encode(room: Room, s: State) -> bytes:
     """The state of a meeting room."""
     m = s.motions
     shapes = _Shapes(room)
+    # A room from files stands in it whole, for those who have not the files; its text is made once.
+    own: dict[str, Any] = {"room": _from_room(room)} if room.source else {}
     things = [shapes.number(t) for t in s.things]
     history = [[_from_change(c, shapes) for c in some] for some in (s.history.done, s.history.undone)]
-    data = {
+    data = own | {
         "version": VERSION,
         "seats": len(room.seats),
         "extras": [_from_extra(e) for e in room.extras],
@@ -72,8 +77,17 @@ def encode(room: Room, s: State) -> bytes:
     return json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
 
 
-def decode(data: bytes) -> tuple[Room, State]:
-    """Room and state. Raises ValueError, one line, when the bytes are no snapshot of this version."""
+def version_of(data: bytes) -> int | None:
+    """The version of a snapshot, whatever else it holds; None of what is none."""
+    found = re.match(rb'\{"version":(\d{1,9})[,}]', data)
+    return int(found[1]) if found else None
+
+
+def decode(data: bytes, room: Room | None = None, things: Iterable[Thing] = ()) -> tuple[Room, State]:
+    """Room and state. Raises ValueError, one line, when the bytes are no snapshot of this version.
+
+    room, things: those of a moment ago, which are used again where they are still the same.
+    """
     try:
         d = json.loads(data)
         version = d["version"]
@@ -82,15 +96,31 @@ def decode(data: bytes) -> tuple[Room, State]:
     if version != VERSION:
         raise ValueError(f"snapshot: version {version} cannot be read here, only version {VERSION}")
     try:
-        room = meeting_room(int(d["seats"]), [_to_extra(e) for e in d["extras"]])
-        return room, _state(d, room)
+        if room is None or not _is_of(d, room):
+            extras = [_to_extra(e) for e in d["extras"]]
+            room = _to_room(d["room"]) if "room" in d else meeting_room(int(d["seats"]), extras)
+        return room, _state(d, room, {t.id: t for t in things})
     except (ValueError, TypeError, KeyError, IndexError) as e:
         raise ValueError(f"snapshot: incomplete or damaged ({e!r})") from e
 
 
-def _state(d: dict[str, Any], room: Room) -> State:
+def _is_of(d: dict[str, Any], room: Room) -> bool:
+    """Whether a snapshot is of that room."""
+    if "room" in d or room.source:
+        return "room" in d and d["room"][0] == room.source
+    return int(d["seats"]) == len(room.seats) and d["extras"] == [_from_extra(e) for e in room.extras]
+
+
+def _shape(row: Any, room: Room, known: dict[str, Thing]) -> Thing:
+    if isinstance(row, str):
+        return room.by_id[row]
+    old = known.get(row["id"])
+    return old if old is not None and from_thing(old) == row else to_thing(row)
+
+
+def _state(d: dict[str, Any], room: Room, known: dict[str, Thing]) -> State:
     n = len(d["things"])
-    shapes = [room.by_id[row] if isinstance(row, str) else to_thing(row) for row in d["shapes"]]
+    shapes = [_shape(row, room, known) for row in d["shapes"]]
     done, undone = ([_to_change(c, shapes) for c in some] for some in d["history"])
     motions = Motions(
         _rows(d["position"], n, 3), _rows(d["rotation"], n, 4), _rows(d["velocity"], n, 3), _rows(d["spin"], n, 3),
@@ -120,6 +150,18 @@ def _state(d: dict[str, Any], room: Room) -> State:
         history=History(tuple(done), tuple(undone)),
         claims=tuple(Claim(str(thing), str(owner), int(until)) for thing, owner, until in d["claims"]),
     )
+
+
+@lru_cache(4)
+def _from_room(room: Room) -> list[Any]:
+    seats = [[s.position.tolist(), s.heading] for s in room.seats]
+    return [room.source, room.shell, seats, [from_thing(t) for t in room.things]]
+
+
+def _to_room(d: Any) -> Room:
+    source, shell, seats, things = d
+    places = tuple(Seat(_rows(p, 1, 3)[0], float(h)) for p, h in seats)
+    return Room(places, tuple(to_thing(t) for t in things), source=str(source), shell=bool(shell))
 
 
 def _from_extra(e: Extra) -> list[Any]:

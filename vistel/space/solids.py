@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.space.kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.near import Placed, placed
+from vistel.space.probes import probes_of
 from vistel.space.things import Primitive, Thing
 
 F64 = NDArray[np.float64]
@@ -96,6 +96,8 @@ class Solids:
 
 def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
     """The arrays of `things`; before: those of a moment ago, from which inertias are taken that are known."""
+    if before is not None and len(before.things) == len(things) and all(a is b for a, b in zip(things, before.things, strict=True)):
+        return before
     primitives = [(n, p) for n, thing in enumerate(things) for p in thing.primitives]
     owner = np.array([n for n, _ in primitives], np.int64)
     rotation = _matrices([p.rotation for _, p in primitives])
@@ -103,13 +105,8 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
     bounds = [_bound(p) for _, p in primitives]
     centre = _stack([r @ b[0] + x for r, x, b in zip(rotation, position, bounds, strict=True)], (3,))
     bound = np.array([b[1] for b in bounds], np.float64)
-    probes = [_probes(p) for _, p in primitives]
-    count = np.zeros(len(things), np.int64)
-    for (n, _), (points, _) in zip(primitives, probes, strict=True):
-        count[n] += len(points)
-    probe = _stack(
-        [r @ c + x for r, x, (points, _) in zip(rotation, position, probes, strict=True) for c in points], (3,)
-    )
+    probes = [probes_of(thing) for thing in things]
+    count = [len(radii) for _, radii in probes]
     shapes = PrimitiveSet.of_kinds(
         [p.kind for _, p in primitives], [p.params for _, p in primitives], rotation, position
     )
@@ -121,9 +118,9 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
         primitives=shapes,
         centre=centre,
         bound=bound,
-        probe_first=np.concatenate([np.zeros(1, np.int64), np.cumsum(count)]),
-        probe=probe,
-        probe_radius=np.array([r for _, radii in probes for r in radii], np.float64),
+        probe_first=np.cumsum([0, *count]).astype(np.int64),
+        probe=np.concatenate([np.zeros((0, 3)), *(points for points, _ in probes)]),
+        probe_radius=np.concatenate([np.zeros(0), *(radii for _, radii in probes)]),
         radius=np.array([reach[owner == n].max(initial=0.0) for n in range(len(things))], np.float64),
         inverse_mass=np.array([0.0 if t.fixed else 1.0 / t.mass for t in things], np.float64),
         inverse_inertia=np.zeros((len(things), 3, 3)),
@@ -192,48 +189,3 @@ def _bound(p: Primitive) -> tuple[F64, float]:
     if p.kind == "supertoroid":
         return np.zeros(3), math.hypot(max(q[:2]) * (q[3] + 1.0) * 2.0 ** (0.5 - min(1.0, q[5]) / 2.0), q[2])
     return np.zeros(3), q[0]
-
-
-def _probes(p: Primitive) -> tuple[list[F64], list[float]]:
-    """Centres in the primitive's frame and radii of spheres that reach the surface where it may rest."""
-    q = p.params
-    if p.kind == "sphere":
-        return [np.zeros(3)], [q[0]]
-    if p.kind == "cone_sphere":
-        a, b = np.array(q[:3]), np.array(q[3:6])
-        steps = np.linspace(0.0, 1.0, 5)
-        return [a + t * (b - a) for t in steps], [q[6] + t * (q[7] - q[6]) for t in steps]
-    if p.kind == "rounded_polygon":
-        corners = list(np.array(q[1:]).reshape(-1, 3))
-        edges = [0.5 * (a + b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-        return corners + edges, [q[0]] * (2 * len(corners))
-    if p.kind == "superellipsoid":
-        points = [
-            np.array([q[0] * ce * cw, q[1] * ce * sw, q[2] * se])
-            for (ce, se), (cw, sw) in itertools.product(_profile(q[3]), _outline(q[4]))
-        ]
-        return points, [0.0] * len(points)
-    tube = min(q[0], q[2])
-    return [np.array([q[0] * q[3] * c, q[1] * q[3] * s, 0.0]) for c, s in _outline(q[5])], [tube] * len(_outline(q[5]))
-
-
-def _outline(e: float) -> list[tuple[float, float]]:
-    """Points of a superellipse |x|^(2/e) + |y|^(2/e) = 1; for boxy ones, where the flat sides end and the corners."""
-    if e < 0.5:
-        angles = [math.radians(90.0 * k + a) for k in range(4) for a in (10.0, 45.0, 80.0)]
-    else:
-        angles = [2.0 * math.pi * k / 16 for k in range(16)]
-    return [(_signed_power(math.cos(a), e), _signed_power(math.sin(a), e)) for a in angles]
-
-
-def _profile(e: float) -> list[tuple[float, float]]:
-    """(outwards, up) points of the profile from below to above."""
-    half = (10.0, 45.0, 80.0) if e < 0.5 else (0.0, 30.0, 60.0, 85.0)
-    angles = sorted({s * a for a in half for s in (-1.0, 1.0)})
-    return [
-        (_signed_power(math.cos(math.radians(a)), e), _signed_power(math.sin(math.radians(a)), e)) for a in angles
-    ]
-
-
-def _signed_power(x: float, e: float) -> float:
-    return math.copysign(abs(x) ** e, x) if abs(x) > 1e-12 else 0.0

@@ -20,7 +20,7 @@ from vistel.space.things import Thing
 
 @dataclass(frozen=True)
 class LetGo:
-    """A hand that opened at `step` does not push the thing it held until it is off it."""
+    """A hand that opened at `step`, or then began to close round a thing, does not push it until it is off it."""
 
     participant: str
     right: bool
@@ -58,4 +58,14 @@ class State:
     @cached_property
     def rows(self) -> dict[str, int]:
         """Where each thing is, by its id."""
-        return {thing.id: n for n, thing in enumerate(self.things)}
+        return _rows_of(self.things)
+
+
+_LAST_ROWS: list[tuple[tuple[Thing, ...], dict[str, int]]] = [((), {})]
+
+
+def _rows_of(things: tuple[Thing, ...]) -> dict[str, int]:
+    """Where each thing is, by its id; a room's things are asked about far more often than they change."""
+    if _LAST_ROWS[0][0] is not things:
+        _LAST_ROWS[0] = things, {thing.id: n for n, thing in enumerate(things)}
+    return _LAST_ROWS[0][1]

@@ -5,39 +5,40 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.space.dynamics import ASLEEP, FIXED
+from vistel.space.dynamics import ASLEEP, FIXED, Motions
 from vistel.space.grasp import Grasp
 from vistel.space.state import State
 from vistel.space.view import ThingView
+
+_NOTHING = ThingView("", np.zeros(3), np.zeros(4), np.zeros(3), np.zeros(3), (), True, False)
 
 
 class ThingViews:
     """Makes the views of things, step by step. What it keeps saves time and changes nothing."""
 
     def __init__(self) -> None:
-        self._last: dict[str, ThingView] = {}
+        self._last: tuple[ThingView, ...] = ()
+        self._moved: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self._of: Motions | None = None
 
     def states(self, before: State, now: State) -> tuple[ThingView, ...]:
         """Where every thing is, in the order of the things."""
         m = now.motions
         moved, same = _compared(before, now)
         held, held_before = _holders(now.grasps), _holders(before.grasps)
-        resting = np.isin(m.mode, (FIXED, ASLEEP)).tolist()
-        out: list[ThingView] = []
-        for n, (thing, has_moved, is_same) in enumerate(zip(now.things, moved.tolist(), same.tolist(), strict=True)):
-            holders = held.get(thing.id, ())
-            has_moved = has_moved or holders != held_before.get(thing.id, ())  # noqa: PLW2901
-            last = self._last.get(thing.id)
-            if last is not None and is_same and not has_moved and not last.moved:
-                out.append(last)
-                continue
-            out.append(
-                ThingView(
-                    thing.id, m.position[n], m.rotation[n], m.velocity[n], m.spin[n], holders, resting[n], has_moved
-                )
-            )
-        self._last = {view.id: view for view in out}
-        return tuple(out)
+        for thing in held.keys() | held_before.keys():
+            if held.get(thing) != held_before.get(thing) and thing in now.rows:
+                moved[now.rows[thing]] = True
+        follows = self._of is before.motions and _same_things(before, now)
+        fresh = moved | self._moved | ~same if follows else np.ones(len(now.things), np.bool_)
+        out: list[ThingView] = list(self._last) if follows else [_NOTHING] * len(now.things)
+        for n in np.flatnonzero(fresh).tolist():
+            out[n] = ThingView(
+                now.things[n].id, m.position[n], m.rotation[n], m.velocity[n], m.spin[n], held.get(now.things[n].id, ()),
+                int(m.mode[n]) in (FIXED, ASLEEP), bool(moved[n]),
+            )  # fmt: skip
+        self._last, self._moved, self._of = tuple(out), moved, now.motions
+        return self._last
 
 
 def _compared(before: State, now: State) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -45,13 +46,18 @@ def _compared(before: State, now: State) -> tuple[NDArray[np.bool_], NDArray[np.
     m, old = now.motions, before.motions
     rows = slice(None)
     known = np.ones(len(now.things), np.bool_)
-    if now.things is not before.things:
+    if not _same_things(before, now):
         rows = np.array([before.rows.get(t.id, -1) for t in now.things], np.int64)
         known = rows >= 0
     pose = (m.position == old.position[rows]).all(axis=1) & (m.rotation == old.rotation[rows]).all(axis=1)
     pose &= known & (m.mode == old.mode[rows])
     same = pose & (m.velocity == old.velocity[rows]).all(axis=1) & (m.spin == old.spin[rows]).all(axis=1)
     return ~pose, same
+
+
+def _same_things(before: State, now: State) -> bool:
+    """Whether the rows mean the same things."""
+    return now.things is before.things or [t.id for t in now.things] == [t.id for t in before.things]
 
 
 def _holders(grasps: tuple[Grasp, ...]) -> dict[str, tuple[str, ...]]:

@@ -39,34 +39,35 @@ def touches_of_things(
 ) -> list[Touch]:
     """Overlaps of a figure with things, one entry per thing; things: (id, compliance) of each."""
     out: list[Touch] = []
-    for n in np.unique(owner[near.b]):
-        chosen = (owner[near.b] == n) & (near.depth > LEAST_DEPTH)
-        if chosen.any():
-            found = _part(near, chosen)
-            local = replace(found, b=(found.b - first[n]).astype(np.int32))
-            name, compliance = things[int(n)]
-            out.append(Touch(posed.name, name, compliance, local, _radius(posed, local)))
+    deep = np.flatnonzero(near.depth > LEAST_DEPTH)
+    for n, rows in sorted(grouped(owner[near.b[deep]], deep).items()):
+        found = _part(near, rows)
+        local = replace(found, b=(found.b - first[n]).astype(np.int32))
+        name, compliance = things[n]
+        out.append(Touch(posed.name, name, compliance, local, _radius(posed, local)))
     return out
 
 
 def touch_of_people(a: Posed, b: Posed, near: ContactArray) -> list[Touch]:
     """Overlaps of two figures: one entry, or none."""
-    chosen = near.depth > LEAST_DEPTH
-    if not chosen.any():
+    deep = np.flatnonzero(near.depth > LEAST_DEPTH)
+    if len(deep) == 0:
         return []
-    found = _part(near, chosen)
+    found = _part(near, deep)
     return [Touch(a.name, b.name, FLESH_COMPLIANCE, found, _radius(a, found))]
 
 
 def contacts_of(touch: Touch) -> list[ContactView]:
     """The deepest contacts, in order of primitives."""
     c = touch.contacts
-    # Stable, so that equal depths keep their order.
-    deepest = np.sort(np.argsort(-c.depth, kind="stable")[:MOST_PER_PAIR])
+    deepest = range(len(c))
+    if len(c) > MOST_PER_PAIR:  # stable, so that equal depths keep their order
+        deepest = np.sort(np.argsort(-c.depth, kind="stable")[:MOST_PER_PAIR]).tolist()
+    a, b, depth, field_depth, radius = (x.tolist() for x in (c.a, c.b, c.depth, c.field_depth, touch.radius))
     return [
         ContactView(
-            touch.body_a, touch.body_b, int(c.a[i]), int(c.b[i]), c.point[i], c.normal[i], float(c.depth[i]),
-            _force(float(c.depth[i]), float(c.field_depth[i]), float(touch.radius[i])),
+            touch.body_a, touch.body_b, a[i], b[i], c.point[i], c.normal[i], depth[i],
+            _force(depth[i], field_depth[i], radius[i]),
         )
         for i in deepest
     ]  # fmt: skip
@@ -78,7 +79,7 @@ def ghosts_of(touch: Touch) -> list[GhostView]:
     depth = float(c.field_depth.max())
     if depth <= 0.0:
         return []
-    mine, theirs = tuple(np.unique(c.a).tolist()), tuple(np.unique(c.b).tolist())
+    mine, theirs = tuple(sorted(set(c.a.tolist()))), tuple(sorted(set(c.b.tolist())))
     a, b, soft = touch.body_a, touch.body_b, touch.compliance_b
     out = [GhostView(a, b, mine, theirs, FLESH_COMPLIANCE, soft, depth)]
     if soft > 0.0:
@@ -86,11 +87,18 @@ def ghosts_of(touch: Touch) -> list[GhostView]:
     return out
 
 
-def _part(near: ContactArray, chosen: NDArray[np.bool_]) -> ContactArray:
+def grouped(keys: I64, values: I64) -> dict[int, list[int]]:
+    """The values of each key, in order."""
+    out: dict[int, list[int]] = {}
+    for key, value in zip(keys.tolist(), values.tolist(), strict=True):
+        out.setdefault(key, []).append(value)
+    return out
+
+
+def _part(near: ContactArray, rows: I64 | list[int]) -> ContactArray:
     return ContactArray(
-        near.a[chosen], near.b[chosen], near.point[chosen], near.normal[chosen], near.depth[chosen],
-        near.field_depth[chosen],
-    )  # fmt: skip
+        near.a[rows], near.b[rows], near.point[rows], near.normal[rows], near.depth[rows], near.field_depth[rows]
+    )
 
 
 def _radius(posed: Posed, c: ContactArray) -> NDArray[np.float64]:

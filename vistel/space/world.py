@@ -20,7 +20,7 @@ from vistel.space import holding, ownership, snapshot
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.gripped import seen
-from vistel.space.hand_forces import Reached, hand_forces, nothing
+from vistel.space.hand_forces import Reached, due_at, hand_forces, nothing
 from vistel.space.inputs import CommandInput, StepInputs, usable
 from vistel.space.memory import changes, remembered
 from vistel.space.near import Bodies, placed
@@ -50,10 +50,11 @@ LYING, FLAT = 0.05, 0.8
 class World:
     """One room and everything in it."""
 
-    def __init__(self, room: Room) -> None:
+    def __init__(self, room: Room, state: State | None = None, known: Solids | None = None) -> None:
+        """state: how the room is, by default as it begins; known: the arrays of some of its things."""
         self._room = room
-        self._state: State = State(things=room.things, motions=_begin(room.things))
-        self._solids: Solids = solids(room.things)
+        self._state: State = state if state is not None else State(things=room.things, motions=_begin(room.things))
+        self._solids: Solids = solids(self._state.things, known)
         self._last: dict[str, Posed] = {}  # of the step before; saves time, is no state
         self._said = ThingViews()  # the same
 
@@ -78,6 +79,11 @@ class World:
         return self._room.extras
 
     @property
+    def source(self) -> str:
+        """Which room it is: digest of the files it is from, empty for the built-in one."""
+        return self._room.source
+
+    @property
     def participants(self) -> tuple[str, ...]:
         """Who is in the room, sorted."""
         return tuple(f.name for f in self._state.figures)
@@ -87,13 +93,13 @@ class World:
         return snapshot.encode(self._room, self._state)
 
     @staticmethod
-    def restore(data: bytes) -> World:
-        """A world that goes on from `snapshot`. Raises ValueError when the bytes are none, or of a newer version."""
-        room, state = snapshot.decode(data)
-        world = World(room)
-        world._state = state
-        world._solids = solids(state.things)
-        return world
+    def restore(data: bytes, like: World | None = None) -> World:
+        """A world that goes on from `snapshot`. Raises ValueError when the bytes are none, or of another version.
+
+        like: one of the same room a moment ago, whose things need not be made and weighed again.
+        """
+        room, state = snapshot.decode(data) if like is None else snapshot.decode(data, like._room, like._state.things)
+        return World(room, state, like._solids if like is not None else None)
 
     def step(self, inputs: StepInputs) -> WorldView:
         """Advance by one step of DT. Bad motions and commands are refused one by one; the step always happens."""
@@ -206,11 +212,14 @@ class World:
         """What hands feel now that everything is where it is."""
         held = [(g.participant, g.right, g.thing) for g in self._state.grasps]
         let_go = [(e.participant, e.right, e.thing) for e in self._state.let_go]
-        hands_now = hand_forces(posed, skin, reached, self._solids, self._state.motions, held, let_go)
-        hands_now = with_pulls(hands_now, holding.pulled(self._state, posed), posed)
-        felt = tuple((h.participant, h.right) for h in hands_now)
-        ended = [nothing(hand) for hand in self._state.felt if hand not in felt]
-        self._state = replace(self._state, felt=felt)
+        due = due_at(self._state.step, tuple(posed))
+        hands_now = hand_forces(posed, skin, reached, self._solids, self._state.motions, held, let_go, due)
+        pulls = [p for p in holding.pulled(self._state, posed) if p.participant in due]
+        hands_now = with_pulls(hands_now, pulls, posed)
+        felt = {(h.participant, h.right) for h in hands_now}
+        waiting = {hand for hand in self._state.felt if hand[0] in posed and hand[0] not in due}
+        ended = [nothing(hand) for hand in self._state.felt if hand not in felt | waiting]
+        self._state = replace(self._state, felt=tuple(sorted(felt | waiting)))
         return tuple(sorted([*hands_now, *ended], key=lambda h: (h.participant, h.right)))
 
     def _advance(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:

@@ -5,13 +5,15 @@ from typing import ClassVar as _ClassVar, Optional as _Optional
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Header(_message.Message):
-    __slots__ = ("version", "seq", "t_ns", "source")
+    __slots__ = ("version", "seq", "t_ns", "source", "term")
     VERSION_FIELD_NUMBER: _ClassVar[int]
     SEQ_FIELD_NUMBER: _ClassVar[int]
     T_NS_FIELD_NUMBER: _ClassVar[int]
     SOURCE_FIELD_NUMBER: _ClassVar[int]
+    TERM_FIELD_NUMBER: _ClassVar[int]
     version: int
     seq: int
     t_ns: int
     source: str
-    def __init__(self, version: _Optional[int] = ..., seq: _Optional[int] = ..., t_ns: _Optional[int] = ..., source: _Optional[str] = ...) -> None: ...
+    term: int
+    def __init__(self, version: _Optional[int] = ..., seq: _Optional[int] = ..., t_ns: _Optional[int] = ..., source: _Optional[str] = ..., term: _Optional[int] = ...) -> None: ...

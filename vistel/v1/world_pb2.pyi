@@ -323,6 +323,57 @@ class WorldSnapshot(_message.Message):
     since: _containers.RepeatedCompositeFieldContainer[WorldState]
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., state: _Optional[_Union[WorldState, _Mapping]] = ..., private_state: _Optional[bytes] = ..., since: _Optional[_Iterable[_Union[WorldState, _Mapping]]] = ...) -> None: ...
 
+class WorldHandoverRequest(_message.Message):
+    __slots__ = ("phase", "term")
+    class Phase(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        PHASE_UNSPECIFIED: _ClassVar[WorldHandoverRequest.Phase]
+        PHASE_PREPARE: _ClassVar[WorldHandoverRequest.Phase]
+        PHASE_TAKE: _ClassVar[WorldHandoverRequest.Phase]
+    PHASE_UNSPECIFIED: WorldHandoverRequest.Phase
+    PHASE_PREPARE: WorldHandoverRequest.Phase
+    PHASE_TAKE: WorldHandoverRequest.Phase
+    PHASE_FIELD_NUMBER: _ClassVar[int]
+    TERM_FIELD_NUMBER: _ClassVar[int]
+    phase: WorldHandoverRequest.Phase
+    term: int
+    def __init__(self, phase: _Optional[_Union[WorldHandoverRequest.Phase, str]] = ..., term: _Optional[int] = ...) -> None: ...
+
+class WorldHandover(_message.Message):
+    __slots__ = ("header", "private_state", "term", "due_ns")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    PRIVATE_STATE_FIELD_NUMBER: _ClassVar[int]
+    TERM_FIELD_NUMBER: _ClassVar[int]
+    DUE_NS_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    private_state: bytes
+    term: int
+    due_ns: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., private_state: _Optional[bytes] = ..., term: _Optional[int] = ..., due_ns: _Optional[int] = ...) -> None: ...
+
+class JournalStep(_message.Message):
+    __slots__ = ("inputs", "motions")
+    class Taken(_message.Message):
+        __slots__ = ("participant", "seq", "t_ns", "numbers", "joints", "joint_numbers")
+        PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+        SEQ_FIELD_NUMBER: _ClassVar[int]
+        T_NS_FIELD_NUMBER: _ClassVar[int]
+        NUMBERS_FIELD_NUMBER: _ClassVar[int]
+        JOINTS_FIELD_NUMBER: _ClassVar[int]
+        JOINT_NUMBERS_FIELD_NUMBER: _ClassVar[int]
+        participant: str
+        seq: int
+        t_ns: int
+        numbers: bytes
+        joints: _containers.RepeatedScalarFieldContainer[str]
+        joint_numbers: bytes
+        def __init__(self, participant: _Optional[str] = ..., seq: _Optional[int] = ..., t_ns: _Optional[int] = ..., numbers: _Optional[bytes] = ..., joints: _Optional[_Iterable[str]] = ..., joint_numbers: _Optional[bytes] = ...) -> None: ...
+    INPUTS_FIELD_NUMBER: _ClassVar[int]
+    MOTIONS_FIELD_NUMBER: _ClassVar[int]
+    inputs: WorldInputs
+    motions: _containers.RepeatedCompositeFieldContainer[JournalStep.Taken]
+    def __init__(self, inputs: _Optional[_Union[WorldInputs, _Mapping]] = ..., motions: _Optional[_Iterable[_Union[JournalStep.Taken, _Mapping]]] = ...) -> None: ...
+
 class HandForce(_message.Message):
     __slots__ = ("header", "step", "participant", "right", "force", "torque", "touches", "pull")
     class Digit(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):

@@ -28,6 +28,8 @@ _SMALLEST, _LARGEST = 0.35, 3.2
 """Of the calibrated mass: a spot of less is the rest of a hidden mark, or of another colour; of more, no mark."""
 _TWO = 1.45
 """A spot of so many masses holds two marks."""
+_ONE = 1.3
+"""A spot of more may hold a second mark: whose it is tells nobody where their mark is."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,8 @@ class FaceReader:
         key = self._key.apply(frame)
         mass = self._calibration.mass
         spots = find_spots(key, FULL, smallest=_SMALLEST * mass, largest=_LARGEST * mass)
-        centres = self._parted(key, spots, dt_s)
-        tracked = self._tracker.step(centres @ self._to_head.T + self._origin, dt_s)
+        centres, single = self._parted(key, spots, dt_s)
+        tracked = self._tracker.step(centres @ self._to_head.T + self._origin, dt_s, single)
         nothing = np.zeros(MARK_COUNT, bool)
         if not tracked.found:
             # The light may have gone on elsewhere than it left: begin with the calibrated colour.
@@ -76,13 +78,14 @@ class FaceReader:
         hidden = MARK_COUNT - int(tracked.seen.sum())
         return FaceReading(REST + moved, pixels, tracked.seen, f"{hidden} marks hidden" if hidden else "")
 
-    def _parted(self, key: U8, spots: Spots, dt_s: float) -> F64:
-        """(n, 2) centres [px]: those of `spots`, the parts of those that hold several marks at the end."""
+    def _parted(self, key: U8, spots: Spots, dt_s: float) -> tuple[F64, NDArray[np.bool_]]:
+        """(n, 2) centres [px]: those of `spots`, the parts of those that hold several marks at the end; and (n,) False
+        where a centre may be that of several marks."""
+        centres, single = spots.centre.copy(), spots.mass < _ONE * self._calibration.mass
         big = np.flatnonzero(spots.mass > _TWO * self._calibration.mass)
         if not len(big):
-            return spots.centre
+            return centres, single
         expected = (self._tracker.expected(dt_s) - self._origin) @ np.linalg.inv(self._to_head).T
-        centres = spots.centre.copy()
         more: list[F64] = []
         for k in big:
             x, y, w, h = (int(v) for v in spots.box[k])
@@ -91,9 +94,10 @@ class FaceReader:
                 continue
             parts, masses = take_apart(key, (x, y, w, h), FULL, expected[inside])
             if (masses > _SMALLEST * self._calibration.mass).all():
-                centres[k] = parts[0]
+                centres[k], single[k] = parts[0], True
                 more.append(parts[1:])
-        return np.vstack((centres, *more))
+        centres = np.vstack((centres, *more))
+        return centres, np.concatenate((single, np.ones(len(centres) - len(single), bool)))
 
     def _follow_light(self, frame: U8, key: U8, spots: Spots, own: NDArray[np.int64], dt_s: float) -> None:
         """Draw the key towards the colours of this frame."""

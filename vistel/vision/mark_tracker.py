@@ -76,18 +76,21 @@ class MarkTracker:
         self._found, self._poor_s, self._doubt_s = False, 0.0, 0.0
         self._entangled[:] = False
 
-    def step(self, spots: F64, dt_s: float) -> TrackedMarks:
-        """spots: (n, 2) metres. dt_s: since the step before."""
+    def step(self, spots: F64, dt_s: float, single: Bool | None = None) -> TrackedMarks:
+        """spots: (n, 2) metres. dt_s: since the step before. single: (n,) False for a spot that may hold several marks."""
         mean, cov = self._predict(dt_s)
         spot = self._assign(spots, mean, cov)
         if not self._found:
             spot = self._settle(spots, spot, mean, cov)
         now = judge(spots, spot, mean, cov)
         shape = judge(spots, spot, self._shape.rest, self._prior)
-        self._fits_s = np.where(~shape.doubtful & (shape.far < _FITS), self._fits_s + dt_s, 0.0)
+        own = spot >= 0
+        if single is not None:
+            own[own] = single[spot[own]]
+        self._fits_s = np.where(own & ~shape.doubtful & (shape.far < _FITS), self._fits_s + dt_s, 0.0)
         fits = self._fits_s >= _BELIEVED_S
         self._entangle(spots, spot, mean, fits & (shape.far < _FREED))
-        seen = (spot >= 0) & ~now.doubtful & ~shape.odd & ~self._entangled.any(1)
+        seen = own & ~now.doubtful & ~shape.odd & ~self._entangled.any(1)
         if not self._found:
             seen &= shape.far < _FITS
             self._found = int(seen.sum()) >= MARK_COUNT - 2

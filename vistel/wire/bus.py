@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from google.protobuf.message import Message
 
+from vistel.wire.fence import Fence
 from vistel.wire.topics import Topic
 
 
@@ -70,6 +71,8 @@ class Bus(Protocol):
 
     conference: str
     site: str
+    fence: Fence
+    """The term under which this side's world speaks, and of those it hears."""
 
     def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
         """Declare a key of `topic`; conference and site are filled in unless named.
@@ -93,8 +96,9 @@ class Bus(Protocol):
         """Ask the one who serves a QUERY topic; the reply, or None when none came in time."""
         ...
 
-    def serve(self, topic: Topic, answer: Callable[[bytes], Message]) -> None:
-        """Answer queries; `answer` gets the request's bytes and is called on the event loop."""
+    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
+        """Answer queries; `answer` gets the request's bytes and is called on the event loop. None: say nothing; someone
+        else may."""
         ...
 
     def announce(self, token: str) -> None:
@@ -117,6 +121,8 @@ class BusCounters:
     unknown_version: int = 0
     stale: int = 0
     overflow: int = 0
+    fenced: int = 0
+    """Said for a room by a world that no longer leads it."""
     lost: int = 0
     """Reliable messages whose sender could not repeat them."""
 

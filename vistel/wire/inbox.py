@@ -12,8 +12,9 @@ from typing import Any
 from google.protobuf.message import DecodeError
 
 from vistel.wire.bus import BusCounters, Sample
+from vistel.wire.fence import Fence
 from vistel.wire.freshness import Freshness
-from vistel.wire.topics import MESSAGE_VERSION, Delivery, Topic
+from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 
 log = logging.getLogger("vistel.bus")
 
@@ -65,8 +66,10 @@ class Inbox:
     def __init__(
         self, topic: Topic, counters: BusCounters, loop: asyncio.AbstractEventLoop, *, queue_all: bool = False,
         polled: bool = False, stale_after_ns: int | None = STALE_AFTER_NS, on_close: Callable[[], None] = lambda: None,
+        fence: Fence | None = None,
     ) -> None:  # fmt: skip
         self.topic = topic
+        self._fence = fence if topic.publisher is Publisher.WORLD else None
         self._decoder = Decoder(topic, counters)
         self._counters = counters
         self._loop = loop
@@ -155,6 +158,9 @@ class Inbox:
             return None
         message = self._decoder.decode(key, payload)
         if message is None:
+            return None
+        if self._fence is not None and not self._fence.admits(message.header.term, received_ns):
+            self._counters.fenced += 1
             return None
         if self._stale_after_ns is not None:
             freshness = self._freshness.get(key)

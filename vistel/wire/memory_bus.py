@@ -16,8 +16,9 @@ from google.protobuf.message import Message
 
 from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
+from vistel.wire.fence import Fence
 from vistel.wire.inbox import STALE_AFTER_NS, Decoder, Inbox
-from vistel.wire.topics import MESSAGE_VERSION, Delivery, Topic
+from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 
 log = logging.getLogger("vistel.bus")
 
@@ -28,7 +29,7 @@ class MemoryNetwork:
     def __init__(self) -> None:
         self._buses: list[MemoryBus] = []
         self._last: dict[str, tuple[Topic, bytes]] = {}
-        self._answers: dict[str, tuple[MemoryBus, Callable[[bytes], Message]]] = {}
+        self._answers: dict[str, list[tuple[MemoryBus, Callable[[bytes], Message | None]]]] = {}
         self._tokens: dict[tuple[str, str, str], MemoryBus] = {}
 
     def bus(
@@ -52,21 +53,23 @@ class MemoryNetwork:
 
     def answer(self, key: str, request: bytes) -> bytes | None:
         """Ask whoever serves `key`; None when nobody does."""
-        found = self._answers.get(key)
-        if found is None:
-            return None
-        try:
-            reply: Any = found[1](request)
-        except Exception:
-            log.exception("query not answered key=%s", key)
+        reply: Any = None
+        for _, answer in self._answers.get(key, []):
+            try:
+                reply = answer(request)
+            except Exception:
+                log.exception("query not answered key=%s", key)
+            if reply is not None:
+                break
+        if reply is None:
             return None
         if "header" in reply.DESCRIPTOR.fields_by_name:
             reply.header.version = MESSAGE_VERSION
         return reply.SerializeToString()
 
-    def serve(self, bus: MemoryBus, key: str, answer: Callable[[bytes], Message]) -> None:
+    def serve(self, bus: MemoryBus, key: str, answer: Callable[[bytes], Message | None]) -> None:
         """`answer` serves `key` until `bus` leaves."""
-        self._answers[key] = (bus, answer)
+        self._answers.setdefault(key, []).append((bus, answer))
 
     def announce(self, bus: MemoryBus, token: str) -> None:
         """`bus` is present under `token` until it leaves."""
@@ -81,7 +84,7 @@ class MemoryNetwork:
         """Take everything of `bus` out."""
         if bus in self._buses:
             self._buses.remove(bus)
-        self._answers = {key: found for key, found in self._answers.items() if found[0] is not bus}
+        self._answers = {key: [a for a in found if a[0] is not bus] for key, found in self._answers.items()}
         for name, owner in list(self._tokens.items()):
             if owner is bus:
                 del self._tokens[name]
@@ -101,6 +104,7 @@ class MemoryBus:
         self.conference = conference
         self.site = site
         self.counters = BusCounters()
+        self.fence = Fence()
         self._network = network
         self._clock = clock
         self._stale_after_ns = stale_after_ns
@@ -112,7 +116,7 @@ class MemoryBus:
     def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
         key = topic.format(**self._filled(topic, names))
         if key not in self._publications:
-            self._publications[key] = _MemoryPublication(self._network, topic, key, verbatim)
+            self._publications[key] = _MemoryPublication(self._network, topic, key, verbatim, self.fence)
         return self._publications[key]
 
     def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Inbox:
@@ -122,7 +126,7 @@ class MemoryBus:
         entry: list[tuple[dict[str, str], Inbox]] = []
         inbox = Inbox(
             topic, self.counters, self._loop, queue_all=queue_all, polled=polled, stale_after_ns=self._stale_after_ns,
-            on_close=lambda: self._inboxes.remove(entry[0]),
+            on_close=lambda: self._inboxes.remove(entry[0]), fence=self.fence,
         )  # fmt: skip
         entry.append((wanted, inbox))
         self._inboxes.append(entry[0])
@@ -136,7 +140,7 @@ class MemoryBus:
         payload = self._network.answer(key, request.SerializeToString() if request is not None else b"")
         return Decoder(topic, self.counters).decode(key, payload) if payload is not None else None
 
-    def serve(self, topic: Topic, answer: Callable[[bytes], Message]) -> None:
+    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
         self._network.serve(self, topic.format(**self._filled(topic, {})), answer)
 
     def announce(self, token: str) -> None:
@@ -176,7 +180,8 @@ class MemoryBus:
 
 
 class _MemoryPublication:
-    def __init__(self, network: MemoryNetwork, topic: Topic, key: str, verbatim: bool) -> None:
+    def __init__(self, network: MemoryNetwork, topic: Topic, key: str, verbatim: bool, fence: Fence) -> None:
+        self._fence = fence if topic.publisher is Publisher.WORLD else None
         self._network = network
         self._topic = topic
         self._key = key
@@ -193,4 +198,6 @@ class _MemoryPublication:
         if not self._verbatim:
             message.header.version = MESSAGE_VERSION
             message.header.seq = self._seq
+            if self._fence is not None and self._fence.own:
+                message.header.term = self._fence.own
         self._network.send(self._topic, self._key, message.SerializeToString())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from vistel.wire.motion import FULL_INTERVAL_NS, KEY_SPACING, MOTION_FIELDS, MotionField
+from vistel.wire.motion import FULL_INTERVAL_NS, MOTION_FIELDS, MotionField
 from vistel.wire.topics import MESSAGE_VERSION, TOPICS, Delivery, Publisher, Topic
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/reference/topics.md"
@@ -47,8 +47,8 @@ A message that does not parse, or has another version, is dropped and counted; i
 ## Motion
 
 A posture in some forty bytes, `Motion.frame`: [how they are read](motion-stream.md). Every number is a whole number of
-steps; a number outside its range is sent as the end of the range. One frame in {KEY_SPACING} is a key frame; every
-{FULL_INTERVAL_NS / 1e9:g} s comes a full one, which refers to no other.
+steps; a number outside its range is sent as the end of the range. A frame refers to a key frame shortly before it; at
+least every {FULL_INTERVAL_NS / 1e9:g} s comes a full one, which refers to no other.
 
 | part | numbers | count | range | step | group |
 |---|---|--:|---|--:|--:|

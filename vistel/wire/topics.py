@@ -134,6 +134,8 @@ TOPICS: tuple[Topic, ...] = (
           "what became of a participant's claims to things that are held"),
     Topic("world_snapshot", f"{_WORLD}/snapshot", world_pb2.WorldSnapshot, 0, _Q, _W, True,
           "the whole room, for late joiners"),
+    Topic("world_handover", f"{_WORLD}/handover", world_pb2.WorldHandover, 0, _Q, _W, False,
+          "the room, for another world that takes it over"),
     Topic("clock", "vistel/{conference}/clock", service_pb2.ClockReply, 0, _Q, _H, False,
           "conference time"),
 )  # fmt: skip

@@ -32,10 +32,11 @@ from google.protobuf.message import DecodeError, Message
 from vistel.wire.at_exit import close_at_exit, closed
 from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
+from vistel.wire.fence import Fence
 from vistel.wire.inbox import QUEUE_LIMIT, STALE_AFTER_NS, Inbox, wake
 from vistel.wire.reliable import SendCache
 from vistel.wire.reliable_reader import ReliableReader
-from vistel.wire.topics import MESSAGE_VERSION, Delivery, Topic
+from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 from vistel.wire.zenoh_config import Json, TlsFiles, as_text, client_config, router_config
 from vistel.wire.zenoh_pump import Pump
 
@@ -108,6 +109,7 @@ class ZenohBus:
         self.conference = conference
         self.site = site
         self.counters = BusCounters()
+        self.fence = Fence()
         self._session = session
         self._clock = clock
         self._loop = loop
@@ -149,7 +151,7 @@ class ZenohBus:
         key = topic.format(**self._filled(topic, names))
         found = self._publications.get(key)
         if found is None:
-            found = self._publications[key] = _ZenohPublication(self._session, topic, key, self._epoch, verbatim)
+            found = self._publications[key] = _ZenohPublication(self._session, topic, key, self._epoch, verbatim, self.fence)
             if topic.delivery is Delivery.RELIABLE and self._beating is None:
                 self._beating = self._loop.create_task(self._beat())
         return found
@@ -160,7 +162,7 @@ class ZenohBus:
         held: list[Any] = []
         inbox = Inbox(
             topic, self.counters, self._loop, queue_all=queue_all, polled=polled,
-            stale_after_ns=self._stale_after_ns, on_close=lambda: _undeclare(held),
+            stale_after_ns=self._stale_after_ns, on_close=lambda: _undeclare(held), fence=self.fence,
         )  # fmt: skip
         pattern = topic.pattern(self.conference, **names)
         if topic.delivery is Delivery.RELIABLE:
@@ -205,7 +207,7 @@ class ZenohBus:
         except TimeoutError:
             return None
 
-    def serve(self, topic: Topic, answer: Callable[[bytes], Message]) -> None:
+    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
         key = topic.format(**self._filled(topic, {}))
 
         def on_loop(query: zenoh.Query) -> None:
@@ -214,6 +216,8 @@ class ZenohBus:
                     message: Any = answer(query.payload.to_bytes() if query.payload is not None else b"")
                 except Exception:
                     log.exception("query not answered topic=%s", topic.name)
+                    return
+                if message is None:
                     return
                 if "header" in message.DESCRIPTOR.fields_by_name:
                     message.header.version = MESSAGE_VERSION
@@ -285,7 +289,10 @@ class ZenohBus:
 
 
 class _ZenohPublication:
-    def __init__(self, session: zenoh.Session, topic: Topic, key: str, epoch: int, verbatim: bool) -> None:
+    def __init__(
+        self, session: zenoh.Session, topic: Topic, key: str, epoch: int, verbatim: bool, fence: Fence
+    ) -> None:
+        self._fence = fence if topic.publisher is Publisher.WORLD else None
         self.key = key
         self._verbatim = verbatim
         self._lock = threading.Lock()
@@ -313,6 +320,8 @@ class _ZenohPublication:
             if not self._verbatim:
                 message.header.version = MESSAGE_VERSION
                 message.header.seq = self._seq
+                if self._fence is not None and self._fence.own:
+                    message.header.term = self._fence.own
             payload = message.SerializeToString()
             if self._cache is None:
                 self._publisher.put(payload)

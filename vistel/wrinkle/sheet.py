@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -70,7 +71,7 @@ def load_sheet(path: Path) -> tuple[Sheet, list[Instance]]:
 
 
 def instances(
-    wrinkles: list[WrinkleEntry], plane: tuple[float, float], source: Path, *, wraps: bool, scale: float = 1.0
+    wrinkles: Sequence[WrinkleEntry], plane: tuple[float, float], source: Path, *, wraps: bool, scale: float = 1.0
 ) -> list[Instance]:
     """The wrinkles of a file on a plane (width, height) [m]. Raises WrinkleError for what is not in the taxonomy or lies
     off the plane."""

@@ -8,11 +8,13 @@ from collections.abc import Iterator
 
 from vistel.conference.model import Conference
 from vistel.v1.device_pb2 import RawBytes
+from vistel.v1.world_pb2 import WorldState
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME, Topic
+from vistel.wire.world import Backlog
 from vistel_services import glove, tracker
 from vistel_services.face import CameraDecoder, LiveLinkDecoder, sight_of
 from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder
@@ -24,18 +26,18 @@ _Decoder = (
 )  # fmt: skip
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
-    "devices": ("device_raw", "face", "command"),
-    "motion": ("participant", "motion", "prop", "command"),
-    "recorded": ("participant", "motion", "world_state", "hand_force", "command_result"),
+    "devices": ("device_raw", "face", "command", "voice"),
+    "motion": ("participant", "motion", "prop", "command", "voice"),
+    "recorded": ("participant", "motion", "world_state", "world_key", "hand_force", "command_result", "voice"),
 }
 LIVE_SERVICES: dict[str, tuple[str, ...]] = {
-    "devices": ("posture", "world", "renderer"),
-    "motion": ("world", "renderer"),
-    "recorded": ("renderer",),
+    "devices": ("posture", "world", "renderer", "audio"),
+    "motion": ("world", "renderer", "audio"),
+    "recorded": ("renderer", "audio"),
 }
 """What runs on what is fed."""
 
-VERBATIM = ("motion", "world_state")
+VERBATIM = ("motion", "world_state", "world_key")
 """Numbered by their sender; others refer to the numbers."""
 GATHERED_NS = 1_300_000_000
 """Raw bytes are logged at most so long after they were read (`vistel.wire.raw_bytes`; a second when a device falls
@@ -63,6 +65,9 @@ class Feeder:
         self._topics = FED_TOPICS[source]
         self._publications: dict[str, Publication] = {}
         self._decoders: dict[str, _Decoder] = {}
+        self._told = Backlog()
+        if "world_key" in self._topics:
+            bus.serve(BY_NAME["world_snapshot"], lambda _: self._told.snapshot())
         self.fed = 0
 
     async def feed(self, preroll_ns: int, begin_ns: int, end_ns: int) -> None:
@@ -135,6 +140,8 @@ class Feeder:
         if key not in self._publications:
             self._publications[key] = self._bus.publish(topic, verbatim=topic.name in VERBATIM, **names)
         self._publications[key].put(message)  # type: ignore[arg-type]
+        if isinstance(message, WorldState):
+            (self._told.key if topic.name == "world_key" else self._told.add)(message)
         self.fed += 1
 
 

@@ -74,6 +74,10 @@ def simulated_devices(conference: Conference, site: str | None = None) -> list[s
             names += [f"{p.name}-glove-{side}" for side, g in sorted(p.gloves.items()) if g.port == "sim"]
             names += [f"{p.name}-face"] if p.face and p.face.simulated else []
             names += [f"{p.name}-eye"] if p.eye and p.eye.simulated else []
+        if s.audio is not None and site in (None, s.name):
+            speakers = enumerate(s.participants)
+            names += [f"{p.name}-microphone" for i, p in speakers if s.audio.microphone_of(p.name, i == 0) == "sim"]
+            names += [f"{s.name}-{e.name}" for e in s.audio.equipment if e.address == "sim"]
         names += [p.device for p in s.props if p.tracker.port == "sim"] if site in (None, s.name) else []
     return names
 

@@ -8,9 +8,12 @@ from typing import Any
 from vistel.conference.model import Conference
 from vistel.v1.device_pb2 import DeviceStatus
 from vistel.v1.service_pb2 import ImageDelay
-from vistel.v1.world_pb2 import WorldState
 from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
+from vistel.wire.world import RoomNow
+from vistel.wire.world_listener import WorldListener
+from vistel_cli.sound_watch import SoundWatch
 
 
 @dataclass
@@ -26,11 +29,12 @@ class _World:
 class Observer:
     """Subscribes to the slow topics, and samples the world; call `poll` a few times a second."""
 
-    def __init__(self, conference: Conference, bus: Bus) -> None:
+    def __init__(self, conference: Conference, bus: Bus, clock: Clock) -> None:
         self._conference = conference
         self._delays = bus.subscribe(BY_NAME["image_delay"], polled=True)
         self._devices = bus.subscribe(BY_NAME["device_status"], polled=True)
-        self._states = bus.subscribe(BY_NAME["world_state"], polled=True)
+        self._room = WorldListener(bus, clock)
+        self._sound = SoundWatch(bus)
         self.images: dict[str, ImageDelay] = {}
         self._delay_sums: dict[str, dict[str, list[float]]] = {}
         self._frame_rates: dict[str, list[float]] = {}
@@ -39,6 +43,7 @@ class Observer:
 
     def poll(self) -> None:
         """Take in what has arrived."""
+        self._sound.poll()
         for sample in self._delays.take():
             message: ImageDelay = sample.message
             self.images[message.site] = message
@@ -48,20 +53,20 @@ class Observer:
                 self._delay_sums.setdefault(message.site, {}).setdefault(stream.participant, []).append(stream.delay_s)
         for sample in self._devices.take():
             self.devices[sample.message.device] = sample.message
-        for sample in self._states.take():
-            self._look_at(sample.message)
+        for now, _ in self._room.take():
+            self._look_at(now)
 
-    def _look_at(self, state: WorldState) -> None:
+    def _look_at(self, now: RoomNow) -> None:
         w = self._world
-        w.first_step = w.first_step or state.step
-        w.last_step = state.step
-        w.contacts_most = max(w.contacts_most, len(state.contacts))
+        w.first_step = w.first_step or now.step
+        w.last_step = now.step
+        w.contacts_most = max(w.contacts_most, sum(len(t.limbs) for t in now.touches))
         people = {p.name for s in self._conference.sites for p in s.participants}
-        for c in state.contacts:
-            if c.body_a in people and c.body_b in people and c.body_a != c.body_b:
-                w.people_touching.add((min(c.body_a, c.body_b), max(c.body_a, c.body_b)))
+        for t in now.touches:
+            if t.target in people and t.source in people:
+                w.people_touching.add((min(t.target, t.source), max(t.target, t.source)))
         holding: dict[str, set[str]] = {}
-        for g in state.grasps:
+        for g in now.grasps:
             holding.setdefault(g.thing, set()).add(g.participant)
         for thing, people_now in holding.items():
             for person in sorted(people_now - w.holding.get(thing, set())):
@@ -105,7 +110,7 @@ class Observer:
                 parts.append(f"{site.name} …")
                 continue
             delay = max((s.delay_s for s in image.streams), default=0.0)
-            parts.append(f"{site.name} {image.frames_per_s:4.1f} fps {delay * 1e3:3.0f} ms")
+            parts.append(f"{site.name} {image.frames_per_s:4.1f} fps {delay * 1e3:3.0f} ms {self._sound.line(site.name)}".rstrip())
         return "   ".join(parts)
 
     def report(self) -> dict[str, Any]:
@@ -136,4 +141,5 @@ class Observer:
             "people_touched": sorted(" and ".join(pair) for pair in w.people_touching),
             "things_held_by_in_turn": w.grasps,
         }
-        return {"sites": sites, "devices": devices, "world": world}
+        sound = self._sound.report([site.name for site in self._conference.sites])
+        return {"sites": sites, "devices": devices, "world": world} | ({"sound": sound} if sound else {})

@@ -181,8 +181,8 @@ async def _world(
 
     config = world.configure(conference, None, paths)
     for record in reader.records(topics=("world_inputs",), begin_ns=begin_ns - int(PREROLL_S * 1e9), end_ns=begin_ns):
-        if record.message.private_state and config.snapshot:
-            config.snapshot.write_bytes(record.message.private_state)
+        if record.message.private_state:
+            world.seed(config, record.message.private_state)
     await asyncio.to_thread(world.warm_up)
     bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint])
     await clock.sleep_until_ns(begin_ns - WORLD_EARLY_NS)

@@ -143,7 +143,7 @@ class _Run:
         clock = SystemClock()
         bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint])
         serve_clock(bus, clock)
-        observer = Observer(conference, bus)
+        observer = Observer(conference, bus, clock)
         plans = hub_processes(conference)
         specs = [host_spec(p, file, endpoint, paths) for p in plans]
         simulators = bool(simulated_devices(conference))
@@ -254,6 +254,11 @@ def _show_report(report: dict[str, Any], folder: Path) -> None:
     for name, s in report["sites"].items():
         delays = ", ".join(f"{p} {d * 1e3:.0f} ms" for p, d in s["image_delay_s_median"].items())
         out.print(f"{name:10} {s['frames']} frames, {s['frames_per_s_median']} frames/s; delay {delays}")
+    for name, s in report.get("sound", {}).items():
+        for who, v in s["voices"].items():
+            if v["mouth_to_ear_s_median"] is not None:
+                skew = "" if v["skew_s_median"] is None else f", {v['skew_s_median'] * 1e3:+.0f} ms from the picture"
+                out.print(f"{name:10} hears {who} after {v['mouth_to_ear_s_median'] * 1e3:.0f} ms{skew}")
     for thing, holders in report["world"]["things_held_by_in_turn"].items():
         out.print(f"{thing:10} held by {', then '.join(holders)}")
     for pair in report["world"]["people_touched"]:

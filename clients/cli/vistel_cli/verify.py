@@ -5,7 +5,7 @@ from __future__ import annotations
 from vistel.wire.log import LogReader
 from vistel_cli.terminal import FAILED, err, out
 
-VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state", "hand_force")
+VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "hand_force")
 
 
 def verify_log(reader: LogReader, as_json: bool) -> int:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +13,7 @@ import numpy as np
 import typer
 from rich.progress import track
 
-from vistel_cli.avatar_files import Json, report
+from vistel_cli.avatar_files import Json, busy, report
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 
 if TYPE_CHECKING:
@@ -95,8 +97,7 @@ def draw(
         facts: dict[str, Any] = {"wrinkles": len(wrinkles), "width": of.height.shape[1], "height": of.height.shape[0]}
         facts |= {"highest_mm": round(1e3 * float(of.height.max()), 3), "deepest_mm": round(1e3 * float(of.height.min()), 3)}
         with ExitStack() as stack:
-            if not hidden:
-                stack.enter_context(err.status("lighting and drawing"))
+            stack.enter_context(busy("lighting and drawing", not as_json))
             if output is not None:
                 picture, loss = wrinkled_texture(flat, of, limit=1e-3 * limit)
                 _write(output, picture)
@@ -109,6 +110,53 @@ def draw(
     except WrinkleError as fault:
         fail(str(fault), USAGE)
     report(as_json, {"sheet": str(sheet), **facts})
+
+
+@app.command("trace")
+def trace(
+    photograph: Annotated[Path, typer.Argument(help="A picture of wrinkled cloth or skin, lit from one side.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The shape file to write, .toml.")],
+    light: Annotated[str, typer.Option(help="Where the lamp is: degrees counter-clockwise from the right, or unknown.")] = "90",
+    blur: Annotated[float, typer.Option(min=0.5, max=50.0, help="Pixels; about a third of a wrinkle's radius.")] = 3.0,
+    strong: Annotated[float, typer.Option(min=0.01, max=1.0, help="Least strength, in parts of the strongest wrinkle's.")] = 0.35,
+    shortest: Annotated[float, typer.Option(min=2.0, help="Shorter ends are pruned [pixels].")] = 16.0,
+    skin: Annotated[bool, typer.Option("--skin", help="Skin, not cloth.")] = False,
+    as_json: Json = False,
+) -> None:
+    """A wrinkle shape from a photograph: its edges, thinned, as curves whose weights are the edges' strengths.
+
+    [bold]Examples[/bold]
+
+      vistel wrinkle trace sleeve.jpg -o my_sleeve.toml --light 120 --blur 4
+
+      vistel wrinkle show my_sleeve.toml -o my_sleeve.png
+    """
+    from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415
+    from vistel.wrinkle.photograph import Looking  # noqa: PLC0415
+    from vistel.wrinkle.photograph import trace as traced  # noqa: PLC0415
+    from vistel.wrinkle.shape_file import save_shape  # noqa: PLC0415
+
+    if output.suffix != ".toml":
+        fail(f"{output}: expected a name that ends in .toml", USAGE)
+    try:
+        towards = None if light == "unknown" else math.radians(float(light))
+    except ValueError:
+        fail(f"--light: is {light!r}, expected degrees or unknown", USAGE)
+    picture = read_picture(photograph)
+    name = re.sub(r"[^a-z0-9]+", "_", output.stem.lower()).strip("_")
+    name = name if name[:1].isalpha() else f"shape_{name}".rstrip("_")
+    how = Looking(light=towards, blur=blur, strong=strong, weak=strong / 3.0, shortest=shortest)
+    try:
+        with busy("looking for wrinkles", not as_json):
+            found = traced(picture, name, how, material="skin" if skin else "cloth")
+        save_shape(found.shape, output)
+    except WrinkleError as fault:
+        fail(f"{photograph}: {fault}", FAILED)
+    except OSError as fault:
+        fail(f"{output}: cannot be written: {fault.strerror or fault}", FAILED)
+    facts = {"output": str(output), "name": name, "curves": len(found.shape.branches)}
+    facts |= {"unit_px": round(found.unit, 1), "thickness_px": round(found.thickness, 1)}
+    report(as_json, facts | {"middle_px": [round(x, 1) for x in found.middle]})
 
 
 def read_picture(path: Path) -> Any:

@@ -7,10 +7,17 @@ from typing import TYPE_CHECKING
 from vistel_services.audio.config import Config, Microphone, configure
 
 if TYPE_CHECKING:
+    from vistel.conference.model import Conference
     from vistel.wire.bus import Bus
     from vistel.wire.clock import Clock
 
-__all__ = ["Config", "Microphone", "configure", "run"]
+__all__ = ["Config", "Microphone", "configure", "preload", "run"]
+
+
+def preload(conference: Conference) -> None:
+    """Load what its sites will need."""
+    if any(site.audio is not None for site in conference.sites):
+        import vistel_services.audio.service  # noqa: F401, PLC0415
 
 
 async def run(config: Config | None, bus: Bus, clock: Clock) -> None:

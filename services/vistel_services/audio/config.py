@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from vistel.audio.delay_policy import Policy
+from vistel.audio.delay_policy import MATCH, Policy
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 
@@ -28,7 +28,7 @@ class Config:
     listener: str
     microphones: tuple[Microphone, ...] = ()
     loudspeaker: str = "none"
-    policy: Policy = Policy()
+    policy: Policy = MATCH
     spatial: bool = True
     stream: bool = True
     bitrate: int = 24_000

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 from vistel.audio.spatial import Ears, Head, heard_from
 from vistel.figure.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.bus import Bus
-from vistel.wire.motion import MotionDecoder, MotionFrame
+from vistel.wire.motion import MotionDecoder, MotionSample
 from vistel.wire.topics import BY_NAME
 from vistel_services.motions import posture_of
 
 _HEAD = JOINT_INDEX["head"]
 _TALL_M = 1.75
+
+
+class _Frame(Protocol):
+    def sample(self) -> MotionSample: ...
 
 
 class Heads:
@@ -23,7 +29,7 @@ class Heads:
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
         self._decoders: dict[str, MotionDecoder] = {}
-        self._newest: dict[str, MotionFrame] = {}
+        self._newest: dict[str, _Frame] = {}
         self._skeletons: dict[str, Skeleton] = {}
 
     def ears(self) -> dict[str, Ears]:
@@ -52,7 +58,7 @@ class Heads:
         if frame is not None:
             self._newest[name] = frame
 
-    def _head(self, name: str, frame: MotionFrame) -> Head:
+    def _head(self, name: str, frame: _Frame) -> Head:
         skeleton = self._skeletons.get(name)
         if skeleton is None:
             skeleton = self._skeletons[name] = standard_skeleton(_TALL_M)

@@ -75,7 +75,7 @@ class WavOutput(PacedOutput):
         self.about = str(path)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = wave.open(str(path), "wb")
+            self._file = wave.open(str(path), "wb")  # noqa: SIM115  open as long as the loudspeaker is
         except OSError as e:
             raise InputError(f"{path}: cannot be written: {e.strerror}") from e
         self._file.setnchannels(2)

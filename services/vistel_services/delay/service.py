@@ -200,7 +200,7 @@ class _Keeper:
             self.reconnects += 1
             _RECONNECTS.labels(self._device.name).inc()
 
-    def _tell(self, state: EquipmentStatus.State.ValueType, detail: str) -> None:
+    def _tell(self, state: EquipmentStatus.State, detail: str) -> None:
         name, now_ns = self._device.name, self._clock.now_ns()
         if (state, detail) != self._last and {state, self._last[0]} - {_S.STATE_SETTLING, _S.STATE_OBSERVED}:
             level = logging.INFO if state in (_S.STATE_OBSERVED, _S.STATE_SETTLING) else logging.WARNING

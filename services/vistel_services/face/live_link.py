@@ -7,6 +7,7 @@ from vistel.protocol.live_link_face import CHANNELS, LiveLinkParser
 from vistel.v1.device_pb2 import FaceFrame
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import Link, NoAnswerError
+from vistel_services.probe import hear
 
 _BLINKS = [CHANNELS.index(name) for name in ("eyeBlinkLeft", "eyeBlinkRight")]
 _HEARD_S = 2.0
@@ -57,9 +58,6 @@ class LiveLinkDriver:
 
     async def start(self, link: Link) -> str:
         """See `Driver.start`."""
-        seen, skipped = link.frames, self.decoder.bytes_skipped
-        if await link.wait_for(lambda: link.frames if link.frames > seen else None, _HEARD_S) is None:
-            if self.decoder.bytes_skipped > skipped:
-                raise NoAnswerError("what arrives is not from Live Link Face; is another program sending to this port?")
+        if not await hear(link, self.decoder, "Live Link Face", _HEARD_S):
             raise NoAnswerError(f"no phone with a face in its picture sends to UDP port {self._port}")
         return f"Live Link Face on {self.decoder.subject or 'a phone'}"

@@ -18,7 +18,7 @@ from vistel.wire.clock import Clock
 from vistel_services.device import Driver, keep_running
 from vistel_services.glove.decoder import CyberGloveDecoder
 from vistel_services.glove.driver import CyberGloveDriver
-from vistel_services.glove.fivedt_driver import HIGHEST, NAMES, FiveDtDecoder, FiveDtDriver
+from vistel_services.glove.fivedt_driver import HIGHEST, FiveDtDecoder, FiveDtDriver
 from vistel_services.hid_transport import find_hid, open_hid
 from vistel_services.transport import OpenTransport, open_serial
 
@@ -86,9 +86,9 @@ def _driver(d: GloveDevice) -> Driver:
 def _opener(d: GloveDevice, clock: Clock) -> OpenTransport:
     if d.port != "usb":
         return open_serial(d.port, d.baud, clock)
-    what = f"a {'right' if d.right else 'left'} {NAMES[d.kind]} with {d.sensors} sensors"
+    what = fivedt.ultra_name(right=d.right, sensors=d.sensors)
     wanted = functools.partial(fivedt.product_is, right=d.right, sensors=d.sensors)
-    return open_hid(find_hid(fivedt.VENDOR_ID, wanted, what), clock)
+    return open_hid(find_hid(fivedt.VENDOR_ID, wanted, what, fivedt.product_name), clock)
 
 
 def decoder_of(glove: GloveConfig, device: str) -> CyberGloveDecoder | FiveDtDecoder:

@@ -9,10 +9,10 @@ from vistel.protocol.identify import identify
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import DeviceError, Link, NoAnswerError
 from vistel_services.glove.decoder import CyberGloveDecoder
-from vistel_services.probe import who_answers
+from vistel_services.probe import at_any_speed, refuse_others, who_answers
 
 RATE_HZ = 60.0
-_OWN_NAME = "a CyberGlove"
+_OWN = ("a CyberGlove", "a CyberGlove")
 _ANSWER_S = 0.5
 _RESTART_S = 3.0
 _BAUD_RATES = (115200, 38400, 19200, 9600)
@@ -62,14 +62,12 @@ class CyberGloveDriver:
     async def _meet(self, link: Link) -> None:
         """Make it answer, restarting it if need be, at whatever speed it is set to."""
         others = () if self._met else tuple(b for b in _BAUD_RATES if b != self._baud)
-        for baud in (self._baud, self._baud, *others):
-            link.set_baud(baud)
-            if (state := await self._greet(link)) is not None:
-                self._baud = baud
-                break
+        found = await at_any_speed(link, (self._baud, self._baud, *others), self._greet)
+        if found is not None:
+            self._baud, state = found
         else:
             link.set_baud(self._baud)
-            _refuse_others(await who_answers(link))
+            refuse_others(await who_answers(link), *_OWN)
             link.send(cyberglove.RESTART)
             await self._wait(link, "^R", _RESTART_S)
             state = await self._greet(link)
@@ -89,7 +87,7 @@ class CyberGloveDriver:
         await link.quiet(0.05, 0.4)
         state = await self._ask(link, cyberglove.QUERY_STATE)
         if state is None:
-            _refuse_others(identify(bytes(link.recent)))
+            refuse_others(identify(bytes(link.recent)), *_OWN)
         return state.data[0] if state is not None and state.data else None
 
     async def _ask(self, link: Link, command: bytes, name: str | None = None) -> Answer | None:
@@ -103,7 +101,3 @@ class CyberGloveDriver:
 
         return await link.wait_for(look, timeout_s)
 
-
-def _refuse_others(name: str | None) -> None:
-    if name not in (None, _OWN_NAME):
-        raise DeviceError(f"{name} answers on this port; a CyberGlove was expected")

@@ -16,7 +16,7 @@ from vistel.figure.solve import SIDES, PostureSolver, Solved
 from vistel.figure.solve_swivel import Comfort
 from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver
 from vistel_services.posture.config import Person
-from vistel_services.posture.one_euro import PoseFilter
+from vistel_services.posture.one_euro import AngleFilter, PoseFilter
 from vistel_services.posture.peaks import PeakHold
 from vistel_services.posture.whole_body import WholeBody, whole_body
 
@@ -58,6 +58,7 @@ class Capture:
         self._carry_over = None if body is None else CarryOver(body.skeleton, shown, person.seat)
         self._filters = {receiver: PoseFilter() for receiver in person.stations.values()}
         self._gloves: dict[str, float] = {}
+        self._calm = {side: AngleFilter() for side in SIDES}
         self._fingers = {side: PeakHold(FINGER_PEAK) for side in SIDES}
         self._whole: tuple[float, WholeBody | None] = (-math.inf, None)
         self._epoch_ns: int | None = None
@@ -112,7 +113,7 @@ class Capture:
         t = self._seconds(frame.header.t_ns)
         if side not in self._gloves or t > self._gloves[side]:
             self._gloves[side] = t
-            self._fingers[side].add(angles)
+            self._fingers[side].add(angles, self._calm[side].update(t, angles))
 
     def solve(self, t_ns: int) -> Solved:
         """The posture at `t_ns`, which must lie after the last one."""

@@ -16,7 +16,7 @@ from vistel.figure.calibration.distortion import Distortion, load_distortion
 from vistel.figure.calibration.files import Body, load_body, load_tracker
 from vistel.figure.posture import Stance
 from vistel.figure.sensors import Mount, Placement, transmitter_in_room
-from vistel.space.room import seat_pose
+from vistel.wire.motion import Losses
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,8 @@ class Config:
     site: str
     people: tuple[Person, ...]
     props: tuple[TrackedProp, ...] = ()
+    losses: Losses = "rare"
+    """How often single motions are lost on their way."""
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -80,7 +82,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         raise ValueError("posture: this service belongs to a site; name one")
     people: list[Person] = []
     for p in site.participants:
-        position, heading = seat_pose(conference.room.seats, conference.seat_of(p.name))
+        position, heading = conference.room.place(conference.seat_of(p.name))
         t = p.tracker
         setup = load_tracker(t.calibration) if t and t.calibration else None
         at, towards = (setup.position, setup.heading) if setup else (
@@ -108,4 +110,4 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         )
         for p in site.props
     )  # fmt: skip
-    return Config(site.name, tuple(people), props)
+    return Config(site.name, tuple(people), props, conference.motion.losses)

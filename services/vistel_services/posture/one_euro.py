@@ -4,7 +4,9 @@ A first-order low-pass whose cut-off rises with speed: still hands do not trembl
 filtered is only what the speed so far had not foretold, so that steady motion does not lag at all; the speed's own
 cut-off rises in the same way. The pose can be asked for a little later than its last sample: stations of one tracker
 are measured one after the other, and a posture needs all four at one instant. The constants are those of least error on
-recorded people at 30 Hz per station with FASTRAK's noise.
+recorded people at 30 Hz per station with FASTRAK's noise, and at rest of the least tremble that costs no error.
+
+The angles of a glove go through the filter as it was published: there is nothing to carry them on for.
 """
 
 from __future__ import annotations
@@ -23,18 +25,23 @@ from vistel.figure.rotation import (
 
 F64 = NDArray[np.float64]
 
-POSITION_CUTOFF_HZ, POSITION_SPEED_GAIN = 3.0, 80.0
+POSITION_CUTOFF_HZ, POSITION_SPEED_GAIN = 1.0, 80.0
 """Cut-off at rest [Hz], and Hz more for each m/s."""
-ROTATION_CUTOFF_HZ, ROTATION_SPEED_GAIN = 3.0, 15.0
+ROTATION_CUTOFF_HZ, ROTATION_SPEED_GAIN = 1.0, 15.0
 """Cut-off at rest [Hz], and Hz more for each rad/s."""
 VELOCITY_CUTOFF_HZ, VELOCITY_SPEED_GAIN = 5.0, 40.0
 """The same for the velocity."""
 SPIN_CUTOFF_HZ, SPIN_SPEED_GAIN = 5.0, 2.0
 """The same for the spin."""
-MOST_SPIN = 8.0
-"""A pose is not carried on faster than hands turn for long [rad/s]."""
-FASTEST_TURN = 25.0
-"""Of a hand, beside what its spin so far foretells [rad/s]."""
+MOST_SPIN = 12.0
+"""A hand that turns faster [rad/s] is followed, but not expected to go on so."""
+GO_ON = 0.5
+"""Share of the last change of velocity that is expected to go on."""
+AT_ONCE_M, AT_ONCE_RAD, CATCH_UP_S = 0.01, 0.15, 1.0 / 30.0
+"""What a sample puts right beyond the first two is not shown at once, for then a quick hand would jump, but made up for
+within the third."""
+ANGLE_CUTOFF_HZ, ANGLE_SPEED_GAIN, ANGLE_VELOCITY_CUTOFF_HZ = 1.0, 5.0, 5.0
+"""Of a glove's angles: cut-off at rest [Hz], Hz more for each rad/s, and of that speed."""
 FORGET_S = 0.5
 """After a gap this long the filter starts anew."""
 MOST_AHEAD_S = 0.035
@@ -46,13 +53,32 @@ def _share(cutoff_hz: float, dt: float) -> float:
     return r / (r + 1.0)
 
 
+class AngleFilter:
+    """Filters the angles of one glove; times in seconds, angles (n,) [rad]."""
+
+    def __init__(self) -> None:
+        self._t = -math.inf
+        self._angles = self._speed = np.zeros(0)
+
+    def update(self, t: float, angles: F64) -> F64:
+        """The filtered angles (n,) after a sample; of one that is not newer than the last, those of the last."""
+        dt = t - self._t
+        if dt > FORGET_S or angles.shape != self._angles.shape:
+            self._t, self._angles, self._speed = t, angles, np.zeros_like(angles)
+        elif dt > 0.0:
+            news = angles - self._angles
+            self._speed = self._speed + _share(ANGLE_VELOCITY_CUTOFF_HZ, dt) * (news / dt - self._speed)
+            r = 2.0 * math.pi * dt * (ANGLE_CUTOFF_HZ + ANGLE_SPEED_GAIN * np.abs(self._speed))
+            self._t, self._angles = t, self._angles + r / (r + 1.0) * news
+        return self._angles
+
+
 class PoseFilter:
     """Filters one receiver; times in seconds, positions (3,) [m], quaternions (4,) x y z w."""
 
     def __init__(self) -> None:
         self._t = -math.inf
-        self._p, self._q = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
-        self._v, self._w = np.zeros(3), np.zeros(3)
+        self._start(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
 
     @property
     def t(self) -> float:
@@ -70,25 +96,44 @@ class PoseFilter:
         if dt <= 0.0:
             return
         if dt > FORGET_S:
-            self._p, self._q, self._v, self._w = p, q, np.zeros(3), np.zeros(3)
+            self._start(p, q)
         else:
-            speed, spin = float(np.linalg.norm(self._v)), float(np.linalg.norm(self._w))
-            news = p - (self._p + self._v * dt)
-            taken = _share(POSITION_CUTOFF_HZ + POSITION_SPEED_GAIN * speed, dt)
-            self._p = p - (1.0 - taken) * news
-            self._v = self._v + taken * _share(VELOCITY_CUTOFF_HZ + VELOCITY_SPEED_GAIN * speed, dt) / dt * news
-            foretold = matrix_from_rotvec(self._w * dt) @ matrix_from_quaternion(self._q)
-            turn = rotvec_from_matrix(matrix_from_quaternion(q) @ foretold.T)
-            # What turns faster than people do is a glitch of the tracker: it is followed no faster than they could.
-            turn = turn * min(1.0, FASTEST_TURN * dt / max(float(np.linalg.norm(turn)), 1e-9))
-            taken = _share(ROTATION_CUTOFF_HZ + ROTATION_SPEED_GAIN * spin, dt)
-            self._q = quaternion_from_matrix(matrix_from_rotvec(taken * turn) @ foretold)
-            self._w = self._w + taken * _share(SPIN_CUTOFF_HZ + SPIN_SPEED_GAIN * spin, dt) / dt * turn
+            shown_p, shown_q = self.at(t)
+            self._follow(dt, p, q)
+            self._behind_p = _beyond(shown_p - self._p, AT_ONCE_M)
+            turn = matrix_from_quaternion(shown_q) @ matrix_from_quaternion(self._q).T
+            self._behind_q = _beyond(rotvec_from_matrix(turn), AT_ONCE_RAD)
         self._t = t
 
     def at(self, t: float) -> tuple[F64, F64]:
         """The pose at `t`, carried on from the last sample by its speed."""
         ahead = min(MOST_AHEAD_S, max(0.0, t - self._t))
-        spin = float(np.linalg.norm(self._w))
-        turn = matrix_from_rotvec(self._w * (ahead * min(1.0, MOST_SPIN / max(spin, 1e-9))))
-        return self._p + self._v * ahead, quaternion_from_matrix(turn @ matrix_from_quaternion(self._q))
+        behind = max(0.0, 1.0 - max(0.0, t - self._t) / CATCH_UP_S)
+        p = self._p + self._v * ahead + self._a * (0.5 * GO_ON * ahead * ahead) + self._behind_p * behind
+        turn = matrix_from_rotvec(self._behind_q * behind) @ matrix_from_rotvec(self._w * ahead)
+        return p, quaternion_from_matrix(turn @ matrix_from_quaternion(self._q))
+
+    def _start(self, p: F64, q: F64) -> None:
+        self._p, self._q = p, q
+        self._v, self._w, self._a = np.zeros(3), np.zeros(3), np.zeros(3)
+        self._behind_p, self._behind_q = np.zeros(3), np.zeros(3)
+
+    def _follow(self, dt: float, p: F64, q: F64) -> None:
+        """The filter itself, `dt` after the last sample."""
+        speed, spin = float(np.linalg.norm(self._v)), float(np.linalg.norm(self._w))
+        news = p - (self._p + self._v * dt)
+        taken = _share(POSITION_CUTOFF_HZ + POSITION_SPEED_GAIN * speed, dt)
+        self._p = p - (1.0 - taken) * news
+        faster = taken * _share(VELOCITY_CUTOFF_HZ + VELOCITY_SPEED_GAIN * speed, dt) / dt * news
+        self._v, self._a = self._v + faster, 0.5 * self._a + 0.5 * faster / dt
+        foretold = matrix_from_rotvec(self._w * dt) @ matrix_from_quaternion(self._q)
+        turn = rotvec_from_matrix(matrix_from_quaternion(q) @ foretold.T)
+        taken = _share(ROTATION_CUTOFF_HZ + ROTATION_SPEED_GAIN * spin, dt)
+        self._q = quaternion_from_matrix(matrix_from_rotvec(taken * turn) @ foretold)
+        w = self._w + taken * _share(SPIN_CUTOFF_HZ + SPIN_SPEED_GAIN * spin, dt) / dt * turn
+        self._w = w * min(1.0, MOST_SPIN / max(float(np.linalg.norm(w)), 1e-9))
+
+
+def _beyond(vector: F64, length: float) -> F64:
+    """What is left of a vector shortened by `length`."""
+    return vector * max(0.0, 1.0 - length / max(float(np.linalg.norm(vector)), 1e-9))

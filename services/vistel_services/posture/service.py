@@ -62,7 +62,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Publish Participant, Motion and avatar of every person of the site, and its props, until cancelled."""
     await asyncio.to_thread(_load)
     avatars = [await asyncio.to_thread(own_avatar, person) for person in config.people]
-    makers = [_Maker(*who, config.site, bus) for who in zip(config.people, avatars, strict=True)]
+    makers = [_Maker(*who, config, bus) for who in zip(config.people, avatars, strict=True)]
     by_device: dict[str, _Maker] = {
         d: m for m in makers for d in (m.person.tracker, m.person.second_tracker, *m.person.gloves) if d
     }
@@ -135,14 +135,14 @@ class _PropMaker:
 class _Maker:
     """Makes one participant's Motion."""
 
-    def __init__(self, person: Person, own: OwnAvatar | None, site: str, bus: Bus) -> None:
+    def __init__(self, person: Person, own: OwnAvatar | None, config: Config, bus: Bus) -> None:
         self.person = person
         self.capture = Capture(person, own.proportions.skeleton if own else None)
         self._own = own
         self.face = FaceCapture()
-        self._site = site
+        self._site = config.site
         self._bus = bus
-        self._encoder = MotionEncoder()
+        self._encoder = MotionEncoder(losses=config.losses)
         self._motion: Publication = bus.publish(BY_NAME["motion"], participant=person.name)
         self._about: Publication = bus.publish(BY_NAME["participant"], participant=person.name)
         self._silent: frozenset[str] = frozenset()

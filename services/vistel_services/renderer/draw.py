@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from vistel.implicit.deform_plan import FramePlan
+from vistel.space.files.surfaces import Piece
 from vistel.space.tessellate import Surface3
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
@@ -22,11 +23,16 @@ from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.room import Furniture, Panel
 from vistel_services.renderer.screens import Box, Screen, Sight, boxes
 from vistel_services.renderer.shadow import ShadowMap
+from vistel_services.renderer.solid_things import Solid, SolidThings
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 U8 = NDArray[np.uint8]
+
+
+_DARK, _OPEN = (0.05, 0.05, 0.06, 1.0), (0.62, 0.68, 0.74, 1.0)
+"""What is seen where nothing is: beyond walls, and where there are none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,20 +131,6 @@ class _Figure:
             part.release()
 
 
-@dataclass
-class Solid:
-    """A thing on the graphics side; tint: (n, 4) of its vertices."""
-
-    vao: moderngl.VertexArray
-    shadow: moderngl.VertexArray
-    buffers: list[moderngl.Buffer]
-    tint: F32
-
-    def release(self) -> None:
-        for part in (self.vao, self.shadow, *self.buffers):
-            part.release()
-
-
 class Painter:
     """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`; screens: whose
     pictures are in it."""
@@ -165,12 +157,12 @@ class Painter:
         self._figure_texels = 1024 if self.software else 8192
         cheap = ("LIGHT_PER_VERTEX", "ONE_TAP") if self.software else ()
         self._figure_program = program(ctx, "figure", defines=cheap)
-        self._solid_program = program(ctx, "solid")
         self._room_programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._label_program = program(ctx, "label")
         self.shadow = ShadowMap(ctx, 1024)
+        self._solids = SolidThings(ctx, self.shadow, lambda picture: self._texture(picture, at_most=self._figure_texels))
         self._figures: dict[str, _Figure] = {}
-        self._things: dict[str, Solid] = {}
+        self._things: dict[str, list[Solid]] = {}
         self._panels: list[tuple[moderngl.VertexArray, moderngl.Texture]] = []
         self._casters: list[moderngl.VertexArray] = []
         self._furniture: Solid | None = None
@@ -184,8 +176,8 @@ class Painter:
 
     # -- what is drawn -------------------------------------------------------------------------------------------
 
-    def set_room(self, panels: Sequence[Panel], furniture: Furniture) -> None:
-        """The room to draw from now on."""
+    def set_room(self, panels: Sequence[Panel], furniture: Furniture | None) -> None:
+        """The room to draw from now on; with no panels it stands in the open."""
         textures: dict[int, moderngl.Texture] = {}
         for panel in panels:
             vbo = self.ctx.buffer(np.hstack((panel.positions, panel.normals, panel.uv)).astype(np.float32).tobytes())
@@ -198,22 +190,25 @@ class Painter:
             self._panels.append((vao, texture))
             if panel.casts:
                 self._casters.append(self.shadow.solid(vbo, "3f 20x", ibo))
-        self._furniture = self._solid(furniture.surface, furniture.tint)
+        self._furniture = self._solids.plain(furniture.surface, furniture.tint) if furniture else None
 
-    def set_thing(self, thing_id: str, surface: Surface3, colours: F32) -> None:
-        """What a thing looks like; colours: (n, 3) linear, one per vertex."""
+    def set_thing(self, thing_id: str, surface: Surface3 | None, colours: F32, pieces: Sequence[Piece] = ()) -> None:
+        """What a thing looks like. colours: (n, 3) linear, one per vertex of `surface`; pieces: of polymeshes."""
         self.drop_thing(thing_id)
-        tint = np.column_stack((colours, np.ones(len(colours)))).astype(np.float32)
-        self._things[thing_id] = self._solid(surface, tint)
+        solids = [self._solids.pictured(piece) for piece in pieces]
+        if surface is not None:
+            tint = np.column_stack((colours, np.ones(len(colours)))).astype(np.float32)
+            solids.insert(0, self._solids.plain(surface, tint))
+        self._things[thing_id] = solids
 
     def reshape_thing(self, thing_id: str, positions: F32, normals: F32) -> None:
-        """New places and normals (n, 3) of a thing's vertices."""
-        solid = self._things[thing_id]
+        """New places and normals (n, 3) of the vertices of a thing's plain surface."""
+        solid = self._things[thing_id][0]
         solid.buffers[0].write(np.hstack((positions, normals, solid.tint)).astype(np.float32, copy=False))
 
     def drop_thing(self, thing_id: str) -> None:
         """Forget a thing."""
-        if (old := self._things.pop(thing_id, None)) is not None:
+        for old in self._things.pop(thing_id, ()):
             old.release()
 
     def drop_figure(self, name: str) -> None:
@@ -226,7 +221,7 @@ class Painter:
     def draw(self, frame: Frame) -> None:
         """Draw into the picture."""
         ctx = self.ctx
-        things = [(t, self._things[t.id]) for t in frame.things if t.id in self._things]
+        things = [(t, solid) for t in frame.things for solid in self._things.get(t.id, ())]
         views: list[tuple[Sight, F64, list[FigureView]]] = []
         for sight in frame.sights:
             _, _, width, height = sight.box or self._whole
@@ -243,7 +238,7 @@ class Painter:
         for sight, clip, seen in views:
             target.viewport = sight.box or self._whole
             target.color_mask = (*sight.colours, True)
-            target.clear(0.05, 0.05, 0.06, 1.0, viewport=sight.box or self._whole)
+            target.clear(*(_DARK if self._panels else _OPEN), viewport=sight.box or self._whole)
             self._paint(frame, sight, clip, seen, things)
         target.color_mask = (True, True, True, True)
         self._correct(target)
@@ -268,13 +263,9 @@ class Painter:
             figure.texture.use(0)
             buffers = figure.levels[view.model]
             (buffers.headless if view.own else buffers.whole).render()
-        put(self._solid_program, gloss=0.35, **shared)
-        for thing, solid in things:
-            put(self._solid_program, room_from_thing=_matrix(thing.matrix))
-            solid.vao.render()
+        self._solids.draw([(_matrix(thing.matrix), solid) for thing, solid in things], 0.35, shared)
         if self._furniture is not None:
-            put(self._solid_program, gloss=0.12, room_from_thing=_matrix(np.eye(4)))
-            self._furniture.vao.render()
+            self._solids.draw([(_matrix(np.eye(4)), self._furniture)], 0.12, shared)
         for variant in self._room_programs.values():
             put(variant, baked=0, **shared)
         for vao, texture in self._panels:
@@ -401,12 +392,6 @@ class Painter:
             ctx.vertex_array(self._figure_program, layout, headless), [fixed, whole, headless],
         )  # fmt: skip
         return figure.levels[model]
-
-    def _solid(self, surface: Surface3, tint: F32) -> Solid:
-        data = np.hstack((surface.vertices, surface.normals, tint)).astype(np.float32)
-        vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(surface.triangles.astype(np.int32).tobytes())
-        vao = self.ctx.vertex_array(self._solid_program, [(vbo, "3f 3f 4f", "position", "normal", "tint")], ibo)
-        return Solid(vao, self.shadow.solid(vbo, "3f 28x", ibo), [vbo, ibo], tint)
 
     def _texture(self, image: U8, mipmaps: bool = True, at_most: int = 8192) -> moderngl.Texture:
         step = -(-max(image.shape[:2]) // at_most)

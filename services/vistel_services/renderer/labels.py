@@ -12,15 +12,18 @@ from PIL import Image, ImageDraw, ImageFont
 U8 = NDArray[np.uint8]
 
 _MAX_CHARACTERS = 28
+_TALKING = (140, 245, 165, 255)
 
 
 @dataclass(frozen=True)
 class Label:
-    """A name and, when there is something to say, a second line in small ("holds the red baton", "no signal")."""
+    """A name, marked while they talk, and, when there is something to say, a second line in small ("holds the red baton",
+    "no signal")."""
 
     name: str
     remark: str = ""
     warning: bool = False
+    talking: bool = False
 
 
 @lru_cache(maxsize=8)
@@ -39,7 +42,8 @@ def _short(text: str) -> str:
 
 def paint_label(label: Label, line_height: int) -> U8:
     """(h, w, 4) RGBA, first row at the top; the name's line is `line_height` pixels high."""
-    lines = [(_short(label.name), _font(max(8, round(0.66 * line_height))), (255, 255, 255, 255), line_height)]
+    ink = _TALKING if label.talking else (255, 255, 255, 255)
+    lines = [(_short(label.name), _font(max(8, round(0.66 * line_height))), ink, line_height)]
     if label.remark:
         colour = (255, 196, 120, 255) if label.warning else (178, 220, 255, 255)
         small = round(0.78 * line_height)
@@ -49,7 +53,10 @@ def paint_label(label: Label, line_height: int) -> U8:
     height = sum(h for _, _, _, h in lines) + 2
     image = Image.new("RGBA", (width, height), (12, 16, 20, 0))
     draw = ImageDraw.Draw(image)
-    draw.rounded_rectangle((0, 0, width - 1, height - 1), radius=round(0.4 * line_height), fill=(12, 16, 20, 150))
+    draw.rounded_rectangle(
+        (0, 0, width - 1, height - 1), radius=round(0.4 * line_height), fill=(12, 16, 20, 190 if label.talking else 150),
+        outline=_TALKING if label.talking else None, width=max(1, round(0.07 * line_height)),
+    )  # fmt: skip
     y = 1.0
     for text, font, colour, h in lines:
         draw.text((0.5 * width, y + 0.5 * h), text, font=font, fill=colour, anchor="mm")

@@ -59,6 +59,11 @@ class Playout(Generic[T]):
         self._starved_at_ns: int | None = None
         self._left: tuple[int, T] | None = None
         self._timing: Timing | None = None
+        self._waits_ns = 0
+
+    def wait_for(self, delay_ns: int) -> None:
+        """Show everything at least so late: what belongs to it (a voice) cannot come sooner. 0: nothing waits."""
+        self._waits_ns = delay_ns
 
     def push(self, t_ns: int, value: T, received_ns: int) -> bool:
         """A frame captured at `t_ns` (sender's clock) that arrived at `received_ns`.
@@ -136,7 +141,7 @@ class Playout(Generic[T]):
         """The point to show: behind by the delay, moved gently for a sender whose clock is off, never backwards."""
         fastest = min(self._transits)
         margin = max(MIN_MARGIN_NS, 3.0 * self._jitter_ns)
-        wanted = -min(fastest, 0) - max(0.0, fastest + margin - self._delay_ns)
+        wanted = -min(fastest, 0) - max(0.0, fastest + margin - self._delay_ns, self._waits_ns - self._delay_ns)
         if self._skew_ns is None or self._sampled_ns is None:
             self._skew_ns = wanted
         else:

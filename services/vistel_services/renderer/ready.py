@@ -13,9 +13,11 @@ import numpy as np
 from vistel.conference.avatar_files import avatar_file
 from vistel.conference.files import public_avatar
 from vistel.conference.model import Conference
+from vistel.conference.model import Room as RoomKeys
 from vistel.figure.parcel import read_parcel
 from vistel.figure.posture import standing
-from vistel.space.room import meeting_room
+from vistel.space.files.interior import Interior
+from vistel.space.room import Room, meeting_room
 from vistel.wire import motion
 from vistel.wire.parcels import digest_of
 from vistel_services.renderer.antialias import antialias
@@ -26,13 +28,19 @@ from vistel_services.renderer.stage import About
 
 _Key = tuple[str, str, float]
 _figures: dict[_Key, Person] = {}
-_rooms: dict[int, tuple[list[Panel], Furniture]] = {}
+_Drawn = tuple[list[Panel], Furniture | None]
+_rooms: dict[int, _Drawn] = {}
+_decors: dict[str, Interior] = {}
 
 
 def preload(conference: Conference) -> None:
     """Make the room and the figures of everybody in the conference file; the first picture takes them."""
     seats = conference.room.seats
-    _rooms[seats] = build_room(meeting_room(seats))
+    if conference.room.file is None:
+        _rooms[seats] = build_room(meeting_room(seats))
+    if conference.room.from_files:
+        with contextlib.suppress(ValueError):  # told by who draws it
+            decor_of(conference.room)
     for p in (p for site in conference.sites for p in site.participants):
         about = About(p.name, p.display_name or p.name, public_avatar(p.avatar), p.height)
         with contextlib.suppress(ValueError, OSError):  # told when they come
@@ -53,9 +61,24 @@ def take_figure(about: About) -> Person | None:
     return _figures.pop(_key(about), None)
 
 
-def take_room(seats: int) -> tuple[list[Panel], Furniture]:
-    """The pictures of the room and its furniture; made now if they are not there."""
+def take_room(seats: int) -> _Drawn:
+    """The pictures of the built-in room and its furniture; made now if they are not there."""
     return _rooms.pop(seats, None) or build_room(meeting_room(seats))
+
+
+def decor_of(keys: RoomKeys) -> Interior:
+    """What is drawn of a room from files: shell and furniture that do not come from the world, and what things look like.
+
+    Raises RoomFileError (one line) for files that cannot be used.
+    """
+    from vistel.conference.rooms import interior_of  # noqa: PLC0415  only for who has files
+
+    name = keys.model_dump_json()
+    if name not in _decors:
+        whole = interior_of(keys)
+        still = meeting_room(keys.seats) if keys.file is None else Room((), (), shell=whole.room.shell)
+        _decors[name] = replace(whole, room=still)
+    return _decors[name]
 
 
 def _key(about: About) -> _Key:

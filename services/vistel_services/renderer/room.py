@@ -59,11 +59,16 @@ def linear(colour: int) -> tuple[float, float, float]:
     return r**2.2, g**2.2, b**2.2
 
 
-def build_room(room: Room) -> tuple[list[Panel], Furniture]:
-    """Shell, table top and furniture of a meeting room."""
+def drawn_with_room(room: Room) -> list[Thing]:
+    """The things that are drawn with the room: table and chairs of the built-in one."""
+    return [t for t in room.things if t.fixed and t.shape in FURNITURE]
+
+
+def build_room(room: Room) -> tuple[list[Panel], Furniture | None]:
+    """Shell, table top and furniture of a meeting room; a room without things has no furniture."""
     discs = _discs(room)
-    fixed = [t for t in room.things if t.fixed and t.shape in FURNITURE]
-    panels = [*_floor(discs), _ceiling(), *_walls()]
+    fixed = drawn_with_room(room)
+    panels = [*_floor(discs), _ceiling(), *_walls()] if room.shell else []
     surfaces: list[Surface3] = []
     tints: list[F32] = []
     for thing in fixed:
@@ -75,16 +80,16 @@ def build_room(room: Room) -> tuple[list[Panel], Furniture]:
                 continue
             surfaces.append(placed)
             tints.append(_tint(thing, k, placed, discs))
-    return panels, Furniture(join(surfaces), np.concatenate(tints))
+    return panels, Furniture(join(surfaces), np.concatenate(tints)) if surfaces else None
 
 
 def _discs(room: Room) -> F64:
     """Table and seats as horizontal discs that hide light."""
     rows = []
-    for thing in room.things:
-        if thing.fixed and thing.shape == "table":
+    for thing in drawn_with_room(room):
+        if thing.shape == "table":
             rows.append((0.0, TABLE_HEIGHT, 0.0, thing.primitives[0].params[0]))
-        elif thing.fixed and thing.shape == "chair":
+        else:
             rows.append((thing.position[0], 0.42, thing.position[2], 0.2))
     return np.array(rows, np.float64).reshape(-1, 4)
 

@@ -18,9 +18,11 @@ from numpy.typing import NDArray
 from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.conference.model import Conference, Site
+from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
-from vistel.space.room import seat_pose
-from vistel.v1 import service_pb2
+from vistel.space.files.faults import RoomFileError
+from vistel.space.files.interior import Interior
+from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
@@ -29,6 +31,7 @@ from vistel.wire.world_listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.people import files_of, load_shape
+from vistel_services.renderer.ready import decor_of
 from vistel_services.renderer.screens import Screen, Stereo, picture_size
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio, View
@@ -53,7 +56,8 @@ _NO_GL_RETRY_S = 30.0
 @dataclass(frozen=True)
 class Config:
     """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
-    seats: of the room; video: the MP4 to write, None for none; avatars: files of participants."""
+    seats: of the room; video: the MP4 to write, None for none; avatars: files of participants; sound: whether the site's
+    sound is streamed, for the MP4; room: what the conference file says of the room, where files hold some of it."""
 
     site: str
     view: View
@@ -62,6 +66,8 @@ class Config:
     seats: int
     video: Path | None
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
+    sound: bool = False
+    room: RoomKeys | None = None
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -69,7 +75,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     if site is None:
         raise ValueError("renderer: runs at a site, and none was named")
     shown, viewer = site.display, site.participants[0].name
-    seat = seat_pose(conference.room.seats, conference.seat_of(viewer))
+    seat = conference.room.place(conference.seat_of(viewer))
     screens = tuple(Screen.placed(s, *seat) for s in shown.screens)
     width, height = picture_size(screens) if screens else (shown.width, shown.height)
     view = View(
@@ -78,11 +84,12 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     )  # fmt: skip
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
-        paths.video(site.name) if shown.video else None, files_of(conference),
+        paths.video(site.name) if shown.video else None, files_of(conference), bool(site.audio and site.audio.stream),
+        conference.room if conference.room.from_files else None,
     )  # fmt: skip
 
 
-class _Reporter:
+class Reporter:
     """Tells the others how late this site's pictures are: twice a second, and at once when the first one is there or
     somebody more is in it, or is no stand-in any more."""
 
@@ -118,10 +125,12 @@ class _Reporter:
             frame_time_s=self._spent_ns * 1e-9 / max(1, count),
         )
         message.header.t_ns = done_ns
+        # Drawing takes now longer, now shorter; voices follow what it takes on average.
+        drawing_ns = self._spent_ns / max(1, count)
         for person in instant.people:
             t = person.timing
             message.streams.add(
-                participant=person.about.name, delay_s=(t.delay_ns + took) * 1e-9, age_s=t.age_ns * 1e-9,
+                participant=person.about.name, delay_s=(t.delay_ns + drawing_ns) * 1e-9, age_s=t.age_ns * 1e-9,
                 jitter_s=t.jitter_ns * 1e-9,
             )  # fmt: skip
             _AGE.labels(self._site, person.about.name).set(t.age_ns * 1e-9)
@@ -136,8 +145,8 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(config.delay_s * 1e9))
     deliveries = Deliveries(bus, stage)
-    inputs = _Inputs(bus, stage, clock)
-    reporter = _Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
+    inputs = _Inputs(bus, stage, clock, config.site)
+    reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     video = _open_video(config)
     easel = _Easel(config, thread, deliveries)
     period_ns = round(1e9 / config.rate)
@@ -147,13 +156,17 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         while True:
             inputs.take()
             deliveries.take()
+            for sound in inputs.sounds():
+                if video is not None:
+                    video.put_sound(sound.header.t_ns, sound.opus)
             instant = stage.instant(clock.now_ns())
             picture = await easel.draw(instant)
             if picture is not None:
-                reporter.drawn(instant, clock.now_ns(), easel.stand_ins)
+                done_ns = clock.now_ns()
+                reporter.drawn(instant, done_ns, easel.stand_ins)
                 # The empty room before anybody has come is not worth keeping.
                 filming = filming or bool(instant.people)
-                if video is not None and filming and not video.put(instant.now_ns, picture):
+                if video is not None and filming and not video.put(done_ns, picture):
                     _LEFT_OUT.labels(config.site).inc()
             due_ns = max(due_ns + period_ns, clock.now_ns() - period_ns // 4)
             await clock.sleep_until_ns(due_ns)
@@ -175,7 +188,7 @@ def _open_video(config: Config) -> VideoWriter | None:
     if config.video is None:
         return None
     try:
-        return VideoWriter(config.video, config.view.width, config.view.height, config.rate)
+        return VideoWriter(config.video, config.view.width, config.view.height, config.rate, config.sound)
     except Exception as e:  # a disk or an encoder that fails must not take the picture away
         log.error("event=no_video path=%s reason=%r", config.video, str(e))
         return None
@@ -184,8 +197,10 @@ def _open_video(config: Config) -> VideoWriter | None:
 class _Inputs:
     """What the stage listens to."""
 
-    def __init__(self, bus: Bus, stage: Stage, clock: Clock) -> None:
+    def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str) -> None:
         self._stage = stage
+        self._status = bus.subscribe(BY_NAME["sound_status"], polled=True, site=site)
+        self._sound = bus.subscribe(BY_NAME["sound"], queue_all=True, polled=True, site=site)
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
         self._world = WorldListener(bus, clock)
@@ -198,9 +213,15 @@ class _Inputs:
             self._stage.hear_motion(sample.names["participant"], sample.message, sample.received_ns)
         for now, received_ns in self._world.take():
             self._stage.hear_world(now, received_ns)
+        for sample in self._status.take():
+            self._stage.hear_sound(sample.message)
+
+    def sounds(self) -> list[audio_pb2.Sound]:
+        """What has been heard here since the last call."""
+        return [sample.message for sample in self._sound.take()]
 
     def close(self) -> None:
-        for subscription in (self._about, self._motion, self._world):
+        for subscription in (self._about, self._motion, self._world, self._status, self._sound):
             subscription.close()
 
 
@@ -241,11 +262,21 @@ class _Easel:
     async def _call(self, function: Any, *args: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._thread, function, *args)
 
+    def _decor(self) -> Interior | None:
+        """The room where it is from files; those that cannot be used are told, and the built-in one is drawn."""
+        if self._config.room is None:
+            return None
+        try:
+            return decor_of(self._config.room)
+        except RoomFileError as e:
+            log.error("event=room_file_not_used reason=%r shown=built-in", str(e))
+            return None
+
     def _draw(self, instant: Instant) -> NDArray[np.uint8] | None:
         if self._studio is None:
             # Setting up takes a while: the instant is old when it is done, the next one is drawn.
             began = time.perf_counter()
-            self._studio = Studio(self._view, self._config.seats, self._load)
+            self._studio = Studio(self._view, self._config.seats, self._load, self._decor())
             found = self._studio.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from vistel.figure.posture import Posture
+from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.proportions import Proportions
+from vistel.figure.skeleton import standard_skeleton
 from vistel.space.things import Thing
-from vistel.v1 import motion_pb2, world_pb2
+from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
 from vistel.wire.proportions import from_message
 from vistel.wire.world import RoomNow, Touch
+from vistel_services.renderer.held import HeldThings, Shown
 from vistel_services.renderer.motion_in import Between, Heard, MotionReader
 from vistel_services.renderer.playout import Playout, Timing
 from vistel_services.renderer.world_view import Ghost, WorldView, between, ghosts_from, thing_of, view_of
 
 log = logging.getLogger("vistel.renderer")
 
+MOST_WAIT_S = 0.6
+"""A picture waits no longer for its voice."""
 GONE_NS = 20_000_000_000
 """A participant silent this long is no longer drawn."""
 
@@ -51,7 +56,7 @@ class PersonNow:
 class Instant:
     """Everything that is shown at one instant; now_ns: conference time at which it is drawn.
 
-    coming: who has been announced and has not moved yet, so that their figures can be made ready.
+    coming: who has been announced and has not moved yet, so that their figures can be made ready. talking: who is heard.
     """
 
     now_ns: int
@@ -59,6 +64,7 @@ class Instant:
     world: WorldView = field(default_factory=WorldView)
     things: Mapping[str, Thing] = field(default_factory=lambda: MappingProxyType({}))
     coming: tuple[About, ...] = ()
+    talking: frozenset[str] = frozenset()
 
 
 class _Person:
@@ -80,6 +86,8 @@ class Stage:
         self._ghosts: tuple[Ghost, ...] = ()
         self._world: Playout[WorldView] = Playout(between, delay_ns)
         self._arrived: set[str] = set()
+        self._held = HeldThings()
+        self._talking: frozenset[str] = frozenset()
 
     def hear_about(self, message: motion_pb2.Participant) -> None:
         """Who somebody is."""
@@ -131,6 +139,15 @@ class Stage:
         self._told = now.things
         self._world.push(now.t_ns, view_of(now, self._ghosts), received_ns)
 
+    def hear_sound(self, message: audio_pb2.SoundStatus) -> None:
+        """How this site's voices are doing: who is heard, and whose picture must wait because the voice comes later."""
+        self._talking = frozenset(s.participant for s in message.streams if s.talking)
+        for stream in message.streams:
+            person = self._people.get(stream.participant)
+            if person is not None and math.isfinite(stream.needed_s):
+                wait_s = min(MOST_WAIT_S, stream.needed_s) if message.policy == "match" else 0.0
+                person.playout.wait_for(round(wait_s * 1e9))
+
     def instant(self, now_ns: int) -> Instant:
         """What is shown at `now_ns`."""
         people: list[PersonNow] = []
@@ -147,7 +164,15 @@ class Stage:
                 continue
             people.append(PersonNow(person.about, shown.posture, timing))
         world = self._world.sample(now_ns) or WorldView()
-        return Instant(now_ns, tuple(people), world, self._things, tuple(coming))
+        return Instant(now_ns, *self._in_hands(now_ns, people, world), self._things, tuple(coming), self._talking)
+
+    def _in_hands(self, now_ns: int, people: list[PersonNow], world: WorldView) -> tuple[tuple[PersonNow, ...], WorldView]:
+        """People with their fingers on what they hold, and the world with it in their hands."""
+        holders = {g.participant for g in world.grasps}
+        shown = {p.about.name: Shown(p.posture, _joints(p)) for p in people if p.about.name in holders}
+        world = self._held.poses(now_ns, world, shown)
+        postures = self._held.fingers(now_ns, world, {p.about.name: p.posture for p in people})
+        return tuple(replace(p, posture=postures[p.about.name]) for p in people), world
 
     def _describe(self, told: Mapping[str, world_pb2.Thing]) -> None:
         things: dict[str, Thing] = {}
@@ -162,6 +187,12 @@ class Stage:
                 log.error("event=bad_thing thing=%s reason=%r action=not_drawn", name, str(e))
         if things != dict(self._things):
             self._things = MappingProxyType(things)
+
+
+def _joints(person: PersonNow) -> JointPose:
+    """A person's joints as they are shown."""
+    limbs = person.about.proportions
+    return pose_joints(standard_skeleton(person.about.height) if limbs is None else limbs.skeleton, person.posture)
 
 
 def _limbs(message: motion_pb2.Participant) -> Proportions | None:

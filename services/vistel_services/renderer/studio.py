@@ -16,8 +16,10 @@ from vistel.figure.posture import JointPose, Posture, pose_joints, standing
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.ghost import GhostSource
-from vistel.space.room import Room, meeting_room
-from vistel.space.tessellate import join, tessellate_thing
+from vistel.space.files.interior import Interior
+from vistel.space.files.surfaces import pieces_of
+from vistel.space.room import meeting_room
+from vistel.space.tessellate import join
 from vistel.space.things import Thing
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import SeatCamera, overview
@@ -29,7 +31,7 @@ from vistel_services.renderer.gpu_deform import open_deformer
 from vistel_services.renderer.labels import Label
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
-from vistel_services.renderer.room import FURNITURE, linear
+from vistel_services.renderer.room import build_room, drawn_with_room, linear
 from vistel_services.renderer.screens import (
     EYE_DISTANCE,
     Screen,
@@ -91,15 +93,19 @@ class _Cast:
 class Studio:
     """Owns the surface. Create, use and close it in one thread."""
 
-    def __init__(self, view: View, seats: int, load: Callable[[About], Shape] = load_shape) -> None:
+    def __init__(
+        self, view: View, seats: int, load: Callable[[About], Shape] = load_shape, decor: Interior | None = None
+    ) -> None:  # fmt: skip
+        """decor: what of the room does not come from the world, and the models of things; default: the built-in room."""
         self.view = view
         self._surface = open_surface(view.width, view.height, view.window, view.title)
         self.capability = self._surface.capability
         self._deformer = open_deformer(self._surface, view.engine)
         self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens)
-        self._room: Room = meeting_room(seats)
-        self._fixed = {t.id for t in self._room.things if t.fixed and t.shape in FURNITURE}
-        self.painter.set_room(*take_room(seats))
+        room = decor.room if decor else meeting_room(seats)
+        self._models = decor.models if decor else {}
+        self._fixed = {t.id for t in drawn_with_room(room)}
+        self.painter.set_room(*(build_room(room) if decor else take_room(seats)))
         self._detail = 0.6 if self.capability.software else 0.9
         self._camera = SeatCamera()
         self._from: list[Sight] = []
@@ -250,7 +256,8 @@ class Studio:
             return Label(person.about.display_name, "avatar on its way")
         held = [g.thing for g in instant.world.grasps if g.participant == person.about.name]
         names = [instant.things[h].name if h in instant.things else h for h in dict.fromkeys(held)]
-        return Label(person.about.display_name, f"holds {', '.join(names)}" if names else "")
+        talking = person.about.name in instant.talking
+        return Label(person.about.display_name, f"holds {', '.join(names)}" if names else "", talking=talking)
 
     def _meet(self, instant: Instant) -> None:
         """Give everybody a figure; those whose avatar is not there yet, or cannot be had, a stand-in."""
@@ -305,19 +312,30 @@ class Studio:
     def _furnish(self, instant: Instant) -> None:
         """Make the pictures of things that are new or changed."""
         for thing_id, thing in instant.things.items():
-            if thing_id in self._fixed or self._things.get(thing_id) is thing or not thing.primitives:
+            if thing_id in self._fixed or self._things.get(thing_id) is thing or not (thing.primitives or thing.looks):
                 continue
             if gives_way(thing):
-                pieces = [self._soft.of(thing).surface]
                 self._reshaped.pop(thing_id, None)
+                surface = self._soft.of(thing).surface
+                colour = linear(thing.primitives[0].colour or thing.colour)
+                self.painter.set_thing(thing_id, surface, np.tile(np.array(colour, np.float32), (len(surface.vertices), 1)))
             else:
-                pieces = tessellate_thing(thing, self._detail)
-            surface = join(pieces)
-            drawn = thing.curve.straight if thing.curve else thing
-            colour_of = [linear(p.colour or thing.colour) for p in drawn.primitives]
-            colours = np.repeat(np.array(colour_of, np.float32), [len(piece.vertices) for piece in pieces], axis=0)
-            self.painter.set_thing(thing_id, surface, colours)
+                self._show(thing)
             self._things[thing_id] = thing
         for thing_id in set(self._things) - set(instant.things):
             self.painter.drop_thing(thing_id)
             del self._things[thing_id]
+
+    def _show(self, thing: Thing) -> None:
+        """Make the picture of a thing that keeps its shape."""
+        if any(k.model not in self._models for k in thing.looks):
+            log.warning("event=model_missing thing=%s shown=what_is_felt_of_it", thing.id)
+        pieces = pieces_of(thing, self._models, self._detail)
+        own = [p for p in pieces if not p.mesh]
+        colours = np.repeat(
+            np.array([linear(p.colour[0] << 24 | p.colour[1] << 16 | p.colour[2] << 8) for p in own], np.float32).reshape(-1, 3),
+            [len(p.surface.vertices) for p in own], axis=0,
+        )  # fmt: skip
+        self.painter.set_thing(
+            thing.id, join([p.surface for p in own]) if own else None, colours, [p for p in pieces if p.mesh]
+        )

@@ -6,6 +6,7 @@ import contextlib
 import logging
 import queue
 import threading
+from collections import deque
 from fractions import Fraction
 from pathlib import Path
 
@@ -16,12 +17,17 @@ from av.error import FFmpegError
 from av.video.reformatter import ColorRange, Colorspace
 from numpy.typing import NDArray
 
+from vistel_services.renderer.sound_track import SoundTrack
+
 log = logging.getLogger("vistel.renderer")
 
 U8 = NDArray[np.uint8]
 
 _TIME_BASE = Fraction(1, 90_000)
 _QUEUE = 8
+_SOUNDS = 500
+_SOUND_LATE_NS = 1_000_000_000
+"""Sound that has not come by then is silence."""
 
 
 class VideoWriter:
@@ -31,13 +37,14 @@ class VideoWriter:
     A disk that fails ends the video with one line, not the renderer.
     """
 
-    def __init__(self, path: Path, width: int, height: int, rate: float) -> None:
+    def __init__(self, path: Path, width: int, height: int, rate: float, sound: bool = False) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path = _free(path)
         self._width, self._height = width - width % 2, height - height % 2
         self.left_out = 0
         self.written = 0
         self._queue: queue.Queue[tuple[int, U8] | None] = queue.Queue(_QUEUE)
+        self._sounds: deque[tuple[int, bytes]] = deque(maxlen=_SOUNDS)
         options = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
         self._container = av.open(str(self.path), "w", format="mp4", options=options)
         stream = self._container.add_stream("libx264", rate=max(1, round(rate)))
@@ -50,6 +57,7 @@ class VideoWriter:
         stream.codec_context.gop_size = max(1, round(rate))
         stream.options = {"preset": "ultrafast", "tune": "zerolatency", "crf": "21"}
         self._stream = stream
+        self._track = SoundTrack(self._container) if sound else None
         self._failed = False
         self._last_pts = -1
         self._start_ns: int | None = None
@@ -67,6 +75,10 @@ class VideoWriter:
             self.left_out += 1
             return False
         return True
+
+    def put_sound(self, t_ns: int, opus: bytes) -> None:
+        """A frame of sound (an Opus packet of 20 ms, stereo) whose first sample is heard at `t_ns`."""
+        self._sounds.append((t_ns, opus))
 
     def close(self) -> None:
         """Write what is left and end the file."""
@@ -98,6 +110,11 @@ class VideoWriter:
         frame.time_base = _TIME_BASE
         self._container.mux(self._stream.encode(frame))
         self.written += 1
+        if self._track is not None:
+            while self._sounds:
+                at_ns, opus = self._sounds.popleft()
+                self._track.put(at_ns - self._start_ns, opus)
+            self._track.fill(t_ns - self._start_ns - _SOUND_LATE_NS)
 
 
 def _free(path: Path) -> Path:

@@ -15,9 +15,9 @@ from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel_services.device import Driver, keep_running
 from vistel_services.tcp_transport import open_tcp
-from vistel_services.tracker.decoder import FastrakDecoder
-from vistel_services.tracker.driver import FastrakDriver
-from vistel_services.tracker.liberty import LibertyDecoder, LibertyDriver
+from vistel_services.tracker.decoder import FastrakDecoder, LibertyDecoder
+from vistel_services.tracker.fastrak import FastrakDriver
+from vistel_services.tracker.liberty import LibertyDriver
 from vistel_services.tracker.vmc import VmcDecoder, VmcDriver
 from vistel_services.tracker.vrpn import VrpnDecoder, VrpnDriver
 from vistel_services.transport import OpenTransport, open_serial

@@ -1,10 +1,19 @@
-"""From a FASTRAK's bytes to messages."""
+"""From a tracker's records to messages, whoever made it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Generic, Protocol, TypeVar
+
+from vistel.protocol import liberty
 from vistel.protocol.fastrak import FastrakParser, Reply, Trust, trust
-from vistel.protocol.polhemus import Record
+from vistel.protocol.liberty import LibertyParser
+from vistel.protocol.polhemus import Pose, Record
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
+
+R = TypeVar("R")
+R_co = TypeVar("R_co", covariant=True)
+Health = TrackerReceiver.Health
 
 _HEALTH = {
     Trust.GOOD: TrackerReceiver.HEALTH_GOOD,
@@ -15,18 +24,48 @@ _HEALTH = {
 _STALE_NS = 1_000_000_000
 
 
-class FastrakDecoder:
-    """A TrackerFrame per record, holding the newest pose of each station; a station silent for a second leaves it.
+class Stations:
+    """The newest pose of each station of a tracker; one that is silent for a second is left out."""
+
+    def __init__(self, device: str) -> None:
+        self._device = device
+        self._newest: dict[int, TrackerReceiver] = {}
+
+    def frame(
+        self, station: int, pose: Pose, t_ns: int, error: str = "", health: Health = TrackerReceiver.HEALTH_GOOD
+    ) -> TrackerFrame:
+        """The message about a new pose; its header's time is that measurement's."""
+        receiver = TrackerReceiver(station=station, health=health, error=error, t_ns=max(0, t_ns))
+        p, q = receiver.position, receiver.rotation
+        p.x, p.y, p.z = pose[0]
+        q.x, q.y, q.z, q.w = pose[1]
+        self._newest[station] = receiver
+        frame = TrackerFrame(device=self._device)
+        frame.header.t_ns = receiver.t_ns
+        frame.receivers.extend(r for _, r in sorted(self._newest.items()) if r.t_ns > receiver.t_ns - _STALE_NS)
+        return frame
+
+
+class _Parser(Protocol[R_co]):
+    bytes_skipped: int
+
+    def feed(self, data: bytes, t_ns: int) -> Sequence[Record]: ...
+
+    def take_replies(self) -> Sequence[R_co]: ...
+
+
+class PolhemusDecoder(Generic[R]):
+    """A TrackerFrame per record, holding the newest pose of each station.
 
     Live, the bytes come from a port; in a replay from recorded RawBytes, with the times at which they were read.
     """
 
-    def __init__(self, device: str, baud: int = 115200, first: int = 0) -> None:
-        """`first`: added to station numbers; 4 for the second of two units."""
-        self.device = device
+    def __init__(self, device: str, parser: _Parser[R], health: Callable[[str], Health], first: int = 0) -> None:
+        """`health`: what an error letter means; `first`: added to station numbers."""
+        self._parser = parser
+        self._health = health
         self._first = first
-        self._parser = FastrakParser(baud)
-        self._newest: dict[int, TrackerReceiver] = {}
+        self._stations = Stations(device)
 
     @property
     def bytes_skipped(self) -> int:
@@ -34,23 +73,29 @@ class FastrakDecoder:
 
     def feed(self, data: bytes, t_ns: int) -> list[TrackerFrame]:
         """Messages completed by bytes that were read at `t_ns`; the header's time is the newest measurement's."""
-        return [self._frame(record) for record in self._parser.feed(data, t_ns)]
+        return [
+            self._stations.frame(r.station + self._first, (r.position, r.rotation), r.t_ns, r.error, self._health(r.error))
+            for r in self._parser.feed(data, t_ns)
+        ]
 
-    def take_replies(self) -> list[Reply]:
+    def take_replies(self) -> Sequence[R]:
         """Answers to commands since the last call."""
         return self._parser.take_replies()
 
-    def _frame(self, record: Record) -> TrackerFrame:
-        receiver = TrackerReceiver(
-            station=record.station + self._first, health=_HEALTH[trust(record.error)], error=record.error, t_ns=max(0, record.t_ns)
-        )
-        p, q = receiver.position, receiver.rotation
-        p.x, p.y, p.z = record.position
-        q.x, q.y, q.z, q.w = record.rotation
-        self._newest[receiver.station] = receiver
-        frame = TrackerFrame(device=self.device)
-        frame.header.t_ns = receiver.t_ns
-        frame.receivers.extend(
-            r for _, r in sorted(self._newest.items()) if r.t_ns > receiver.t_ns - _STALE_NS
-        )
-        return frame
+
+class FastrakDecoder(PolhemusDecoder[Reply]):
+    """Of a FASTRAK. first: 4 for the second of two units."""
+
+    def __init__(self, device: str, baud: int = 115200, first: int = 0) -> None:
+        super().__init__(device, FastrakParser(baud), lambda error: _HEALTH[trust(error)], first)
+
+
+class LibertyDecoder(PolhemusDecoder[liberty.Reply]):
+    """Of a LIBERTY or PATRIOT."""
+
+    def __init__(self, device: str, baud: int = 115200) -> None:
+        # The letters tell of weak or too strong signals; how much, only the unit's manual of its firmware says.
+        super().__init__(
+            device, LibertyParser(baud),
+            lambda error: TrackerReceiver.HEALTH_UNTRUSTED if error else TrackerReceiver.HEALTH_GOOD,
+        )  # fmt: skip

@@ -16,6 +16,7 @@ from vistel.protocol.vmc import PARENTS, ROOT, Body, VmcParser
 from vistel.v1.device_pb2 import TrackerBone, TrackerFrame, TrackerReceiver
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import Link, NoAnswerError
+from vistel_services.probe import hear
 
 F64 = NDArray[np.float64]
 STATIONS = {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}
@@ -112,9 +113,6 @@ class VmcDriver:
 
     async def start(self, link: Link) -> str:
         """See `Driver.start`."""
-        seen, skipped = link.frames, self.decoder.bytes_skipped
-        if await link.wait_for(lambda: link.frames if link.frames > seen else None, _HEARD_S) is None:
-            if self.decoder.bytes_skipped > skipped:
-                raise NoAnswerError("what arrives is not VMC; is another program sending to this port?")
+        if not await hear(link, self.decoder, "a VMC tracking suite", _HEARD_S):
             raise NoAnswerError(f"no tracking suite sends VMC to UDP port {self._port}")
         return "a tracked body over VMC"

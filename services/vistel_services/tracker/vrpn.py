@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 from vistel.protocol import vrpn
 from vistel.protocol.vrpn import PoseReport, VrpnParser
-from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
+from vistel.v1.device_pb2 import TrackerFrame
 from vistel.wire.topics import BY_NAME
 from vistel_services.device import DeviceError, Link, NoAnswerError
+from vistel_services.tracker.decoder import Stations
 from vistel_services.transport import TransportError
 
 _HELLO_S, _HEARD_S, _GREETING_S = 3.0, 3.0, 0.3
-_STALE_NS = 1_000_000_000
 
 
 class VrpnDecoder:
@@ -20,10 +20,9 @@ class VrpnDecoder:
 
     def __init__(self, device: str, tracker: str) -> None:
         """`tracker`: its name at the server; empty takes any."""
-        self.device = device
         self.parser = VrpnParser()
         self._tracker = tracker
-        self._newest: dict[int, TrackerReceiver] = {}
+        self._stations = Stations(device)
 
     @property
     def bytes_skipped(self) -> int:
@@ -32,19 +31,10 @@ class VrpnDecoder:
     def feed(self, data: bytes, t_ns: int) -> list[TrackerFrame]:
         """The messages of bytes read at `t_ns`."""
         reports = self.parser.feed(data, t_ns)
-        return [self._frame(r) for r in reports if isinstance(r, PoseReport) and self._tracker in ("", r.device)]
-
-    def _frame(self, report: PoseReport) -> TrackerFrame:
-        t_ns = max(0, report.t_ns)
-        receiver = TrackerReceiver(station=report.sensor + 1, health=TrackerReceiver.HEALTH_GOOD, t_ns=t_ns)
-        p, q = receiver.position, receiver.rotation
-        p.x, p.y, p.z = report.position
-        q.x, q.y, q.z, q.w = report.rotation
-        self._newest[report.sensor] = receiver
-        frame = TrackerFrame(device=self.device)
-        frame.header.t_ns = t_ns
-        frame.receivers.extend(r for _, r in sorted(self._newest.items()) if r.t_ns > t_ns - _STALE_NS)
-        return frame
+        return [
+            self._stations.frame(r.sensor + 1, (r.position, r.rotation), r.t_ns)
+            for r in reports if isinstance(r, PoseReport) and self._tracker in ("", r.device)
+        ]  # fmt: skip
 
 
 class VrpnDriver:

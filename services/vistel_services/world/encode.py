@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,15 +12,13 @@ from vistel.space.claims import ClaimEvent, What
 from vistel.space.dents import Dent
 from vistel.space.inputs import Person
 from vistel.space.things import Primitive, Thing
-from vistel.space.view import HandForce, Outcome, ThingView, WorldView
+from vistel.space.view import GraspView, HandForce, Outcome, ThingView, WorldView
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.proportions import to_message
 
 F64 = NDArray[np.float64]
 
-KEY_STEPS = 30
-"""Steps from one key frame to the next: half a second."""
 STATE_STEPS = 60
 """Steps from one recorded private state to the next: a second."""
 
@@ -33,28 +33,18 @@ _CLAIMS = {
 }  # fmt: skip
 
 
-def is_key(view: WorldView, begins: bool) -> bool:
-    """Whether the state of this step goes out complete. begins: it is the first since a start."""
-    return begins or view.changed or view.step % KEY_STEPS == 0
-
-
 def carries_state(step: int, begins: bool) -> bool:
     """Whether the inputs of this step carry the state before it."""
     return begins or step % STATE_STEPS == 0
 
 
-def world_state(view: WorldView, key: bool) -> world_pb2.WorldState:
-    """The message of a step; without `key` only things that moved, and no contacts with the furniture: who sits
-    touches a chair in every step, and the ghosts, which are always complete, say what it does to them."""
-    out = world_pb2.WorldState(step=view.step, key=key, participants=view.participants, hash=view.hash)
+def world_state(view: WorldView, things: Sequence[world_pb2.Thing] | None = None) -> world_pb2.WorldState:
+    """The whole room at a step, in words. things: their messages, if they have been made already."""
+    out = world_pb2.WorldState(step=view.step, key=True, participants=view.participants, hash=view.hash)
     out.header.t_ns = view.t_ns
-    if key:
-        out.things.extend(_thing(t) for t in view.things)
-    out.states.extend(_thing_state(s) for s in view.states if key or s.moved)
-    furniture = frozenset() if key else frozenset(t.id for t in view.things if t.fixed)
+    out.things.extend(things if things is not None else [thing_message(t) for t in view.things])
+    out.states.extend(_thing_state(s) for s in view.states)
     for c in view.contacts:
-        if c.body_b in furniture:
-            continue
         out.contacts.add(
             body_a=c.body_a, body_b=c.body_b, primitive_a=c.primitive_a, primitive_b=c.primitive_b,
             point=_vec3(c.point), normal=_vec3(c.normal), depth=c.depth, force=c.force,
@@ -65,14 +55,9 @@ def world_state(view: WorldView, key: bool) -> world_pb2.WorldState:
             target_primitives=g.target_primitives, source_primitives=g.source_primitives,
             compliance_target=g.compliance_target, compliance_source=g.compliance_source, depth=g.depth,
         )  # fmt: skip
-    out.dents.extend(_dent(d) for d in view.dents if key or d.number in view.fresh)
-    out.bonds.extend(_bond(b) for b in view.bonds if key or b.number in view.fresh)
-    out.gone.extend(view.gone)
-    for h in view.grasps:
-        out.grasps.add(
-            participant=h.participant, right=h.right, thing=h.thing, hold=_pose(h.position, h.rotation),
-            since_ns=h.since_ns, fingers=np.rint(1e3 * h.fingers).astype(int).tolist(),
-        )  # fmt: skip
+    out.dents.extend(dent_message(d) for d in view.dents)
+    out.bonds.extend(bond_message(b) for b in view.bonds)
+    out.grasps.extend(grasp_message(h) for h in view.grasps)
     return out
 
 
@@ -118,7 +103,8 @@ def input_person(p: Person) -> world_pb2.WorldInputs.Person:
     return out
 
 
-def _thing(t: Thing) -> world_pb2.Thing:
+def thing_message(t: Thing) -> world_pb2.Thing:
+    """What a thing is."""
     out = world_pb2.Thing(
         id=t.id, name=t.name, primitives=[_primitive(p) for p in t.primitives], mass_kg=t.mass,
         compliance=t.compliance, colour=t.colour, shape=t.shape, sticky=t.matter.sticky,
@@ -139,17 +125,27 @@ def _thing(t: Thing) -> world_pb2.Thing:
     return out
 
 
-def _dent(d: Dent) -> world_pb2.Dent:
+def dent_message(d: Dent) -> world_pb2.Dent:
+    """What something has left in a thing."""
     return world_pb2.Dent(
         number=d.number, thing=d.thing, shape=_primitive(d.shape), depth=d.depth, left_ns=d.left_ns,
         fade_s=d.fade_ns * 1e-9,
     )  # fmt: skip
 
 
-def _bond(b: Bond) -> world_pb2.Bond:
+def bond_message(b: Bond) -> world_pb2.Bond:
+    """What holds a limb and a thing together."""
     return world_pb2.Bond(
         number=b.number, thing=b.thing, body=b.body, primitive=b.primitive, point_thing=_vec3(b.point_thing),
         point_body=_vec3(b.point_body), reach=b.reach, torn_ns=b.torn_ns,
+    )  # fmt: skip
+
+
+def grasp_message(h: GraspView) -> world_pb2.Grasp:
+    """A hand that holds a thing."""
+    return world_pb2.Grasp(
+        participant=h.participant, right=h.right, thing=h.thing, hold=_pose(h.position, h.rotation), since_ns=h.since_ns,
+        fingers=np.rint(1e3 * h.fingers).astype(int).tolist(),
     )  # fmt: skip
 
 

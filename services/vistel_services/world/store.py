@@ -1,50 +1,245 @@
-"""The newest snapshot on disk, so that a world that was killed goes on where it was."""
+"""What a room keeps on disk: snapshots, and between them a journal of every step, so that a world that was killed goes on
+where it was.
+
+Files are TERM-STEP.snapshot and TERM-STEP.journal: the state after a step, and what went into the steps after it. A file is
+never written to twice by two worlds, because each speaks under a term of its own, and none is changed once it is done;
+those older than the last two snapshots go.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
+import re
+from dataclasses import dataclass
 from pathlib import Path
 
-from vistel.space.room import Extra
+from prometheus_client import Gauge
+
+from vistel.space.room import Room
+from vistel.space.snapshot import VERSION, version_of
 from vistel.space.world import World
+from vistel_services.world import journal
 
 log = logging.getLogger("vistel.world")
 
 OLDEST_NS = 600_000_000_000
 """A snapshot older than ten minutes belongs to another conference."""
+KEPT = 2
+"""Snapshots that stay, with what was journaled since: the last one may be damaged."""
+
+_UNSAFE = Gauge("vistel_world_unsaved_count", "Rooms whose disk takes nothing: what is told now would not outlive a crash")
+_NAME = re.compile(r"(\d{6})-(\d{14})\.(snapshot|journal)")
 
 
-def save(path: Path, data: bytes) -> bool:
-    """Replace the file at once or not at all. A disk that refuses is told, and costs nothing but the snapshot."""
-    part = path.with_name(path.name + ".part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(data)
-        os.replace(part, path)
-    except OSError as e:
-        log.error("snapshot not written path=%s reason=%s", path, e.strerror)
-        return False
-    return True
+@dataclass(frozen=True)
+class Found:
+    """A world from the disk, and the term under which it spoke last."""
+
+    world: World
+    term: int
 
 
-def load(path: Path, seats: int, extras: tuple[Extra, ...], now_ns: int) -> World | None:
-    """The world of the snapshot, or None when there is none that fits."""
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
+class Store:
+    """The folder of one room. A disk that refuses is told once, costs nothing but safety, and is tried again."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._journal: journal.Journal | None = None
+        self._term = 0
+        self._done: list[tuple[int, int]] = []
+        self._unsafe = False
+        self._foreign: set[str] = set()
+
+    # -- coming back -------------------------------------------------------------------------------------------
+
+    def load(self, room: Room, now_ns: int) -> Found | None:
+        """Where the last world of a conference in `room` was; None when there is none. What cannot be used is told and kept."""
+        snapshots = sorted((name for name in self._files("snapshot")), reverse=True)
+        for term, step in snapshots:
+            world = self._restored(term, step, room, now_ns)
+            if world is not None:
+                base = world.step_number
+                world, term = self._replayed(world, term)  # noqa: PLW2901
+                log.info("world restored step=%d replayed=%d term=%d age_s=%.2f",
+                         world.step_number, world.step_number - base, term, (now_ns - world.t_ns) * 1e-9)  # fmt: skip
+                return Found(world, term)
         return None
-    except OSError as e:
-        log.error("snapshot not read path=%s reason=%s", path, e.strerror)
-        return None
-    try:
-        world = World.restore(data)
-    except ValueError as e:
-        log.error("snapshot not usable path=%s reason=%s", path, e)
-        return None
-    age_ns = now_ns - world.t_ns
-    if world.seats != seats or world.extras != extras or not -1_000_000_000 < age_ns < OLDEST_NS:
-        log.info("snapshot of another conference ignored path=%s seats=%d age_s=%.1f", path, world.seats, age_ns * 1e-9)
-        return None
-    log.info("world restored step=%d age_s=%.2f", world.step_number, age_ns * 1e-9)
-    return world
+
+    def next_term(self) -> int:
+        """A term under which nothing stands in the folder yet; 0 when it is empty."""
+        terms = [term for kind in ("snapshot", "journal") for term, _ in self._files(kind)]
+        return max(terms) + 1 if terms else 0
+
+    def _restored(self, term: int, step: int, room: Room, now_ns: int) -> World | None:
+        path = self._path(term, step, "snapshot")
+        try:
+            data = path.read_bytes()
+            if (version := version_of(data)) is not None and version > VERSION:
+                self._foreign.add(path.name)
+                log.error(
+                    "snapshot of a newer version kept and not used path=%s version=%d readable=%d mend='run the newer vistel'",
+                    path, version, VERSION,
+                )  # fmt: skip
+                return None
+            world = World.restore(data)
+        except OSError as e:
+            log.error("snapshot not read path=%s reason=%s", path, e.strerror)
+            return None
+        except ValueError as e:
+            self._foreign.add(path.name)
+            log.error("snapshot not usable, kept path=%s reason=%s", path, e)
+            return None
+        age_ns = now_ns - world.t_ns
+        same = (world.seats, world.extras, world.source) == (len(room.seats), room.extras, room.source)
+        if not same or not -1_000_000_000 < age_ns < OLDEST_NS:
+            log.info("snapshot of another conference ignored path=%s seats=%d age_s=%.1f", path, world.seats, age_ns * 1e-9)
+            return None
+        return world
+
+    def _replayed(self, world: World, term: int) -> tuple[World, int]:
+        """The world after all that was journaled since its snapshot."""
+        for file_term, base in sorted(self._files("journal")):
+            # Within a term the files overlap or join; another term must begin exactly where this one ended.
+            if file_term < term or base > world.step_number or (file_term > term and base != world.step_number):
+                continue
+            path = self._path(file_term, base, "journal")
+            try:
+                for step in journal.read(path):
+                    if step.inputs.step > world.step_number:
+                        world.step(journal.inputs_of(step))
+            except (OSError, ValueError) as e:
+                log.error("journal not read to its end path=%s reason=%s", path, e)
+                break
+            term = file_term
+        return world, term
+
+    # -- keeping -----------------------------------------------------------------------------------------------
+
+    def begin(self, world: World, term: int) -> None:
+        """A world begins to lead under `term`: its state, and a journal of what follows."""
+        self._term = term
+        self._resume(world)
+
+    def append(self, data: bytes) -> None:
+        """One step, before what came of it is said (`journal.record`)."""
+        if self._journal is None:
+            return
+        try:
+            self._journal.append(data)
+        except OSError as e:
+            self._close()
+            self._tell(e, "journal")
+
+    def rotate(self, world: World) -> bytes | None:
+        """From now on the steps go into a new journal; the state now, for `save`, which may run on a thread. None when there
+        is nothing left to save: the disk refused before, and what could be done has been."""
+        if self._journal is None:
+            self._resume(world)
+            return None
+        try:
+            new = journal.Journal(self._path(self._term, world.step_number, "journal"))
+        except OSError as e:
+            self._tell(e, "journal")
+            return world.snapshot()
+        self._close()
+        self._journal = new
+        return world.snapshot()
+
+    def save(self, data: bytes, step: int) -> None:
+        """Write the state after `step`, then let go what is older than the last ones."""
+        try:
+            self._write(data, step)
+        except OSError as e:
+            self._tell(e, "snapshot")
+            return
+        self._prune(step)
+
+    def end(self, world: World) -> None:
+        """The world stops: its state."""
+        self._close()
+        self.save(world.snapshot(), world.step_number)
+
+    def leave(self) -> None:
+        """Another world leads: nothing is written any more."""
+        self._close()
+
+    def _resume(self, world: World) -> None:
+        """State and journal at once, so that there is no gap between them."""
+        step = world.step_number
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._write(world.snapshot(), step)
+            self._journal = journal.Journal(self._path(self._term, step, "journal"))
+        except OSError as e:
+            self._tell(e, "snapshot")
+            return
+        self._safe_again()
+        self._prune(step)
+
+    def _write(self, data: bytes, step: int) -> None:
+        """All of the file or nothing of it."""
+        path = self._path(self._term, step, "snapshot")
+        part = path.with_suffix(".part")
+        try:
+            with part.open("wb") as out:
+                out.write(data)
+                out.flush()
+                os.fsync(out.fileno())
+            os.replace(part, path)
+        except OSError:
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
+            raise
+
+    def _prune(self, step: int) -> None:
+        self._done = sorted({*self._done, (self._term, step)})[-KEPT:]
+        if len(self._done) < KEPT:
+            return
+        oldest = self._done[0]
+        for kind in ("snapshot", "journal"):
+            for key in self._files(kind):
+                path = self._path(*key, kind)
+                if key < oldest and path.name not in self._foreign:
+                    with contextlib.suppress(OSError):
+                        path.unlink()
+
+    def _close(self) -> None:
+        if self._journal is not None:
+            old, self._journal = self._journal, None
+            try:
+                old.finish()
+            except OSError as e:
+                self._tell(e, "journal")
+
+    def _tell(self, error: OSError, what: str) -> None:
+        if not self._unsafe:
+            self._unsafe = True
+            _UNSAFE.inc()
+            log.error("%s not written folder=%s reason=%r; the room goes on, but what is done from now on would not outlive "
+                      "a crash until there is room", what, self._folder, error.strerror)  # fmt: skip
+
+    def _safe_again(self) -> None:
+        if self._unsafe:
+            self._unsafe = False
+            _UNSAFE.dec()
+            log.info("snapshot and journal written again folder=%s", self._folder)
+
+    # -- files -------------------------------------------------------------------------------------------------
+
+    def _files(self, kind: str) -> list[tuple[int, int]]:
+        try:
+            names = [_NAME.fullmatch(p.name) for p in self._folder.iterdir()]
+        except OSError:
+            return []
+        return [(int(m[1]), int(m[2])) for m in names if m is not None and m[3] == kind]
+
+    def _path(self, term: int, step: int, kind: str) -> Path:
+        return self._folder / f"{term:06d}-{step:014d}.{kind}"
+
+
+def seed(folder: Path, data: bytes, step: int) -> None:
+    """Let a world that starts begin with a state of a log. Raises OSError."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{0:06d}-{step:014d}.snapshot").write_bytes(data)

@@ -17,11 +17,14 @@ from vistel.space.world import World
 from vistel.v1.world_pb2 import HandForce, WorldInputs, WorldState
 from vistel.wire.motion import MotionDecoder
 from vistel_services.world.decode import command_input, motion_input, people_of, prop_input
-from vistel_services.world.encode import hand_force, is_key, world_state
+from vistel_services.world.encode import hand_force
+from vistel_services.world.tell import Teller
 
 Record = tuple[str, dict[str, str], Any, int]
 """Topic name, names in the key, message, log time [ns]."""
 
+TOLD = ("world_state", "world_key")
+"""Topics of what a step says, in the order of `Told`."""
 SETTLE_NS = 1_000_000_000
 """A recorder may write a motion later than the step that used it, by no more than this."""
 MOTIONS_KEPT_NS = 20_000_000_000
@@ -44,7 +47,7 @@ class VerifyReport:
 
 def verify(records: Iterable[Record]) -> VerifyReport:
     """Compare every WorldState of a log with a re-run. `records` in the order of the log; only the topics motion,
-    world_inputs, world_state and hand_force matter."""
+    world_inputs, world_state, world_key and hand_force matter."""
     run = _Rerun()
     for topic, names, message, log_ns in records:
         run.take(topic, names, message, log_ns)
@@ -67,7 +70,8 @@ class _Rerun:
         self._last_seq = 0
         self._decoders: dict[tuple[str, str], MotionDecoder] = {}
         self._motions: dict[tuple[str, int, int], MotionInput] = {}
-        self._states: dict[tuple[int, int], WorldState] = {}
+        self._states: dict[tuple[str, int, int], WorldState] = {}
+        self._teller = Teller()
         self._forces: dict[tuple[int, int], list[HandForce]] = {}
         self._pending: deque[tuple[WorldInputs, int]] = deque()
 
@@ -75,8 +79,8 @@ class _Rerun:
         """One record of the log."""
         if topic == "motion":
             self._hear(names["site"], names["participant"], message)
-        elif topic == "world_state":
-            self._states[message.step, message.header.t_ns] = message
+        elif topic in TOLD:
+            self._states[topic, message.step, message.header.t_ns] = message
         elif topic == "hand_force":
             self._forces.setdefault((message.step, message.header.t_ns), []).append(message)
         elif topic == "world_inputs":
@@ -100,14 +104,14 @@ class _Rerun:
             oldest = next(iter(self._motions.values()))
 
     def _step(self, message: WorldInputs) -> None:
-        recorded = self._states.pop((message.step, message.header.t_ns), None)
+        recorded = [self._states.pop((topic, message.step, message.header.t_ns), None) for topic in TOLD]
         forces = self._forces.pop((message.step, message.header.t_ns), [])
         begins = message.header.seq == 1
         if begins or (self._world is not None and message.header.seq != self._last_seq + 1):
             self._world = None  # another life, or a gap: go on from the next state in the log
         self._last_seq = message.header.seq
         self.lives += begins
-        if message.private_state and not self._begin(message):
+        if message.private_state and not self._begin(message, begins):
             return
         if self._world is None:
             self._skip("before the first state in the log, or after a gap")
@@ -126,12 +130,15 @@ class _Rerun:
         again = {(h.participant, h.right): hand_force(h, view.step, view.t_ns) for h in view.hands}
         for force in forces:
             self._compare_force(force, again.get((force.participant, force.right)))
-        if recorded is None:
-            self._skip("the state is not in the log")
-            return
-        self._compare(recorded, world_state(view, is_key(view, begins)))
+        for found, told in zip(recorded, self._teller.tell(view), strict=True):
+            if found is not None and told is not None:
+                self._compare(found, told)
+            elif told is not None:
+                self._skip("the state is not in the log")
+            elif found is not None:
+                self._skip("before the first key frame after a gap")
 
-    def _begin(self, message: WorldInputs) -> bool:
+    def _begin(self, message: WorldInputs, begins: bool) -> bool:
         """Take the recorded state before this step, or compare with it; False when that is impossible."""
         if self._world is not None:
             if self._world.snapshot() != message.private_state:
@@ -143,6 +150,7 @@ class _Rerun:
         except ValueError as e:
             self._skip(str(e))
             return False
+        self._teller = Teller(begins=begins)
         return True
 
     def _inputs(self, message: WorldInputs) -> StepInputs | None:
@@ -170,7 +178,6 @@ class _Rerun:
             return
         self.difference = f"step {recorded.step}: {_what_differs(recorded, again)}"
 
-
     def _compare_force(self, recorded: HandForce, again: HandForce | None) -> None:
         hand = f"{recorded.participant}'s {'right' if recorded.right else 'left'} hand"
         if again is None:
@@ -183,9 +190,9 @@ class _Rerun:
 
 def _same(recorded: WorldState | HandForce, again: WorldState | HandForce) -> bool:
     """Equal but for the header, which is the bus's."""
-    again.header.version, again.header.seq, again.header.source = (
-        recorded.header.version, recorded.header.seq, recorded.header.source,
-    )  # fmt: skip
+    t_ns = again.header.t_ns
+    again.header.CopyFrom(recorded.header)
+    again.header.t_ns = t_ns
     return recorded.SerializeToString(deterministic=True) == again.SerializeToString(deterministic=True)
 
 

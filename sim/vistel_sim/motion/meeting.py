@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from vistel.figure.hands import OPEN, RELAXED, hand_rotation
 from vistel.figure.posture import Posture
 from vistel.figure.rotation import quaternion_from_matrix, slerp
-from vistel.figure.sensors import Placement
+from vistel.figure.sensors import RECEIVERS, Placement
 from vistel_sim.motion.script import CYCLE_S, Script, write_script
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place, receivers_of
@@ -25,14 +24,13 @@ from vistel_sim.motion.tracks import Attention, HandState
 
 F64 = NDArray[np.float64]
 
-TICK_HZ = 60.0
-"""Postures are computed on this grid and receivers interpolated between, so that asking often stays cheap."""
+TICK_HZ = 20.0
+"""Postures are computed on this grid and what sensors feel interpolated between, by cubics: asking often stays cheap, and
+what is between differs from the posture at its own time by less than sensors can tell."""
 
 
-@dataclass(frozen=True)
-class _Tick:
-    posture: Posture
-    receivers: dict[str, Placement]
+_Tick = tuple[F64, F64]
+"""(4, 7) position and quaternion of each of RECEIVERS; (2, 20) angles of the hands."""
 
 
 class Meeting:
@@ -51,6 +49,7 @@ class Meeting:
         self._script: Script = write(self._sitters, seats)
         self._habits = {name: _Habits(seed * 1009 + i) for i, name in enumerate(self._people)}
         self._ticks: dict[tuple[str, int], _Tick] = {}
+        self._fours: dict[tuple[str, int], _Tick] = {}
         self._attention: dict[tuple[str, int], Attention] = {}
 
     @property
@@ -64,15 +63,14 @@ class Meeting:
         return self._script.things(t_s % CYCLE_S)
 
     def hand_angles(self, participant: str, t_s: float) -> F64:
-        a, b, share = self._around(participant, t_s)
-        return a.posture.hands + share * (b.posture.hands - a.posture.hands)
+        (_, hands), weights = self._around(participant, t_s)
+        return (weights @ hands).reshape(2, -1)
 
     def receivers(self, participant: str, t_s: float) -> dict[str, Placement]:
-        a, b, share = self._around(participant, t_s)
-        return {
-            name: (p + share * (b.receivers[name][0] - p), slerp(q, b.receivers[name][1], share))
-            for name, (p, q) in a.receivers.items()
-        }
+        (receivers, _), weights = self._around(participant, t_s)
+        rows = (weights @ receivers).reshape(len(RECEIVERS), 7)
+        rows[:, 3:] /= np.sqrt((rows[:, 3:] ** 2).sum(axis=1, keepdims=True))
+        return {name: (row[:3], row[3:]) for name, row in zip(RECEIVERS, rows, strict=True)}
 
     def posture(self, participant: str, t_s: float) -> Posture:
         talk = self._talk.weight(participant, t_s)
@@ -86,18 +84,31 @@ class Meeting:
             hands[0], hands[1], look, habits.sway(t_s, talk), habits.gaze(t_s)
         )
 
-    def _around(self, participant: str, t_s: float) -> tuple[_Tick, _Tick, float]:
+    def _around(self, participant: str, t_s: float) -> tuple[_Tick, F64]:
+        """Two ticks before a time and two after it, in rows, and their weights (4,): Catmull and Rom's cubic."""
         k = math.floor(t_s * TICK_HZ)
-        return self._tick(participant, k), self._tick(participant, k + 1), t_s * TICK_HZ - k
+        key = (participant, k)
+        if (four := self._fours.get(key)) is None:
+            if len(self._fours) > 16 * len(self._people):
+                self._fours.clear()
+            ticks = [self._tick(participant, k + i) for i in (-1, 0, 1, 2)]
+            receivers = np.array([r for r, _ in ticks])
+            # Of a rotation's two quaternions the one near that of the second tick.
+            receivers[..., 3:] *= np.where((receivers[..., 3:] * receivers[1, :, 3:]).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
+            four = self._fours[key] = receivers.reshape(4, -1), np.array([hands for _, hands in ticks]).reshape(4, -1)
+        u = t_s * TICK_HZ - k
+        return four, 0.5 * np.array([
+            u * (u * (2.0 - u) - 1.0), u * u * (3.0 * u - 5.0) + 2.0, u * (u * (4.0 - 3.0 * u) + 1.0), u * u * (u - 1.0),
+        ])  # fmt: skip
 
     def _tick(self, participant: str, k: int) -> _Tick:
         key = (participant, k)
-        found = self._ticks.get(key)
-        if found is None:
-            if len(self._ticks) > 64 * max(1, len(self._people)):
+        if (found := self._ticks.get(key)) is None:
+            if len(self._ticks) > 64 * len(self._people):
                 self._ticks.clear()
-            posture = self.posture(participant, k / TICK_HZ)
-            found = self._ticks[key] = _Tick(posture, receivers_of(self._people[participant], posture))
+            posture = self.posture(participant, max(0, k) / TICK_HZ)
+            poses = receivers_of(self._people[participant], posture)
+            found = self._ticks[key] = np.array([np.concatenate(poses[name]) for name in RECEIVERS]), posture.hands
         return found
 
     def _look(self, participant: str, t_s: float) -> F64:

@@ -16,12 +16,13 @@ from vistel.figure.sensors import Placement
 from vistel.space.room import BATON
 from vistel_sim.motion.bvh import load_bvh
 from vistel_sim.motion.calibration import CalibrationMoves
+from vistel_sim.motion.clap import Clapping
 from vistel_sim.motion.clay import write_clay
 from vistel_sim.motion.hand_over import play_hand_over
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.played import PlayedFile, play_alone
 from vistel_sim.motion.six_dof import ROLES, is_hand_over, load_hand_over
-from vistel_sim.motion.source import MotionError, MotionSource, Place, places
+from vistel_sim.motion.source import Clapper, MotionError, MotionSource, Place, places
 
 log = logging.getLogger("vistel.motion")
 
@@ -31,6 +32,8 @@ MEETING = "meeting"
 """The name of the built-in choreography; also what a participant without `motion` does."""
 CLAY = "clay"
 """Another: the one nearest to the room's first thing that takes dents presses it."""
+CLAP = "clap"
+"""Another: everybody claps at known times."""
 CALIBRATION = "calibration"
 """The moves that `vistel calibrate tracker` and `vistel calibrate body` ask for, once."""
 
@@ -38,7 +41,7 @@ CALIBRATION = "calibration"
 def open_motion(conference: Conference) -> MotionSource:
     """The motion of every participant. Raises MotionError (one line) for a file that cannot be played.
 
-    `motion` of a participant: "meeting" (or nothing), "clay", "calibration", a .bvh file, or the folder of a two-person
+    `motion` of a participant: "meeting" (or nothing), "clay", "clap", "calibration", a .bvh file, or the folder of a two-person
     hand-over, whose giver and taker are its first two participants; further ones watch them from their seats.
     """
     everyone = places(conference)
@@ -50,6 +53,8 @@ def open_motion(conference: Conference) -> MotionSource:
     sources: list[MotionSource] = []
     if CALIBRATION in wanted:
         sources.append(CalibrationMoves(wanted.pop(CALIBRATION)))
+    if CLAP in wanted:
+        sources.append(Clapping(wanted.pop(CLAP)))
     if CLAY in wanted:
         thing = next((e for e in conference.room.extras() if e.matter.remembers), None)
         if thing is None:
@@ -69,7 +74,7 @@ def open_motion(conference: Conference) -> MotionSource:
             sources.append(PlayedFile({p.name: play_alone(p, take) for p in people}))
         else:
             raise MotionError(
-                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, {CALIBRATION!r}, a .bvh file or a folder with "
+                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, {CLAP!r}, {CALIBRATION!r}, a .bvh file or a folder with "
                 "*_pose_saved.csv files"
             )
         log.info("motion from file path=%s participants=%s", path, ",".join(p.name for p in people))
@@ -116,6 +121,10 @@ class _Company:
 
     def speaking(self, participant: str, t_s: float) -> float:
         return self._of[participant].speaking(participant, t_s)
+
+    def claps(self, participant: str, start_s: float, end_s: float) -> tuple[float, ...]:
+        source = self._of[participant]
+        return source.claps(participant, start_s, end_s) if isinstance(source, Clapper) else ()
 
     def things(self, t_s: float) -> dict[str, Placement]:
         return {name: pose for s in self._sources for name, pose in s.things(t_s).items()}

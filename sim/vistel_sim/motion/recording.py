@@ -108,6 +108,12 @@ class Recording:
         return measured_skeleton(standard, offsets, shortening)
 
 
+def beginning(recording: Recording, seconds: float) -> Recording:
+    """Its first `seconds`, two frames at least."""
+    n = max(2, int(seconds * recording.rate_hz))
+    return Recording(recording.name, recording.rate_hz, recording.position[:n], recording.rotation[:n])
+
+
 def resampled(recording: Recording, rate_hz: float) -> Recording:
     """The nearest recorded frames at another rate."""
     n = max(2, int(recording.duration_s * rate_hz) + 1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,15 @@ class MotionSource(Protocol):
 
     def things(self, t_s: float) -> dict[str, Placement]:
         """Where the source means things to be (room frame), by thing id; empty when it moves none."""
+        ...
+
+
+@runtime_checkable
+class Clapper(Protocol):
+    """A motion source whose people clap."""
+
+    def claps(self, participant: str, start_s: float, end_s: float) -> tuple[float, ...]:
+        """When the participant's hands meet, from `start_s` until before `end_s`."""
         ...
 
 

@@ -118,6 +118,18 @@ def test_a_fingertip_pressed_into_a_thing_is_found_with_its_depth_and_outward_no
     assert find_contacts(gap, thing, margin=0.02).depth[0] == pytest.approx(-0.007, abs=1e-3)
 
 
+def test_a_limb_sunk_deep_into_something_thinner_meets_it_inside_both():
+    limb = PrimitiveSet.of_cone_spheres(
+        np.array([[-0.2, 0.07, 0.0]]), np.array([[0.2, 0.075, 0.0]]), np.array([0.07]), np.array([0.06])
+    )
+    z_up = np.array([[[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]])
+    cushion = PrimitiveSet.of_kinds(["superellipsoid"], [(0.21, 0.20, 0.022, 0.4, 0.35)], z_up, np.zeros((1, 3)))
+    found = find_contacts(limb, cushion)
+    assert len(found) == 1
+    assert found.field_depth[0] > 0.03
+    assert abs(found.point[0, 1]) < 0.022
+
+
 def test_a_box_sunk_into_a_table_top_is_found_by_its_probes():
     table = one("rounded_polygon", [0.02, -1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1])
     box = one("superellipsoid", [0.1, 0.1, 0.1, 0.2, 0.2], (0.1, 0.117, 0.0))

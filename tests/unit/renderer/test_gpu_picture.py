@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
-from vistel.v1 import world_pb2
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
 from vistel_services.renderer.playout import Timing
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.world_view import WorldView
+from vistel_services.renderer.world_view import Ghost, WorldView
 
 sys.path.append(str(Path(__file__).parents[1] / "figure"))
 from figure_fixture import tube_person
@@ -40,7 +39,7 @@ def test_people_look_the_same_whoever_deforms_them() -> None:
         PersonNow(About(name, name), embracing(away, turned), Timing(0, 0, 0, False))
         for name, away, turned in (("ada", 0.0, 0.0), ("grace", 0.36, np.pi))
     )
-    ghosts = tuple(world_pb2.Ghost(source=a, target=b) for a, b in (("ada", "grace"), ("grace", "ada")))
+    ghosts = tuple(Ghost(b, a, (), 1.0) for a, b in (("ada", "grace"), ("grace", "ada")))
     now = Instant(0, people, WorldView(ghosts=ghosts))
     pictures: list[np.ndarray] = []
     for drawn_by in ("cpu", "gpu"):

@@ -9,8 +9,9 @@ import pytest
 
 from vistel.v1 import motion_pb2, world_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
+from vistel.wire.world import WorldDecoder
 from vistel_services.renderer.stage import GONE_NS, Stage
-from vistel_services.renderer.world_view import WorldView, between, follow
+from vistel_services.renderer.world_view import WorldView, between, view_of
 
 MS = 1_000_000
 STEP = 1_000_000_000 // 60
@@ -24,6 +25,11 @@ def state(step: int, key: bool = False, **places: float) -> world_pb2.WorldState
         if key:
             message.things.add(id=name, name=name).primitives.add(kind="sphere", params=[0.1])
     return message
+
+
+def hear(stage: Stage, decoder: WorldDecoder, message: world_pb2.WorldState) -> None:
+    for now in decoder.read(message):
+        stage.hear_world(now, now.step * STEP)
 
 
 def stage_with_motion(stage: Stage, name: str, steps: range) -> None:
@@ -71,10 +77,10 @@ def test_somebody_silent_for_long_is_dropped_and_may_come_back() -> None:
 
 
 def test_frames_between_key_frames_move_only_what_they_name() -> None:
-    stage = Stage(0)
-    stage.hear_world(state(1, key=True, ball=0.0, box=5.0), STEP)
+    stage, room = Stage(0), WorldDecoder()
+    hear(stage, room, state(1, key=True, ball=0.0, box=5.0))
     for k in range(2, 40):
-        stage.hear_world(state(k, ball=k / 60), k * STEP)
+        hear(stage, room, state(k, ball=k / 60))
     instant = stage.instant(39 * STEP)
     assert set(instant.things) == {"ball", "box"}
     assert instant.world.poses["box"][0][0] == 5.0
@@ -82,33 +88,33 @@ def test_frames_between_key_frames_move_only_what_they_name() -> None:
 
 
 def test_nothing_moves_before_the_first_key_frame() -> None:
-    stage = Stage(0)
-    stage.hear_world(state(7, ball=1.0), 7 * STEP)
+    stage, room = Stage(0), WorldDecoder()
+    hear(stage, room, state(7, ball=1.0))
     assert not stage.instant(8 * STEP).world.poses
 
 
 def test_a_thing_that_is_gone_from_a_key_frame_is_gone_from_the_room() -> None:
-    stage = Stage(0)
-    stage.hear_world(state(1, key=True, ball=0.0, box=5.0), STEP)
-    stage.hear_world(state(2, key=True, box=5.0), 2 * STEP)
+    stage, room = Stage(0), WorldDecoder()
+    hear(stage, room, state(1, key=True, ball=0.0, box=5.0))
+    hear(stage, room, state(2, key=True, box=5.0))
     instant = stage.instant(20 * STEP)
     assert set(instant.things) == set(instant.world.poses) == {"box"}
 
 
 def test_a_thing_whose_primitive_makes_no_sense_is_left_out_and_said(caplog: pytest.LogCaptureFixture) -> None:
-    stage = Stage(0)
+    stage, room = Stage(0), WorldDecoder()
     message = state(1, key=True, ball=0.0, box=1.0)
     message.things[0].primitives[0].kind = "teapot"
-    stage.hear_world(message, STEP)
+    hear(stage, room, message)
     assert set(stage.instant(20 * STEP).things) == {"box"}
     assert sum("teapot" in r.message and "ball" in r.message for r in caplog.records) == 1
 
 
 def test_an_unchanged_description_keeps_the_same_things() -> None:
-    stage = Stage(0)
-    stage.hear_world(state(1, key=True, ball=0.0), STEP)
+    stage, room = Stage(0), WorldDecoder()
+    hear(stage, room, state(1, key=True, ball=0.0))
     first = stage.instant(2 * STEP).things["ball"]
-    stage.hear_world(state(30, key=True, ball=0.5), 30 * STEP)
+    hear(stage, room, state(30, key=True, ball=0.5))
     assert stage.instant(31 * STEP).things["ball"] is first
 
 
@@ -122,7 +128,8 @@ def test_a_broken_motion_is_passed_over() -> None:
 
 
 def test_the_world_between_two_steps_lerps_places_and_slerps_turns() -> None:
-    a, b = (follow(WorldView(), m) for m in (state(1, key=True, ball=0.0), state(2, key=True, ball=1.0)))
+    messages = state(1, key=True, ball=0.0), state(2, key=True, ball=1.0)
+    a, b = (view_of(WorldDecoder().read(m)[0], ()) for m in messages)
     quarter = b.poses["ball"][0], np.array((0.0, math.sin(math.pi / 4), 0.0, math.cos(math.pi / 4)))
     middle = between(a, WorldView(2, {"ball": quarter}), 0.5)
     assert middle.poses["ball"][0][0] == pytest.approx(0.5)

@@ -43,7 +43,7 @@ def sound(view: WorldView) -> None:
     assert len(view.dents) <= 240
     for b in view.bonds:
         assert np.isfinite([*b.point_thing, *b.point_body, b.reach]).all()
-    assert WorldState.FromString(world_state(view, key=True).SerializeToString()).step == view.step
+    assert WorldState.FromString(world_state(view).SerializeToString()).step == view.step
 
 
 def balls(count: int, matter: Matter, size: float = 0.03) -> list[Extra]:

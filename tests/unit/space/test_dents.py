@@ -19,9 +19,8 @@ from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things import Matter, Primitive
 from vistel.space.view import WorldView
 from vistel.space.world import World
-from vistel_services.renderer.world_view import WorldView as Seen
-from vistel_services.renderer.world_view import follow
-from vistel_services.world.encode import is_key, world_state
+from vistel.wire.world import WorldDecoder
+from vistel_services.world.tell import Teller
 
 BALL = PrimitiveSet.of_cone_spheres(np.zeros((1, 3)), np.zeros((1, 3)), np.array([0.04]), np.array([0.04]))
 SECOND = 1_000_000_000
@@ -115,20 +114,26 @@ def test_a_reset_takes_dents_away() -> None:
 
 def test_what_a_renderer_gathers_is_what_the_world_knows() -> None:
     extra = clay(material="plastic", sticky=0.02)
-    play, seen, changed = playing(extra), Seen(), 0
-    for n, view in enumerate(press(play, extra)):
-        message = world_state(view, is_key(view, n == 0))
-        if not message.key:
-            changed += len(message.dents) + len(message.bonds)
-            assert {d.number for d in message.dents} <= view.fresh
-        seen = follow(seen, message)
+    play, teller, reader, changed = playing(extra), Teller(), WorldDecoder(), 0
+    views = press(play, extra)
+    for n, view in enumerate(views):
+        told = teller.tell(view)
+        if told.state is None:
+            continue
+        changed += len(told.state.dents) + len(told.state.bonds)
+        fresh = view.fresh | (views[n - 1].fresh if n else frozenset())
+        assert {d.number for d in told.state.dents} <= fresh
+        seen = reader.read(told.state)[-1]
         assert sorted(seen.dents) == sorted(d.number for d in view.dents)
         assert sorted(seen.bonds) == sorted(b.number for b in view.bonds)
         for d in view.dents:
             assert seen.dents[d.number].depth == pytest.approx(d.depth, rel=1e-6)
     assert changed < 12 * max(len(v.dents) for v in play.views)
-    still = world_state(play.step({"ann": hand(0.3, extra)}), key=False)
+    for _ in range(2):
+        still = teller.tell(play.step({"ann": hand(0.3, extra)})).state
+    assert still is not None
     assert not (still.dents or still.gone)
+    assert not reader.lost
 
 
 def test_a_world_restored_in_the_middle_of_a_press_goes_on_bit_for_bit() -> None:

@@ -6,7 +6,7 @@ import colorsys
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ COLOURS = {
 """Colours that have a name, 0xRRGGBBAA."""
 
 
+@cache
 def name_of_colour(colour: int) -> str:
     """The name of the colour nearest to 0xRRGGBBAA."""
     hue, light, strength = _seen(colour)
@@ -163,11 +164,12 @@ def meant(
 
 
 def _fits(which: Which, thing: Thing) -> bool:
+    if which.thing and thing.id != which.thing:
+        return False
     words = which.name.lower().split()
     known = f"{thing.id} {thing.name} {thing.shape} {name_of_colour(thing.colour)}".lower().split()
     return (
-        (not which.thing or thing.id == which.thing)
-        and all(word in known for word in words)
+        all(word in known for word in words)
         and (not which.shape or thing.shape == which.shape)
         and (not which.colour or name_of_colour(thing.colour) == which.colour)
     )

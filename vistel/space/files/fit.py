@@ -10,18 +10,14 @@ hulls (Mamou & Ghorbel 2009), then joined again as long as the joined shape fits
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from vistel.figure.rotation import matrix_from_quaternion
-from vistel.implicit.contact_set import SUPERELLIPSOID
-from vistel.implicit.contact_surface import surface
-from vistel.implicit.kernel_jit import compiled
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.files.cells import Cells, cells_of
-from vistel.space.files.superellipsoids import Shape, shape_of
+from vistel.space.files.superellipsoids import Shape, gap, shape_of
 from vistel.space.things import Primitive
 
 F64 = NDArray[np.float64]
@@ -67,38 +63,13 @@ def fitted(vertices: F64, triangles: I32, most: int = MOST_PARTS) -> tuple[Fitte
         else:
             shapes[k : k + 1] = [shape_of(cells, rows) for rows in halves]
     shapes = _joined(cells, shapes, most, JOIN * volume)
-    own = [shape_of(cells, s.rows, fine=True).primitive for s in shapes]
-    gap = np.abs(gaps(cells.points, own))
-    primitives = tuple(_turned(p, axes) for p in own)
-    return Fitted(primitives, float(gap.mean()), float(np.quantile(gap, 0.95))), cells, axes
-
-
-def gaps(points: F64, primitives: list[Primitive]) -> F64:
-    """(N,) about how far points (N, 3) lie outside the union of superellipsoids, negative inside [m]."""
-    out = np.full(len(points), np.inf)
-    for p in primitives:
-        local = np.ascontiguousarray((points - p.position) @ matrix_from_quaternion(p.rotation))
-        one: Any = _distances(local, SUPERELLIPSOID, np.array(p.params))
-        out = np.minimum(out, one)
-    return out
-
-
-@compiled
-def _distances(points, kind, params):
-    """The nearer of the distance to first order and that along the ray from the middle."""
-    out = np.empty(len(points))
-    seen = np.empty(5)
-    for i in range(len(points)):
-        x, y, z = points[i]
-        surface(x, y, z, kind, params, seen)
-        along = np.sqrt(x * x + y * y + z * z) * (1.0 - 1.0 / max(seen[4], 1e-9))
-        out[i] = seen[0] if abs(seen[0]) < abs(along) else along
-    return out
+    fine = [shape_of(cells, s.rows, fine=True) for s in shapes]
+    away = np.abs(np.min([gap(cells.points, s) for s in fine], axis=0))
+    primitives = tuple(_turned(s.primitive, axes) for s in fine)
+    return Fitted(primitives, float(away.mean()), float(np.quantile(away, 0.95))), cells, axes
 
 
 def _turned(p: Primitive, axes: F64) -> Primitive:
-    from vistel.figure.rotation import quaternion_from_matrix  # noqa: PLC0415
-
     turn = np.ascontiguousarray(axes @ matrix_from_quaternion(p.rotation))
     return Primitive(p.kind, p.params, axes @ p.position, quaternion_from_matrix(turn), p.colour)
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
 import os
 import tempfile
 from dataclasses import replace
@@ -32,7 +31,6 @@ from vistel.space.files.seats import gltf_seats, seats_at_chairs, usd_seats
 from vistel.space.files.usd_read import own_room, read_room, read_seats
 from vistel.space.files.usd_write import USD_ENDINGS, save_usd
 from vistel.space.room import Room, Seat
-from vistel.space.thing_json import from_thing
 from vistel.space.things import Thing
 
 F64 = NDArray[np.float64]
@@ -40,7 +38,7 @@ F64 = NDArray[np.float64]
 GLTF_ENDINGS = (".gltf", ".glb")
 ENDINGS = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")
 MOST_THINGS = 400
-_KEPT = 3
+_KEPT = 4
 """Raised when the same file would be read differently."""
 _FAR = 1.5
 """A room whose middle is further from the origin than this is moved there [m]."""
@@ -77,15 +75,15 @@ def _load(path: Path, fixed: bool | None, keep: bool) -> Interior:
         if path.suffix.lower() in USD_ENDINGS:
             stage = _opened(path)
             if own_room(stage):
-                return _stamped(read_room(stage, path))
+                return read_room(stage, path)
         kept = _kept_file(path, fixed) if keep else None
         if kept is not None and kept.is_file():
             with contextlib.suppress(RoomFileError, OSError):
-                return _stamped(read_room(_opened(kept), kept))
+                return read_room(_opened(kept), kept)
         interior = _made(path, fixed)
         if kept is not None:
             _keep(interior, kept)
-        return _stamped(interior)
+        return interior
     except (MakingError, RoomFileError) as fault:
         raise _one_line(path, fault) from fault
     except OSError as fault:
@@ -157,13 +155,6 @@ def _in_place(whole: Found, seats: list[Seat]) -> tuple[tuple[Thing, ...], list[
         return tuple(m.thing for m in whole.made), seats, notes
     moved = [Seat(s.position + np.array((shift[0], 0.0, shift[2])), s.heading) for s in seats]
     return tuple(replace(m.thing, position=m.thing.position + shift) for m in whole.made), moved, notes
-
-
-def _stamped(interior: Interior) -> Interior:
-    """The room with its digest, by which a snapshot is known to be of this one."""
-    seats = [[s.position.tolist(), s.heading] for s in interior.room.seats]
-    text = json.dumps([seats, [from_thing(t) for t in interior.room.things]])
-    return replace(interior, room=replace(interior.room, source=hashlib.sha256(text.encode()).hexdigest()[:32]))
 
 
 def _component(prim: Any) -> Any:

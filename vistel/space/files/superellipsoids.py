@@ -12,6 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import quaternion_from_matrix
+from vistel.implicit.contact_set import SUPERELLIPSOID
+from vistel.implicit.contact_surface import surface
+from vistel.implicit.kernel_jit import compiled
 from vistel.space.files.cells import Cells
 from vistel.space.things import Primitive
 
@@ -22,6 +25,8 @@ UNSEEN = 0x80808000
 """Colour of a primitive that is felt and not drawn."""
 THINNEST = 0.002
 """Least half thickness of a primitive [m]."""
+ABOUT = 0.08
+"""Shapes that have no more than this share of a part's volume wrong beyond the best are about as good."""
 MOST_CELLS = 2500
 """So many of a part's cells say how well a shape fits it."""
 
@@ -56,14 +61,15 @@ class Shape:
 
 
 def shape_of(cells: Cells, rows: I64, fine: bool = False) -> Shape:
-    """The best one for these cells; fine: more shapes are tried."""
+    """The best one for these cells; fine: more shapes are tried, and of those that fill them about equally well that one is
+    taken whose surface lies nearest the mesh's."""
     inner = cells.middles[rows[~cells.border[rows]]]
     mine = np.zeros(len(cells.index), np.bool_)
     mine[rows] = True
     skin = cells.points[mine[cells.cell]]
     every = max(1, len(rows) // MOST_CELLS)
     middles, share = cells.middles[rows][::every], cells.filled[rows][::every] * every
-    best: Shape | None = None
+    found: list[Shape] = []
     for axes in _frames(cells.middles[rows]):
         low, high = _extent(inner @ axes, skin @ axes, 0.5 * cells.size)
         middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), THINNEST)
@@ -73,11 +79,32 @@ def shape_of(cells: Cells, rows: I64, fine: bool = False) -> Shape:
             inside = (turned[:, 0] ** (2 / e2) + turned[:, 1] ** (2 / e2)) ** (e2 / e1) + turned[:, 2] ** (2 / e1) <= 1.0
             volume = float(half.prod()) * _unit_volume(e1, e2)
             wrong = volume + float(share.sum() - 2.0 * share[inside].sum()) * cells.size**3
-            if best is None or wrong < best.wrong:
-                frame = axes @ _TURNS[k]
-                best = Shape(rows, frame, axes @ middle, half @ _TURNS[k], e1, e2, wrong)
-    assert best is not None
-    return best
+            found.append(Shape(rows, axes @ _TURNS[k], axes @ middle, half @ _TURNS[k], e1, e2, wrong))
+    best = min(found, key=lambda s: s.wrong)
+    if not fine or len(skin) < 8:
+        return best
+    near = [s for s in found if s.wrong <= best.wrong + ABOUT * float(share.sum()) * cells.size**3]
+    points = skin[:: max(1, len(skin) // MOST_CELLS)]
+    return min(near, key=lambda s: float(np.abs(gap(points, s)).mean()))
+
+
+def gap(points: F64, shape: Shape) -> F64:
+    """(N,) about how far points (N, 3) lie outside its surface, negative inside [m]."""
+    local = np.ascontiguousarray((points - shape.middle) @ shape.frame)
+    return _distances(local, np.array([*shape.half, shape.e1, shape.e2]))
+
+
+@compiled
+def _distances(points, params):
+    """The nearer of the distance to first order and that along the ray from the middle."""
+    out = np.empty(len(points))
+    seen = np.empty(5)
+    for i in range(len(points)):
+        x, y, z = points[i]
+        surface(x, y, z, SUPERELLIPSOID, params, seen)
+        along = np.sqrt(x * x + y * y + z * z) * (1.0 - 1.0 / max(seen[4], 1e-9))
+        out[i] = seen[0] if abs(seen[0]) < abs(along) else along
+    return out
 
 
 def _frames(points: F64) -> list[F64]:

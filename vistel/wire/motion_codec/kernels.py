@@ -26,6 +26,8 @@ FULL_RANGE = (1 << 32) - 1
 # What a header holds; SPAN is the reference's and is not sent.
 IS_FULL, VERSION, HAS, GRAIN, KEEP, DISTANCE, STALE, SPAN = range(8)
 HEADER_SIZE = 8
+WORK_SIZE = HEADER_SIZE + STATE_SIZE
+"""Of the array that a kernel takes for both, the header first."""
 SAME = -1
 """STALE as in the reference; in a full frame: none."""
 
@@ -34,8 +36,12 @@ FULL, AFTER_FULL, AFTER_CHANGE = 0, 1, 2
 
 NEAR, NEAR_2, GROUP, ALL, CHANGE, PARTNER = range(6)
 """Rows of the weights: what the expected size of a residual is made of."""
+FEATURES = 6
 
 LOGS = 64
+AGES = 32
+SIZES = 4
+"""How many sizes stand at the beginning of a table; see `model.packed`."""
 MIDDLE = 20
 ESCAPE_BITS = 24
 
@@ -178,50 +184,60 @@ def _scaled(a, b, c):
 
 
 @_compiled
-def _numbers(
-    s, data, encode, values, reference, change, kind, distance, span, has, part, group, low, high, mean, partner, follow,
-    go_on, bias, age, weights, logs, cumulative, shifts,
-):  # fmt: skip
-    """The numbers of every part that the frame has, in order; `values` is read or written."""
-    n = values.size
+def _numbers(s, data, encode, values, reference, change, kind, distance, span, there, table):
+    """The numbers of every part that the frame has, in order; `values` is read or written. there: a bit for each part."""
+    n, n_groups, n_models, width = table[0], table[1], table[2], table[3]
+    at = SIZES
+    part, group, low, high = table[at:at + n], table[at + n:at + 2 * n], table[at + 2 * n:at + 3 * n], table[at + 3 * n:at + 4 * n]
+    at += 4 * n
+    mean, partner, go_on = table[at:at + n], table[at + n:at + 2 * n], table[at + 2 * n:at + 3 * n]
+    at += 3 * n
+    follow, bias = table[at + kind * n:at + (kind + 1) * n], table[at + (3 + kind) * n:at + (4 + kind) * n]
+    at += 6 * n
+    age = table[at + kind * n_groups * AGES:at + (kind + 1) * n_groups * AGES]
+    at += 3 * n_groups * AGES
+    weights = table[at + kind * n_groups * FEATURES:at + (kind + 1) * n_groups * FEATURES]
+    at += 3 * n_groups * FEATURES
+    logs, shifts = table[at:at + LOGS], table[at + LOGS:at + LOGS + n_models]
+    at += LOGS + n_models
     left = np.zeros(n, np.int64)  # what the partner's rule did not foresee, with sign
     sizes = np.zeros(n, np.int64)  # what no rule foresaw
-    groups = np.zeros(weights.shape[2], np.int64)
+    groups = np.zeros(n_groups, np.int64)
     everything = np.int64(0)
     near = np.int64(0)
     near_2 = np.int64(0)
-    far = min(distance, 32) - 1 if distance > 0 else 0
+    far = min(distance, AGES) - 1 if distance > 0 else 0
+    reach = min(distance, 2 * span)
     for c in range(n):
-        if not has[part[c]]:
+        if not (there >> part[c]) & 1:
             values[c] = 0
             continue
         p = partner[c]
-        with_partner = p >= 0 and has[part[p]]
-        moved = np.int64(0)
-        if kind == FULL:
-            expected = mean[c]
-        else:
+        with_partner = p >= 0 and (there >> part[p]) & 1
+        expected = np.int64(mean[c])
+        if kind != FULL:
+            expected = np.int64(reference[c])
             if kind == AFTER_CHANGE:
-                moved = _scaled(change[c], go_on[c] * min(distance, 2 * span), 256 * span)
-            expected = reference[c] + moved
+                expected += _scaled(change[c], go_on[c] * reach, 256 * span)
         base = expected
         if with_partner:
-            expected += _scaled(left[p], abs(follow[kind, c]), 256) * (1 if follow[kind, c] >= 0 else -1)
-        expected = min(max(expected, low[c]), high[c])
+            expected += _scaled(left[p], abs(follow[c]), 256) * (1 if follow[c] >= 0 else -1)
+        expected = min(max(expected, np.int64(low[c])), np.int64(high[c]))
         g = group[c]
-        w = weights[kind, :, g]
+        w = weights[g * FEATURES:(g + 1) * FEATURES]
         about = (
-            bias[kind, c] + age[kind, g, far] + w[NEAR] * _log(near, logs) + w[NEAR_2] * _log(near_2, logs)
+            bias[c] + age[g * AGES + far] + w[NEAR] * _log(near, logs) + w[NEAR_2] * _log(near_2, logs)
             + w[GROUP] * _log(groups[g] >> 4, logs) + w[ALL] * _log(everything >> 4, logs)
         )  # fmt: skip
         if kind == AFTER_CHANGE:
-            about += w[CHANGE] * _log(abs(_scaled(change[c], min(distance, 2 * span), span)), logs)
+            about += w[CHANGE] * _log(abs(_scaled(change[c], reach, span)), logs)
         if with_partner:
             about += w[PARTNER] * _log(sizes[p], logs)
-        model = min(max(about >> 9, 0), shifts.size - 1)
-        r = _residual(s, data, encode, values[c] - expected, cumulative[model], shifts[model])
+        model = min(max(about >> 9, 0), n_models - 1)
+        row = at + model * width
+        r = _residual(s, data, encode, values[c] - expected, table[row:row + width], np.int64(shifts[model]))
         if not encode:
-            values[c] = min(max(expected + r, low[c]), high[c])
+            values[c] = min(max(expected + r, np.int64(low[c])), np.int64(high[c]))
         left[c] = values[c] - base
         size = min(abs(r), 4095)
         sizes[c] = size
@@ -259,16 +275,14 @@ def _kind(header):
 
 
 @_compiled
-def encode_frame(out, header, values, reference, change, has, layout, model):
-    """Writes a frame to `out` (uint8, long enough); returns the number of bytes."""
-    s = np.zeros(STATE_SIZE, np.int64)
+def encode_frame(out, work, values, reference, change, there, table):
+    """Writes a frame to `out` (uint8, long enough); returns the number of bytes. work: (WORK_SIZE,), the header filled in."""
+    header, s = work[:HEADER_SIZE], work[HEADER_SIZE:]
+    s[:] = 0
     s[RANGE] = FULL_RANGE
     s[WAITING], s[AT] = 1, -1
-    part, group, low, high = layout
-    mean, partner, follow, go_on, bias, age, weights, logs, cumulative, shifts = model
     _header(s, out, True, header)
-    _numbers(s, out, True, values, reference, change, _kind(header), header[DISTANCE], header[SPAN], has, part, group,
-             low, high, mean, partner, follow, go_on, bias, age, weights, logs, cumulative, shifts)  # fmt: skip
+    _numbers(s, out, True, values, reference, change, _kind(header), header[DISTANCE], header[SPAN], there, table)
     # The number between low and low + range with the most zeros at its end; zeros at the end are not sent.
     for zeros in range(24, -8, -8):
         mask = (1 << zeros) - 1 if zeros > 0 else 0
@@ -285,8 +299,9 @@ def encode_frame(out, header, values, reference, change, has, layout, model):
 
 
 @_compiled
-def begin_frame(data, header, s):
-    """Reads the header; the coder's state goes on in `s`."""
+def begin_frame(data, work):
+    """Reads the header into `work` (WORK_SIZE,), where the coder's state is kept to go on."""
+    header, s = work[:HEADER_SIZE], work[HEADER_SIZE:]
     s[:] = 0
     s[RANGE], s[SIZE] = FULL_RANGE, data.size
     for _ in range(4):
@@ -295,10 +310,8 @@ def begin_frame(data, header, s):
 
 
 @_compiled
-def decode_frame(data, header, s, values, reference, change, has, layout, model):
+def decode_frame(data, work, values, reference, change, there, table):
     """Reads the numbers after `begin_frame`; False where the bytes are no whole frame."""
-    part, group, low, high = layout
-    mean, partner, follow, go_on, bias, age, weights, logs, cumulative, shifts = model
-    _numbers(s, data, False, values, reference, change, _kind(header), header[DISTANCE], header[SPAN], has, part, group,
-             low, high, mean, partner, follow, go_on, bias, age, weights, logs, cumulative, shifts)  # fmt: skip
+    header, s = work[:HEADER_SIZE], work[HEADER_SIZE:]
+    _numbers(s, data, False, values, reference, change, _kind(header), header[DISTANCE], header[SPAN], there, table)
     return s[AT] - 4 <= data.size + 4 and data.size <= s[AT]

@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.wire.motion_codec.layout import GRAINS_TENTHS, GROUP_OF, PART_OF, USUAL_GRAIN, scale
+from vistel.wire.motion_codec.layout import GRAINS_TENTHS, GROUP_OF, PART_OF, USUAL_GRAIN, Scale, scale
 
+I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
 
 NEWEST = 1
@@ -44,19 +45,22 @@ class Model(NamedTuple):
     shifts: I64
 
 
-class Tables(NamedTuple):
-    """What the kernels take for one version at one grain."""
-
-    layout: tuple[I64, I64, I64, I64]
-    model: Model
-
-
 @cache
-def tables(version: int, grain: int) -> Tables:
-    """Of a version in VERSIONS and a grain of `GRAINS_TENTHS`."""
+def table(version: int, grain: int) -> I32:
+    """What the kernels take for one version in VERSIONS at one grain of `GRAINS_TENTHS`: `packed`."""
     model = from_numbers(json.loads((files("vistel.wire.motion_codec") / f"model_v{version}.json").read_text("ascii")))
-    low, high = scale(grain)[1:]
-    return Tables((PART_OF, GROUP_OF, low, high), at_grain(model, grain))
+    return packed(at_grain(model, grain), scale(grain))
+
+
+def packed(model: Model, ends: Scale) -> I32:
+    """All in one array, so that a kernel is called with few and reads little memory: four sizes (numbers, groups, models,
+    ends of symbols), then part, group, low, high, mean, partner and go_on of each number; by kind follow, bias, age and
+    weights; logs, shifts, cumulative."""
+    sizes = np.array((len(model.mean), model.age.shape[1], *model.cumulative.shape))
+    return np.concatenate([np.ravel(part) for part in (
+        sizes, PART_OF, GROUP_OF, ends.low, ends.high, model.mean, model.partner, model.go_on, model.follow, model.bias,
+        model.age, model.weights.transpose(0, 2, 1), model.logs, model.shifts, model.cumulative,
+    )]).astype(np.int32)  # fmt: skip
 
 
 def from_numbers(numbers: dict[str, Any]) -> Model:

@@ -4,10 +4,19 @@ in vec3 p_room;
 in vec3 n_room;
 in vec4 base_colour;  // linear colour, and how much ambient light reaches the place
 uniform float gloss;
+#ifdef PICTURED
+in vec2 place;
+uniform sampler2D picture;
+#endif
 out vec4 colour;
 
 void main() {
     vec3 n = normalize(n_room);
+    vec3 own = base_colour.rgb;
+#ifdef PICTURED
+    n = gl_FrontFacing ? n : -n;
+    own = pow(texture(picture, place).rgb, vec3(2.2));
+#endif
     vec3 v = normalize(eye - p_room);
     float c = max(dot(n, KEY_DIRECTION), 0.0);
     float visible = c > 0.0 ? lit_at(shadow_place(p_room, n, 0.008)) : 0.0;
@@ -17,5 +26,5 @@ void main() {
     float edge = 1.0 - max(dot(n, v), 0.0);
     edge *= edge;
     vec3 shine = gloss * (KEY * visible * pow(max(dot(n, h), 0.0), 48.0) + SKY * (0.10 + 0.6 * edge * edge) * base_colour.a);
-    colour = vec4(display(base_colour.rgb * light + shine), 1.0);
+    colour = vec4(display(own * light + shine), 1.0);
 }

@@ -1,0 +1,169 @@
+"""Things in hands, drawn with the hands that are shown rather than where the world said a moment later that they are.
+
+The world's word on a held thing comes after the motion it follows from, so the thing would trail behind its hand. What one
+hand alone holds is therefore drawn where that hand is shown (prediction), as long as the world's own places for it lie on
+the way the prediction took; where they do not, because the thing is pushed, pulled or taken, the world is followed. From the
+one to the other the picture goes by an offset that fades, never by a jump.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture import JointPose, Posture
+from vistel.figure.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix, slerp
+from vistel.space.people import HAND_JOINT
+from vistel.v1 import world_pb2
+from vistel_services.renderer.world_view import WorldView, quaternion, vector
+
+F64 = NDArray[np.float64]
+Pose = tuple[F64, F64]
+"""position (3,) [m], rotation (4,) quaternion."""
+
+BLEND_NS = 200_000_000
+"""Time in which the offset between prediction and the world's word fades."""
+BEHIND_NS = 300_000_000
+"""How far the world's word may be behind."""
+AGREES, DIFFERS = 0.008, 0.020
+"""The world's place for a thing this near to the way of the prediction agrees with it; one this far off does not [m]."""
+AT_FIRST = 0.15
+"""The same in the first moments of a grasp, when the world's places lie before the beginning of the way [m]."""
+FINGERS_NS = 150_000_000
+"""Time in which fingers come onto what they hold, and off it."""
+FORGOTTEN_NS = 400_000_000
+"""A thing that no hand has held for so long is like any other."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Somebody as shown: posture, and its joints in the room."""
+
+    posture: Posture
+    joints: JointPose
+
+
+@dataclass
+class _Track:
+    way: deque[tuple[int, F64]] = field(default_factory=deque[tuple[int, F64]])
+    leads: bool = False
+    hand: tuple[str, bool] | None = None
+    drawn: Pose | None = None
+    offset: Pose | None = None
+    changed_ns: int = 0
+    held_ns: int = 0
+
+
+class HeldThings:
+    """What hands hold, from picture to picture. Times are those of drawing [ns]."""
+
+    def __init__(self) -> None:
+        self._tracks: dict[str, _Track] = {}
+        self._fingers: dict[tuple[str, bool], tuple[float, F64]] = {}
+        self._last_ns = 0
+        self._last: Mapping[str, Pose] = {}
+
+    def poses(self, now_ns: int, world: WorldView, people: Mapping[str, Shown]) -> WorldView:
+        """The world with held things where they are drawn."""
+        held: dict[str, list[world_pb2.Grasp]] = {}
+        for g in world.grasps:
+            held.setdefault(g.thing, []).append(g)
+        poses = dict(world.poses)
+        for thing in sorted(held.keys() | self._tracks.keys()):
+            if thing not in poses:
+                self._tracks.pop(thing, None)
+                continue
+            if thing not in self._tracks:
+                self._tracks[thing] = _Track(drawn=self._last.get(thing))
+            track = self._tracks[thing]
+            poses[thing] = _drawn(track, now_ns, poses[thing], _predicted(held.get(thing, []), people), held.get(thing, []))
+            if now_ns - track.held_ns > FORGOTTEN_NS:
+                del self._tracks[thing]
+        self._last = poses
+        return replace(world, poses=poses)
+
+    def fingers(self, now_ns: int, world: WorldView, people: Mapping[str, Posture]) -> dict[str, Posture]:
+        """Postures with the fingers of hands that hold something on it."""
+        share = min(1.0, max(0.0, (now_ns - self._last_ns) / FINGERS_NS))
+        self._last_ns = now_ns
+        holds = {(g.participant, g.right): np.array(g.fingers, np.float64) * 1e-3 for g in world.grasps if len(g.fingers) == 20}
+        for hand in [*self._fingers]:
+            if hand not in holds:
+                u, at = self._fingers.pop(hand)
+                if u > share:
+                    self._fingers[hand] = u - share, at
+        for hand, wanted in holds.items():
+            u, at = self._fingers.get(hand, (0.0, wanted))
+            self._fingers[hand] = min(1.0, u + share), at + share * (wanted - at)
+        out = dict(people)
+        for (who, right), (u, at) in self._fingers.items():
+            if who in out:
+                own = out[who].hands
+                hands = own.copy()
+                hands[int(right)] += u * u * (3.0 - 2.0 * u) * (at - own[int(right)])
+                out[who] = replace(out[who], hands=hands)
+        return out
+
+
+def _predicted(grasps: list[world_pb2.Grasp], people: Mapping[str, Shown]) -> Pose | None:
+    """Where the thing is in the one hand that holds it; None when several do, or who does is not shown."""
+    if len(grasps) != 1 or grasps[0].participant not in people:
+        return None
+    g = grasps[0]
+    joints, j = people[g.participant].joints, HAND_JOINT[int(g.right)]
+    r, p = joints.rotation[j], joints.position[j]
+    turn = multiply(np.ascontiguousarray(r), matrix_from_quaternion(quaternion(g.hold.rotation)))
+    return p + r @ vector(g.hold.position), quaternion_from_matrix(turn)
+
+
+def _drawn(track: _Track, now_ns: int, said: Pose, predicted: Pose | None, grasps: list[world_pb2.Grasp]) -> Pose:
+    """Where the thing is drawn, and the track of it one picture on. said: by the world."""
+    hand = (grasps[0].participant, grasps[0].right) if len(grasps) == 1 else None
+    if grasps:
+        track.held_ns = now_ns
+    if hand != track.hand:
+        track.way.clear()
+    leads = False
+    if predicted is not None:
+        track.way.append((now_ns, predicted[0]))
+        while len(track.way) > 1 and now_ns - track.way[1][0] >= BEHIND_NS:
+            track.way.popleft()
+        off = _off_way(said[0], [p for _, p in track.way])
+        # Until the way is as long as the world may be behind, its places lie before the way's beginning.
+        young = now_ns - track.way[0][0] < BEHIND_NS - 1_000_000
+        leads = off < (AT_FIRST if young else DIFFERS if track.leads else AGREES)
+    target = predicted if leads and predicted is not None else said
+    if (leads, hand) != (track.leads, track.hand) and track.drawn is not None:
+        track.offset, track.changed_ns = _difference(track.drawn, target), now_ns
+    track.leads, track.hand = leads, hand
+    u = 1.0 - min(1.0, max(0.0, (now_ns - track.changed_ns) / BLEND_NS))
+    if u <= 0.0:
+        track.offset = None
+    track.drawn = target if track.offset is None else _with(target, track.offset, u * u * (3.0 - 2.0 * u))
+    return track.drawn
+
+
+def _off_way(p: F64, way: list[F64]) -> float:
+    """From a place to a way of straight pieces [m]."""
+    best = float(np.linalg.norm(p - way[-1]))
+    for a, b in pairwise(way):
+        along = b - a
+        t = min(1.0, max(0.0, float((p - a) @ along) / max(1e-12, float(along @ along))))
+        best = min(best, float(np.linalg.norm(p - a - t * along)))
+    return best
+
+
+def _difference(drawn: Pose, target: Pose) -> Pose:
+    """What takes `target` to `drawn`."""
+    turn = matrix_from_quaternion(drawn[1]) @ matrix_from_quaternion(target[1]).T
+    return drawn[0] - target[0], quaternion_from_matrix(np.ascontiguousarray(turn))
+
+
+def _with(target: Pose, offset: Pose, share: float) -> Pose:
+    turn = matrix_from_quaternion(slerp(np.array([0.0, 0.0, 0.0, 1.0]), offset[1], share))
+    return target[0] + share * offset[0], quaternion_from_matrix(np.ascontiguousarray(turn @ matrix_from_quaternion(target[1])))

@@ -1,0 +1,88 @@
+"""Things on the graphics side: surfaces in plain colours, and those that show pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.space.files.surfaces import Piece
+from vistel.space.tessellate import Surface3
+from vistel_services.renderer.programs import program, put
+from vistel_services.renderer.shadow import ShadowMap
+
+F32 = NDArray[np.float32]
+U8 = NDArray[np.uint8]
+
+
+@dataclass
+class Solid:
+    """A surface on the graphics side; tint: (n, 4) of its vertices, empty where a picture says them."""
+
+    vao: moderngl.VertexArray
+    shadow: moderngl.VertexArray
+    buffers: list[moderngl.Buffer]
+    tint: F32
+    picture: moderngl.Texture | None = None
+
+    def release(self) -> None:
+        """Give it back."""
+        for part in (self.vao, self.shadow, *self.buffers):
+            part.release()
+
+
+class SolidThings:
+    """Makes and draws solids. paint: a texture of a picture (h, w, 3), first row at the top."""
+
+    def __init__(self, ctx: moderngl.Context, shadow: ShadowMap, paint: Callable[[U8], moderngl.Texture]) -> None:
+        self.ctx, self._shadow, self._paint = ctx, shadow, paint
+        self._plain = program(ctx, "solid")
+        self._pictured = program(ctx, "solid", defines=("PICTURED",))
+        self._textures: dict[int | bytes, tuple[U8, moderngl.Texture]] = {}
+
+    def plain(self, surface: Surface3, tint: F32) -> Solid:
+        """A surface in colours of its vertices: linear colour and the ambient light there (n, 4)."""
+        data = np.hstack((surface.vertices, surface.normals, tint)).astype(np.float32)
+        vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(surface.triangles.astype(np.int32).tobytes())
+        vao = self.ctx.vertex_array(self._plain, [(vbo, "3f 3f 4f", "position", "normal", "tint")], ibo)
+        return Solid(vao, self._shadow.solid(vbo, "3f 28x", ibo), [vbo, ibo], tint)
+
+    def pictured(self, piece: Piece) -> Solid:
+        """A piece of a polymesh with its picture; a plain one with a picture of one dot."""
+        s = piece.surface
+        picture, uv = piece.picture, piece.uv
+        if picture is None or uv is None:
+            picture, uv = np.array([[piece.colour]], np.uint8), np.zeros((len(s.vertices), 2), np.float32)
+        data = np.hstack((s.vertices, s.normals, uv)).astype(np.float32)
+        vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(s.triangles.astype(np.int32).tobytes())
+        vao = self.ctx.vertex_array(self._pictured, [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo)
+        shadow = self._shadow.solid(vbo, "3f 20x", ibo)
+        return Solid(vao, shadow, [vbo, ibo], np.zeros((0, 4), np.float32), self._texture(picture))
+
+    def draw(self, views: Sequence[tuple[bytes, Solid]], gloss: float, shared: dict[str, object]) -> None:
+        """Draw solids at matrices (as OpenGL reads them) with what all shaders share."""
+        put(self._plain, gloss=gloss, **shared)
+        for matrix, solid in views:
+            if solid.picture is None:
+                put(self._plain, room_from_thing=matrix)
+                solid.vao.render()
+        if not any(solid.picture for _, solid in views):
+            return
+        put(self._pictured, gloss=0.3 * gloss, picture=0, **shared)
+        self.ctx.disable(moderngl.CULL_FACE)  # polymeshes of others may be sheets, seen from both sides
+        for matrix, solid in views:
+            if solid.picture is not None:
+                put(self._pictured, room_from_thing=matrix)
+                solid.picture.use(0)
+                solid.vao.render()
+        self.ctx.enable(moderngl.CULL_FACE)
+
+    def _texture(self, picture: U8) -> moderngl.Texture:
+        """One for all that show the same picture."""
+        key = picture.tobytes() if picture.size <= 3 else id(picture)
+        if key not in self._textures:
+            self._textures[key] = picture, self._paint(picture)
+        return self._textures[key][1]

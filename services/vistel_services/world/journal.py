@@ -1,0 +1,107 @@
+"""The journal of a room: what went into every step, on disk before what came of it is said.
+
+A world that was killed takes these steps again from its last snapshot; the same inputs give the same bytes, so it is where
+it was, and nothing that anybody was told is lost. A record is its length, its CRC-32 and a `JournalStep`; one that was
+cut off in the middle ends the file.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from google.protobuf.message import DecodeError
+
+from vistel.figure.posture import Posture, Stance
+from vistel.space.inputs import MotionInput, StepInputs
+from vistel.v1.world_pb2 import JournalStep, WorldInputs
+from vistel_services.world.decode import command_input, people_of, prop_input
+
+_FRAME = struct.Struct("<II")
+LONGEST = 1 << 26
+"""Bytes of a record; what says it is longer is damaged."""
+
+
+def record(message: WorldInputs, inputs: StepInputs) -> bytes:
+    """One step as it stands in the file. message: the inputs as they are told, still without the state before them."""
+    step = JournalStep(inputs=message)
+    for m in inputs.motions:
+        p = m.posture
+        numbers = np.concatenate([p.dofs, p.hands.ravel(), p.stance.position, [p.stance.heading], p.gaze])
+        taken = step.motions.add(participant=m.participant, seq=m.seq, t_ns=m.t_ns, numbers=numbers.tobytes())
+        if p.joints:
+            taken.joints.extend(sorted(p.joints))
+            taken.joint_numbers = b"".join(np.asarray(p.joints[name], np.float64).tobytes() for name in taken.joints)
+    payload = step.SerializeToString()
+    return _FRAME.pack(len(payload), zlib.crc32(payload)) + payload
+
+
+def inputs_of(step: JournalStep) -> StepInputs:
+    """What goes into the world. Raises ValueError for a record that is none."""
+    message = step.inputs
+    return StepInputs(
+        message.step, message.header.t_ns, people_of(message), tuple(_motion(m) for m in step.motions),
+        tuple(used.participant for used in message.motions if used.left),
+        tuple(command_input(c.participant, c) for c in message.commands),
+        tuple(prop_input(p) for p in message.props),
+    )  # fmt: skip
+
+
+def _motion(m: JournalStep.Taken) -> MotionInput:
+    n = np.frombuffer(m.numbers, np.float64).copy()
+    if len(n) != 71:
+        raise ValueError(f"journal: a posture of {len(n)} numbers, expected 71")
+    joints = np.frombuffer(m.joint_numbers, np.float64).reshape(len(m.joints), 3).copy()
+    posture = Posture(
+        n[:25], n[25:65].reshape(2, 20), Stance(n[65:68], float(n[68])), n[69:71],
+        dict(zip(m.joints, joints, strict=True)),
+    )  # fmt: skip
+    return MotionInput(m.participant, posture, m.seq, m.t_ns)
+
+
+def read(path: Path) -> Iterator[JournalStep]:
+    """The records of a file, as far as they are whole. Raises OSError."""
+    data = path.read_bytes()
+    at = 0
+    while at + _FRAME.size <= len(data):
+        size, crc = _FRAME.unpack_from(data, at)
+        payload = data[at + _FRAME.size : at + _FRAME.size + size]
+        if size > LONGEST or len(payload) < size or zlib.crc32(payload) != crc:
+            return
+        try:
+            yield JournalStep.FromString(payload)
+        except DecodeError:
+            return
+        at += _FRAME.size + size
+
+
+class Journal:
+    """A file that grows by whole records."""
+
+    def __init__(self, path: Path) -> None:
+        """Begin an empty one. Raises OSError."""
+        self.path = path
+        self._file = os.open(path, os.O_CREAT | os.O_TRUNC | os.O_WRONLY | os.O_APPEND, 0o644)
+        self._size = 0
+
+    def append(self, data: bytes) -> None:
+        """Add a record, which outlives this process once this returns. Raises OSError, and then nothing was added."""
+        left = memoryview(data)
+        try:
+            while left:
+                left = left[os.write(self._file, left) :]
+        except OSError:
+            os.ftruncate(self._file, self._size)
+            raise
+        self._size += len(data)
+
+    def finish(self) -> None:
+        """See to it that it outlives the machine's power, and close it."""
+        try:
+            os.fsync(self._file)
+        finally:
+            os.close(self._file)

@@ -1,0 +1,177 @@
+"""One room: its world, who and what arrives for it, and its voice on the bus."""
+
+from __future__ import annotations
+
+import logging
+import time
+
+from prometheus_client import Counter, Gauge, Histogram
+
+from vistel.space.claims import ClaimEvent
+from vistel.space.inputs import StepInputs
+from vistel.space.view import HandForce, Outcome, WorldView
+from vistel.space.world import World
+from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot
+from vistel.wire.bus import Bus, Publication
+from vistel.wire.topics import BY_NAME
+from vistel.wire.world import Backlog
+from vistel_services.world import journal
+from vistel_services.world.decode import command_input, prop_input
+from vistel_services.world.encode import carries_state, command_result, hand_force, input_person, ownership
+from vistel_services.world.intake import Arrived, Intake
+from vistel_services.world.store import Store
+from vistel_services.world.tell import Teller
+
+log = logging.getLogger("vistel.world")
+
+STEP_NS = 16_666_667
+SAVE_STEPS = 120
+"""Steps from one snapshot to the next: two seconds."""
+TOPICS = "participant", "motion", "prop", "command"
+"""What a room listens to."""
+
+_STEPS = Counter("vistel_world_steps_total", "Steps done")
+_STEP_TIME = Histogram(
+    "vistel_world_step_time_seconds", "Computing one step",
+    buckets=(0.0005, 0.001, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012, 0.016, 0.03, 0.1),
+)  # fmt: skip
+_PEOPLE = Gauge("vistel_world_participants_count", "People in the room")
+_COMMANDS = Counter("vistel_world_commands_total", "Commands answered", ["outcome"])
+
+
+class Ears:
+    """What a room listens to. It hears before there is a world, so that nothing is missed when one takes a room over."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._inboxes = [bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in TOPICS]
+
+    def take(self, intake: Intake) -> None:
+        """Everything that has arrived."""
+        for inbox, take in zip(self._inboxes, (intake.participant, intake.motion, intake.prop, intake.command), strict=True):
+            for sample in inbox.take():
+                take(sample)
+
+    def close(self) -> None:
+        """Listen no more."""
+        for inbox in self._inboxes:
+            inbox.close()
+
+
+class Room:
+    """The world and its voice on the bus."""
+
+    def __init__(self, world: World, bus: Bus, ears: Ears, store: Store | None, now_ns: int) -> None:
+        self.world = world
+        self._ears = ears
+        self._store = store
+        self.intake = Intake(world.participants, now_ns)
+        self._bus = bus
+        self._states, self._wholes = bus.publish(BY_NAME["world_state"]), bus.publish(BY_NAME["world_key"])
+        self._teller, self._backlog = Teller(), Backlog()
+        self._inputs = bus.publish(BY_NAME["world_inputs"])
+        self._results: dict[str, Publication] = {}
+        self._claims: dict[str, Publication] = {}
+        self._forces: dict[tuple[str, bool], Publication] = {}
+        self._begins = True
+        self._last_ns = world.t_ns or now_ns
+        self._held: dict[str, tuple[str, ...]] = {}
+
+    def step(self, t_ns: int) -> None:
+        """One step, about conference time `t_ns`. What went into it is in the journal before anybody hears of it."""
+        started = time.perf_counter()
+        self._ears.take(self.intake)
+        passed = max(1, round((t_ns - self._last_ns) / STEP_NS))
+        number = self.world.step_number + passed
+        arrived = self.intake.take(t_ns)
+        before = self.world.snapshot() if carries_state(number, self._begins) else b""
+        inputs = StepInputs(
+            number, t_ns, tuple(arrived.people), tuple(arrived.motions), tuple(arrived.left),
+            tuple(command_input(who, message) for who, message in arrived.commands),
+            tuple(prop_input(message) for message in arrived.props),
+        )  # fmt: skip
+        view = self.world.step(inputs)
+        message = _inputs_message(inputs, arrived)
+        if self._store is not None:
+            self._store.append(journal.record(message, inputs))
+        message.private_state = before
+        self._inputs.put(message)
+        self._say(view)
+        for felt in view.hands:
+            self._push_back(felt, view)
+        for outcome in view.outcomes:
+            self._answer(outcome, t_ns)
+        for event in view.claims:
+            self._tell_owner(event, view)
+        self._tell_of_grasps(view)
+        self._begins, self._last_ns = False, t_ns
+        _STEPS.inc()
+        _PEOPLE.set(len(view.participants))
+        _STEP_TIME.observe(time.perf_counter() - started)
+
+    def answer(self, request: bytes) -> WorldSnapshot:
+        """The whole room, for who has just come."""
+        out = self._backlog.snapshot()
+        out.private_state = self.world.snapshot()
+        out.header.t_ns = self._last_ns
+        return out
+
+    def _say(self, view: WorldView) -> None:
+        told = self._teller.tell(view)
+        if told.whole is not None:
+            self._wholes.put(told.whole)
+            self._backlog.key(told.whole)
+        if told.state is not None:
+            self._states.put(told.state)
+            self._backlog.add(told.state)
+
+    def _answer(self, outcome: Outcome, t_ns: int) -> None:
+        _COMMANDS.labels("done" if outcome.done else "refused").inc()
+        log.info(
+            "command id=%s participant=%s outcome=%s reason=%r", outcome.id, outcome.participant,
+            "done" if outcome.done else "refused", outcome.reason,
+        )  # fmt: skip
+        who = outcome.participant
+        if who not in self._results:
+            self._results[who] = self._bus.publish(BY_NAME["command_result"], participant=who)
+        self._results[who].put(command_result(outcome, t_ns))
+
+    def _tell_owner(self, event: ClaimEvent, view: WorldView) -> None:
+        who = event.participant
+        log.info("claim %s participant=%s thing=%s owner=%s", event.what.value, who, event.thing, event.owner or "nobody")
+        if who not in self._claims:
+            self._claims[who] = self._bus.publish(BY_NAME["ownership"], participant=who)
+        self._claims[who].put(ownership(event, view.step, view.t_ns))
+
+    def _push_back(self, felt: HandForce, view: WorldView) -> None:
+        hand = felt.participant, felt.right
+        if hand not in self._forces:
+            side = "right" if felt.right else "left"
+            self._forces[hand] = self._bus.publish(BY_NAME["hand_force"], participant=felt.participant, hand=side)
+        self._forces[hand].put(hand_force(felt, view.step, view.t_ns))
+
+    def _tell_of_grasps(self, view: WorldView) -> None:
+        held = {s.id: s.holders for s in view.states if s.holders}
+        for thing in sorted(held.keys() | self._held.keys()):
+            if held.get(thing) != self._held.get(thing):
+                log.info("thing=%s held_by=%s", thing, ",".join(held.get(thing, ())) or "nobody")
+        self._held = held
+
+
+def _inputs_message(inputs: StepInputs, arrived: Arrived) -> WorldInputs:
+    out = WorldInputs(step=inputs.step)
+    out.header.t_ns = inputs.t_ns
+    for m in inputs.motions:
+        out.motions.add(participant=m.participant, motion_seq=m.seq, epoch=m.t_ns)
+    for name in inputs.left:
+        out.motions.add(participant=name, left=True)
+    out.people.extend(input_person(p) for p in inputs.people)
+    out.props.extend(arrived.props)
+    for who, message in arrived.commands:
+        kept = out.commands.add()
+        kept.CopyFrom(message)
+        # The key says who asks; a message that says otherwise stays refused when it is re-run.
+        if message.participant not in ("", who):
+            kept.ClearField("action")
+        kept.participant = who
+        out.command_ids.append(message.id)
+    return out

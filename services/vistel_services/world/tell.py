@@ -1,0 +1,171 @@
+"""What the world says of each step, as messages: changes to what it said before, and now and then everything.
+
+The bytes depend on the steps since the last key frame alone, so that a re-run that begins at a recorded state says the
+same from the next key frame on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from vistel.space.things import Thing
+from vistel.space.view import GraspView, WorldView
+from vistel.v1.world_pb2 import Grasp, WorldState
+from vistel.v1.world_pb2 import Thing as ThingMessage
+from vistel.wire.world import check_of, crc_of, crc_of_marks
+from vistel.wire.world_codec.frame import Book, Moves, Said, write_changes, write_key
+from vistel.wire.world_codec.poses import rounded
+from vistel.wire.world_codec.touches import Pair, Touch
+from vistel_services.world.encode import bond_message, dent_message, grasp_message, thing_message, world_state
+from vistel_services.world.touching import Touching
+
+KEY_STEPS = 120
+"""Steps from one key frame to the next: two seconds."""
+TOGETHER = 2
+"""Steps in a message."""
+
+
+class Told(NamedTuple):
+    """state: for `world_state`, None when more steps go into it; whole: for `world_key`, with key frames."""
+
+    state: WorldState | None = None
+    whole: WorldState | None = None
+
+
+class Teller:
+    """Tells the steps of one world. begins: the first step given is the first of a world that has just started; otherwise
+    nothing is told before the next step at which a key frame is due anyway."""
+
+    def __init__(self, begins: bool = True) -> None:
+        self._begins, self._silent = begins, not begins
+        self._book = Book()
+        self._last = 0
+        self._moves: list[Moves] = []
+        self._fresh: set[int] = set()
+        self._gone: set[int] = set()
+        self._hash = 0
+        self._rows: Mapping[str, int] = {}
+        self._things: tuple[Thing, ...] = ()
+        self._described: dict[str, tuple[Thing, ThingMessage]] = {}
+        self._things_crc = 0
+        self._people: tuple[str, ...] = ()
+        self._grasps: tuple[object, ...] = ()
+        self._said_grasps: list[Grasp] = []
+        self._touching = Touching()
+
+    def tell(self, view: WorldView) -> Told:
+        """What is said of a step."""
+        due = view.step // KEY_STEPS > self._last // KEY_STEPS or self._begins
+        self._last = view.step
+        if self._silent and (view.step % KEY_STEPS or view.changed):
+            return Told()
+        changed = view.things != self._things
+        renamed = changed and [t.id for t in view.things] != [t.id for t in self._things]
+        key = due or renamed or self._silent
+        out = self._key(view, changed, renamed) if key else self._step(view, changed)
+        self._begins = self._silent = False
+        return Told(out, self._whole(view, out) if due and out is not None else None)
+
+    # -- the two kinds -----------------------------------------------------------------------------------------
+
+    def _key(self, view: WorldView, changed: bool, renamed: bool) -> WorldState:
+        out = WorldState(step=view.step, key=True, participants=view.participants)
+        if changed:
+            self._describe(view, out)
+            if not self._silent and renamed:
+                out.order.extend(t.id for t in view.things)
+        if self._silent:
+            del out.things[:]  # they were told before
+        self._people = view.participants
+        self._say_grasps(view, out)
+        self._touching.begin(view)
+        poses = [rounded(s.position, s.rotation) for s in view.states]
+        moving = [n for n, s in enumerate(view.states) if s.moved]
+        out.frame = write_key(self._book, view.step, poses, moving, self._touches(view))
+        self._remember_marks(view)
+        return self._finish(view, out)
+
+    def _step(self, view: WorldView, changed: bool) -> WorldState | None:
+        poses = {n: rounded(s.position, s.rotation) for n, s in enumerate(view.states) if s.moved}
+        self._moves.append(Moves(view.step, poses))
+        self._touching.step(view)
+        self._remember_marks(view)
+        if not (changed or view.step % TOGETHER == 0 or len(self._moves) >= TOGETHER):
+            return None
+        out = WorldState(step=view.step)
+        if changed:
+            self._describe(view, out)
+        people = view.participants != self._people
+        if people:
+            self._people = view.participants
+            out.participants.extend(view.participants)
+        grasps = _rough(view.grasps) != self._grasps
+        if grasps:
+            self._say_grasps(view, out)
+        out.frame = write_changes(self._book, self._moves, self._touches(view), Said(people, grasps))
+        return self._finish(view, out)
+
+    def _finish(self, view: WorldView, out: WorldState) -> WorldState:
+        out.header.t_ns = view.t_ns
+        out.dents.extend(dent_message(d) for d in view.dents if d.number in self._fresh)
+        out.bonds.extend(bond_message(b) for b in view.bonds if b.number in self._fresh)
+        out.gone.extend(sorted(self._gone))
+        out.hash = self._hash
+        if out.key or self._hash:
+            dents = {d.number: dent_message(d) for d in view.dents}
+            bonds = {b.number: bond_message(b) for b in view.bonds}
+            out.check = check_of(
+                self._things_crc, crc_of_marks(dents, bonds), self._book, self._said_grasps, view.participants
+            )
+        self._moves, self._hash = [], 0
+        self._fresh.clear()
+        self._gone.clear()
+        return out
+
+    def _whole(self, view: WorldView, said: WorldState) -> WorldState:
+        """Everything, in words and as the frame of the message that goes beside it."""
+        out = world_state(view, [self._described[t.id][1] for t in view.things])
+        out.frame, out.check, out.hash = said.frame, said.check, said.hash
+        return out
+
+    # -- parts -------------------------------------------------------------------------------------------------
+
+    def _describe(self, view: WorldView, out: WorldState) -> None:
+        """What things are, of those that are new or not what they were."""
+        known = self._described
+        self._described = {}
+        for t in view.things:
+            old = known.get(t.id)
+            if old is None or old[0] is not t:
+                old = t, thing_message(t)
+                out.things.append(old[1])
+            self._described[t.id] = old
+        self._things, self._rows = view.things, {t.id: n for n, t in enumerate(view.things)}
+        self._things_crc = crc_of(message for _, message in self._described.values())
+
+    def _say_grasps(self, view: WorldView, out: WorldState) -> None:
+        self._grasps = _rough(view.grasps)
+        self._said_grasps = [grasp_message(g) for g in view.grasps]
+        out.grasps.extend(self._said_grasps)
+
+    def _remember_marks(self, view: WorldView) -> None:
+        self._fresh.update(view.fresh)
+        self._gone.update(view.gone)
+        self._hash = view.hash or self._hash
+
+    def _touches(self, view: WorldView) -> dict[Pair, Touch]:
+        people = {name: n for n, name in enumerate(view.participants)}
+        first = len(people)
+        out: dict[Pair, Touch] = {}
+        for (target, source), touch in self._touching.now().items():
+            number = people[source] if source in people else first + self._rows[source]
+            out[people[target], number] = touch
+        return out
+
+
+def _rough(grasps: tuple[GraspView, ...]) -> tuple[object, ...]:
+    """Grasps as far as anybody would notice a change."""
+    return tuple(
+        (g.participant, g.right, g.thing, g.since_ns, rounded(g.position, g.rotation)) for g in grasps
+    )

@@ -1,0 +1,75 @@
+"""Who touches whom, as it is told: limbs that begin to touch at once, those that have ceased to a little later.
+
+A ghost named longer than it acts deforms nothing, because its field no longer reaches; so what trembles at the edge of a
+contact need not be told again and again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from vistel.space.view import WorldView
+from vistel.wire.world_codec.touches import Touch, level_of
+
+LINGER_STEPS = 30
+"""How long a limb that no longer touches stays named."""
+FORCE_STEPS = 12
+"""A force is told no more often than five times a second."""
+
+_Names = tuple[str, str]
+
+
+@dataclass
+class _Pair:
+    last: dict[int, int] = field(default_factory=dict[int, int])
+    force: float = 0.0
+    level: int = -1
+    told: int = 0
+
+
+class Touching:
+    """The pairs of one world, by who is deformed and by whom; things that are deformed follow from these."""
+
+    def __init__(self) -> None:
+        self._pairs: dict[_Names, _Pair] = {}
+        self._step = 0
+
+    def begin(self, view: WorldView) -> None:
+        """Forget what was; begin with this step."""
+        self._pairs = {}
+        self.step(view)
+
+    def step(self, view: WorldView) -> None:
+        """What touches at a step."""
+        self._step = view.step
+        people = frozenset(view.participants)
+        for pair in self._pairs.values():
+            pair.force *= 0.9
+        for g in view.ghosts:
+            if g.target in people:
+                pair = self._pairs.setdefault((g.target, g.source), _Pair())
+                pair.last.update(dict.fromkeys(g.target_primitives, view.step))
+        force: dict[_Names, float] = {}
+        for c in view.contacts:
+            for names in ((c.body_a, c.body_b), (c.body_b, c.body_a)):
+                if names in self._pairs:
+                    force[names] = force.get(names, 0.0) + c.force
+        for names, newtons in force.items():
+            self._pairs[names].force = max(self._pairs[names].force, newtons)
+        bodies = people | {t.id for t in view.things}
+        for names in [n for n, pair in self._pairs.items() if not self._lingers(pair) or not bodies.issuperset(n)]:
+            del self._pairs[names]
+
+    def now(self) -> dict[_Names, Touch]:
+        """What is told now."""
+        out: dict[_Names, Touch] = {}
+        for names, pair in self._pairs.items():
+            level = level_of(pair.force)
+            if pair.level < 0 or (abs(level - pair.level) > 1 and self._step - pair.told >= FORCE_STEPS):
+                pair.level, pair.told = level, self._step
+            limbs = sum(1 << i for i, step in pair.last.items() if self._step - step < LINGER_STEPS)
+            out[names] = Touch(limbs, pair.level)
+        return out
+
+    def _lingers(self, pair: _Pair) -> bool:
+        return any(self._step - step < LINGER_STEPS for step in pair.last.values())

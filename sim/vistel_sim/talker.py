@@ -1,0 +1,176 @@
+"""A simulated microphone: what its participant says, from the same motion source as their body, into a named pipe.
+
+The pipe carries what a sound card would give: 16-bit samples, mono, 48 kHz, twenty milliseconds at a time when they are
+over. Speech is babble: vowels that glide into one another, as loud as the source says the voice is. Where hands meet, a
+clap is heard.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.wire.clock import Clock
+from vistel_sim.faults import DeviceFaults, Fault
+
+F32 = NDArray[np.float32]
+
+RATE, BLOCK = 48_000, 960
+_BLOCK_NS = 20_000_000
+_LATE_NS = 500_000_000
+_PIPE_BYTES = 16384
+"""A reader that is away misses what was said instead of hearing it later."""
+_LOOP_S = 2.4
+_NOISE = 2e-4
+"""Of the room, root mean square."""
+_LOUD = 0.22
+_CLAP_S = 0.03
+_VOWELS = ((730, 1090, 2440), (270, 2290, 3010), (570, 840, 2410), (300, 870, 2240), (530, 1840, 2480), (640, 1190, 2390))
+"""Formants of vowels [Hz] (Peterson and Barney 1952, men)."""
+_PEAKS = ((1.0, 90.0), (0.6, 110.0), (0.25, 160.0))
+"""Height and half width [Hz] of each formant."""
+
+Loudness = Callable[[float], float]
+"""t [s] -> 0 to 1."""
+Claps = Callable[[float, float], Sequence[float]]
+"""start, end [s] -> when hands meet between them."""
+
+
+def babble(seed: int) -> F32:
+    """(n,) of a voice that goes through vowels, over and over: its end joins its beginning."""
+    rng = np.random.default_rng(seed)
+    n = int(_LOOP_S * RATE)
+    t = np.arange(n) / RATE
+    periods = round(float(rng.uniform(95.0, 215.0)) * _LOOP_S)
+    wobble = 0.35 * np.sin(2 * np.pi * 2 * t / _LOOP_S + rng.uniform(0, 6)) + 0.12 * np.sin(2 * np.pi * 7 * t / _LOOP_S)
+    phase = 2.0 * np.pi * periods * t / _LOOP_S + 2.0 * wobble
+    pitch = periods / _LOOP_S
+    size = 1.0 if pitch < 150.0 else 1.16
+    stops = 12
+    targets = np.array([_VOWELS[i] for i in rng.integers(len(_VOWELS), size=stops)]) * size
+    at = t / _LOOP_S * stops
+    first = at.astype(int)
+    u = np.clip((at - first - 0.6) / 0.4, 0.0, 1.0)[:, None]
+    formants = targets[first % stops] * (1.0 - u) + targets[(first + 1) % stops] * u
+    out = np.zeros(n)
+    for k in range(1, min(40, int(5000.0 / pitch))):
+        f = k * pitch
+        amplitude = sum(g / (1.0 + ((f - formants[:, i]) / w) ** 2) for i, (g, w) in enumerate(_PEAKS))
+        out += (amplitude + 0.02) / np.sqrt(k) * np.sin(k * phase)
+    return np.asarray(out / np.sqrt(np.mean(out**2)), np.float32)
+
+
+def clap() -> F32:
+    """(n,) of two hands that meet: a burst that begins at once and is gone after a hundredth of a second or two."""
+    n = int(_CLAP_S * RATE)
+    t = np.arange(n) / RATE
+    noise = np.random.default_rng(7).standard_normal(n)
+    body = np.sin(2 * np.pi * 1150.0 * t) + 0.6 * np.sin(2 * np.pi * 2300.0 * t + 1.0)
+    out = (0.7 * noise + body) * np.exp(-t / 0.006)
+    return np.asarray(0.8 * out / np.max(np.abs(out)), np.float32)
+
+
+class Voice:
+    """What a microphone in front of somebody hears, block after block."""
+
+    def __init__(self, loudness: Loudness, claps: Claps, seed: int) -> None:
+        self._loudness, self._claps = loudness, claps
+        self._babble = babble(seed)
+        self._clap = clap()
+        rng = np.random.default_rng((seed, 1))
+        self._noise = np.asarray(_NOISE * rng.standard_normal(RATE), np.float32)
+
+    def block(self, number: int) -> F32:
+        """(BLOCK,) of the `number`th twenty milliseconds, -1 to 1."""
+        begin = number * BLOCK
+        start_s, end_s = begin / RATE, (begin + BLOCK) / RATE
+        out = self._noise[np.arange(begin, begin + BLOCK) % len(self._noise)]
+        a, b = self._loudness(start_s), self._loudness(end_s)
+        if a > 0.0 or b > 0.0:
+            out += np.linspace(_LOUD * a, _LOUD * b, BLOCK, dtype=np.float32) * self._babble[
+                np.arange(begin, begin + BLOCK) % len(self._babble)
+            ]
+        for met_s in self._claps(start_s - _CLAP_S, end_s):
+            at = round(met_s * RATE) - begin
+            low, high = max(0, at), min(BLOCK, at + len(self._clap))
+            if low < high:
+                out[low:high] += self._clap[low - at : high - at]
+        return np.clip(out, -1.0, 1.0)
+
+
+class SimulatedMicrophone:
+    """A named pipe at `path` while it is plugged in.
+
+    Faults: stall (no samples), unplug (the pipe is gone), saturation (over-driven), garbage (noise), black (silence).
+    """
+
+    def __init__(self, name: str, voice: Voice, path: Path, faults: Iterable[Fault] = (), *, seed: int = 0) -> None:
+        self.name = name
+        self._voice, self._path = voice, path
+        self._rng = np.random.default_rng(seed)
+        self._faults = DeviceFaults(faults, name, self._rng)
+        self._file: int | None = None
+
+    def strike(self, *faults: Fault) -> None:
+        """Let these mishaps happen from now on; without any, all is well again."""
+        self._faults.become(faults)
+
+    def put(self, number: int) -> None:
+        """Write the `number`th block, which is over now."""
+        t_s = (number + 1) * BLOCK / RATE
+        if self._faults.active("unplug", t_s):
+            self.unplug()
+            return
+        if self._file is None:
+            self._plug()
+        if self._faults.active("stall", t_s):
+            return
+        sound = self._voice.block(number)
+        if self._faults.active("black", t_s):
+            sound = np.zeros_like(sound)
+        if self._faults.active("saturation", t_s):
+            sound = np.clip(30.0 * sound, -1.0, 1.0)
+        if self._faults.active("garbage", t_s):
+            sound = self._rng.uniform(-1.0, 1.0, BLOCK).astype(np.float32)
+        assert self._file is not None
+        with contextlib.suppress(BlockingIOError):
+            os.write(self._file, np.rint(sound * 32767.0).astype("<i2").tobytes())
+
+    def unplug(self) -> None:
+        """Take the pipe away."""
+        if self._file is not None:
+            self._path.unlink(missing_ok=True)
+            os.close(self._file)
+            self._file = None
+
+    def _plug(self) -> None:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        self._path.unlink(missing_ok=True)
+        os.mkfifo(self._path)
+        # Open for both, so that it neither waits for a reader nor breaks when one goes.
+        self._file = os.open(self._path, os.O_RDWR | os.O_NONBLOCK)
+        if hasattr(fcntl, "F_SETPIPE_SZ"):
+            fcntl.fcntl(self._file, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
+
+
+async def run_microphones(microphones: Sequence[SimulatedMicrophone], clock: Clock, start_ns: int) -> None:
+    """All of them until cancelled; block 0 begins at `start_ns`."""
+    number = 0
+    try:
+        while microphones:
+            over_ns = start_ns + (number + 1) * _BLOCK_NS
+            await clock.sleep_until_ns(over_ns)
+            if clock.now_ns() - over_ns > _LATE_NS:
+                number = (clock.now_ns() - start_ns) // _BLOCK_NS - 1
+            for microphone in microphones:
+                microphone.put(number)
+            number += 1
+    finally:
+        for microphone in microphones:
+            microphone.unplug()

@@ -1,0 +1,146 @@
+"""Triangles that are drawn for a thing: those of its looks with their pictures, and of its own primitives."""
+
+# pyright: basic
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion
+from vistel.space.files.model import Model
+from vistel.space.tessellate import Surface3, tessellate_thing
+from vistel.space.things import Look, Thing
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+U8 = NDArray[np.uint8]
+
+CREASE = math.cos(math.radians(42.0))
+"""Faces that meet at more than this angle have an edge between them."""
+GREY = (180, 180, 180)
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Part of what is drawn, in the thing's frame. colour: (3,) sRGB bytes; with a picture (H, W, 3) uv: (n, 2), origin
+    bottom left; mesh: it is of a polymesh, which may be open."""
+
+    surface: Surface3
+    colour: tuple[int, int, int]
+    uv: F32 | None = None
+    picture: U8 | None = None
+    mesh: bool = False
+
+
+def pieces_of(thing: Thing, models: Mapping[str, Model], detail: float = 0.7) -> list[Piece]:
+    """All that is drawn of it. Where a model of it is not among `models`, its primitives stand in."""
+    if any(k.model not in models for k in thing.looks):
+        primitives = tuple(p if p.seen else replace(p, colour=0) for p in thing.primitives)
+        thing = replace(thing, primitives=primitives, looks=())
+    drawn = thing.curve.straight if thing.curve else thing
+    out: list[Piece] = []
+    if any(p.seen for p in drawn.primitives):
+        surfaces = tessellate_thing(thing, detail)
+        out += [
+            Piece(s, rgb(p.colour or thing.colour)) for s, p in zip(surfaces, drawn.primitives, strict=True) if p.seen
+        ]
+    for look in thing.looks:
+        out += [_bent(p, thing) for p in _look_pieces(look, models[look.model])]
+    return out
+
+
+def in_room(thing: Thing, surface: Surface3) -> F64:
+    """(n, 3) vertices of one of its surfaces where the thing starts [m]."""
+    return surface.vertices.astype(np.float64) @ matrix_from_quaternion(thing.rotation).T + thing.position
+
+
+def height_at(things: Sequence[Thing], models: Mapping[str, Model], x: float, z: float, below: float = 1.3) -> float:
+    """Height of what stands fixed at a place of the floor [m]: the highest surface under `below`, 0 where there is none."""
+    best = 0.0
+    for thing in (t for t in things if t.fixed):
+        for piece in pieces_of(thing, models, 0.5):
+            corner = in_room(thing, piece.surface)[piece.surface.triangles]
+            best = max(best, _over(corner, x, z, below))
+    return best
+
+
+def rgb(colour: int) -> tuple[int, int, int]:
+    """Bytes of 0xRRGGBBAA."""
+    return colour >> 24 & 0xFF, colour >> 16 & 0xFF, colour >> 8 & 0xFF
+
+
+def _over(corner: F64, x: float, z: float, below: float) -> float:
+    """Highest point of triangles (n, 3, 3) over a place, under `below`; 0 for none."""
+    flat = corner[:, :, [0, 2]] - (x, z)
+    a, b, c = flat[:, 0], flat[:, 1], flat[:, 2]
+    wa, wb, wc = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] for u, v in ((b, c), (c, a), (a, b)))
+    total = wa + wb + wc
+    inside = (np.abs(total) > 1e-12) & (np.minimum(np.minimum(wa * total, wb * total), wc * total) >= 0.0)
+    if not inside.any():
+        return 0.0
+    share = np.stack([wa, wb, wc], axis=1)[inside] / total[inside, None]
+    height = (share * corner[inside][:, :, 1]).sum(axis=1)
+    return float(height[height < below].max(initial=0.0))
+
+
+def _look_pieces(look: Look, model: Model) -> list[Piece]:
+    """A model as a look shows it, a piece for each of its materials."""
+    matrix = look.matrix
+    corners = _corner_normals(model)
+    mirrored = np.linalg.det(matrix) < 0.0
+    lean = np.linalg.inv(matrix).T
+    out: list[Piece] = []
+    for n, material in enumerate(model.materials):
+        rows = model.material == n
+        if not rows.any():
+            continue
+        places = model.uv_triangles[rows]
+        shown = material.picture if not look.colour and len(model.uv) and (places >= 0).all() else None
+        key = np.column_stack([model.triangles[rows].ravel(), places.ravel(), np.round(corners[rows].reshape(-1, 3) * 500.0)])
+        _, first, back = np.unique(key.astype(np.int64), axis=0, return_index=True, return_inverse=True)
+        vertices = model.vertices[model.triangles[rows].ravel()[first]].astype(np.float64) @ matrix.T + look.offset
+        normals = corners[rows].reshape(-1, 3)[first] @ lean.T
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        triangles = back.reshape(-1, 3).astype(np.int32)
+        surface = Surface3(
+            vertices.astype(np.float32), normals.astype(np.float32), triangles[:, ::-1] if mirrored else triangles
+        )
+        uv = model.uv[np.maximum(places, 0).ravel()[first]] if shown is not None else None
+        colour = rgb(look.colour) if look.colour else material.colour or GREY
+        out.append(Piece(surface, colour, uv, shown, True))
+    return out
+
+
+def _corner_normals(model: Model) -> F64:
+    """(F, 3, 3) unit normal at each corner of each face: that of the faces round the vertex that meet it smoothly."""
+    corner = model.vertices[model.triangles].astype(np.float64)
+    face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    unit = face / np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-20)
+    # Every pair of corners at one vertex, as rows of two lists.
+    at = model.triangles.ravel().astype(np.int64)
+    order = np.argsort(at, kind="stable")
+    starts = np.searchsorted(at[order], np.arange(len(model.vertices) + 1))
+    count = np.minimum(np.diff(starts), 48)  # poles of spheres: so many of their faces will do
+    mine = np.repeat(np.arange(len(at)), count[at])
+    first = np.repeat(starts[at], count[at])
+    nth = np.arange(len(mine)) - np.repeat(np.cumsum(count[at]) - count[at], count[at])
+    other = order[first + nth]
+    smooth = np.einsum("ni,ni->n", unit[mine // 3], unit[other // 3]) > CREASE
+    mine, other = mine[smooth], other[smooth]
+    out = np.stack([np.bincount(mine, face[other // 3, k], len(at)) for k in range(3)], axis=1)
+    length = np.linalg.norm(out, axis=1, keepdims=True)
+    out = np.where(length > 1e-20, out / np.maximum(length, 1e-20), unit[np.arange(len(at)) // 3])
+    return out.reshape(-1, 3, 3)
+
+
+def _bent(piece: Piece, thing: Thing) -> Piece:
+    if thing.curve is None:
+        return piece
+    s = piece.surface
+    points, normals = thing.curve.arc.surface(s.vertices.astype(np.float64), s.normals.astype(np.float64))
+    return replace(piece, surface=Surface3(points.astype(np.float32), normals.astype(np.float32), s.triangles))

@@ -1,0 +1,104 @@
+"""Samples of one participant to messages."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.v1.motion_pb2 import Motion
+from vistel.wire.motion_codec import kernels as k
+from vistel.wire.motion_codec.layout import NUMBERS, USUAL_GRAIN, scale
+from vistel.wire.motion_codec.model import NEWEST, table
+from vistel.wire.motion_codec.references import PLANS, Losses, kept
+from vistel.wire.motion_codec.sample import ALL_STALE, THERE, MotionSample, flat
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+FULL_INTERVAL_NS = 400_000_000
+"""From one full key frame to the next, at most."""
+FRAME_NS = 1_000_000_000 // 60
+HOLD = 0.55
+"""A number stays as it was sent last until it is this many steps away, so that noise at the edge of two steps does not
+make what is still tremble."""
+MOST_BYTES = 1024
+"""No frame is longer: the worst of all numbers take less."""
+_NOTHING: I64 = np.zeros(NUMBERS, np.int64)
+
+
+class _Sent(NamedTuple):
+    """A frame that others may refer to. values, change: (NUMBERS,) steps; change: since the frame it referred to, `span`
+    frames before."""
+
+    seq: int
+    values: I64
+    change: I64
+    span: int
+    stale: int
+
+
+class MotionEncoder:
+    """Samples of one participant to messages. Put each message on the bus once, with `sample.seq` as its number.
+
+    `Publication.next_seq` is the number to give a sample. A number that is not above the last one starts
+    anew.
+    """
+
+    def __init__(self, *, grain: int = USUAL_GRAIN, losses: Losses = "rare", hold: float = HOLD) -> None:
+        """grain: index of `GRAINS_TENTHS`, finer or coarser steps as a whole. losses: how often single frames are expected
+        to be lost; the more, the less each loss costs and the larger the frames. hold: see HOLD."""
+        self._grain, self._hold = grain, hold
+        self._plan = PLANS[losses]
+        self._kept = kept(self._plan)
+        self._table = table(NEWEST, grain)
+        self._scale = scale(grain)
+        self._out = np.zeros(MOST_BYTES, np.uint8)
+        self._work = np.zeros(k.WORK_SIZE, np.int64)
+        self._held = np.full(NUMBERS, np.nan)
+        self._sent: list[_Sent] = []
+        self._full_ns = self._last_ns = self._mask = self._last_seq = 0
+
+    def encode(self, sample: MotionSample) -> Motion:
+        """The message of a sample. Numbers that are not finite are sent as 0."""
+        raw, mask = flat(sample)
+        values = self._quantise(raw)
+        if self._starts(sample, mask):
+            self._sent.clear()
+            self._full_ns = sample.t_ns
+        place = len(self._sent)
+        key = self._sent[place - self._plan[place]] if place else None
+        stale = int(sample.stale) & ALL_STALE
+        header = self._work[: k.HEADER_SIZE]
+        header[:] = 0
+        header[k.STALE] = k.SAME if stale == (0 if key is None else key.stale) else stale
+        span = 0
+        if key is None:
+            header[k.IS_FULL], header[k.VERSION], header[k.HAS], header[k.GRAIN] = 1, NEWEST, mask, self._grain
+        else:
+            span = sample.seq - key.seq
+            header[k.DISTANCE], header[k.SPAN], header[k.KEEP] = span, key.span, place in self._kept
+        before, change = (_NOTHING, _NOTHING) if key is None else (key.values, key.change)
+        size = k.encode_frame(self._out, self._work, values, before, change, THERE[mask], self._table)
+        self._sent.append(_Sent(sample.seq, values, values - before if span else _NOTHING, span, stale))
+        self._last_seq, self._last_ns, self._mask = sample.seq, sample.t_ns, mask
+        out = Motion()
+        out.header.seq, out.header.t_ns = sample.seq, sample.t_ns
+        out.frame = self._out[:size].tobytes()
+        return out
+
+    def _quantise(self, raw: F64) -> I64:
+        steps = raw / self._scale.step
+        steps[~np.isfinite(steps)] = 0.0
+        whole = np.where(np.abs(steps - self._held) <= self._hold, self._held, np.rint(steps))
+        self._held = np.minimum(np.maximum(whole, self._scale.low), self._scale.high)
+        return self._held.astype(np.int64)
+
+    def _starts(self, sample: MotionSample, mask: int) -> bool:
+        """Whether this one has to be full."""
+        if not self._sent or len(self._sent) == len(self._plan) or sample.seq <= self._last_seq or mask != self._mask:
+            return True
+        # Due where the next frame would come too late.
+        late = sample.t_ns + FRAME_NS - self._full_ns > FULL_INTERVAL_NS
+        return late or sample.t_ns < self._last_ns

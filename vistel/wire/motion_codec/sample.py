@@ -1,0 +1,95 @@
+"""What a Motion says: a participant's posture at one time, as numbers in their units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntFlag
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.wire.motion_codec.layout import COUNTS, NUMBERS, OPTIONAL, PARTS, PLACES
+
+F64 = NDArray[np.float64]
+
+
+class StalePart(IntFlag):
+    """Parts whose sensor is silent; their values are the last ones known."""
+
+    LEFT_HAND = 1
+    """The tracker's receiver on the left hand; the glove is told apart."""
+    RIGHT_HAND = 2
+    LEFT_GLOVE = 4
+    RIGHT_GLOVE = 8
+    HEAD = 16
+    CHEST = 32
+    FACE = 64
+    GAZE = 128
+    LEGS = 256
+
+
+NOTHING_STALE = StalePart(0)
+ALL_STALE = (1 << 9) - 1
+
+
+@dataclass(frozen=True)
+class MotionSample:
+    """What a participant does at `t_ns` (conference time at which the sensors were sampled).
+
+    body: (25,) rad and m, order of `MOTION_FIELDS` (that of `vistel.figure.posture`). hands: (2, 20) rad,
+    left first. stance: (4,) x, y, z of the feet [m, room frame] and heading [rad]. stale: parts whose sensor is silent.
+    What the sensors do not tell is None: gaze: (2,) yaw and pitch [rad]; face: (26,) 13 marks [m, head frame];
+    lids: (2,) opening of the left and the right eye, 0 closed .. 1 as at rest. From a source that knows more of the body,
+    rotation vectors of joints relative to their parents [rad]: legs: (8, 3) upper leg, lower leg, foot and toes, left first;
+    collars: (2, 3), left first; jaw: (3,).
+    """
+
+    seq: int
+    t_ns: int
+    body: F64
+    hands: F64
+    stance: F64
+    gaze: F64 | None = None
+    face: F64 | None = None
+    stale: StalePart = NOTHING_STALE
+    lids: F64 | None = None
+    legs: F64 | None = None
+    collars: F64 | None = None
+    jaw: F64 | None = None
+
+
+BITS = {part: 1 << i for i, part in enumerate(OPTIONAL)}
+MASKS = 1 << len(OPTIONAL)
+_ALWAYS = sum(1 << i for i, part in enumerate(PARTS) if part not in BITS)
+THERE = [_ALWAYS | sum(1 << PARTS.index(p) for p in OPTIONAL if mask & BITS[p]) for mask in range(MASKS)]
+"""By the optional parts that are there (`BITS`): a bit for each of PARTS."""
+_FACE, _GAZE, _LIDS, _LEGS, _COLLARS, _JAW = (BITS[p] for p in ("face", "gaze", "lids", "legs", "collars", "jaw"))
+
+
+def flat(sample: MotionSample) -> tuple[F64, int]:
+    """(NUMBERS,) all numbers in order, absent ones 0; and which optional parts there are, `BITS`."""
+    out = np.zeros(NUMBERS)
+    mask = 0
+    for part in PARTS:
+        values: F64 | None = getattr(sample, part)
+        if values is None:
+            continue
+        numbers = np.asarray(values, np.float64).reshape(-1)
+        if len(numbers) != COUNTS[part]:
+            raise ValueError(f"motion: {part} has {len(numbers)} numbers, expected {COUNTS[part]}")
+        out[PLACES[part]] = numbers
+        mask |= BITS.get(part, 0)
+    return out, mask
+
+
+def sample_of(seq: int, t_ns: int, numbers: F64, mask: int, stale: int) -> MotionSample:
+    """The other way: numbers (NUMBERS,), of which `mask` tells what is there."""
+    return MotionSample(
+        seq, t_ns, numbers[PLACES["body"]], numbers[PLACES["hands"]].reshape(2, 20), numbers[PLACES["stance"]],
+        numbers[PLACES["gaze"]] if mask & _GAZE else None, numbers[PLACES["face"]] if mask & _FACE else None,
+        StalePart(stale & ALL_STALE) if stale else NOTHING_STALE,
+        numbers[PLACES["lids"]] if mask & _LIDS else None,
+        numbers[PLACES["legs"]].reshape(8, 3) if mask & _LEGS else None,
+        numbers[PLACES["collars"]].reshape(2, 3) if mask & _COLLARS else None,
+        numbers[PLACES["jaw"]] if mask & _JAW else None,
+    )  # fmt: skip

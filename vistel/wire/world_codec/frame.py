@@ -1,0 +1,191 @@
+"""One frame: up to a few steps of everything that moves, and who touches whom, as changes to the frame before."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from vistel.wire.world_codec.bits import BitReader, BitWriter, FrameError
+from vistel.wire.world_codec.poses import Pose, Track
+from vistel.wire.world_codec.touches import Pair, Touch, read_touches, write_touches
+
+MOST_THINGS = 1 << 16
+MOST_STEPS = 16
+STILL_STEPS = 12
+"""A thing that has not moved for so long is no longer named."""
+_NAME = 3
+
+
+class Said(NamedTuple):
+    """Which lists of the message are complete news; an empty one that is said means that there is none any more."""
+
+    people: bool
+    grasps: bool
+
+
+@dataclass
+class Book:
+    """What both ends know after a frame: step, the track of each thing by its number, which of them move, who touches
+    whom. touches_changed: by the last frame."""
+
+    step: int = 0
+    tracks: list[Track] = field(default_factory=list[Track])
+    moving: tuple[int, ...] = ()
+    touches: dict[Pair, Touch] = field(default_factory=dict[Pair, Touch])
+    touches_changed: bool = True
+
+
+class Moves(NamedTuple):
+    """step; poses of what has moved in it, by number of the thing."""
+
+    step: int
+    poses: Mapping[int, Pose]
+
+
+class Step(NamedTuple):
+    """step; poses of everything that moves, by number of the thing."""
+
+    step: int
+    poses: Mapping[int, Pose]
+
+
+def write_key(book: Book, step: int, poses: Sequence[Pose], moving: Sequence[int], touches: Mapping[Pair, Touch]) -> bytes:
+    """A frame that refers to nothing: everything at one step."""
+    out = BitWriter()
+    out.flag(True)
+    _write_said(out, Said(True, True))
+    out.count(len(poses), 5)
+    book.tracks = [Track() for _ in poses]
+    chosen = frozenset(moving)
+    for number, (track, pose) in enumerate(zip(book.tracks, poses, strict=True)):
+        track.write_key(out, pose)
+        out.flag(number in chosen)
+    book.step, book.moving, book.touches, book.touches_changed = step, tuple(sorted(chosen)), {}, True
+    write_touches(out, book.touches, touches)
+    return out.to_bytes()
+
+
+def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Touch], said: Said) -> bytes:
+    """A frame of one or more steps that refers to the frame before. When people are said, touches begin anew."""
+    out = BitWriter()
+    out.flag(False)
+    _write_said(out, said)
+    before = book.step
+    out.count(len(steps) - 1)
+    for now in steps:
+        out.count(now.step - before - 1)
+        before = now.step
+    moved = frozenset(number for now in steps for number in now.poses)
+    moving = moved | {n for n in book.moving if book.tracks[n].still < STILL_STEPS}
+    _write_toggles(out, book, moving)
+    for now in steps:
+        for n in book.moving:
+            track = book.tracks[n]
+            track.write(out, now.poses.get(n, track.pose))
+    if said.people:
+        book.touches = {}
+    changed = touches != book.touches
+    write_touches(out, book.touches, touches)
+    book.step, book.touches_changed = before, changed or said.people
+    return out.to_bytes()
+
+
+def is_key(data: bytes) -> bool:
+    """Whether a frame refers to nothing."""
+    return bool(data) and data[0] >= 0x80
+
+
+def read_key(data: bytes, step: int) -> tuple[Book, Said]:
+    """A key frame of a step. Raises FrameError."""
+    bits = BitReader(data)
+    bits.flag()
+    said = _read_said(bits)
+    count = bits.count(5)
+    if count > MOST_THINGS or count > bits.left:
+        raise FrameError("a frame names more things than it holds")
+    book = Book(step)
+    moving: list[int] = []
+    for number in range(count):
+        track = Track()
+        track.read_key(bits)
+        book.tracks.append(track)
+        if bits.flag():
+            moving.append(number)
+    book.moving = tuple(moving)
+    read_touches(bits, book.touches)
+    return book, said
+
+
+def first_of(data: bytes, newest: int) -> int:
+    """The step after which a frame that ends with step `newest` goes on. Raises FrameError."""
+    bits = BitReader(data)
+    bits.plain(3)
+    return newest - sum(_read_steps(bits))
+
+
+def read_changes(data: bytes, book: Book) -> tuple[list[Step], Said]:
+    """The steps of a frame that goes on from `book`, which it changes; half changed where it raises FrameError."""
+    bits = BitReader(data)
+    bits.flag()
+    said = _read_said(bits)
+    gaps = _read_steps(bits)
+    _read_toggles(bits, book)
+    steps: list[Step] = []
+    for gap in gaps:
+        book.step += gap
+        for n in book.moving:
+            book.tracks[n].read(bits)
+        steps.append(Step(book.step, {n: book.tracks[n].pose for n in book.moving}))
+    if said.people:
+        book.touches = {}
+    book.touches_changed = read_touches(bits, book.touches) or said.people
+    return steps, said
+
+
+def _read_steps(bits: BitReader) -> list[int]:
+    count = bits.count() + 1
+    if count > MOST_STEPS:
+        raise FrameError("a frame holds too many steps")
+    return [bits.count() + 1 for _ in range(count)]
+
+
+def _write_said(out: BitWriter, said: Said) -> None:
+    out.flag(said.people)
+    out.flag(said.grasps)
+
+
+def _read_said(bits: BitReader) -> Said:
+    return Said(bits.flag(), bits.flag())
+
+
+def _write_toggles(out: BitWriter, book: Book, moving: frozenset[int]) -> None:
+    """Which things begin or cease to move."""
+    toggled = sorted(moving ^ frozenset(book.moving))
+    out.count(len(toggled))
+    at = -1
+    for n in toggled:
+        out.count(n - at - 1, _NAME)
+        at = n
+    _toggle(book, toggled)
+
+
+def _read_toggles(bits: BitReader, book: Book) -> None:
+    toggled: list[int] = []
+    at = -1
+    for _ in range(bits.count()):
+        at += 1 + bits.count(_NAME)
+        if at >= len(book.tracks):
+            raise FrameError("a frame names a thing that is not there")
+        toggled.append(at)
+    _toggle(book, toggled)
+
+
+def _toggle(book: Book, toggled: Sequence[int]) -> None:
+    if not toggled:
+        return
+    before = frozenset(book.moving)
+    for n in toggled:
+        if n not in before:
+            book.tracks[n].begin()
+    book.moving = tuple(sorted(before ^ frozenset(toggled)))

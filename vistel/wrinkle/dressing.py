@@ -1,0 +1,163 @@
+"""Dressing: sleeves and trouser legs get textures of their own, unrolled, on which cloth can move (Singh §5.1, §5.3.2).
+
+The texture coordinates that come with an avatar cut a sleeve into islands anywhere; cloth that moves along the arm would meet
+other islands. So the colour of each charted region is copied to a plane, once round and along it, and the mesh is registered
+on that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.making.pictures import atlas
+from vistel.figure.people.bake import rasterise
+from vistel.wrinkle.region import Tube, builtin_regions, sides_of, tube
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+U8 = NDArray[np.uint8]
+
+TEXELS_PER_METRE = 1400.0
+MARGIN = 0.06
+"""How far a chart goes on beyond once round, in turns: triangles lie across the seam."""
+BEFORE = 0.01
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Where a region's plane lies on a dressed avatar's texture: coordinates = origin + scale * (u, v).
+
+    box: lowest and highest texture coordinates of it.
+    """
+
+    name: str
+    origin: tuple[float, float]
+    scale: tuple[float, float]
+    box: tuple[float, float, float, float]
+
+    def drawn(self, mesh: Mesh) -> I64:
+        """Drawn vertices that lie on it."""
+        low, high = np.array(self.box[:2]), np.array(self.box[2:])
+        return np.flatnonzero(((mesh.uv >= low) & (mesh.uv <= high)).all(axis=1))
+
+
+@dataclass(frozen=True)
+class Dressed:
+    """An avatar whose charted regions have textures of their own."""
+
+    avatar: Avatar
+    charts: tuple[Chart, ...]
+
+
+def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) -> Dressed:
+    """The avatar with a chart for each of the regions, on all levels. Registrations of its islands become part of the texture."""
+    known = builtin_regions()
+    tubes = [tube(avatar, known[name], side) for name in regions for side in sides_of(known[name])]
+    pictures: list[U8] = []
+    spans: list[tuple[float, float]] = []
+    for one in tubes:
+        at = one.place(avatar.mesh.vertices[one.member])[:, 1]
+        spans.append((float(at.min()) - BEFORE, float(at.max()) + BEFORE))
+        pictures.append(_copied(avatar, one, spans[-1]))
+    albedo, where = atlas([avatar.albedo, *pictures])
+    charts = tuple(_chart(one.name, span, box) for one, span, box in zip(tubes, spans, where[1:], strict=True))
+
+    def level(of: Avatar) -> Avatar:
+        mesh = _kept(of.mesh, where[0])
+        for one, chart in zip(tubes, charts, strict=True):
+            mesh = _registered(mesh, tube(of, one.region, one.name.removesuffix(one.region.name), like=one), chart)
+        eyes = tuple(_kept(eye, where[0]) for eye in of.eyeballs)
+        return replace(of, mesh=mesh, eyeballs=eyes, albedo=albedo, registration=(), coarser=())
+
+    return Dressed(replace(level(avatar), coarser=tuple(level(x) for x in avatar.coarser)), charts)
+
+
+def _chart(name: str, span: tuple[float, float], box: F64) -> Chart:
+    width = 1.0 + BEFORE + MARGIN
+    scale = float(box[2]) / width, float(box[3]) / (span[1] - span[0])
+    origin = float(box[0]) + BEFORE * scale[0], float(box[1]) - span[0] * scale[1]
+    return Chart(name, origin, scale, (float(box[0]), float(box[1]), float(box[0] + box[2]), float(box[1] + box[3])))
+
+
+def _kept(mesh: Mesh, box: F64) -> Mesh:
+    return replace(mesh, uv=(box[:2] + mesh.uv * box[2:]).astype(np.float32))
+
+
+def _turns(one: Tube, mesh: Mesh, triangles: I64) -> F64:
+    """(F, 3, 2) u, v of the corners of triangles, u going on beyond 1 where they lie across the seam."""
+    at = one.place(mesh.vertices)[mesh.triangles[triangles]]
+    across = np.ptp(at[..., 0], axis=1) > 0.5
+    at[..., 0] += across[:, None] & (at[..., 0] < 0.5)
+    return at
+
+
+def _copied(avatar: Avatar, one: Tube, span: tuple[float, float]) -> U8:
+    """(H, W, 3) colour of a region on its plane, v of `span`, the lowest at the bottom."""
+    mesh = avatar.mesh
+    plane = one.plane
+    width, height = 1.0 + BEFORE + MARGIN, span[1] - span[0]
+    columns, rows = (max(8, round(s * TEXELS_PER_METRE)) for s in (plane[0] * width, plane[1] * height))
+    faces = np.flatnonzero(one.member[mesh.triangles].all(axis=1))
+    at = _turns(one, mesh, faces)
+    size = max(columns, rows)
+    # Drawn three times, so that what lies across the seam is at both ends.
+    corner = np.concatenate([at + np.array((k, 0.0)) for k in (-1.0, 1.0, 0.0)]).reshape(-1, 2)
+    corner = (corner + np.array((BEFORE, -span[0]))) / np.array((width, height)) * np.array((columns, rows)) / size
+    # The rasteriser's picture is square, its first row at v = 1.
+    corner[:, 1] += 1.0 - rows / size
+    owner, weight = rasterise(corner, np.arange(len(corner)).reshape(-1, 3), size)
+    owner, weight = owner[:rows, :columns], weight[:rows, :columns]
+    seen = owner >= 0
+    drawn = mesh.corner_triangles[faces[owner[seen] % len(faces)]]
+    w = np.concatenate((weight[seen], 1.0 - weight[seen].sum(axis=1, keepdims=True)), axis=1)
+    colour = _read(avatar.albedo, (mesh.uv[drawn] * w[..., None]).sum(axis=1))
+    out = np.zeros((rows, columns, 3), np.uint8)
+    out[seen] = colour
+    return _filled(out, seen)
+
+
+def _filled(picture: U8, seen: NDArray[np.bool_]) -> U8:
+    """The picture with what is not seen like the nearest that is above or below it; cloth may move over it."""
+    rows = np.arange(len(picture))[:, None]
+    above = np.maximum.accumulate(np.where(seen, rows, -1), axis=0)
+    below = np.minimum.accumulate(np.where(seen, rows, 2 * len(picture))[::-1], axis=0)[::-1]
+    nearest = np.where((rows - above <= below - rows) & (above >= 0) | (below >= len(picture)), above, below)
+    return picture[np.maximum(nearest, 0), np.arange(picture.shape[1])[None]]
+
+
+def _registered(mesh: Mesh, one: Tube, chart: Chart) -> Mesh:
+    """The mesh with the triangles of a region on its chart."""
+    faces = np.flatnonzero(one.member[mesh.triangles].all(axis=1))
+    if len(faces) == 0:
+        return mesh
+    at = _turns(one, mesh, faces)
+    vertex = mesh.triangles[faces]
+    # One drawn vertex for each vertex and turn.
+    key = 2 * vertex.astype(np.int64) + (at[..., 0] >= 1.0)
+    unique, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    uv = np.array(chart.origin) + at.reshape(-1, 2)[first] * np.array(chart.scale)
+    corners = mesh.corner_triangles.copy()
+    corners[faces] = (len(mesh.uv) + inverse.reshape(-1, 3)).astype(np.int32)
+    corner_vertex = np.concatenate((mesh.corner_vertex, (unique // 2).astype(np.int32)))
+    used, corners = np.unique(corners, return_inverse=True)
+    return replace(
+        mesh, corner_vertex=corner_vertex[used], uv=np.concatenate((mesh.uv, uv.astype(np.float32)))[used],
+        corner_triangles=corners.reshape(-1, 3).astype(np.int32),
+    )  # fmt: skip
+
+
+def _read(picture: U8, uv: NDArray[np.floating]) -> F64:
+    """(N, 3) colours at texture coordinates (N, 2), bilinear."""
+    height, width = picture.shape[:2]
+    x = np.clip(uv[:, 0] * width - 0.5, 0, width - 1)
+    y = np.clip((1.0 - uv[:, 1]) * height - 0.5, 0, height - 1)
+    x0, y0 = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+    x1, y1 = np.minimum(x0 + 1, width - 1), np.minimum(y0 + 1, height - 1)
+    fx, fy = (x - x0)[:, None], (y - y0)[:, None]
+    above = picture[y0, x0] * (1 - fx) + picture[y0, x1] * fx
+    return above * (1 - fy) + (picture[y1, x0] * (1 - fx) + picture[y1, x1] * fx) * fy

@@ -1,0 +1,214 @@
+"""Wrinkles worn by a figure: maps of every set on every region, laid on the mesh and its texture, morphed by weights.
+
+For each frame a posture gives weights; weights give a displacement of the skin along its normals, which goes through
+`Figure.pose(posture, displacement=...)` before the implicit deformation and is flattened where something presses (Singh
+§6.5); texture coordinates that move; and how much of each set's light is on the texture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.avatar import Avatar
+from vistel.figure.people.bake import rasterise
+from vistel.figure.posture import JointPose
+from vistel.wrinkle.displacement import Map, displacement_map
+from vistel.wrinkle.dressing import Chart
+from vistel.wrinkle.region import Tube, sides_of, tube
+from vistel.wrinkle.sheet import instances
+from vistel.wrinkle.texture import Lighting, encoded, linear, shading, smoothed
+from vistel.wrinkle.wardrobe import SetEntry, WrinkleSet
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+U8 = NDArray[np.uint8]
+
+REFERENCE_HEIGHT = 1.75
+"""Of whom lengths in files of sets are said [m]."""
+TEXELS = {"cloth": 768, "skin": 1536}
+"""Along the longer side of a region's map."""
+LIGHT = {
+    "cloth": Lighting((0.0, 0.72, 0.68), 0.4, 0.55, 0.005), "skin": Lighting((0.0, 0.66, 0.75), 0.45, 0.6, 0.0008),
+}  # fmt: skip
+DENT = 0.3
+"""Vertices move by at most this share of the tube's radius: neighbours must not pass through each other."""
+
+
+@dataclass(frozen=True)
+class WornSet:
+    """A set on one side of an avatar.
+
+    vertex, height: (N,) vertices that it moves and how far along their normals, weight 1 [m]. texel, light: (M,) texels of
+    the albedo, counted row by row, and their brightness in linear light, weight 1. drawn, shift: (K,) drawn vertices and
+    (K, 2) how far their texture coordinates move, weight 1.
+    """
+
+    name: str
+    what: WrinkleSet
+    side: str
+    vertex: I64
+    height: F32
+    texel: I64
+    light: F32
+    drawn: I64
+    shift: F32
+
+
+class Worn:
+    """The wrinkles of one avatar. Making it takes some seconds; the methods may be called from several threads.
+
+    charts: of `vistel.wrinkle.dressing.dressed`; cloth only moves on regions that have one. textures: whether to make what
+    the texture needs too.
+    """
+
+    def __init__(
+        self, avatar: Avatar, sets: Sequence[WrinkleSet], charts: Sequence[Chart] = (), *, textures: bool = True
+    ) -> None:
+        self.avatar = avatar
+        self._tubes: dict[str, Tube] = {}
+        self._texels = _Texels(avatar) if textures else None
+        self._charts = {c.name: c for c in charts}
+        self.sets = tuple(self._worn(each, side) for each in sets for side in sides_of(each.region))
+        self.memory = np.array([s.what.entry.memory for s in self.sets])
+
+    def weights(self, joints: JointPose, actions: Mapping[str, float] | None = None) -> F64:
+        """(S,) how much of each set is there. actions: intensities 0..1 of action units by name."""
+        return np.array([s.what.entry.drive.weight(joints, actions or {}, s.side) for s in self.sets])
+
+    def displacement(self, weights: F64) -> F32:
+        """(V,) of the skin along its normals [m]: the `displacement` of `Figure.pose`."""
+        out = np.zeros(len(self.avatar.mesh.vertices), np.float32)
+        for each, weight in zip(self.sets, weights, strict=True):
+            if weight > 0.0:
+                out[each.vertex] += np.float32(weight) * each.height
+        return out
+
+    def coordinates(self, weights: F64) -> F32:
+        """(R, 2) texture coordinates of the drawn vertices, with the cloth where it has moved to."""
+        out = self.avatar.mesh.uv.copy()
+        for each, weight in zip(self.sets, weights, strict=True):
+            if weight > 0.0 and len(each.drawn):
+                out[each.drawn] += np.float32(weight) * each.shift
+        return out
+
+    def light(self, weights: F64) -> F32:
+        """(H, W) brightness of each texel in linear light, at coordinates that did not move: wrinkles stay at the joint while
+        cloth moves through them."""
+        height, width = self.avatar.albedo.shape[:2]
+        out = np.ones(height * width, np.float32)
+        for each, weight in zip(self.sets, weights, strict=True):
+            if weight > 0.0:
+                out[each.texel] *= 1.0 + np.float32(weight) * (each.light - 1.0)
+        return out.reshape(height, width)
+
+    def texture(self, weights: F64) -> U8:
+        """(H, W, 3) sRGB: the albedo under that light, for programs that draw one texture without moved coordinates."""
+        return encoded(linear(self.avatar.albedo) * self.light(weights)[..., None])
+
+    def _tube(self, each: WrinkleSet, side: str) -> Tube:
+        name = side + each.region.name
+        if name not in self._tubes:
+            self._tubes[name] = tube(self.avatar, each.region, side)
+        return self._tubes[name]
+
+    def _worn(self, each: WrinkleSet, side: str) -> WornSet:
+        entry, around = each.entry, self._tube(each, side)
+        scale = self.avatar.skeleton.height / REFERENCE_HEIGHT
+        wrinkles = instances(entry.wrinkles, around.plane, each.source, wraps=True, scale=scale)
+        of = displacement_map(wrinkles, around.plane, TEXELS[entry.material], wraps=True)
+        mesh = self.avatar.mesh
+        vertex = np.flatnonzero(around.attenuation > 0.0)
+        height = np.zeros(len(vertex), np.float32)
+        if wrinkles and entry.lift > 0.0:
+            # What is finer than the mesh would only make it rough.
+            edge = np.linalg.norm(np.diff(mesh.vertices[mesh.triangles[around.member[mesh.triangles].all(axis=1)]], axis=1), axis=2)
+            seen = smoothed(of, 0.35 * float(np.median(edge)))
+            height = read(seen, around.place(mesh.vertices[vertex])) * around.attenuation[vertex] * np.float32(entry.lift)
+            most = np.float32(DENT * around.radius)
+            height = most * np.tanh(height / most)
+        moved = np.abs(height) > 1e-6
+        texel, light = self._lit(of, around, entry.material) if wrinkles else (np.zeros(0, np.int64), np.zeros(0, np.float32))
+        drawn, shift = self._shifted(entry, around, scale)
+        return WornSet(side + entry.name, each, side, vertex[moved], height[moved], texel, light, drawn, shift)
+
+    def _lit(self, of: Map, around: Tube, material: str) -> tuple[I64, F32]:
+        if self._texels is None:
+            return np.zeros(0, np.int64), np.zeros(0, np.float32)
+        texel, at, attenuation = self._texels.of(around)
+        bright = Map(shading(of, LIGHT[material]) - 1.0, of.step, of.wraps)
+        light = read(bright, at) * attenuation
+        seen = np.abs(light) > 1e-3
+        return texel[seen], 1.0 + light[seen]
+
+    def _shifted(self, entry: SetEntry, around: Tube, scale: float) -> tuple[I64, F32]:
+        chart = self._charts.get(around.name)
+        if chart is None:
+            return np.zeros(0, np.int64), np.zeros((0, 2), np.float32)
+        mesh = self.avatar.mesh
+        drawn = chart.drawn(mesh)
+        v = around.place(mesh.vertices[mesh.corner_vertex[drawn]])[:, 1]
+        # The cloth now seen at v came from below it.
+        by = -scale * entry.pulled(v) / around.plane[1] * chart.scale[1]
+        keep = by != 0.0
+        return drawn[keep], np.stack((np.zeros(int(keep.sum())), by[keep]), axis=1).astype(np.float32)
+
+
+class _Texels:
+    """Which point of the mesh at rest each texel of an avatar's texture shows."""
+
+    def __init__(self, avatar: Avatar) -> None:
+        self._mesh = avatar.mesh
+        self._known: dict[str, tuple[I64, F64, F32]] = {}
+        height, width = avatar.albedo.shape[:2]
+        size = max(height, width)
+        uv = avatar.mesh.uv.astype(np.float64) * np.array((width, height)) / size
+        uv[:, 1] += 1.0 - height / size
+        owner, weight = rasterise(uv, avatar.mesh.corner_triangles.astype(np.int64), size)
+        self._owner, weight = owner[:height, :width].ravel(), weight[:height, :width].reshape(-1, 2)
+        self._weight = np.concatenate((weight, 1.0 - weight.sum(axis=1, keepdims=True)), axis=1)
+
+    def of(self, around: Tube) -> tuple[I64, F64, F32]:
+        """(M,) texels of a region, (M, 2) their u and v, (M,) their attenuation."""
+        if around.name not in self._known:
+            mine = np.any(around.attenuation[self._mesh.triangles] > 0.0, axis=1)
+            texel = np.flatnonzero((self._owner >= 0) & mine[self._owner])
+            corner, w = self._mesh.triangles[self._owner[texel]], self._weight[texel]
+            attenuation = (around.attenuation[corner] * w).sum(axis=1)
+            texel, corner, w = texel[attenuation > 0.0], corner[attenuation > 0.0], w[attenuation > 0.0]
+            points = (self._mesh.vertices[corner] * w[..., None]).sum(axis=1)
+            kept = attenuation[attenuation > 0.0].astype(np.float32)
+            self._known[around.name] = texel, around.place(points), kept
+        return self._known[around.name]
+
+
+def read(of: Map, at: F64) -> F32:
+    """(N,) heights of a map that wraps at u, v (N, 2), bilinear; 0 below and above it."""
+    rows, columns = of.height.shape
+    x, y = at[:, 0] * columns - 0.5, (1.0 - at[:, 1]) * rows - 0.5
+    x0, y0 = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+    fx, fy = x - x0, y - y0
+    padded = np.pad(of.height, ((1, 1), (0, 0)))
+    above, below = np.clip(y0 + 1, 0, rows + 1), np.clip(y0 + 2, 0, rows + 1)
+    left, right = x0 % columns, (x0 + 1) % columns
+    top = padded[above, left] * (1 - fx) + padded[above, right] * fx
+    return (top * (1 - fy) + (padded[below, left] * (1 - fx) + padded[below, right] * fx) * fy).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Memory:
+    """How cloth keeps a little of what it was bent to: times [s] in which it takes a crease on and loses it."""
+
+    rise: float = 2.0
+    fall: float = 30.0
+
+    def step(self, kept: F64, weights: F64, share: F64, seconds: float) -> tuple[F64, F64]:
+        """kept: (S,) of the step before, zeros at first; share: (S,) `Worn.memory`. Returns what is kept now, and the
+        weights to show: never less than what drives the sets, and a share of what they remember."""
+        away = np.where(weights > kept, self.rise, self.fall)
+        kept = weights + (kept - weights) * np.exp(-max(seconds, 0.0) / away)
+        return kept, np.maximum(weights, share * kept)
