@@ -35,6 +35,17 @@ class Polhemus(Checked):
     """The side of the transmitter on which the receivers stay, in its frame (+X forward, +Z down): above it."""
 
 
+def _check_address(port: str) -> None:
+    """Raises ValueError for what names no device of a VRPN server."""
+    from vistel.protocol.vrpn import parse_address  # noqa: PLC0415
+
+    try:
+        if port != "sim":
+            parse_address(port)
+    except ValueError as e:
+        raise ValueError(f"port: {e}") from e
+
+
 class TrackerConfig(Polhemus):
     """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person; a tracker of a VRPN server, whose sensor 0 is station 1; or a VR
     tracking suite that sends VMC to a UDP port.
@@ -72,13 +83,8 @@ class TrackerConfig(Polhemus):
             if self.stations != {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}:
                 raise ValueError("stations: a tracking suite has them as they are by default; leave them out")
             return self
-        if self.kind == "vrpn" and self.port != "sim":
-            from vistel.protocol.vrpn import parse_address  # noqa: PLC0415
-
-            try:
-                parse_address(self.port)
-            except ValueError as e:
-                raise ValueError(f"port: {e}") from e
+        if self.kind == "vrpn":
+            _check_address(self.port)
         if self.second_port and self.kind != "fastrak":
             raise ValueError(f"second_port: only fastrak units are synchronised by cable; this is a {self.kind}")
         most = STATIONS[self.kind] * (2 if self.second_port else 1)
@@ -93,19 +99,21 @@ class TrackerConfig(Polhemus):
 
 _GLOVES: dict[str, tuple[int, tuple[int, ...]]] = {
     "cyberglove": (115200, (18, 22)), "5dt_ultra": (115200, (14, 5)), "5dt_16": (19200, (14,)), "5dt_5": (19200, (5,)),
+    "vrpn": (0, (14, 5)), "vrpn_pinch": (0, (5,)),
 }  # fmt: skip
 
 
 class GloveConfig(Checked):
-    """A CyberGlove, or a 5DT Data Glove: Ultra, 16 or 5."""
+    """A CyberGlove; a 5DT Data Glove: Ultra, 16 or 5; or a glove of a VRPN server: "vrpn", whose analog channels are a 5DT
+    glove's sensors, or "vrpn_pinch", whose buttons are the contacts of pinch gloves (0 to 4 the right hand's, thumb first)."""
 
-    kind: Literal["cyberglove", "5dt_ultra", "5dt_16", "5dt_5"] = "cyberglove"
+    kind: Literal["cyberglove", "5dt_ultra", "5dt_16", "5dt_5", "vrpn", "vrpn_pinch"] = "cyberglove"
     port: str = "sim"
-    """Serial port, "sim" for a simulated one, "usb" for a 5DT Ultra on USB."""
+    """Serial port, "sim" for a simulated one, "usb" for a 5DT Ultra on USB, "Glove0@host:3883" for one of a VRPN server."""
     baud: int = 115200
     """Default: the one its kind has."""
     sensors: Literal[5, 14, 18, 22] = 18
-    """cyberglove: 18 or 22; 5dt_ultra: 14 or 5. A Data Glove 16 has 14 on the fingers."""
+    """cyberglove: 18 or 22; 5dt_ultra, vrpn: 14 or 5. A Data Glove 16 has 14 on the fingers."""
     calibration: Path | None = None
     """What this user's hand reads in it, as JSON; without one, a typical hand's."""
 
@@ -128,6 +136,8 @@ class GloveConfig(Checked):
             raise ValueError(f"sensors: a {self.kind} has {' or '.join(map(str, counts))}; got {self.sensors}")
         if self.port == "usb" and self.kind != "5dt_ultra":
             raise ValueError(f'port: only a 5dt_ultra can be on "usb"; give the serial port of this {self.kind}')
+        if self.kind in ("vrpn", "vrpn_pinch"):
+            _check_address(self.port)
         return self
 
 

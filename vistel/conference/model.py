@@ -114,13 +114,15 @@ class RoomThing(Checked):
     shape: Literal["ball", "lump", "bar"] = "ball"
     size: float = Field(default=0.04, ge=0.005, le=0.15)
     """Its radius [m]; a lump is twice as long as wide, a bar six times."""
-    mass: float = Field(default=0.2, ge=0.005, le=20.0)
-    colour: str = Field(default="#b5a48f", pattern="^#[0-9a-fA-F]{6}$")
+    mass: float | None = Field(default=None, ge=0.005, le=20.0)
+    """[kg]; default 0.2, of what is from a file its own."""
+    colour: str | None = Field(default=None, pattern="^#[0-9a-fA-F]{6}$")
+    """Default "#b5a48f", of what is from a file its own."""
     at: tuple[float, float] = (0.0, 0.0)
     """Where on the table [m]: x, z from its centre."""
     material: Literal["elastic", "plastic", "viscoelastic"] = "elastic"
-    rigidity: float = Field(default=0.3, ge=0.0, le=1.0)
-    """0 as soft as flesh, 1 rigid."""
+    rigidity: float | None = Field(default=None, ge=0.0, le=1.0)
+    """0 as soft as flesh, 1 rigid; default 0.3, of what is from a file its own."""
     recovery: float = Field(default=0.0, ge=0.0, le=3600.0)
     """viscoelastic: its time constant [s], default 0.5; plastic: seconds in which dents fade, 0 never."""
     sticky: float = Field(default=0.0, ge=0.0, le=0.1)
@@ -139,9 +141,10 @@ class RoomThing(Checked):
         from vistel.space.things import Matter  # noqa: PLC0415
 
         slow = self.recovery or (0.5 if self.material == "viscoelastic" else 0.0)
+        mass, rigidity = 0.2 if self.mass is None else self.mass, 0.3 if self.rigidity is None else self.rigidity
         return Extra(
-            self.id, self.name or self.id, self.shape, self.size, self.mass, self.rigidity,
-            int(self.colour[1:] + "ff", 16), *self.at, Matter(self.material, slow, self.sticky),
+            self.id, self.name or self.id, self.shape, self.size, mass, rigidity,
+            int((self.colour or "#b5a48f")[1:] + "ff", 16), *self.at, Matter(self.material, slow, self.sticky),
         )  # fmt: skip
 
 
@@ -218,16 +221,16 @@ class Conference(Checked):
 
     @model_validator(mode="after")
     def _props_are_there(self) -> Conference:
-        wanted = [p.thing for s in self.sites for p in s.props]
+        wanted = {f"sites[{i}].props[{k}].thing": p.thing for i, s in enumerate(self.sites) for k, p in enumerate(s.props)}
         if not wanted or self.room.from_files:  # what files hold is known when they are read
             return self
         # Loads the room only for who has props.
         from vistel.space.room import meeting_room  # noqa: PLC0415
 
         loose = [t.id for t in meeting_room(self.room.seats, self.room.extras()).things if not t.fixed]
-        for thing in wanted:
+        for key, thing in wanted.items():
             if thing not in loose:
-                raise ValueError(f"props: no such loose thing in the room; expected one of {', '.join(loose)}, got {thing!r}")
+                raise ValueError(f"{key}: no such loose thing in the room; expected one of {', '.join(loose)}, got {thing!r}")
         return self
 
     @model_validator(mode="after")

@@ -78,7 +78,6 @@ def _with_file(interior: Interior, entry: RoomThing) -> Interior:
     assert entry.file is not None
     found = load_things(entry.file, fixed=entry.fixed)
     things = found.room.things
-    given = entry.model_fields_set
     turn = rotation_y(math.radians(entry.turn))
     low, high = _box(found)
     middle = 0.5 * (low + high) * (1.0, 0.0, 1.0)
@@ -92,10 +91,10 @@ def _with_file(interior: Interior, entry: RoomThing) -> Interior:
         out.append(replace(
             t, id=entry.id if len(things) == 1 else f"{entry.id}-{t.id}", name=name, position=spot,
             rotation=quaternion_from_matrix(turn @ matrix_from_quaternion(t.rotation)),
-            mass=entry.mass if "mass" in given and not t.fixed else t.mass,
-            compliance=1.0 - entry.rigidity if "rigidity" in given else t.compliance,
+            mass=t.mass if entry.mass is None or t.fixed else entry.mass,
+            compliance=t.compliance if entry.rigidity is None else 1.0 - entry.rigidity,
         ))  # fmt: skip
-    if "colour" in given:
+    if entry.colour is not None:
         out = [painted(t, int(entry.colour[1:] + "ff", 16)) for t in out]
     whole = interior.with_things((*interior.room.things, *out), found.models)
     return replace(whole, notes=(*interior.notes, *(f"{entry.id}: {note}" for note in found.notes)))

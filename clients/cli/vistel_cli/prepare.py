@@ -24,7 +24,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import vistel
 from vistel.conference.files import load
-from vistel.conference.model import Conference
+from vistel.conference.model import Conference, Room
 from vistel.figure.avatar import builtin_avatar
 from vistel.figure.avatar_builtin import by_turns, default_cache
 from vistel.figure.figure import Figure
@@ -90,9 +90,17 @@ def _stamp(conference: Conference) -> Path:
 
 def _fingerprint(conference: Conference) -> str:
     text = f"{sys.version} {numba.__version__} {_people(conference)}"
+    if conference.room.from_files:
+        text += f" {conference.room.model_dump_json()} {_newest(conference.room)}"
     for source in sorted(Path(vistel.__file__).parent.rglob("*.py")):
         text += f" {source.name} {source.stat().st_mtime_ns}"
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _newest(room: Room) -> list[int]:
+    """When the files of a room were last changed; 0 for those that are not there."""
+    files = [f for f in (room.file, *(t.file for t in room.things)) if f is not None]
+    return [f.stat().st_mtime_ns if f.is_file() else 0 for f in files]
 
 
 def _by_the_meeting(conference: Conference) -> Conference:
@@ -132,7 +140,14 @@ def _compile_posture(conference: Conference) -> None:
 def _compile_world(conference: Conference) -> None:
     """Two steps with everybody at the table, from what the motion source says."""
     motion = open_motion(conference)
-    world = World(meeting_room(conference.room.seats, conference.room.extras()))
+    keys = conference.room
+    if keys.from_files:  # what is made of files of others is kept from now on
+        from vistel.conference.rooms import interior_of  # noqa: PLC0415
+
+        room = interior_of(keys).room
+    else:
+        room = meeting_room(keys.seats, keys.extras())
+    world = World(room)
     people = [p for s in conference.sites for p in s.participants]
     persons = tuple(Person(p.name, p.height) for p in people)
     for step in (1, 2):

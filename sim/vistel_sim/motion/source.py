@@ -14,7 +14,6 @@ from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.sensors import Mount, Placement, into_frame, receiver_mounts, receiver_poses, transmitter_in_room
 from vistel.figure.skeleton import Skeleton, standard_skeleton
-from vistel.space.room import seat_pose
 
 F64 = NDArray[np.float64]
 
@@ -83,7 +82,7 @@ def places(conference: Conference) -> dict[str, Place]:
     for site in conference.sites:
         for person in site.participants:
             seat = conference.seat_of(person.name)
-            position, heading = seat_pose(conference.room.seats, seat)
+            position, heading = conference.room.place(seat)
             tracker = person.tracker or TrackerConfig()
             transmitter = transmitter_in_room(
                 position, heading, tracker.transmitter_position, tracker.transmitter_heading
@@ -96,7 +95,7 @@ def places(conference: Conference) -> dict[str, Place]:
 
 def prop_transmitter(conference: Conference, site: Site, tracker: PropTracker) -> Placement:
     """Where the transmitter of a prop's tracker stands, in the room."""
-    position, heading = seat_pose(conference.room.seats, conference.seat_of(site.participants[0].name))
+    position, heading = conference.room.place(conference.seat_of(site.participants[0].name))
     return transmitter_in_room(position, heading, tracker.transmitter_position, tracker.transmitter_heading)
 
 
