@@ -30,7 +30,13 @@ TOUCH = 0.006
 """A digit this near touches: what trackers and gloves leave uncertain [m]."""
 OPPOSED = -0.2
 """Cosine between the normals of a finger and of what opposes it, at most."""
-CLOSING = 0.25
+VOLAR = -0.3
+"""Cosine between where a digit touches and where its inner side faces, at least: backs of hands hold nothing."""
+ASIDE = 0.5
+"""The same cosine from which on fingers and what opposes them are on different sides of a thing, touched or not."""
+AROUND = 0.1
+"""Fingers that have closed by so much with a thing between them and what opposes them are about to take it [rad]..."""
+CLOSING = 0.4
 """Fingers must have closed by so much, each on average, to take hold [rad]."""
 OPENING = 0.35
 """Fingers open by so much from their tightest let go [rad]."""
@@ -93,32 +99,47 @@ class Grasp:
 
 @dataclass(frozen=True)
 class Reach:
-    """One hand near one thing: fingers that touch it, and whether they are opposed by thumb or palm."""
+    """One hand near one thing: fingers that touch it, and whether they are opposed by thumb or palm; around: it lies
+    between fingers and what opposes them, touched or not."""
 
     thing: int
     engaged: tuple[bool, ...]
     opposed: bool
     palm: bool
     nearest: float
+    around: bool
 
 
 def reaches(posed: Posed, near: ContactArray, owner: I64, right: bool) -> list[Reach]:
     """What one hand is near to, in order of things. near: the figure's contacts with all primitives of things."""
     digit = posed.build.digit[near.a] - (DIGITS if right else 0)
     mine = (digit >= 0) & (digit < DIGITS)
+    mine[mine] &= _inside(posed, near, np.flatnonzero(mine), digit)
     out: list[Reach] = []
     for thing in np.unique(owner[near.b[mine]]):
         chosen = np.flatnonzero(mine & (owner[near.b] == thing))
         touching = chosen[near.depth[chosen] > -TOUCH]
         d = digit[touching]
-        fingers, others = touching[(d != THUMB) & (d != PALM)], touching[(d == THUMB) | (d == PALM)]
-        engaged = tuple(bool((digit[fingers] == f).any()) for f in range(1, 5))
-        cosines = near.normal[fingers] @ near.normal[others].T
-        thumb = bool((d == THUMB).any())
-        opposed = bool((cosines < OPPOSED).any()) and (thumb or sum(engaged) >= 2)
-        palm = bool((d == PALM).any())
-        out.append(Reach(int(thing), engaged, opposed, palm, -float(near.depth[chosen].max())))
+        engaged = tuple(bool((d == f).any()) for f in range(1, 5))
+        thumb, palm = bool((d == THUMB).any()), bool((d == PALM).any())
+        opposed = _opposed(near, touching, d, OPPOSED) and (thumb or sum(engaged) >= 2)
+        around = opposed or _opposed(near, chosen, digit[chosen], ASIDE)
+        out.append(Reach(int(thing), engaged, opposed, palm, -float(near.depth[chosen].max()), around))
     return out
+
+
+def _opposed(near: ContactArray, rows: I64, digit: I64, least: float) -> bool:
+    """A finger has the thing on one side and thumb or palm have it on the other. digit: of each of the rows."""
+    other = (digit == THUMB) | (digit == PALM)
+    cosines = near.normal[rows[~other]] @ near.normal[rows[other]].T
+    return bool((cosines < least).any())
+
+
+def _inside(posed: Posed, near: ContactArray, rows: I64, digit: I64) -> NDArray[np.bool_]:
+    """(rows,) whether fingers and palm are near the thing with their inner side, -Y of their joint; the thumb always."""
+    joint = posed.build.body.joint[near.a[rows]]
+    facing = -np.einsum("ni,ni->n", posed.joints.rotation[joint, :, 1], near.normal[rows])
+    return (facing > np.where(digit[rows] == PALM, 0.0, VOLAR)) | (digit[rows] == THUMB)
 
 
 def closes(posed: Posed, right: bool, reach: Reach) -> bool:
@@ -128,6 +149,14 @@ def closes(posed: Posed, right: bool, reach: Reach) -> bool:
     row = int(right)
     closed = (flexion(posed.figure.posture) - posed.figure.opened)[row]
     return float(closed[np.array(reach.engaged)].mean()) > CLOSING
+
+
+def closes_round(posed: Posed, right: bool, reach: Reach) -> bool:
+    """The hand is about to take what lies between its fingers, and so does not push it."""
+    if not reach.around or posed.figure.posture is None:
+        return False
+    closed = (flexion(posed.figure.posture) - posed.figure.opened)[int(right)]
+    return float(closed.max()) > AROUND
 
 
 def encloses(posed: Posed, right: bool, reach: Reach) -> bool:

@@ -190,23 +190,28 @@ def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[
         return hands.closes(p, right, r)
 
     takes: list[tuple[float, str, bool, hands.Reach]] = []
+    about: list[LetGo] = []
     for name in sorted(posed):
         p = posed[name]
         for right in (False, True):
             if (name, right) in held:
                 continue
-            reach = [
-                r
-                for r in hands.reaches(p, near[name], solids.owner, right)
-                if not solids.things[r.thing].fixed and holds(p, right, r)
-            ]
+            reached = [r for r in hands.reaches(p, near[name], solids.owner, right) if not solids.things[r.thing].fixed]
+            for r in reached:
+                entry = LetGo(name, right, solids.things[r.thing].id, state.step)
+                known = (name, right, entry.thing) in just_let_go or entry.thing in tracked
+                if not known and hands.closes_round(p, right, r):
+                    about.append(entry)
+            reach = [r for r in reached if holds(p, right, r)]
             if reach:
                 chosen = min(reach, key=lambda r: (r.nearest, r.thing))
                 takes.append((chosen.nearest, name, right, chosen))
     # Who is nearest is first, and leads what several take in one step.
     for _, name, right, chosen in sorted(takes, key=lambda t: t[:3]):
         state = grasped(state, solids, posed[name], right, chosen)
-    return state
+    taken = {(g.participant, g.right, g.thing) for g in state.grasps}
+    let_go = tuple(e for e in (*state.let_go, *about) if (e.participant, e.right, e.thing) not in taken)
+    return replace(state, let_go=let_go)
 
 
 def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hands.Reach) -> State:
