@@ -156,6 +156,26 @@ def test_a_thing_changed_hands(conference: Run) -> None:
     assert any(len(set(holders)) >= 2 for holders in held.values()), held
 
 
+def _film(run: Run, folder: Path, *more: str) -> str:
+    command = [sys.executable, "-m", "vistel_cli.main", "replay", str(run.out / "conference.mcap"), "--render"]
+    command += ["--site", "zurich", "--from", "12", "--to", "12.6", "--fps", "5", "--size", "320x180", "--out", str(folder)]
+    return subprocess.run([*command, *more], capture_output=True, text=True, check=True).stdout
+
+
+def test_the_log_is_drawn_as_a_film_to_the_same_picture_each_time(conference: Run, tmp_path: Path) -> None:
+    pictures: list[list[bytes]] = []
+    for name in ("one", "two"):
+        assert "3 pictures at 5/s, 320x180" in _film(conference, tmp_path / name, "--png")
+        pictures.append([f.read_bytes() for f in sorted((tmp_path / name / "zurich").iterdir())])
+    assert pictures[0] == pictures[1]
+    assert len(set(pictures[0])) == 3
+    _film(conference, tmp_path, "--finer", "2")
+    with av.open(str(tmp_path / "zurich.mp4")) as video:
+        frames = [f.to_ndarray(format="gray") for f in video.decode(video=0)]
+    assert [f.shape for f in frames] == [(180, 320)] * 3
+    assert min(f.std() for f in frames) > 15
+
+
 def test_no_process_of_the_conference_is_left(conference: Run) -> None:
     assert len(conference.processes) >= 9
     assert [p.pid for p in conference.processes if p.is_running()] == []

@@ -20,6 +20,7 @@ from vistel.wire.zenoh_bus import Router, ZenohBus
 from vistel_cli.feed import LIVE_SERVICES, Feeder
 from vistel_cli.launch import host_spec, open_fork_server, until_loaded
 from vistel_cli.recorded_avatars import with_recorded_avatars
+from vistel_cli.render_log import Look, render_log, size_of
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 from vistel_cli.up import write_conference
 from vistel_cli.verify import verify_log
@@ -30,8 +31,8 @@ from vistel_services.supervisor import Supervisor
 
 PREROLL_S = 2.0
 """Before the asked time, fed at once: key frames of motion and the world come at least so often."""
-LEAD_S = 8.0
-"""What processes get to start before the log's time begins to run."""
+LEAD_S, LEAD_FORKED_S = 8.0, 4.0
+"""What processes get to start before the log's time begins to run: from nothing, and forked with everything loaded."""
 WORLD_EARLY_NS = 200_000_000
 
 
@@ -41,6 +42,13 @@ class Source(StrEnum):
     DEVICES = "devices"
     MOTION = "motion"
     RECORDED = "recorded"
+
+
+class View(StrEnum):
+    """What a picture is of."""
+
+    SEAT = "seat"
+    ROOM = "room"
 
 
 def replay(
@@ -56,6 +64,14 @@ def replay(
     verify: Annotated[
         bool, typer.Option("--verify", help="Re-run the world and compare every state bit for bit.")
     ] = False,
+    render: Annotated[
+        bool, typer.Option("--render", help="Draw the recorded conference picture by picture, whatever each takes.")
+    ] = False,
+    fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="With --render: pictures per second.")] = 30.0,
+    size: Annotated[str | None, typer.Option(help="With --render: pixels, such as 1920x1080.")] = None,
+    finer: Annotated[int, typer.Option(min=1, max=4, help="With --render: pixels drawn for one, each way.")] = 1,
+    view: Annotated[View | None, typer.Option(help="With --render: through whose eyes, instead of the site's own.")] = None,
+    png: Annotated[bool, typer.Option("--png", help="With --render: a file for each picture instead of films.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Play a recorded conference again through the same services.
@@ -67,6 +83,8 @@ def replay(
       vistel replay out/conference.mcap --source devices
 
       vistel replay out/conference.mcap --verify
+
+      vistel replay out/conference.mcap --render --site tokyo --size 1920x1080 --fps 60 --finer 2
     """
     try:
         reader = LogReader(log)
@@ -80,6 +98,12 @@ def replay(
     length = (reader.end_ns - reader.begin_ns) * 1e-9
     if begin >= length:
         fail(f"--from {begin:g}: the log is {length:.1f} s long", USAGE)
+    if render:
+        looks = Look(size_of(size), fps, finer, png, view.value if view else None)
+        sites = [s.name for s in conference.sites if not site or s.name in site]
+        begin_ns, end_ns = (reader.begin_ns + round(t * 1e9) for t in (begin, min(end or length, length)))
+        render_log(reader, conference, sites, begin_ns, end_ns, looks, output)
+        return
     raise typer.Exit(asyncio.run(_play(reader, conference, source, speed, begin, min(end or length, length), output)))
 
 
@@ -133,7 +157,8 @@ async def _play(
         with out.status("loading"):
             await until_loaded(server, stop)
         router = Router.open()
-        clock = ReplayClock(begin_ns, time.monotonic_ns() + int(LEAD_S * 1e9), speed)
+        lead_s = LEAD_FORKED_S if server is not None and server.ready else LEAD_S
+        clock = ReplayClock(begin_ns, time.monotonic_ns() + int(lead_s * 1e9), speed)
         bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])
         specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
         supervisor = Supervisor(specs, folder, server)

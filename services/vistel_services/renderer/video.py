@@ -7,6 +7,7 @@ import logging
 import queue
 import threading
 from collections import deque
+from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
 
@@ -30,6 +31,12 @@ _SOUND_LATE_NS = 1_000_000_000
 """Sound that has not come by then is silence."""
 
 
+Quality = Mapping[str, str]
+"""Options of x264."""
+LIVE: Quality = {"preset": "ultrafast", "tune": "zerolatency", "crf": "21"}
+FILM: Quality = {"preset": "medium", "crf": "18"}
+
+
 class VideoWriter:
     """Encodes in a thread of its own; `put` never waits: when it falls behind, pictures are left out and counted.
 
@@ -37,7 +44,9 @@ class VideoWriter:
     A disk that fails ends the video with one line, not the renderer.
     """
 
-    def __init__(self, path: Path, width: int, height: int, rate: float, sound: bool = False) -> None:
+    def __init__(
+        self, path: Path, width: int, height: int, rate: float, sound: bool = False, quality: Quality = LIVE
+    ) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path = _free(path)
         self._width, self._height = width - width % 2, height - height % 2
@@ -55,7 +64,7 @@ class VideoWriter:
         stream.codec_context.color_range = ColorRange.MPEG
         stream.codec_context.colorspace = Colorspace.ITU601  # what cv2 makes
         stream.codec_context.gop_size = max(1, round(rate))
-        stream.options = {"preset": "ultrafast", "tune": "zerolatency", "crf": "21"}
+        stream.options = dict(quality)
         self._stream = stream
         self._track = SoundTrack(self._container) if sound else None
         self._failed = False
@@ -75,6 +84,11 @@ class VideoWriter:
             self.left_out += 1
             return False
         return True
+
+    def put_waiting(self, t_ns: int, rgba: U8) -> bool:
+        """The same, for who has time: waits until there is room. False when the video has failed."""
+        self._queue.put((t_ns, rgba))
+        return not self._failed
 
     def put_sound(self, t_ns: int, opus: bytes) -> None:
         """A frame of sound (an Opus packet of 20 ms, stereo) whose first sample is heard at `t_ns`."""

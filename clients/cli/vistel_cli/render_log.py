@@ -1,0 +1,123 @@
+"""`vistel replay --render`: a log as films, picture by picture, whatever each takes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.wire.log import LogReader, LogRecord
+from vistel_cli.terminal import FAILED, USAGE, fail, out
+
+if TYPE_CHECKING:
+    from vistel_services.renderer.film import Picture
+
+PREROLL_NS = 2_500_000_000
+"""Before the asked time: key frames of motion and the world come at least so often."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """size: pixels, None as the site has them; rate: pictures per second; finer: pixels drawn for one, each way; png: a file
+    for each picture instead of a film; view: "seat", "room", None as the site has it."""
+
+    size: tuple[int, int] | None
+    rate: float
+    finer: int
+    png: bool
+    view: str | None
+
+
+def size_of(text: str | None) -> tuple[int, int] | None:
+    """Pixels of "1280x720"; leaves with one line for what is no size."""
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d{2,5})x(\d{2,5})", text)
+    if not found or not all(16 <= int(n) <= 16384 for n in found.groups()):
+        fail(f"--size {text}: expected width and height from 16 to 16384, such as 1280x720", USAGE)
+    return int(found[1]), int(found[2])
+
+
+def render_log(
+    reader: LogReader, conference: Conference, sites: list[str], begin_ns: int, end_ns: int, look: Look, folder: Path
+) -> None:
+    """Write SITE.mp4 (or SITE/00000.png ...) for each of `sites` into `folder`."""
+    from vistel_services.renderer.gl_context import NoOpenGlError  # noqa: PLC0415  loads the mathematics
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in sites:
+            _render_site(reader, _shown(conference, name, look), name, begin_ns, end_ns, look, folder)
+    except (NoOpenGlError, ValueError) as e:
+        fail(str(e), FAILED)
+    except OSError as e:
+        fail(f"{e.filename or folder}: cannot be written: {e.strerror}", FAILED)
+
+
+def _shown(conference: Conference, name: str, look: Look) -> Conference:
+    """The conference with the site's display as asked."""
+    data = conference.model_dump(mode="json", exclude_none=True)
+    display = next(s["display"] for s in data["sites"] if s["name"] == name)
+    display |= {"video": True, "window": False}
+    if look.size is not None:
+        display |= {"width": look.size[0], "height": look.size[1]}
+    if look.view is not None:
+        display["view"] = look.view
+    if look.size is not None or look.view is not None:
+        display["screens"] = []
+    return Conference.model_validate(data)
+
+
+def _render_site(
+    reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: Look, folder: Path
+) -> None:
+    from vistel_services.renderer.film import film  # noqa: PLC0415  loads the mathematics
+    from vistel_services.renderer.service import configure  # noqa: PLC0415
+    from vistel_services.renderer.video import FILM, VideoWriter  # noqa: PLC0415
+
+    site = next(s for s in conference.sites if s.name == name)
+    config = configure(conference, site, RunPaths(folder, folder))
+    count = int((end_ns - begin_ns) * 1e-9 * look.rate + 1e-9)
+    pictures = film(config, _records(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer)
+    columns = (TextColumn("{task.description}"), BarColumn(bar_width=30), TextColumn("{task.completed:.0f} of {task.total:.0f}"))
+    with Progress(*columns, TimeRemainingColumn(), console=out, transient=True) as bar:
+        task = bar.add_task(name, total=count)
+        if look.png:
+            target = folder / name
+            target.mkdir(exist_ok=True)
+            for n, picture in enumerate(pictures):
+                _write_png(target / f"{n:05d}.png", picture)
+                bar.advance(task)
+        else:
+            target = folder / f"{name}.mp4"
+            target.unlink(missing_ok=True)
+            writer = VideoWriter(target, config.view.width, config.view.height, look.rate, quality=FILM)
+            try:
+                for picture in pictures:
+                    if not writer.put_waiting(picture.t_ns, picture.rgba):
+                        fail(f"{target}: cannot be written; is the disk full?", FAILED)
+                    bar.advance(task)
+            finally:
+                writer.close()
+    out.print(f"  {target}  {count} pictures at {look.rate:g}/s, {config.view.width}x{config.view.height}", soft_wrap=True)
+
+
+def _records(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
+    """Who takes part from the log's beginning on, everything else from a little before the asked time."""
+    from vistel_services.renderer.film import TOPICS  # noqa: PLC0415
+
+    first_ns = max(reader.begin_ns, begin_ns - PREROLL_NS)
+    yield from reader.records(topics=("participant",), end_ns=first_ns)
+    yield from reader.records(topics=TOPICS, begin_ns=first_ns, end_ns=end_ns + 1)
+
+
+def _write_png(path: Path, picture: Picture) -> None:
+    from PIL import Image  # noqa: PLC0415
+
+    Image.fromarray(picture.rgba[::-1, :, :3]).save(path, compress_level=4)
