@@ -10,20 +10,17 @@ makes them anew.
 
 from __future__ import annotations
 
-import io
-import json
-import struct
 import tempfile
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.avatar_usd import joints_only
+from vistel.figure.gltf_binary import INDICES, Binary, png
 from vistel.figure.making.vrm import REQUIRED, vrm_name
 from vistel.figure.rigid_weights import influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
@@ -33,10 +30,6 @@ EXTENSION = "VISTEL_avatar"
 FORMAT = 1
 EYES = ("left_eye", "right_eye")
 _LICENCE = "https://vrm.dev/licenses/1.0/"
-_FLOAT, _BYTE, _SHORT, _INT = 5126, 5121, 5123, 5125
-_VERTICES, _INDICES = 34962, 34963
-_KINDS = {np.dtype(np.float32): _FLOAT, np.dtype(np.uint8): _BYTE, np.dtype(np.uint16): _SHORT, np.dtype(np.uint32): _INT}
-_SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 
 def save_gltf(avatar: Avatar, path: Path, *, author: str = "") -> None:
@@ -52,12 +45,7 @@ def save_gltf(avatar: Avatar, path: Path, *, author: str = "") -> None:
         whole.replace(path)
 
 
-@dataclass
-class _Writer:
-    data: bytearray = field(default_factory=bytearray)
-    views: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
-    accessors: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
-
+class _Writer(Binary):
     def whole(self, avatar: Avatar, author: str, *, vrm: bool) -> bytes:
         bind = np.tile(np.eye(4), (len(JOINTS), 1, 1))
         bind[:, 3, :3] = -avatar.skeleton.rest  # column-major: the translation is the last row
@@ -69,13 +57,13 @@ class _Writer:
             nodes.append({"name": name, "mesh": len(meshes), "skin": 0})
             meshes.append({"name": name, "primitives": [self._primitive(avatar, mesh, joint)]})
         roots = [0, *range(len(JOINTS), len(nodes))]
-        image = self._view(_png(avatar.albedo))
+        image = self.view(png(avatar.albedo))
         tree: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": "VISTEL"}, "scene": 0, "scenes": [{"name": avatar.name, "nodes": roots}],
             "nodes": nodes, "meshes": meshes,
             "skins": [{
                 "name": avatar.name, "skeleton": 0, "joints": list(range(len(JOINTS))),
-                "inverseBindMatrices": self._accessor(bind.reshape(-1, 16).astype(np.float32)),
+                "inverseBindMatrices": self.accessor(bind.reshape(-1, 16).astype(np.float32)),
             }],
             "materials": [{
                 "name": "skin", "pbrMetallicRoughness": {
@@ -91,8 +79,7 @@ class _Writer:
         if vrm:
             tree["extensionsUsed"].append("VRMC_vrm")
             tree["extensions"]["VRMC_vrm"] = vrm_extension(avatar, author, len(JOINTS))
-        tree |= {"accessors": self.accessors, "bufferViews": self.views, "buffers": [{"byteLength": len(self.data)}]}
-        return _glb(tree, bytes(self.data))
+        return self.glb(tree)
 
     def _primitive(self, avatar: Avatar, mesh: Mesh, joint: int | None) -> dict[str, Any]:
         rows = mesh.corner_vertex
@@ -109,48 +96,24 @@ class _Writer:
             shares /= shares.sum(axis=1, keepdims=True)
         position, uv = mesh.vertices[rows], mesh.uv.astype(np.float32)
         attributes = {
-            "POSITION": self._accessor(position, bounds=True), "NORMAL": self._accessor(_normals(mesh)[rows]),
-            "TEXCOORD_0": self._accessor(np.column_stack([uv[:, 0], np.float32(1.0) - uv[:, 1]])),
-            "JOINTS_0": self._accessor(joints), "WEIGHTS_0": self._accessor(shares),
+            "POSITION": self.accessor(position, bounds=True), "NORMAL": self.accessor(_normals(mesh)[rows]),
+            "TEXCOORD_0": self.accessor(np.column_stack([uv[:, 0], np.float32(1.0) - uv[:, 1]])),
+            "JOINTS_0": self.accessor(joints), "WEIGHTS_0": self.accessor(shares),
         }  # fmt: skip
-        index = self._accessor(mesh.corner_triangles.reshape(-1, 1).astype(np.uint32), target=_INDICES)
+        index = self.accessor(mesh.corner_triangles.reshape(-1, 1).astype(np.uint32), target=INDICES)
         return {"attributes": attributes, "indices": index, "material": 0, "mode": 4}
 
     def _exact(self, mesh: Mesh) -> dict[str, int]:
         """Accessors of what the drawn vertices do not tell."""
         out = {
-            "vertex": self._accessor(mesh.corner_vertex.astype(np.uint32)[:, None], target=None),
-            "uv": self._accessor(mesh.uv.astype(np.float32), target=None),
-            "limb": self._accessor(mesh.limb.astype(np.uint16)[:, None], target=None),
+            "vertex": self.accessor(mesh.corner_vertex.astype(np.uint32)[:, None], target=None),
+            "uv": self.accessor(mesh.uv.astype(np.float32), target=None),
+            "limb": self.accessor(mesh.limb.astype(np.uint16)[:, None], target=None),
         }  # fmt: skip
         if mesh.bone is not None and mesh.weight is not None:
-            out["bone"] = self._accessor(mesh.bone.astype(np.uint8), target=None)
-            out["weight"] = self._accessor(mesh.weight.astype(np.float32), target=None)
+            out["bone"] = self.accessor(mesh.bone.astype(np.uint8), target=None)
+            out["weight"] = self.accessor(mesh.weight.astype(np.float32), target=None)
         return out
-
-    def _accessor(self, array: NDArray[Any], *, target: int | None = _VERTICES, bounds: bool = False) -> int:
-        rows = np.ascontiguousarray(array)
-        columns = rows.shape[1]
-        kind = rows.dtype
-        if columns == 16:
-            target = None
-        row: dict[str, Any] = {
-            "bufferView": self._view(rows.tobytes(), target), "componentType": _KINDS[kind], "count": len(rows),
-            "type": _SHAPES[columns],
-        }  # fmt: skip
-        if bounds:
-            row |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        self.accessors.append(row)
-        return len(self.accessors) - 1
-
-    def _view(self, data: bytes, target: int | None = None) -> int:
-        self.data += b"\0" * (-len(self.data) % 4)
-        view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data)}
-        if target is not None:
-            view["target"] = target
-        self.views.append(view)
-        self.data += data
-        return len(self.views) - 1
 
 
 def vrm_extension(avatar: Avatar, author: str, joints: int) -> dict[str, Any]:
@@ -211,17 +174,3 @@ def _normals(mesh: Mesh) -> NDArray[np.float32]:
     length = np.linalg.norm(out, axis=1, keepdims=True)
     out = np.where(length > 1e-20, out / np.maximum(length, 1e-20), (0.0, 1.0, 0.0)).astype(np.float32)
     return out / np.linalg.norm(out, axis=1, keepdims=True)
-
-
-def _png(albedo: NDArray[np.uint8]) -> bytes:
-    out = io.BytesIO()
-    Image.fromarray(albedo).save(out, "PNG")
-    return out.getvalue()
-
-
-def _glb(tree: dict[str, Any], data: bytes) -> bytes:
-    text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
-    text += b" " * (-len(text) % 4)
-    data += b"\0" * (-len(data) % 4)
-    head = struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(data))
-    return head + struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(data), 0x004E4942) + data
