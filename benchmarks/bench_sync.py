@@ -20,11 +20,11 @@ SINGH = "fixed 0.2 s (Singh 1995)"
 def run() -> Iterator[Row]:
     """One row after the other."""
     where = machine()
-    for number, delay_s in enumerate((0.0, 0.040, 0.120)):
-        link = Link(delay_s, JITTER_S, LOSS)
+    for number, (delay_s, loss) in enumerate(((0.0, LOSS), (0.040, LOSS), (0.120, LOSS), (0.040, 0.0))):
+        link = Link(delay_s, JITTER_S, loss)
         skew, ear, picture, missed = _measured(link, Policy(), CLAPS, 10 + number)
         fixed, fixed_ear, _, _ = _measured(link, Policy(0.2), CLAPS_FIXED, 20 + number)
-        case = f"{1e3 * delay_s:.0f} ms one way, {1e3 * JITTER_S:.0f} ms jitter, {100 * LOSS:.0f} % loss"
+        case = f"{1e3 * delay_s:.0f} ms one way, {1e3 * JITTER_S:.0f} ms jitter, {100 * loss:.0f} % loss"
         figures = [
             ("skew, median", np.median(np.abs(skew)), np.median(np.abs(fixed)), 5.0),
             ("sound before picture, p99", np.percentile(-skew, 99), np.percentile(-fixed, 99), EARLY_MS),

@@ -1,13 +1,14 @@
-"""The shared world: how long its steps take, how they grow with people and things."""
+"""The shared world: how long its steps take, how they grow with people and things, what its state costs on the wire."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from benchmarks import world_steps
+from benchmarks import world_steps, world_wire
 from benchmarks.row import Row
 
 
 def run() -> Iterator[Row]:
     """One row after the other."""
     yield from world_steps.rows()
+    yield from world_wire.rows()

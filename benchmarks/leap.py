@@ -74,6 +74,42 @@ def finger_angles(path: Path, rate_hz: float) -> F64:
     return np.clip(out, FINGER_LIMITS[:, 0], FINGER_LIMITS[:, 1])
 
 
+def thumb_offsets(path: Path, rate_hz: float) -> tuple[F64, F64]:
+    """From the index finger's tip to the thumb's (n, 3) and the index finger's length (n,) at the times of
+    `finger_angles`, in lengths of the recording: ahead, aside and down of the palm."""
+    times: list[float] = []
+    rows: list[F64] = []
+    for frame in json.loads(decompress(path.read_text("ascii")))["frames"]:
+        if not isinstance(frame, dict) or _angles(frame) is None:
+            continue
+        hand = frame["hands"][0]
+        fingers = {p["type"]: p for p in frame["pointables"] if p.get("handId") == hand["id"] and "type" in p}
+        thumb, index = fingers[0], fingers[1]
+        down, ahead = np.array(hand["palmNormal"]), np.array(hand["direction"])
+        off = np.array(thumb["tipPosition"]) - np.array(index["tipPosition"])
+        joints = [np.array(index[k]) for k in ("mcpPosition", "pipPosition", "dipPosition", "tipPosition")]
+        length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(joints))
+        times.append(frame["timestamp"] * 1e-6)
+        rows.append(np.array([off @ ahead, off @ np.cross(ahead, down), off @ down, length]))
+    seconds, table = np.array(times) - times[0], np.array(rows)
+    at = np.arange(0.0, seconds[-1], 1.0 / rate_hz)
+    out = np.stack([np.interp(at, seconds, column) for column in table.T], 1)
+    return out[:, :3], out[:, 3]
+
+
+def strengths(path: Path, rate_hz: float) -> tuple[F64, F64]:
+    """Grab and pinch strength (n,), 0 open to 1 closed as the tracker itself says, at the times of `finger_angles`."""
+    times: list[float] = []
+    rows: list[tuple[float, float]] = []
+    for frame in json.loads(decompress(path.read_text("ascii")))["frames"]:
+        if isinstance(frame, dict) and _angles(frame) is not None:
+            times.append(frame["timestamp"] * 1e-6)
+            rows.append((frame["hands"][0]["grabStrength"], frame["hands"][0]["pinchStrength"]))
+    seconds, table = np.array(times) - times[0], np.array(rows, np.float64)
+    at = np.arange(0.0, seconds[-1], 1.0 / rate_hz)
+    return np.interp(at, seconds, table[:, 0]), np.interp(at, seconds, table[:, 1])
+
+
 def _angles(frame: dict[str, Any]) -> F64 | None:
     if not frame.get("hands"):
         return None

@@ -43,9 +43,9 @@ F64 = NDArray[np.float64]
 
 START_NS = 1_000_000_000_000
 STEP_NS = 5_000_000
-FRAME_NS = 50_000_000
-"""Between pictures: what a site of the demo draws, and a little more."""
-DRAWING_NS = (15_000_000, 45_000_000)
+FRAME_NS = 33_333_333
+"""Between pictures, at the least: thirty a second."""
+DRAWING_NS = (12_000_000, 40_000_000)
 WIDTH, HEIGHT = 640, 360
 _SETTLED = 6
 """Claps before the delays have settled are left out."""

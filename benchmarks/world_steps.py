@@ -42,12 +42,13 @@ TIMES = 3
 
 @dataclass(frozen=True)
 class Load:
-    """people, things (loose ones); steps: how many are measured, after as many as `settle`."""
+    """people, things (loose ones); steps: how many are measured, after as many as `settle`; seats: of the room, at least."""
 
     people: int
     things: int
     steps: int = 600
     settle: int = 120
+    seats: int = 0
 
 
 def rows() -> Iterator[Row]:
@@ -100,7 +101,7 @@ class Scene:
     """A world under load, the same every time."""
 
     def __init__(self, load: Load) -> None:
-        seats = max(load.people, _seats_for(load.things))
+        seats = max(load.people, load.seats, _seats_for(load.things))
         room = crowded(seats, load.things)
         self.world = World(room)
         self._people = [f"p{i:02d}" for i in range(load.people)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
@@ -137,6 +138,11 @@ class Driver(Protocol):
         ...
 
     @property
+    def beat(self) -> tuple[float, bytes] | None:
+        """What is to be sent again and again while it streams, and how many seconds apart; None: nothing."""
+        ...
+
+    @property
     def decoder(self) -> Decoder: ...
 
     async def start(self, link: Link) -> str:
@@ -258,15 +264,25 @@ async def _run_open(driver: Driver, link: Link, reporter: _Reporter) -> None:
             reporter.set(DeviceStatus.STATE_STALLED if link.frames else DeviceStatus.STATE_SEARCHING, str(e))
             continue
         reporter.set(DeviceStatus.STATE_STREAMING, about)
-        while True:
-            seen = link.frames
-            if await link.wait_for(lambda seen=seen: link.frames if link.frames > seen else None, SILENCE_S) is None:
-                break
+        beating = asyncio.create_task(_send_again(link, *driver.beat)) if driver.beat is not None else None
+        try:
+            while True:
+                seen = link.frames
+                if await link.wait_for(lambda seen=seen: link.frames if link.frames > seen else None, SILENCE_S) is None:
+                    break
+        finally:
+            if beating is not None:
+                beating.cancel()
         reporter.set(DeviceStatus.STATE_STALLED, f"silent for {SILENCE_S} s")
 
 
+async def _send_again(link: Link, period_s: float, data: bytes) -> None:
+    with contextlib.suppress(TransportError):  # who waits for frames is told of it
+        while True:
+            link.send(data)
+            await asyncio.sleep(period_s)
+
+
 def _stop(link: Link, command: bytes) -> None:
-    try:
+    with contextlib.suppress(TransportError):  # gone already
         link.send(command)
-    except TransportError:
-        return  # gone already

@@ -11,7 +11,7 @@ import logging
 import signal
 import sys
 import zlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -25,18 +25,18 @@ from vistel.conference.model import Conference, Participant, Prop, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.sensors import Placement
-from vistel.protocol.vrpn import SIMULATED
+from vistel.protocol.vrpn import SIMULATED, SIMULATED_GLOVE
 from vistel.space.room import meeting_room
 from vistel.wire import event_loop
 from vistel.wire.clock import Clock, SystemClock
-from vistel_sim import suite
+from vistel_sim import suite, vrpn_server
 from vistel_sim.camera import Scene, SimulatedCamera, run_cameras
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import Instrument, SimulatedDevice, run_devices
 from vistel_sim.faces import EyeScene, FaceScene
 from vistel_sim.fastrak import Fastrak, PoseSource
 from vistel_sim.faults import Fault, fault_from_text
-from vistel_sim.fivedt import Glove5, Glove16, Ultra
+from vistel_sim.fivedt import Glove5, Glove16, Ultra, UltraReports
 from vistel_sim.liberty import Liberty
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.source import Clapper, Place, places, prop_transmitter, receiver_on_prop
@@ -92,7 +92,7 @@ def simulated_devices(
     names = {d.name for d in devices} | {f"{p.name}-face" for p in _phone_owners(conference, site)}
     names |= {name for name, _ in _camera_names(conference, site)}
     names |= {f"{p.name}-tracker" for p in _suite_owners(conference, site)}
-    names |= {f"{p.name}-tracker" for p, _ in _server_owners(conference, site)}
+    names |= {name for name, _, _ in _served(conference, site)}
     names |= {f"{p.name}-microphone" for p in _talkers(conference, site)}
     names |= {name for name, _ in _delay_units(conference, site)}
     for fault in faults:
@@ -197,26 +197,45 @@ def simulated_servers(
     conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
     faults: Iterable[Fault] = (),
 ) -> list[SimulatedVrpn]:  # fmt: skip
-    """The VRPN servers of trackers whose port is "sim"."""
+    """The VRPN servers of trackers and gloves whose port is "sim"."""
     faults = tuple(faults)
     out: list[SimulatedVrpn] = []
-    for person, config in _server_owners(conference, site):
-        roles = {station: role for role, station in config.stations.items()}
-
-        def pose(station: int, t_s: float, name: str = person.name, roles: Mapping[int, str] = roles) -> Placement:
-            return motion.receivers(name, t_s)[roles[station]]
-
-        name = f"{person.name}-tracker"
-        out.append(SimulatedVrpn(
-            name, SIMULATED, pose, sorted(roles), paths.device(name), clock, start_ns, faults,
-            seed=device_seed(conference.seed, name),
-        ))  # fmt: skip
+    for name, called, person in _served(conference, site):
+        own = device_seed(conference.seed, name)
+        device = _served_tracker(person, motion, own) if called == SIMULATED else _served_glove(person, name, motion, own)
+        out.append(SimulatedVrpn(name, called, device, paths.device(name), clock, start_ns, faults, seed=own))
     return out
 
 
-def _server_owners(conference: Conference, site: str | None) -> list[tuple[Participant, TrackerConfig]]:
+def _served(conference: Conference, site: str | None) -> list[tuple[str, str, Participant]]:
+    """Devices of simulated VRPN servers: name, what the server calls it, whose it is."""
     people = [p for s in conference.sites if site in (None, s.name) for p in s.participants]
-    return [(p, p.tracker) for p in people if p.tracker is not None and p.tracker.kind == "vrpn" and p.tracker.port == "sim"]
+    out = [
+        (f"{p.name}-tracker", SIMULATED, p) for p in people if p.tracker and p.tracker.kind == "vrpn" and p.tracker.port == "sim"
+    ]
+    return out + [
+        (f"{p.name}-glove-{side}", SIMULATED_GLOVE, p)
+        for p in people for side, g in sorted(p.gloves.items()) if g.kind in ("vrpn", "vrpn_pinch") and g.port == "sim"
+    ]  # fmt: skip
+
+
+def _served_tracker(person: Participant, motion: BodyMotion, seed: int) -> vrpn_server.Device:
+    assert person.tracker is not None
+    roles = {station: role for role, station in person.tracker.stations.items()}
+    return vrpn_server.Tracker(lambda station, t_s: motion.receivers(person.name, t_s)[roles[station]], sorted(roles), seed=seed)
+
+
+def _served_glove(person: Participant, name: str, motion: BodyMotion, seed: int) -> vrpn_server.Device:
+    side = "right" if name.endswith("-right") else "left"
+    angles = _hand(person, side, motion)
+    if person.gloves[side].kind == "vrpn_pinch":
+        return vrpn_server.PinchGlove(angles, right=side == "right")
+    return vrpn_server.Glove(UltraReports(angles, sensors=person.gloves[side].sensors, right=side == "right", seed=seed))
+
+
+def _hand(person: Participant, side: str, motion: BodyMotion) -> Callable[[float], Sequence[float]]:
+    row = int(side == "right")
+    return lambda t_s: motion.hand_angles(person.name, t_s)[row].tolist()
 
 
 def simulated_senders(
@@ -282,15 +301,11 @@ def _instruments(person: Participant, seed: int, motion: BodyMotion):
             unit = _tracker(person.tracker, others, [n - 4 for n in sorted(roles) if n > 4], own)
             yield f"{name}-2", unit, person.tracker.baud, own
     for side, glove in sorted(person.gloves.items()):
-        if glove.port != "sim":
+        if glove.port != "sim" or glove.kind in ("vrpn", "vrpn_pinch"):
             continue
         name = f"{person.name}-glove-{side}"
-
-        def angles(t_s: float, row: int = int(side == "right")) -> Sequence[float]:
-            return motion.hand_angles(person.name, t_s)[row].tolist()
-
         own = device_seed(seed, name)
-        yield name, _glove(glove, angles, side == "right", own), glove.baud, own
+        yield name, _glove(glove, _hand(person, side, motion), side == "right", own), glove.baud, own
 
 
 def _tracker(config: TrackerConfig | PropTracker, pose: PoseSource, receivers: Sequence[int], seed: int) -> Instrument:

@@ -1,47 +1,123 @@
-"""A VRPN server with one simulated tracker, as a FASTRAK's driver there would report it."""
+"""A VRPN server with one simulated device: a tracker as a FASTRAK's driver there would report it, or a glove."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
-from vistel.protocol import vrpn
+from vistel.protocol import pinch, vrpn
 from vistel.wire.clock import Clock
 from vistel_sim import rotations
 from vistel_sim.fastrak import CYCLE_S, PoseSource
 from vistel_sim.faults import DeviceFaults, Fault
+from vistel_sim.fivedt import UltraReports
 
 _MOST_WAITING = 65_536
-_NAMES = ("vrpn_Base text_message", vrpn.PING, vrpn.PONG, vrpn.POSE)
+_NAMES = ("vrpn_Base text_message", vrpn.PING, vrpn.PONG, vrpn.POSE, vrpn.ANALOG, vrpn.BUTTON)
+_BENT = 0.7
+"""Of a finger's middle joint that reaches the thumb [rad]."""
+
+
+class Device(Protocol):
+    """What a server's driver makes of a device."""
+
+    period_s: float
+
+    def reports(self, beat: int, t_s: float) -> list[tuple[str, bytes]]:
+        """Type and payload of what it reports at `t_s`, its n-th measurement."""
+        ...
+
+
+class Tracker:
+    """Stations (from 1) that report in turn."""
+
+    period_s = CYCLE_S
+
+    def __init__(
+        self, pose: PoseSource, stations: Sequence[int], *, seed: int = 0, position_noise: float = 0.0008,
+        angle_noise: float = 0.0026,
+    ) -> None:  # fmt: skip
+        self._pose = pose
+        self._stations = tuple(stations)
+        self._rng = np.random.default_rng(seed)
+        self._noise = (position_noise, angle_noise)
+
+    def reports(self, beat: int, t_s: float) -> list[tuple[str, bytes]]:
+        station = self._stations[beat % len(self._stations)]
+        p, q = self._pose(station, t_s)
+        position = np.asarray(p, np.float64) + self._noise[0] * self._rng.standard_normal(3)
+        turn = rotations.from_vector(self._noise[1] * self._rng.standard_normal(3)) @ rotations.matrix(np.asarray(q, np.float64))
+        x, y, z, w = rotations.quaternion(turn).tolist()
+        return [(vrpn.POSE, vrpn.pose_payload(station - 1, (position[0], position[1], position[2]), (x, y, z, w)))]
+
+
+class Glove:
+    """A 5DT Ultra: a report for each channel that changed, half of a hand's channels still old in the first of them."""
+
+    def __init__(self, unit: UltraReports) -> None:
+        self.period_s = unit.period_s
+        self._unit = unit
+        self._last: list[float] = []
+
+    def reports(self, beat: int, t_s: float) -> list[tuple[str, bytes]]:
+        values = self._unit.values(t_s)
+        now = [v / 4096.0 for v in (values[0:15:3] if self._unit.sensors == 5 else values[:14])]
+        channels = self._last or [0.0] * len(now)
+        out: list[tuple[str, bytes]] = []
+        for k, value in enumerate(now):
+            if value != channels[k]:
+                channels = [*channels[:k], value, *channels[k + 1 :]]
+                out.append((vrpn.ANALOG, vrpn.analog_payload(tuple(channels))))
+        self._last = channels
+        return out
+
+
+class PinchGlove:
+    """Contacts of the fingers that are bent, told when they change. angles: t [s] -> (20,) radians."""
+
+    period_s = 1.0 / 50.0
+
+    def __init__(self, angles: Callable[[float], Sequence[float]], *, right: bool) -> None:
+        self._angles = angles
+        self._first = 0 if right else pinch.CONTACTS
+        self._touching = [False] * pinch.CONTACTS
+
+    def reports(self, beat: int, t_s: float) -> list[tuple[str, bytes]]:
+        hand = self._angles(t_s)
+        fingers = [hand[4 * k + 2] > _BENT for k in range(1, pinch.CONTACTS)]
+        now = [any(fingers), *fingers]
+        out = [
+            (vrpn.BUTTON, vrpn.change_payload(self._first + k, touches))
+            for k, (touches, before) in enumerate(zip(now, self._touching, strict=True)) if touches != before
+        ]  # fmt: skip
+        self._touching = now
+        return out
 
 
 class SimulatedVrpn:
-    """Serves `tracker` at a port of 127.0.0.1 that it writes into the file `announce`; stations (from 1) report in turn.
+    """Serves `device`, called `called`, at a port of 127.0.0.1 that it writes into the file `announce`.
 
     faults of the device `name`: unplug closes all connections and the port, stall silences it, garbage and cut damage reports.
     """
 
     def __init__(
-        self, name: str, tracker: str, pose: PoseSource, stations: Sequence[int], announce: Path, clock: Clock, start_ns: int,
-        faults: Iterable[Fault] = (), *, seed: int = 0, position_noise: float = 0.0008, angle_noise: float = 0.0026,
-        version: str = "07.38", period_s: float = CYCLE_S,
+        self, name: str, called: str, device: Device, announce: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (),
+        *, seed: int = 0, version: str = "07.38",
     ) -> None:  # fmt: skip
         self.name = name
-        self._tracker = tracker
-        self._pose = pose
-        self._stations = tuple(stations)
+        self._called = called
+        self._device = device
         self._announce = announce
         self._clock, self._start_ns = clock, start_ns
-        self._rng = np.random.default_rng(seed)
-        self._faults = DeviceFaults(faults, name, self._rng)
-        self._noise = (position_noise, angle_noise)
+        self._faults = DeviceFaults(faults, name, np.random.default_rng(seed))
         self._cookie = f"vrpn: ver. {version}  0".encode().ljust(vrpn.COOKIE_LENGTH, b"\0")
-        self._period_s = period_s
         self._clients: set[asyncio.StreamWriter] = set()
+        self._stalled = False
 
     async def run(self) -> None:
         """Until cancelled; the port's file vanishes then."""
@@ -50,9 +126,9 @@ class SimulatedVrpn:
         try:
             while True:
                 beat += 1
-                due_ns = self._start_ns + round(beat * self._period_s * 1e9)
+                due_ns = self._start_ns + round(beat * self._device.period_s * 1e9)
                 if self._clock.now_ns() - due_ns > 50_000_000:
-                    beat = int((self._clock.now_ns() - self._start_ns) * 1e-9 / self._period_s)
+                    beat = int((self._clock.now_ns() - self._start_ns) * 1e-9 / self._device.period_s)
                     continue
                 await self._clock.sleep_until_ns(due_ns)
                 t_s = (due_ns - self._start_ns) * 1e-9
@@ -62,8 +138,9 @@ class SimulatedVrpn:
                     server = None
                 elif not unplugged and server is None:
                     server = await self._serve()
-                if not unplugged and not self._faults.active("stall", t_s):
-                    self._report(self._stations[beat % len(self._stations)], t_s)
+                self._stalled = self._faults.active("stall", t_s)
+                if not unplugged and not self._stalled:
+                    self._report(beat, t_s)
         finally:
             if server is not None:
                 await self._shut(server)
@@ -85,7 +162,7 @@ class SimulatedVrpn:
 
     async def _joined(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.write(self._cookie)
-        writer.write(vrpn.describe(vrpn.SENDER, 0, vrpn.CONTROL) + vrpn.describe(vrpn.SENDER, 1, self._tracker))
+        writer.write(vrpn.describe(vrpn.SENDER, 0, vrpn.CONTROL) + vrpn.describe(vrpn.SENDER, 1, self._called))
         writer.write(b"".join(vrpn.describe(vrpn.TYPE, k, name) for k, name in enumerate(_NAMES)))
         self._clients.add(writer)
         try:
@@ -111,19 +188,17 @@ class SimulatedVrpn:
             if kind in (vrpn.SENDER, vrpn.TYPE):
                 text = payload[4 : 4 + int.from_bytes(payload[:4], "big")].rstrip(b"\0").decode("ascii", "replace")
                 (senders if kind == vrpn.SENDER else kinds)[sender] = text
-            elif kinds.get(kind) == vrpn.PING and senders.get(sender) == self._tracker:
+            elif kinds.get(kind) == vrpn.PING and senders.get(sender) == self._called and not self._stalled:
                 writer.write(vrpn.message(_NAMES.index(vrpn.PONG), 1, t_ns=self._clock.now_ns()))
 
-    def _report(self, station: int, t_s: float) -> None:
+    def _report(self, beat: int, t_s: float) -> None:
         if not self._clients:
             return
-        p, q = self._pose(station, t_s)
-        position = np.asarray(p, np.float64) + self._noise[0] * self._rng.standard_normal(3)
-        turn = rotations.from_vector(self._noise[1] * self._rng.standard_normal(3)) @ rotations.matrix(np.asarray(q, np.float64))
-        x, y, z, w = rotations.quaternion(turn).tolist()
-        payload = vrpn.pose_payload(station - 1, (position[0], position[1], position[2]), (x, y, z, w))
-        data = vrpn.message(_NAMES.index(vrpn.POSE), 1, payload, self._clock.now_ns())
-        data = self._faults.damage(data, t_s)
-        for client in self._clients:
+        now_ns = self._clock.now_ns()
+        data = b"".join(
+            self._faults.damage(vrpn.message(_NAMES.index(kind), 1, payload, now_ns), t_s)
+            for kind, payload in self._device.reports(beat, t_s)
+        )
+        for client in self._clients if data else ():
             if client.transport.get_write_buffer_size() < _MOST_WAITING:
                 client.write(data)

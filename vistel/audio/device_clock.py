@@ -7,6 +7,9 @@ import numpy as np
 _BUCKET_NS = 500_000_000
 _BUCKETS = 40
 _LEAST_BUCKETS = 8
+_EARLY_S = 0.010
+_LOST_S, _LOST_BUCKETS = 0.060, 3
+"""When all that is seen in so many half seconds is so late, samples are missing."""
 MOST_PPM = 1000.0
 """No sound card is further off; a line that says so is one of late arrivals."""
 
@@ -26,6 +29,7 @@ class DeviceClock:
         self._best: tuple[float, float] | None = None
         self._points: list[tuple[float, float]] = []
         self._line = (0.0, 0.0)
+        self._lost = 0
 
     @property
     def drift_ppm(self) -> float:
@@ -40,13 +44,20 @@ class DeviceClock:
         late_s = (t_ns - self._origin_ns) * 1e-9 - played_s
         if self._best is None or late_s < self._best[1]:
             self._best = (played_s, late_s)
-        if not self._points:
-            self._line = (0.0, min(self._line[1], late_s) if self._line[1] else late_s)
+        if late_s < self._expected(played_s) - _EARLY_S:
+            # Nothing is seen early: what was believed until now was late.
+            self._begin(late_s)
         if t_ns - self._bucket_ns >= _BUCKET_NS:
-            self._points.append(self._best)
-            del self._points[:-_BUCKETS]
-            self._best, self._bucket_ns = None, t_ns
-            self._fit()
+            best, self._best, self._bucket_ns = self._best, None, t_ns
+            lost = best[1] > self._expected(best[0]) + _LOST_S
+            self._lost = self._lost + 1 if lost else 0
+            if self._lost >= _LOST_BUCKETS:
+                # The device has left samples out, or was given new ones.
+                self._begin(best[1])
+            if not lost:
+                self._points.append(best)
+                del self._points[:-_BUCKETS]
+                self._fit()
 
     def time_ns(self, count: float) -> float:
         """When sample number `count` was captured. Raises ValueError before anything was seen."""
@@ -63,6 +74,13 @@ class DeviceClock:
         slope, offset = self._line
         played_s = ((t_ns - self._origin_ns) * 1e-9 - offset) / (1.0 + slope)
         return self._origin_count + played_s * self.rate_hz
+
+    def _expected(self, played_s: float) -> float:
+        return self._line[1] + self._line[0] * played_s
+
+    def _begin(self, late_s: float) -> None:
+        self._points.clear()
+        self._line, self._lost = (0.0, late_s), 0
 
     def _fit(self) -> None:
         points = np.array(self._points)

@@ -1,8 +1,8 @@
-"""VRPN over TCP: bytes in, reports of trackers and analog devices out; what a client says as bytes.
+"""VRPN over TCP: bytes in, reports of trackers, analog devices and buttons out; what a client says as bytes.
 
 Source: the VRPN project's description of its protocol (Format_Of_Protocol.txt) and its encoders (vrpn_Connection.C,
-vrpn_Tracker.C, vrpn_Analog.C, version 07.38). Both sides open with a cookie of 24 bytes, "vrpn: ver. 07.38  0" and zeros;
-the part up to the last full stop must be the same. Then messages, all numbers big endian:
+vrpn_Tracker.C, vrpn_Analog.C, vrpn_Button.C, version 07.38). Both sides open with a cookie of 24 bytes, "vrpn: ver. 07.38  0"
+and zeros; the part up to the last full stop must be the same. Then messages, all numbers big endian:
 
     length u32 | seconds u32 | microseconds u32 | sender i32 | type i32 | 4 bytes unused | payload, padded to eight
 
@@ -12,6 +12,8 @@ everything over TCP.
 
     vrpn_Tracker Pos_Quat     sensor i32, unused i32, position 3 f64 [m], quaternion 4 f64 x y z w
     vrpn_Analog Channel       count f64, values f64
+    vrpn_Button Change        button i32, state i32 (0: let go)
+    vrpn_Button States        count i32, states i32
     vrpn_Base ping_message    nothing; a device that is there answers with vrpn_Base pong_message
 """
 
@@ -25,8 +27,8 @@ from dataclasses import dataclass
 from vistel.protocol.stream import NO, WAIT, StreamParser
 
 DEFAULT_PORT = 3883
-SIMULATED = "Tracker0"
-"""What a simulated server calls its tracker."""
+SIMULATED, SIMULATED_GLOVE = "Tracker0", "Glove0"
+"""What a simulated server calls its tracker, or its glove."""
 COOKIE_LENGTH = 24
 COOKIE = b"vrpn: ver. 07.38  0".ljust(COOKIE_LENGTH, b"\0")
 _MAGIC = b"vrpn: ver. 07."
@@ -34,11 +36,13 @@ _OPENING = b"vrpn: ver. "
 
 SENDER, TYPE, UDP, LOG = -1, -2, -3, -4
 POSE, ANALOG = "vrpn_Tracker Pos_Quat", "vrpn_Analog Channel"
+BUTTON, BUTTONS = "vrpn_Button Change", "vrpn_Button States"
 PING, PONG = "vrpn_Base ping_message", "vrpn_Base pong_message"
 CONTROL = "VRPN Control"
 
 _HEADER = struct.Struct(">IIIii4x")
 _POSE = struct.Struct(">ii7d")
+_CHANGE = struct.Struct(">ii")
 _POSE_LENGTH = (_HEADER.size + _POSE.size).to_bytes(4, "big")
 _COOKIE = re.compile(rb"vrpn: ver\. \d\d\.\d\d  [0-3]")
 _NETWORK_BAUD = 1_000_000_000
@@ -46,6 +50,7 @@ _NETWORK_BAUD = 1_000_000_000
 _MOST_IDS = 2_000
 _MOST_SENSOR = 4_095
 _MOST_CHANNELS = 128
+_MOST_BUTTONS = 256
 _MOST_M = 1_000.0
 _NORM_TOLERANCE = 0.02
 
@@ -72,7 +77,24 @@ class AnalogReport:
     t_ns: int
 
 
-Report = PoseReport | AnalogReport
+@dataclass(frozen=True, slots=True)
+class ButtonReport:
+    """What some buttons of a device do: number to whether it is pressed."""
+
+    device: str
+    pressed: dict[int, bool]
+    t_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class PongReport:
+    """A device says that it is there."""
+
+    device: str
+    t_ns: int
+
+
+Report = PoseReport | AnalogReport | ButtonReport | PongReport
 
 
 class VrpnParser(StreamParser):
@@ -157,6 +179,10 @@ class VrpnParser(StreamParser):
             return size == _POSE.size
         if name == ANALOG:
             return size % 8 == 0 and 8 <= size <= 8 * (_MOST_CHANNELS + 1)
+        if name == BUTTON:
+            return size == _CHANGE.size
+        if name == BUTTONS:
+            return size % 4 == 0 and 4 <= size <= 4 * (_MOST_BUTTONS + 1)
         return (kind < 0 or bool(name)) and size <= 4_096
 
     def _begins_anew(self, i: int, end: int, *, whole: bool) -> bool:
@@ -186,6 +212,8 @@ class VrpnParser(StreamParser):
         """Whether the payload can be what its type says; its report, where it is one, is kept."""
         if name == PONG:
             self.pongs.add(device)
+            if device:
+                self._reports.append(PongReport(device, self._t_ns))
         elif name == POSE and device:
             found = _pose(payload)
             if found is None:
@@ -196,7 +224,21 @@ class VrpnParser(StreamParser):
             if not all(map(math.isfinite, values)) or int(values[0]) != len(values) - 1:
                 return False
             self._reports.append(AnalogReport(device, tuple(values[1:]), self._t_ns))
+        elif name in (BUTTON, BUTTONS) and device:
+            pressed = _pressed(payload, single=name == BUTTON)
+            if pressed is None:
+                return False
+            self._reports.append(ButtonReport(device, pressed, self._t_ns))
         return True
+
+
+def _pressed(payload: bytes, *, single: bool) -> dict[int, bool] | None:
+    """Buttons and whether they are pressed; None for what cannot be."""
+    if single:
+        button, state = _CHANGE.unpack(payload)
+        return {button: bool(state)} if 0 <= button < _MOST_BUTTONS and 0 <= state <= _MOST_BUTTONS else None
+    count, *states = struct.unpack(f">{len(payload) // 4}i", payload)
+    return {k: bool(s) for k, s in enumerate(states)} if count == len(states) else None
 
 
 def _pose(
@@ -254,3 +296,13 @@ def parse_address(text: str) -> tuple[str, str, int]:
     if not device or not at or not host or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
         raise ValueError(f'expected a device of a VRPN server, "Tracker0@host" or "Tracker0@host:3883", got {text!r}')
     return device, host, int(port) if colon else DEFAULT_PORT
+
+
+def change_payload(button: int, pressed: bool) -> bytes:
+    """Of a BUTTON message."""
+    return _CHANGE.pack(button, pressed)
+
+
+def states_payload(pressed: tuple[bool, ...]) -> bytes:
+    """Of a BUTTONS message."""
+    return struct.pack(f">{len(pressed) + 1}i", len(pressed), *pressed)

@@ -32,6 +32,8 @@ STEPS, FURTHER_STEPS = 16, 8
 FURTHER = 0.6
 """How much further than it was bent a finger is drawn to the thing, each joint [rad]."""
 HALVINGS = 6
+TRIES = 6
+"""So many times a thing is moved out of the way of a bone that cannot get out of its."""
 MOST_SHIFT = 0.045
 """A thing is brought out of the palm, or to it, by no more than this [m]."""
 
@@ -40,7 +42,10 @@ _LEVEL = np.tile([0, 0, 1, 2], 5)
 """Which digit an angle moves, and from which of its bones on."""
 _BEND = np.array([4, 6, 7, 8, 10, 11, 12, 14, 15, 16, 18, 19])
 """Angles that bend the four fingers."""
-_OPEN_THUMBS = np.radians([[35.0, 45.0, -10.0, -10.0], [70.0, 55.0, -20.0, -20.0], [0.0, 55.0, -20.0, -20.0]])
+_OPEN_THUMBS = np.radians([
+    [35.0, 45.0, -10.0, -10.0], [70.0, 55.0, -20.0, -20.0], [0.0, 55.0, -20.0, -20.0], [-20.0, 30.0, -20.0, -20.0],
+    [100.0, 45.0, -20.0, -20.0], [100.0, 0.0, -20.0, -20.0],
+])  # fmt: skip
 _OPEN_FINGER = np.radians([-15.0, 0.0, 0.0])
 
 
@@ -114,11 +119,21 @@ def fit(
     shift = _out_of_palm(hand, start, thing, np.zeros(3)) if led else np.zeros(3)
     if to_palm and led:
         shift = _out_of_palm(hand, start, thing, shift + _to_palm(hand, start, thing, shift))
-    lying = thing.moved(np.eye(3), shift)
-    start[:4] = min(_OPEN_THUMBS, key=lambda t: _thumb_depth(hand, start, t, lying))
-    closed = _closed(hand, start, fingers, np.array((True, *engaged)), lying)
-    depth, _ = hand.depths(closed, lying)
-    return Fit(closed, shift, float(depth.max()))
+    best: Fit | None = None
+    for _ in range(TRIES if led else 1):
+        lying = thing.moved(np.eye(3), shift)
+        start[:4] = min(_OPEN_THUMBS, key=lambda t, lying=lying: _thumb_depth(hand, start, t, lying))
+        closed = _closed(hand, start, fingers, np.array((True, *engaged)), lying)
+        depth, normal = hand.depths(closed, lying)
+        k = int(np.argmax(depth))
+        if best is None or depth[k] < best.depth:
+            best = Fit(closed, shift, float(depth[k]))
+        if depth[k] <= 2.0 * PRESS:
+            break
+        # Some bone cannot get out of the way: the thing does.
+        shift = _out_of_palm(hand, start, thing, _bounded(shift + normal[k] * depth[k], MOST_SHIFT))
+    assert best is not None
+    return best
 
 
 def _out_of_palm(hand: Hand, opened: F64, thing: PrimitiveSet, shift: F64) -> F64:

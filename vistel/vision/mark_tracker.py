@@ -26,10 +26,9 @@ _DOUBT_S = 0.6
 """After so long in doubt all marks are looked for anew."""
 _VAGUE_M = 0.006
 """How well a spot tells where a mark is that may not be its own."""
-_TOUCH_M, _FITS = 0.0075, 16.0
-"""Marks nearer than this touch; and the squared Mahalanobis distance within which a mark lies as the others expect."""
-_FREED = 6.0
-"""The same for two that have touched: with one passed over the other, both ways round may lie within the wider one."""
+_TOUCH_M, _FITS = 0.0075, 6.0
+"""Marks nearer than this touch; and the squared Mahalanobis distance within which a mark lies as the others expect: narrow,
+for with one mark passed over another both ways round may look like a face that pulls one."""
 _BELIEVED_S = 0.08
 """A mark that was lost is believed again once it has lain as a face's does for so long."""
 _SPEED_KEPT_S = 0.1
@@ -89,7 +88,7 @@ class MarkTracker:
             own[own] = single[spot[own]]
         self._fits_s = np.where(own & ~shape.doubtful & (shape.far < _FITS), self._fits_s + dt_s, 0.0)
         fits = self._fits_s >= _BELIEVED_S
-        self._entangle(spots, spot, mean, fits & (shape.far < _FREED))
+        self._entangle(spots, spot, mean, fits)
         seen = own & ~now.doubtful & ~shape.odd & ~self._entangled.any(1)
         if not self._found:
             seen &= shape.far < _FITS

@@ -17,12 +17,12 @@ from vistel.wire.topics import BY_NAME, Topic
 from vistel.wire.world import Backlog
 from vistel_services import glove, tracker
 from vistel_services.face import CameraDecoder, LiveLinkDecoder, sight_of
-from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder
+from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder, VrpnGloveDecoder
 from vistel_services.tracker import FastrakDecoder, LibertyDecoder, VmcDecoder, VrpnDecoder
 
 _Decoder = (
     FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder | CameraDecoder | VmcDecoder
-    | VrpnDecoder
+    | VrpnDecoder | VrpnGloveDecoder
 )  # fmt: skip
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {

@@ -17,7 +17,7 @@ from vistel_services.audio.inputs import Input, InputError
 F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
 
-_RETRY_NS = 2_000_000_000
+_RETRY_NS = 1_000_000_000
 _SILENT_NS = 1_000_000_000
 _CLOSE_S, _JUMP_S = 0.0005, 0.06
 _STEER = 0.002

@@ -164,6 +164,7 @@ class CameraDriver:
 
     topic = BY_NAME["face"]
     stop = b""
+    beat = None
 
     def __init__(self, name: str, sight: Sight, what: str) -> None:
         """sight: what looks at the pictures. what: the camera in words."""

@@ -50,6 +50,7 @@ class LiveLinkDriver:
 
     topic = BY_NAME["face"]
     stop = b""
+    beat = None
 
     def __init__(self, name: str, port: int) -> None:
         self.name = name

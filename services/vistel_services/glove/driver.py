@@ -23,6 +23,7 @@ class CyberGloveDriver:
 
     topic = BY_NAME["glove"]
     stop = cyberglove.STOP
+    beat = None
 
     def __init__(
         self, name: str, *, right: bool, sensors: int, calibration: GloveCalibration, baud: int = 115200

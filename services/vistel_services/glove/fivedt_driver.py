@@ -70,6 +70,7 @@ class FiveDtDriver:
     """Waits for a glove that talks by itself; asks a Data Glove 5 to."""
 
     topic = BY_NAME["glove"]
+    beat = None
 
     def __init__(self, kind: str, decoder: FiveDtDecoder, *, right: bool, sensors: int) -> None:
         self.name = decoder.device

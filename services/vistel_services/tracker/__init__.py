@@ -13,15 +13,17 @@ from vistel.conference.paths import RunPaths
 from vistel.protocol.vrpn import SIMULATED, parse_address
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
+from vistel.wire.topics import BY_NAME
 from vistel_services.device import Driver, keep_running
 from vistel_services.tcp_transport import open_tcp
 from vistel_services.tracker.decoder import FastrakDecoder, LibertyDecoder
 from vistel_services.tracker.fastrak import FastrakDriver
 from vistel_services.tracker.liberty import LibertyDriver
 from vistel_services.tracker.vmc import VmcDecoder, VmcDriver
-from vistel_services.tracker.vrpn import VrpnDecoder, VrpnDriver
+from vistel_services.tracker.vrpn import VrpnDecoder
 from vistel_services.transport import OpenTransport, open_serial
 from vistel_services.udp_transport import open_udp
+from vistel_services.vrpn_driver import VrpnDriver
 
 __all__ = [
     "Config", "FastrakDecoder", "LibertyDecoder", "TrackerDevice", "VmcDecoder", "VrpnDecoder", "configure", "decoder_of", "run",
@@ -106,7 +108,8 @@ def _driver(d: TrackerDevice) -> Driver:
     if d.kind == "vmc":
         return VmcDriver(d.name, d.port, d.height_m)
     if d.kind == "vrpn":
-        return VrpnDriver(d.name, SIMULATED if d.announce else parse_address(d.port)[0], d.stations)
+        name = SIMULATED if d.announce else parse_address(d.port)[0]
+        return VrpnDriver(d.name, BY_NAME["tracker"], VrpnDecoder(d.name, name), name, f"{len(d.stations)} sensors")
     if d.kind == "fastrak":
         return FastrakDriver(d.name, d.stations, d.hemisphere, d.baud, second=d.second)
     return LibertyDriver(d.name, d.kind, d.stations, d.hemisphere, d.baud)

@@ -29,6 +29,7 @@ class PolhemusDriver(ABC, Generic[R, W]):
 
     topic = BY_NAME["tracker"]
     stop: bytes
+    beat = None
     stream: bytes
     """Makes it send records, again and again."""
     restart: bytes

@@ -105,6 +105,7 @@ class VmcDriver:
 
     topic = BY_NAME["tracker"]
     stop = b""
+    beat = None
 
     def __init__(self, name: str, port: str, height_m: float) -> None:
         self.name = name

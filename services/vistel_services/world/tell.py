@@ -155,13 +155,11 @@ class Teller:
         self._hash = view.hash or self._hash
 
     def _touches(self, view: WorldView) -> dict[Pair, Touch]:
-        people = {name: n for n, name in enumerate(view.participants)}
-        first = len(people)
-        out: dict[Pair, Touch] = {}
-        for (target, source), touch in self._touching.now().items():
-            number = people[source] if source in people else first + self._rows[source]
-            out[people[target], number] = touch
-        return out
+        bodies = {name: n for n, name in enumerate(view.participants)}
+        first = len(bodies)
+        for name, row in self._rows.items():
+            bodies.setdefault(name, first + row)
+        return {(bodies[a], bodies[b]): touch for (a, b), touch in self._touching.now(bodies).items()}
 
 
 def _rough(grasps: tuple[GraspView, ...]) -> tuple[object, ...]:

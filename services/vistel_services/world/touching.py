@@ -6,6 +6,7 @@ contact need not be told again and again.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass, field
 
 from vistel.space.view import WorldView
@@ -15,6 +16,9 @@ LINGER_STEPS = 30
 """How long a limb that no longer touches stays named."""
 FORCE_STEPS = 12
 """A force is told no more often than five times a second."""
+
+FADING = 0.9
+"""What is left of a force a step later that is not there any more, so that the strongest of some steps is told."""
 
 _Names = tuple[str, str]
 
@@ -43,33 +47,31 @@ class Touching:
         """What touches at a step."""
         self._step = view.step
         people = frozenset(view.participants)
-        for pair in self._pairs.values():
-            pair.force *= 0.9
         for g in view.ghosts:
             if g.target in people:
-                pair = self._pairs.setdefault((g.target, g.source), _Pair())
+                pair = self._pairs.get((g.target, g.source))
+                if pair is None:
+                    pair = self._pairs[g.target, g.source] = _Pair()
                 pair.last.update(dict.fromkeys(g.target_primitives, view.step))
         force: dict[_Names, float] = {}
         for c in view.contacts:
-            for names in ((c.body_a, c.body_b), (c.body_b, c.body_a)):
-                if names in self._pairs:
-                    force[names] = force.get(names, 0.0) + c.force
-        for names, newtons in force.items():
-            self._pairs[names].force = max(self._pairs[names].force, newtons)
-        bodies = people | {t.id for t in view.things}
-        for names in [n for n, pair in self._pairs.items() if not self._lingers(pair) or not bodies.issuperset(n)]:
-            del self._pairs[names]
+            names = c.body_a, c.body_b
+            force[names] = force.get(names, 0.0) + c.force
+        for (a, b), pair in self._pairs.items():
+            newtons = force.get((a, b)) or force.get((b, a), 0.0)
+            pair.force = max(newtons, FADING * pair.force)
 
-    def now(self) -> dict[_Names, Touch]:
-        """What is told now."""
+    def now(self, bodies: Container[str]) -> dict[_Names, Touch]:
+        """What is told now. bodies: who and what is in the room."""
         out: dict[_Names, Touch] = {}
-        for names, pair in self._pairs.items():
+        for names, pair in list(self._pairs.items()):
+            least = self._step - LINGER_STEPS
+            limbs = sum([1 << i for i, step in pair.last.items() if step > least])
+            if not limbs or names[0] not in bodies or names[1] not in bodies:
+                del self._pairs[names]
+                continue
             level = level_of(pair.force)
             if pair.level < 0 or (abs(level - pair.level) > 1 and self._step - pair.told >= FORCE_STEPS):
                 pair.level, pair.told = level, self._step
-            limbs = sum(1 << i for i, step in pair.last.items() if self._step - step < LINGER_STEPS)
             out[names] = Touch(limbs, pair.level)
         return out
-
-    def _lingers(self, pair: _Pair) -> bool:
-        return any(self._step - step < LINGER_STEPS for step in pair.last.values())

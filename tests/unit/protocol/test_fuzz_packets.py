@@ -11,7 +11,7 @@ from hypothesis import given
 
 from vistel.protocol import vmc, vrpn
 from vistel.protocol.live_link_face import FacePacket, LiveLinkParser, encode
-from vistel.protocol.vrpn import AnalogReport, PoseReport, VrpnParser
+from vistel.protocol.vrpn import AnalogReport, ButtonReport, PongReport, VrpnParser
 
 FACE = encode(FacePacket("id", "Ann", 7, 0.25, (60, 1), (0.5,) * 61))
 BODY = vmc.encode({"Hips": ((0.0, 0.9, 0.0), (0.0, 0.0, 0.0, 1.0)), "Head": ((0.1, 0.2, 0.3), (0.6, 0.0, 0.0, 0.8))})
@@ -21,9 +21,12 @@ TURN = (0.0, 0.6, 0.0, 0.8)
 SERVER = (
     vrpn.COOKIE + vrpn.describe(vrpn.SENDER, 3, "Tracker0") + vrpn.describe(vrpn.TYPE, 4, vrpn.POSE)
     + vrpn.describe(vrpn.TYPE, 5, vrpn.ANALOG) + vrpn.describe(vrpn.TYPE, 6, vrpn.PONG)
+    + vrpn.describe(vrpn.TYPE, 7, vrpn.BUTTON) + vrpn.describe(vrpn.TYPE, 8, vrpn.BUTTONS)
 )  # fmt: skip
 POSE = vrpn.message(4, 3, vrpn.pose_payload(2, (0.1, 0.2, -0.3), TURN))
 ANALOG = vrpn.message(5, 3, vrpn.analog_payload((0.5, 0.25)))
+BUTTON = vrpn.message(7, 3, vrpn.change_payload(2, True))
+BUTTONS = vrpn.message(8, 3, vrpn.states_payload((True, False, True)))
 
 
 @fuzz
@@ -49,7 +52,7 @@ def test_fuzz_vmc_gives_only_true_poses_and_is_back_at_once(case: Case) -> None:
 
 @fuzz
 @given(pieces(
-    vrpn.COOKIE, POSE, ANALOG, vrpn.describe(vrpn.SENDER, 3, "Tracker0"), vrpn.describe(vrpn.TYPE, 4, vrpn.POSE),
+    vrpn.COOKIE, POSE, ANALOG, BUTTON, BUTTONS, vrpn.describe(vrpn.SENDER, 3, "Tracker0"), vrpn.describe(vrpn.TYPE, 4, vrpn.POSE),
     vrpn.describe(vrpn.TYPE, 4, "else"), vrpn.message(6, 3), vrpn.message(vrpn.LOG, 0, b"file\0"), vrpn.message(9, 9, bytes(400)),
     longest=32,
 ))  # fmt: skip
@@ -57,7 +60,10 @@ def test_fuzz_vrpn_is_never_fooled_and_finds_the_next_report(case: Case) -> None
     def sound(report: Any) -> bool:
         if isinstance(report, AnalogReport):
             return all(map(math.isfinite, report.channels))
-        assert isinstance(report, PoseReport)
+        if isinstance(report, ButtonReport):
+            return bool(report.device) and all(0 <= k <= 256 for k in report.pressed)
+        if isinstance(report, PongReport):
+            return bool(report.device)
         return true_pose(report.position, report.rotation, 1e3) and 0 <= report.sensor < 4096 and bool(report.device)
 
     for garbage in variants(case):

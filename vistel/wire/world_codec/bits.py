@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+MOST_ZEROS = 32
+"""Before the first digit of a number: none has more digits."""
+
 
 class FrameError(ValueError):
     """Bytes that are no frame."""
@@ -30,6 +35,13 @@ class BitWriter:
         """A number of either sign; 0, 1, -1, 2, ... take more and more bits."""
         self.count(2 * value - 1 if value > 0 else -2 * value, order)
 
+    def several(self, values: Iterable[int], order: int) -> None:
+        """Each as `signed` does, in one go."""
+        add, least = self._parts.append, 1 << order
+        for value in values:
+            digits = f"{(2 * value - 1 if value > 0 else -2 * value) + least:b}"
+            add("0" * (len(digits) - 1 - order) + digits)
+
     def to_bytes(self) -> bytes:
         """Everything, filled with zeros to a whole byte."""
         text = "".join(self._parts)
@@ -47,7 +59,11 @@ class BitReader:
 
     def flag(self) -> bool:
         """One bit."""
-        return self.plain(1) == 1
+        at = self._at
+        if at >= len(self._text):
+            raise FrameError("a frame ends too early")
+        self._at = at + 1
+        return self._text[at] == "1"
 
     def plain(self, bits: int) -> int:
         """A number from 0 to 2**bits - 1."""
@@ -62,7 +78,7 @@ class BitReader:
         """A number from 0."""
         first = self._text.find("1", self._at)
         zeros = first - self._at
-        if first < 0 or zeros > 32:
+        if first < 0 or zeros > MOST_ZEROS:
             raise FrameError("a frame holds a number that is none")
         self._at = first
         return self.plain(zeros + order + 1) - (1 << order)
@@ -71,6 +87,21 @@ class BitReader:
         """A number of either sign."""
         value = self.count(order)
         return (value + 1) // 2 if value & 1 else -(value // 2)
+
+    def several(self, count: int, order: int) -> list[int]:
+        """Numbers written by `BitWriter.several`."""
+        text, at, least = self._text, self._at, 1 << order
+        out: list[int] = []
+        for _ in range(count):
+            first = text.find("1", at)
+            end = 2 * first - at + order + 1
+            if first < 0 or first - at > MOST_ZEROS or end > len(text):
+                raise FrameError("a frame holds a number that is none")
+            value = int(text[first:end], 2) - least
+            out.append((value + 1) >> 1 if value & 1 else -(value >> 1))
+            at = end
+        self._at = at
+        return out
 
     @property
     def left(self) -> int:

@@ -1,0 +1,46 @@
+"""A sound card's clock: found through late sightings, followed when it drifts, begun anew when samples are missing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vistel.audio.device_clock import DeviceClock
+
+
+def follow(clock: DeviceClock, seconds: float, ppm: float, rng: np.random.Generator, offset: int = 0, begin_s: float = 0.0) -> None:
+    """Blocks of 20 ms, each seen up to 30 ms after its end."""
+    for k in range(1, round(seconds / 0.02)):
+        t_s = begin_s + 0.02 * k
+        count = round(t_s * clock.rate_hz * (1.0 + 1e-6 * ppm)) - offset
+        clock.observe(count, round((t_s + 0.03 * rng.random() ** 2) * 1e9))
+
+
+@pytest.mark.parametrize("rate", [8_000.0, 44_100.0, 48_000.0, 96_000.0])
+@pytest.mark.parametrize("ppm", [-200.0, 0.0, 150.0])
+def test_rate_and_times_are_found_although_every_sighting_is_late(rate: float, ppm: float) -> None:
+    clock = DeviceClock(rate)
+    follow(clock, 30.0, ppm, np.random.default_rng(3))
+    assert clock.drift_ppm == pytest.approx(ppm, abs=60.0)
+    count = 29.0 * rate * (1.0 + 1e-6 * ppm)
+    assert clock.time_ns(count) == pytest.approx(29.0e9, abs=3e6)
+    assert clock.count_at(clock.time_ns(count)) == pytest.approx(count, abs=1e-3 * rate)
+
+
+def test_samples_that_a_device_left_out_are_noticed_within_two_seconds() -> None:
+    clock, rng = DeviceClock(48_000.0), np.random.default_rng(4)
+    follow(clock, 10.0, 0.0, rng)
+    follow(clock, 2.5, 0.0, rng, offset=24_000, begin_s=10.0)
+    assert clock.time_ns(12.4 * 48_000 - 24_000) == pytest.approx(12.4e9, abs=5e6)
+
+
+def test_a_sighting_earlier_than_anything_expected_is_believed_at_once() -> None:
+    clock = DeviceClock(48_000.0)
+    clock.observe(960, 500_000_000)
+    clock.observe(1920, 240_000_000)
+    assert clock.time_ns(1920) == pytest.approx(240e6, abs=1e6)
+
+
+def test_asked_before_anything_was_seen_it_says_so() -> None:
+    with pytest.raises(ValueError, match="nothing has been seen"):
+        DeviceClock(48_000.0).time_ns(0)

@@ -1,0 +1,179 @@
+"""Codec, levels, resampling, stretching, directions, mixing, wanted delays."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from voice_sounds import vowel
+
+from vistel.audio.delay_policy import Policy, Target, read_policy
+from vistel.audio.levels import SILENT_DB, Meter, is_clipped
+from vistel.audio.mixer import Limiter, Mixer
+from vistel.audio.need import Need
+from vistel.audio.opus import FRAME, RATE, Decoder, Encoder, OpusError
+from vistel.audio.resample import at_positions, reach
+from vistel.audio.spatial import CENTRE, Ears, Head, heard_from
+from vistel.audio.stretch import OVERLAP, best_shift
+
+SECOND_NS = 1_000_000_000
+
+
+def test_a_voice_comes_through_the_codec_in_about_sixty_bytes_a_frame() -> None:
+    said = vowel(2.0)
+    encoder, decoder = Encoder(), Decoder()
+    sent = [encoder.encode(said[k * FRAME : (k + 1) * FRAME]) for k in range(100)]
+    heard = np.concatenate([decoder.decode(p) for p in sent])
+    assert 20 < np.mean([len(p) for p in sent]) < 80
+    late = round(encoder.lookahead_ns * RATE / SECOND_NS)
+    lag = int(np.argmax(np.correlate(heard[RATE - 96 : RATE + 9600 + 1000], said[RATE : RATE + 9600], "valid"))) - 96
+    assert lag == pytest.approx(late, abs=48)
+
+
+def test_silence_needs_no_packets() -> None:
+    encoder = Encoder()
+    sizes = [len(encoder.encode(np.zeros(FRAME, np.float32))) for _ in range(100)]
+    assert sum(size > 2 for size in sizes[50:]) <= 5
+
+
+def test_a_lost_frame_comes_back_from_its_successor() -> None:
+    said = vowel(1.0)
+    encoder, decoder = Encoder(), Decoder()
+    sent = [encoder.encode(said[k * FRAME : (k + 1) * FRAME]) for k in range(50)]
+    for packet in sent[:30]:
+        decoder.decode(packet)
+    recovered = decoder.recover(sent[31])
+    assert np.sqrt(np.mean(recovered**2)) > 0.3 * np.sqrt(np.mean(said[30 * FRAME : 31 * FRAME] ** 2))
+
+
+def test_bytes_that_are_no_packet_and_frames_of_another_length_are_refused_in_words() -> None:
+    with pytest.raises(OpusError, match="no frame of 20 ms"):
+        Decoder().decode(b"\xff\xff\xff\xff")
+    with pytest.raises(ValueError, match="960 samples"):
+        Encoder().encode(np.zeros(480, np.float32))
+
+
+def test_levels_tell_speech_from_the_noise_of_a_room_and_clipping_from_loudness() -> None:
+    rng, meter = np.random.default_rng(0), Meter()
+    noise = [meter.measure(np.asarray(0.002 * rng.standard_normal(FRAME), np.float32)) for _ in range(200)]
+    assert not any(level.talking for level in noise[50:])
+    loud = meter.measure(vowel(0.02))
+    assert loud.talking
+    assert loud.rms_db == pytest.approx(20 * math.log10(np.sqrt(np.mean(vowel(0.02) ** 2))), abs=0.1)
+    assert not loud.clipped
+    assert is_clipped(np.clip(5.0 * vowel(0.02), -1.0, 1.0))
+    assert not is_clipped(np.eye(1, FRAME, dtype=np.float32)[0])
+    assert Meter().measure(np.zeros(FRAME, np.float32)).rms_db == SILENT_DB
+
+
+@pytest.mark.parametrize("rate", [8_000, 11_025, 16_000, 22_050, 44_100, 96_000])
+def test_any_rate_becomes_forty_eight_kilohertz_with_its_tones_and_without_others(rate: int) -> None:
+    step, tone = rate / RATE, 1000.0
+    t = np.arange(rate) / rate
+    source = np.sin(2 * np.pi * tone * t).astype(np.float32)
+    if rate > RATE:
+        source += np.sin(2 * np.pi * 40_000.0 * t).astype(np.float32)
+    out = at_positions(source, float(reach(step)), step, 24_000)
+    wanted = np.sin(2 * np.pi * tone * (reach(step) + step * np.arange(24_000)) / rate)
+    assert np.sqrt(np.mean((out - wanted) ** 2)) < 0.01
+
+
+def test_positions_without_neighbours_are_refused() -> None:
+    with pytest.raises(ValueError, match="more samples"):
+        at_positions(np.zeros(100, np.float32), 0.0, 1.0, 50)
+
+
+def test_a_period_is_found_where_a_vowel_resembles_itself() -> None:
+    held = np.asarray(sum(np.sin(2 * np.pi * 125.0 * k * np.arange(4000) / RATE) / k for k in range(1, 8)), np.float32)
+    shift, alike = best_shift(held[:OVERLAP], held[200 : 200 + 400 + OVERLAP])
+    assert 200 + shift == pytest.approx(RATE / 125.0, abs=2)
+    assert alike > 0.99
+
+
+def facing(x: float, z: float, towards: float = 0.0) -> Head:
+    c, s = math.cos(towards), math.sin(towards)
+    return Head(np.array([x, 0.0, z]), np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]))
+
+
+def test_a_voice_from_the_left_is_louder_and_earlier_in_the_left_ear() -> None:
+    ears = heard_from(facing(0, 0), facing(1.2, 0.0, -math.pi / 2))
+    assert ears.gain[0] > 1.5 * ears.gain[1]
+    assert ears.late_s[0] == 0.0
+    assert ears.late_s[1] == pytest.approx(0.00066, abs=0.00003)
+    right = heard_from(facing(0, 0), facing(-1.2, 0.0, math.pi / 2))
+    assert right.gain == ears.gain[::-1]
+
+
+def test_a_voice_is_quieter_from_afar_and_duller_from_behind_its_head() -> None:
+    near, far = (heard_from(facing(0, 0), facing(0.0, d, math.pi)) for d in (1.0, 4.0))
+    assert near.gain[0] == pytest.approx(4.0 * far.gain[0], rel=0.01)
+    away = heard_from(facing(0, 0), facing(0.0, 1.0, 0.0))
+    assert away.gain[0] < near.gain[0]
+    assert away.shade[0] > near.shade[0]
+
+
+def test_a_moving_talker_does_not_click() -> None:
+    mixer, said = Mixer(), vowel(1.0)
+    blocks = []
+    for k in range(40):
+        side = 1.0 if k % 10 < 5 else -1.0
+        ears = heard_from(facing(0, 0), facing(side, 0.8, math.pi))
+        blocks.append(mixer.mix({"ann": said[k * FRAME : (k + 1) * FRAME]}, {"ann": ears}))
+    out = np.concatenate([b for b in blocks if b is not None])
+    assert out.shape == (40 * FRAME, 2)
+    assert np.abs(np.diff(out, axis=0)).max() < 1.6 * np.abs(np.diff(said)).max()
+
+
+def test_twenty_loud_voices_do_not_clip_and_one_passes_unchanged() -> None:
+    mixer, said = Mixer(), vowel(0.4)
+    alone = mixer.mix({"ann": said[:FRAME]}, {"ann": CENTRE})
+    assert alone is not None
+    assert np.allclose(alone[:, 0], said[:FRAME], atol=1e-6)
+    crowd = {f"p{i}": 2.0 * said[FRAME : 2 * FRAME] for i in range(20)}
+    loud = mixer.mix(crowd, {name: Ears() for name in crowd})
+    assert loud is not None
+    assert np.abs(loud).max() <= 1.0
+    assert Mixer().mix({}, {}) is None
+    assert np.array_equal(Limiter().apply(np.full((4, 2), 0.5, np.float32)), np.full((4, 2), 0.5, np.float32))
+
+
+def test_a_need_grows_with_late_frames_and_has_a_margin_at_first() -> None:
+    need = Need()
+    need.observe(40_000_000)
+    assert need.transit_ns == 70_000_000
+    for k in range(300):
+        need.observe(40_000_000 + k % 10 * 1_000_000)
+    assert need.transit_ns == pytest.approx(49_000_000, abs=1_000_000)
+    for _ in range(300):
+        need.observe(30_000_000)
+    assert need.transit_ns == 30_000_000
+
+
+def test_a_target_follows_the_picture_smoothly_and_waits_for_the_network() -> None:
+    target = Target(Policy())
+    assert target.wanted_s(0, 0.07, speaking=False) == 0.07
+    for k in range(10):
+        target.hear_image(k * SECOND_NS // 2, 0.150)
+    assert target.wanted_s(5 * SECOND_NS, 0.07, speaking=False) == 0.150
+    for k in range(10, 20):
+        target.hear_image(k * SECOND_NS // 2, 0.250)
+    assert target.wanted_s(11 * SECOND_NS // 2, 0.07, speaking=True) == pytest.approx(0.190)
+    assert target.wanted_s(10 * SECOND_NS, 0.07, speaking=True) == 0.250
+    assert target.wanted_s(10 * SECOND_NS, 0.3, speaking=False) == 0.3
+    assert target.image_s(60 * SECOND_NS) == 0.0
+
+
+def test_a_fixed_delay_is_the_same_for_all() -> None:
+    policy = read_policy("fixed 0.2")
+    target = Target(policy)
+    target.hear_image(0, 0.11)
+    assert target.wanted_s(0, 0.07, speaking=False) == 0.2
+    assert str(policy) == "fixed 0.2"
+    assert str(read_policy("match")) == "match"
+
+
+@pytest.mark.parametrize("text", ["", "fixed", "fixed -1", "fixed 9", "0.2", "fixed 0.2 s"])
+def test_a_policy_that_is_none_is_refused_with_an_example(text: str) -> None:
+    with pytest.raises(ValueError, match='fixed 0.2"'):
+        read_policy(text)
