@@ -11,19 +11,19 @@ from dataclasses import dataclass, field
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from vistel.implicit.deform_plan import FramePlan
 from vistel.space.files.surfaces import Piece
 from vistel.space.tessellate import Surface3
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
-from vistel_services.renderer.labels import Label, paint_label
+from vistel_services.renderer.overlays import LabelView, Names, Pane, Projectors
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.room import Furniture, Panel
-from vistel_services.renderer.screens import Box, Screen, Sight, boxes
+from vistel_services.renderer.screens import Box, Screen, Sight
 from vistel_services.renderer.shadow import ShadowMap
 from vistel_services.renderer.solid_things import Solid, SolidThings
+from vistel_services.renderer.textures import texture_of
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -84,14 +84,6 @@ class ThingView:
 
 
 @dataclass(frozen=True)
-class LabelView:
-    """A name over the room point `place` (3,)."""
-
-    label: Label
-    place: F64
-
-
-@dataclass(frozen=True)
 class Frame:
     """Everything that is seen at one instant, and from where."""
 
@@ -139,7 +131,6 @@ class Painter:
         self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None, screens: Sequence[Screen] = ()
     ) -> None:
         self.surface, self.width, self.height, self._deformer = surface, width, height, deformer
-        self.screens = tuple(screens)
         self._whole: Box = (0, 0, width, height)
         ctx = self.ctx = surface.ctx
         self.software = surface.capability.software
@@ -158,20 +149,16 @@ class Painter:
         cheap = ("LIGHT_PER_VERTEX", "ONE_TAP") if self.software else ()
         self._figure_program = program(ctx, "figure", defines=cheap)
         self._room_programs: dict[tuple[str, ...], moderngl.Program] = {}
-        self._label_program = program(ctx, "label")
         self.shadow = ShadowMap(ctx, 1024)
-        self._solids = SolidThings(ctx, self.shadow, lambda picture: self._texture(picture, at_most=self._figure_texels))
+        self._solids = SolidThings(ctx, self.shadow, lambda picture: texture_of(ctx, picture, self.software, self._figure_texels))
         self._figures: dict[str, _Figure] = {}
         self._things: dict[str, list[Solid]] = {}
         self._panels: list[tuple[moderngl.VertexArray, moderngl.Texture]] = []
         self._casters: list[moderngl.VertexArray] = []
         self._furniture: Solid | None = None
-        corners = ctx.buffer(np.array(((0, 0), (1, 0), (0, 1), (1, 1)), np.float32).tobytes())
-        self._label_vao = ctx.vertex_array(self._label_program, [(corners, "2f", "corner")])
-        self._correct_program = program(ctx, "correct")
-        self._correct_vao = ctx.vertex_array(self._correct_program, [(corners, "2f", "corner")])
-        self._label_textures: dict[Label, moderngl.Texture] = {}
-        self._line = max(12, round(height * 0.052))
+        self._pane = Pane(ctx)
+        self._names = Names(ctx, self._pane, max(12, round(height * 0.052)))
+        self._projectors = Projectors(ctx, screens)
         self._drawn = 0
 
     # -- what is drawn -------------------------------------------------------------------------------------------
@@ -185,7 +172,7 @@ class Painter:
             vao = self.ctx.vertex_array(
                 self._room_program(panel), [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo, skip_errors=True
             )
-            texture = textures.get(id(panel.texture)) or self._texture(panel.texture)
+            texture = textures.get(id(panel.texture)) or texture_of(self.ctx, panel.texture, self.software)
             textures[id(panel.texture)] = texture
             self._panels.append((vao, texture))
             if panel.casts:
@@ -241,7 +228,7 @@ class Painter:
             target.clear(*(_DARK if self._panels else _OPEN), viewport=sight.box or self._whole)
             self._paint(frame, sight, clip, seen, things)
         target.color_mask = (True, True, True, True)
-        self._correct(target)
+        self._projectors.join(target)
         target.viewport = self._whole
         if self._multisampled is not None:
             ctx.copy_framebuffer(self._target, self._multisampled)
@@ -271,7 +258,8 @@ class Painter:
         for vao, texture in self._panels:
             texture.use(0)
             vao.render()
-        self._labels(frame, sight, clip)
+        _, _, width, height = sight.box or self._whole
+        self._names.draw(frame.labels, sight.camera.position, clip, (width, height))
 
     def read_into(self, out: U8) -> None:
         """The picture as (height, width, 4) RGBA bytes, first row at the *bottom*."""
@@ -297,8 +285,7 @@ class Painter:
             self.ctx.enable_only(moderngl.NOTHING)
             screen.clear()
             self._colour.use(0)
-            put(self._label_program, text=0, opacity=1.0, box=(-w, -h, w, h), depth=0.0)
-            self._label_vao.render(moderngl.TRIANGLE_STRIP)
+            self._pane.draw((-w, -h, w, h), 0.0)
         return self.surface.show()
 
     def error(self) -> str:
@@ -330,45 +317,6 @@ class Painter:
             solids.append((still, self._furniture.shadow))
         self.shadow.draw([view.limbs for view in frame.figures], solids)
 
-    def _correct(self, target: moderngl.Framebuffer) -> None:
-        """Fade and tint what neighbouring projectors show, so that their pictures join."""
-        self.ctx.enable_only(moderngl.BLEND)
-        self.ctx.blend_func = moderngl.DST_COLOR, moderngl.ZERO
-        for screen, box in zip(self.screens, boxes(self.screens), strict=True):
-            if not screen.plain:
-                target.viewport = box
-                put(self._correct_program, gain=screen.gain, blend=screen.blend)
-                self._correct_vao.render(moderngl.TRIANGLE_STRIP)
-
-    def _labels(self, frame: Frame, sight: Sight, clip: F64) -> None:
-        ctx = self.ctx
-        _, _, width, height = sight.box or self._whole
-        ctx.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
-        ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
-        wanted = set()
-        for view in sorted(frame.labels, key=lambda v: -float(((v.place - sight.camera.position) ** 2).sum())):
-            wanted.add(view.label)
-            at = clip @ np.append(view.place, 1.0)
-            if at[3] < 0.2 or abs(at[0]) > 1.3 * at[3] or abs(at[1]) > 1.3 * at[3]:
-                continue
-            texture = self._label_textures.get(view.label)
-            if texture is None:
-                image = paint_label(view.label, self._line)
-                texture = self._label_textures[view.label] = self._texture(image, mipmaps=False)
-            w, h = texture.size
-            x = round((0.5 + 0.5 * at[0] / at[3]) * width - 0.5 * w)
-            y = round((0.5 + 0.5 * at[1] / at[3]) * height)
-            fits = max(2, min(width - w - 2, x)), max(2, min(height - h - 2, y))
-            # A name that had to move into the picture may lie over its own head: there it is drawn on top.
-            depth = float(at[2] / at[3]) if fits == (x, y) else -1.0
-            x, y = fits
-            box = 2 * x / width - 1, 2 * y / height - 1, 2 * (x + w) / width - 1, 2 * (y + h) / height - 1
-            texture.use(0)
-            put(self._label_program, text=0, opacity=1.0, box=box, depth=depth)
-            self._label_vao.render(moderngl.TRIANGLE_STRIP)
-        for label in set(self._label_textures) - wanted:
-            self._label_textures.pop(label).release()
-
     def _room_program(self, panel: Panel) -> moderngl.Program:
         defines = ((panel.key,) if panel.key else ()) + ((f"GLOSS {panel.gloss:.3f}",) if panel.gloss else ())
         if defines not in self._room_programs:
@@ -380,7 +328,8 @@ class Painter:
         figure = self._figures.get(view.name)
         if figure is None or figure.painted is not model.texture:
             self.drop_figure(view.name)
-            figure = self._figures[view.name] = _Figure(model.texture, self._texture(model.texture, at_most=self._figure_texels))
+            texture = texture_of(ctx, model.texture, self.software, self._figure_texels)
+            figure = self._figures[view.name] = _Figure(model.texture, texture)
         if model in figure.levels:
             return figure.levels[model]
         dynamic = ctx.buffer(reserve=len(model.uv) * 24, dynamic=True)
@@ -392,24 +341,6 @@ class Painter:
             ctx.vertex_array(self._figure_program, layout, headless), [fixed, whole, headless],
         )  # fmt: skip
         return figure.levels[model]
-
-    def _texture(self, image: U8, mipmaps: bool = True, at_most: int = 8192) -> moderngl.Texture:
-        step = -(-max(image.shape[:2]) // at_most)
-        if step > 1:
-            image = np.asarray(Image.fromarray(image).reduce(step))
-        flipped = np.ascontiguousarray(image[::-1])
-        h, w, components = flipped.shape
-        texture = self.ctx.texture((w, h), components, flipped.tobytes(), alignment=1)
-        if mipmaps:
-            texture.build_mipmaps()
-            nearest = moderngl.LINEAR_MIPMAP_NEAREST if self.software else moderngl.LINEAR_MIPMAP_LINEAR
-            texture.filter = (nearest, moderngl.LINEAR)
-            if not self.software:
-                texture.anisotropy = 8.0
-        else:
-            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            texture.repeat_x = texture.repeat_y = False
-        return texture
 
 
 def in_sight(clip: F64, limbs: F32) -> bool:

@@ -23,12 +23,13 @@ from vistel.space.tessellate import join
 from vistel.space.things import Thing
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import SeatCamera, overview
-from vistel_services.renderer.draw import FigureView, Frame, LabelView, Painter, ThingView
+from vistel_services.renderer.draw import FigureView, Frame, Painter, ThingView
 from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
 from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
 from vistel_services.renderer.gpu_deform import open_deformer
 from vistel_services.renderer.labels import Label
+from vistel_services.renderer.overlays import LabelView
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
 from vistel_services.renderer.room import build_room, drawn_with_room, linear

@@ -13,10 +13,11 @@ from vistel.space.room import meeting_room, seat_pose
 from vistel.space.tessellate import tessellate
 from vistel.space.things import Primitive
 from vistel_services.renderer.camera import Camera, look_at, overview
-from vistel_services.renderer.draw import Frame, LabelView, Painter, ThingView, in_sight
+from vistel_services.renderer.draw import Frame, Painter, ThingView, in_sight
 from vistel_services.renderer.figures import Shape, StandIn
 from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
 from vistel_services.renderer.labels import Label
+from vistel_services.renderer.overlays import LabelView
 from vistel_services.renderer.playout import Timing
 from vistel_services.renderer.room import build_room
 from vistel_services.renderer.screens import Sight

@@ -1,0 +1,96 @@
+"""What is laid over a finished picture: names over heads, and the light of projectors whose pictures join."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel_services.renderer.labels import Label, paint_label
+from vistel_services.renderer.programs import program, put
+from vistel_services.renderer.screens import Screen, boxes
+from vistel_services.renderer.textures import texture_of
+
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LabelView:
+    """A name over the room point `place` (3,)."""
+
+    label: Label
+    place: F64
+
+
+class Pane:
+    """A rectangle that shows the texture bound to unit 0."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = program(ctx, "label")
+        self._vao = ctx.vertex_array(self._program, [(_corners(ctx), "2f", "corner")])
+
+    def draw(self, box: tuple[float, float, float, float], depth: float) -> None:
+        """box: left, bottom, right, top in clip space; depth: there."""
+        put(self._program, text=0, opacity=1.0, box=box, depth=depth)
+        self._vao.render(moderngl.TRIANGLE_STRIP)
+
+
+class Names:
+    """Labels over places of the room; `line`: height of a name [pixels]."""
+
+    def __init__(self, ctx: moderngl.Context, pane: Pane, line: int) -> None:
+        self._ctx, self._pane, self._line = ctx, pane, line
+        self._textures: dict[Label, moderngl.Texture] = {}
+
+    def draw(self, labels: Sequence[LabelView], eye: F64, clip: F64, size: tuple[int, int]) -> None:
+        """Those in sight of `eye` (3,), the farthest first, into a picture of `size` pixels; clip: (4, 4) from the room."""
+        width, height = size
+        self._ctx.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
+        self._ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        for view in sorted(labels, key=lambda v: -float(((v.place - eye) ** 2).sum())):
+            at = clip @ np.append(view.place, 1.0)
+            if at[3] < 0.2 or abs(at[0]) > 1.3 * at[3] or abs(at[1]) > 1.3 * at[3]:
+                continue
+            texture = self._texture(view.label)
+            w, h = texture.size
+            x = round((0.5 + 0.5 * at[0] / at[3]) * width - 0.5 * w)
+            y = round((0.5 + 0.5 * at[1] / at[3]) * height)
+            fits = max(2, min(width - w - 2, x)), max(2, min(height - h - 2, y))
+            # A name that had to move into the picture may lie over its own head: there it is drawn on top.
+            depth = float(at[2] / at[3]) if fits == (x, y) else -1.0
+            x, y = fits
+            texture.use(0)
+            self._pane.draw((2 * x / width - 1, 2 * y / height - 1, 2 * (x + w) / width - 1, 2 * (y + h) / height - 1), depth)
+        for label in set(self._textures) - {view.label for view in labels}:
+            self._textures.pop(label).release()
+
+    def _texture(self, label: Label) -> moderngl.Texture:
+        if label not in self._textures:
+            self._textures[label] = texture_of(self._ctx, paint_label(label, self._line), False, mipmaps=False)
+        return self._textures[label]
+
+
+class Projectors:
+    """Fades and tints what neighbouring projectors show, so that their pictures join."""
+
+    def __init__(self, ctx: moderngl.Context, screens: Sequence[Screen]) -> None:
+        self._ctx = ctx
+        self._todo = [(s, box) for s, box in zip(screens, boxes(screens), strict=True) if not s.plain]
+        self._program = program(ctx, "correct")
+        self._vao = ctx.vertex_array(self._program, [(_corners(ctx), "2f", "corner")])
+
+    def join(self, target: moderngl.Framebuffer) -> None:
+        """Correct the picture that is in `target`."""
+        self._ctx.enable_only(moderngl.BLEND)
+        self._ctx.blend_func = moderngl.DST_COLOR, moderngl.ZERO
+        for screen, box in self._todo:
+            target.viewport = box
+            put(self._program, gain=screen.gain, blend=screen.blend)
+            self._vao.render(moderngl.TRIANGLE_STRIP)
+
+
+def _corners(ctx: moderngl.Context) -> moderngl.Buffer:
+    return ctx.buffer(np.array(((0, 0), (1, 0), (0, 1), (1, 1)), np.float32).tobytes())

@@ -1,0 +1,33 @@
+"""Pictures on the graphics side."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+U8 = NDArray[np.uint8]
+
+
+def texture_of(
+    ctx: moderngl.Context, image: U8, software: bool, at_most: int = 8192, *, mipmaps: bool = True
+) -> moderngl.Texture:
+    """A texture of `image` (h, w, 3 or 4), first row at the top, reduced to `at_most` texels each way. Without mipmaps it is
+    meant to be seen in its own size and ends at its edges."""
+    step = -(-max(image.shape[:2]) // at_most)
+    if step > 1:
+        image = np.asarray(Image.fromarray(image).reduce(step))
+    flipped = np.ascontiguousarray(image[::-1])
+    h, w, components = flipped.shape
+    texture = ctx.texture((w, h), components, flipped.tobytes(), alignment=1)
+    if mipmaps:
+        texture.build_mipmaps()
+        nearest = moderngl.LINEAR_MIPMAP_NEAREST if software else moderngl.LINEAR_MIPMAP_LINEAR
+        texture.filter = (nearest, moderngl.LINEAR)
+        if not software:
+            texture.anisotropy = 8.0
+    else:
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+    return texture
