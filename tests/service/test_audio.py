@@ -49,7 +49,7 @@ class Conference:
         self.heard = folder / "heard.wav"
         mine = Microphone("ann", source or str(folder / "ann-microphone"), push_to_talk)
         self._configs = [
-            Config("tokyo", "ann", (mine,), stream=False, spatial=False),
+            Config("tokyo", "ann", (mine,), stream=False, spatial=False, memory=folder / "muted.json"),
             Config("oslo", "bob", (), loudspeaker or str(self.heard), policy or Policy(), False, delay_unit=delay_unit),
         ]  # fmt: skip
         self.image_s: float | None = None
@@ -175,6 +175,10 @@ def test_mute_and_push_to_talk_close_and_open_the_microphone(tmp_path: Path) -> 
         assert c.mouth.muted
         assert c.voice.frames - heard < 30
         assert not c.voice.talking
+        c._tasks.pop(0).cancel()
+        c._tasks.insert(0, asyncio.create_task(run(c._configs[0], c.network.bus("c", "tokyo", c.clock), c.clock)))
+        await c.go_on(1.0)
+        assert c.mouth.muted, "a service that was started again has opened a muted microphone"
 
     play(Conference(tmp_path, loudness=always, push_to_talk=True), script)
 

@@ -79,6 +79,17 @@ class World:
         return self._room.extras
 
     @property
+    def room(self) -> Room:
+        """The room as it began."""
+        return self._room
+
+    @property
+    def things_now(self) -> tuple[Thing, ...]:
+        """Everything in the room, where it is now."""
+        m = self._state.motions
+        return tuple(replace(t, position=m.position[n], rotation=m.rotation[n]) for n, t in enumerate(self._state.things))
+
+    @property
     def source(self) -> str:
         """Which room it is: digest of the files it is from, empty for the built-in one."""
         return self._room.source
@@ -87,6 +98,11 @@ class World:
     def participants(self) -> tuple[str, ...]:
         """Who is in the room, sorted."""
         return tuple(f.name for f in self._state.figures)
+
+    @property
+    def heard(self) -> dict[str, int]:
+        """Who is in the room, and when the motion was measured that the world knows of them [ns]; 0 before the first."""
+        return {f.name: f.t_ns for f in self._state.figures}
 
     def snapshot(self) -> bytes:
         """The whole state; equal states give equal bytes."""

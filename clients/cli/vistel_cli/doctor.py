@@ -130,7 +130,7 @@ def _sound() -> Finding:
     if platform.system() == "Linux":
         text = cards.read_text() if cards.exists() else ""
         if not text or "no soundcards" in text:
-            return Finding("Sound card", "absent", "none", "this version carries no voice yet; nothing is lost")
+            return Finding("Sound card", "absent", "none", "simulated talkers, sound files; what is heard goes into the videos")
         return Finding("Sound card", "found", text.split("]:")[-1].splitlines()[0].strip())
     return Finding("Sound card", "found", "by the system")
 

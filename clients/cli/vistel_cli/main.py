@@ -24,6 +24,7 @@ from vistel_cli import (
     site,
     trace,
     up,
+    voice,
     wrinkle,
 )
 
@@ -50,6 +51,7 @@ app.add_typer(avatar.app, name="avatar")
 app.add_typer(wrinkle.app, name="wrinkle")
 app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(site.app, name="site")
+app.add_typer(voice.app, name="voice")
 app.add_typer(log.app, name="log")
 
 

@@ -22,7 +22,8 @@ class Microphone:
 @dataclass(frozen=True)
 class Config:
     """listener: whose ears hear at this site; loudspeaker: as in the conference file; latency_s: from the sound card to the
-    ear; delay_unit: name of the unit that the loudspeaker's sound goes through, "" for none."""
+    ear; delay_unit: name of the unit that the loudspeaker's sound goes through, "" for none;
+    memory: where it is kept which microphones are muted."""
 
     site: str
     listener: str
@@ -34,6 +35,7 @@ class Config:
     bitrate: int = 24_000
     latency_s: float = 0.0
     delay_unit: str = ""
+    memory: Path | None = None
 
 
 def microphone_device(participant: str) -> str:
@@ -61,5 +63,5 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     unit = next((e.name for e in audio.equipment if e.role == "delay"), "")
     return Config(
         site.name, site.participants[0].name, tuple(microphones), loudspeaker, audio.policy, audio.spatial, audio.stream,
-        audio.bitrate, audio.latency, unit,
+        audio.bitrate, audio.latency, unit, paths.run / f"{site.name}-microphones.json",
     )  # fmt: skip

@@ -14,13 +14,14 @@ from vistel.v1.audio_pb2 import EquipmentRequest, Sound, SoundStatus
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
+from vistel_services.audio.buttons import Buttons
 from vistel_services.audio.capture import Capture
 from vistel_services.audio.config import Config
 from vistel_services.audio.heads import Heads
 from vistel_services.audio.hearing import Hearing
 from vistel_services.audio.inputs import open_input
 from vistel_services.audio.outputs import Loudspeaker
-from vistel_services.audio.speaking import Button, Speaker
+from vistel_services.audio.speaking import Speaker
 
 F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
@@ -114,7 +115,7 @@ class _Site:
 
     def __init__(self, config: Config, bus: Bus, clock: Clock) -> None:
         self._config = config
-        self._buttons = {m.participant: Button(push_to_talk=m.push_to_talk) for m in config.microphones}
+        self._buttons = Buttons(((m.participant, m.push_to_talk) for m in config.microphones), config.memory)
         self._speakers = [
             Speaker(
                 m.participant, Capture(m.participant, partial(open_input, m.source, clock)),
@@ -122,7 +123,7 @@ class _Site:
             )
             for m in config.microphones
         ]  # fmt: skip
-        self._hearing = Hearing(config.site, config.policy, frozenset(self._buttons))
+        self._hearing = Hearing(config.site, config.policy, frozenset(m.participant for m in config.microphones))
         self._loudspeaker = Loudspeaker(config.loudspeaker, clock)
         self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
         self._status = bus.publish(BY_NAME["sound_status"])
@@ -170,9 +171,7 @@ class _Site:
         for sample in self._images.take():
             self._hearing.hear_image(sample.message)
         for sample in self._controls.take():
-            button = self._buttons.get(sample.names["participant"])
-            if button is not None:
-                button.follow(sample.message)
+            self._buttons.follow(sample.names["participant"], sample.message)
         if self._unit is not None:
             self._unit.take()
 

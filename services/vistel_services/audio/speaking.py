@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +10,9 @@ from prometheus_client import Counter, Gauge
 
 from vistel.audio.levels import SILENT_DB, Level, Meter
 from vistel.audio.opus import Encoder
-from vistel.v1.audio_pb2 import SoundStatus, Voice, VoiceControl
+from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Publication
+from vistel_services.audio.buttons import Button
 from vistel_services.audio.capture import Capture
 
 F32 = NDArray[np.float32]
@@ -25,23 +25,6 @@ _LEVEL = Gauge("vistel_audio_microphone_level_db", "Level of the microphone, 0 =
 _NOTHING = 2
 """Packets of so many bytes say that there is nothing to hear."""
 _CLIP_SHOWN_NS = 1_000_000_000
-
-
-@dataclass
-class Button:
-    """Whether a microphone is open."""
-
-    muted: bool = False
-    push_to_talk: bool = False
-    held: bool = False
-
-    @property
-    def open(self) -> bool:
-        return not self.muted and (self.held or not self.push_to_talk)
-
-    def follow(self, message: VoiceControl) -> None:
-        """Be as asked."""
-        self.muted, self.push_to_talk, self.held = message.muted, message.push_to_talk, message.talk
 
 
 class Speaker:

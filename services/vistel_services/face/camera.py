@@ -68,6 +68,8 @@ class FaceSight:
         return True
 
     def _learn(self, picture: U8) -> bool:
+        if self._first and self._first[0].shape != picture.shape:
+            self._first = []
         self._first.append(picture)
         if len(self._first) < _FIRST:
             self.trouble = "learning the neutral face"
@@ -150,13 +152,24 @@ class CameraDecoder:
     def feed(self, data: bytes, t_ns: int) -> list[FaceFrame]:
         """The message of the picture of `t_ns`."""
         if t_ns not in self._seen:
-            picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+            picture = _picture(data)
             if picture is None:
                 self.bytes_skipped += len(data)
                 return []
-            self.look(np.asarray(picture, np.uint8), t_ns)
+            self.look(picture, t_ns)
         frame = self._seen.pop(t_ns)
         return [] if frame is None else [frame]
+
+
+def _picture(data: bytes) -> U8 | None:
+    """(h, w) grey or (h, w, 3) BGR; None for what is no such picture."""
+    try:
+        picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:  # of nothing at all, and of sizes that nobody's camera has
+        return None
+    if picture is None or picture.dtype != np.uint8 or (picture.ndim == 3 and picture.shape[2] != 3):  # pyright: ignore[reportUnnecessaryComparison]
+        return None
+    return np.asarray(picture, np.uint8)
 
 
 class CameraDriver:

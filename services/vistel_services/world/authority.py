@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 import re
 import secrets
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from google.protobuf.message import DecodeError
 
@@ -31,6 +33,8 @@ SUCCESSOR_S = 1.0
 """Who was given the room and is not heard of for so long has failed; the room goes back."""
 
 _TOKEN = re.compile(r"world-(\d{1,9})-([0-9a-f]{8})(-leaving)?")
+
+Listen = Callable[[Sequence[str]], Awaitable[None]]
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ class Authority:
         self._term = 0
         self._given = 0
         self._served = False
+        self._over = asyncio.Event()
+        self._leave_by = math.inf
         bus.watch_presence(self._seen)
 
     def listen(self, listener: Callable[[str, str, bool], None]) -> None:
@@ -69,6 +75,7 @@ class Authority:
     def lead(self, start: Start) -> None:
         """Speak for the room from now on."""
         self._leading, self._term, self._given = start.world, start.term, 0
+        self._over.clear()
         self._bus.fence.own = start.term
         self._bus.announce(self._token(start.term))
         if not self._served:
@@ -94,9 +101,25 @@ class Authority:
         """Whether another world waits."""
         return bool(self._others())
 
-    def leave(self) -> None:
+    def leave(self, within_s: float) -> None:
         """Tell those who wait that they may take the room over."""
+        self._leave_by = asyncio.get_running_loop().time() + within_s
         self._bus.announce(f"{self._token(self._term)}-leaving")
+
+    @property
+    def late(self) -> bool:
+        """Whether nobody has taken over what this world is leaving in time."""
+        return asyncio.get_running_loop().time() >= self._leave_by
+
+    async def until_over(self, other: Coroutine[Any, Any, None]) -> None:
+        """Wait for `other`, but no longer than this world leads and has time to leave."""
+        tasks = [asyncio.create_task(other), asyncio.create_task(self._over.wait())]
+        try:
+            left_s = self._leave_by - asyncio.get_running_loop().time()
+            await asyncio.wait(tasks, timeout=max(0.0, left_s), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in tasks:
+                task.cancel()
 
     def _answer(self, request: bytes) -> WorldHandover | None:
         if self._leading is None or not self.leads:
@@ -112,12 +135,14 @@ class Authority:
                 return None
             log.info("room given away term=%d to_term=%d step=%d", self._term, asked.term, self._leading.step_number)
             self._leading, self._given = None, asked.term
+            self._over.set()
         return out
 
     # -- taking over and waiting -------------------------------------------------------------------------------
 
-    async def take_over(self, begins: Room) -> Start | None:
-        """The room of whoever leads it, who then is silent; None when nobody does. begins: as this side knows the room.
+    async def take_over(self, begins: Room, listen: Listen) -> Start | None:
+        """The room of whoever leads it, who then is silent; None when nobody does. begins: as this side knows the room;
+        listen: until all of some people can be heard.
 
         What costs time is made ready from a first answer, while the other still leads; the second only moves things.
         """
@@ -128,6 +153,7 @@ class Authority:
             ready = World.restore(first.private_state)
             if (ready.seats, ready.source) != (len(begins.seats), begins.source):
                 log.warning("the room that is led is another than the conference file's; it is taken over as it is")
+            await listen(ready.participants)
             last = await self._ask(WorldHandoverRequest.PHASE_TAKE, first.term + 1)
             if last is None:
                 return None
@@ -138,7 +164,7 @@ class Authority:
         log.info("room taken over term=%d step=%d", first.term + 1, world.step_number)
         return Start(world, first.term + 1, last.due_ns)
 
-    async def follow(self, own: World, begins: Room) -> Start:
+    async def follow(self, own: World, begins: Room, listen: Listen) -> Start:
         """Wait until this world is to lead; `own`: its state when it fell silent."""
         if self._given and not await self._within(SUCCESSOR_S, lambda: any(t >= self._given for t, _ in self._others())):
             log.error("the world that took the room over is not there; leading again term=%d", self._given + 1)
@@ -151,7 +177,7 @@ class Authority:
             if not above:
                 return Start(own, highest + 1)
             if any(token == f"world-{t}-{name}-leaving" for t, name in above for _, token in self._alive):
-                taken = await self.take_over(begins)
+                taken = await self.take_over(begins, listen)
                 if taken is not None:
                     return taken
             self._changed.clear()

@@ -4,6 +4,7 @@ who has gone."""
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from prometheus_client import Counter
@@ -66,10 +67,9 @@ class Arrived:
 class Intake:
     """Feed it samples; take what is new at each step. Times are conference time [ns]."""
 
-    def __init__(self, present: tuple[str, ...] = (), now_ns: int = 0) -> None:
-        """present: who is in the restored world already; they leave again unless heard of."""
+    def __init__(self) -> None:
         self._known: dict[str, Person] = {}
-        self._people = {name: _Somebody("", Person(name), now_ns, moves=True) for name in present}
+        self._people: dict[str, _Somebody] = {}
         self._decoders: dict[tuple[str, str], MotionDecoder] = {}
         self._tokens: dict[str, set[str]] = {}
         self._gone_ns: dict[str, int] = {}
@@ -78,6 +78,24 @@ class Intake:
         self._newest_props: dict[str, Prop] = {}
         self._arrived = Arrived()
         self._told: set[tuple[str, str]] = set()
+
+    def adopt(self, present: Mapping[str, int], recent: Sequence[Arrived], now_ns: int) -> None:
+        """Go on with a world in which somebody is already. present: who, and the time of the motion that the world knows
+        [ns]; they leave again unless heard of. recent: what arrived of late, of which the world may have taken some."""
+        for name, somebody in self._people.items():
+            if name not in present and somebody.person not in self._arrived.people:
+                self._arrived.people.append(somebody.person)
+        for name in present:
+            if name not in self._people:
+                self._people[name] = _Somebody("", self._known.get(name, Person(name)), now_ns, moves=True)
+        for batch in recent:
+            # Commands that were done are answered again and not done again.
+            self._arrived.commands.extend(batch.commands)
+            self._newest |= {m.participant: m for m in batch.motions if m.t_ns > present.get(m.participant, 0)}
+
+    def follows(self, names: Iterable[str]) -> bool:
+        """Whether the motions of all of them can be read: each stream has had its key frame."""
+        return all(name in self._people and self._people[name].last_motion_ns for name in names)
 
     def presence(self, site: str, token: str, alive: bool, now_ns: int) -> None:
         """A process of a site came or went."""

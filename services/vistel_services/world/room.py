@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import time
+from collections import deque
+from collections.abc import Sequence
 
 from prometheus_client import Counter, Gauge, Histogram
 
@@ -13,6 +16,7 @@ from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot
 from vistel.wire.bus import Bus, Publication
+from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world import Backlog
 from vistel_services.world import journal
@@ -27,6 +31,9 @@ log = logging.getLogger("vistel.world")
 STEP_NS = 16_666_667
 SAVE_STEPS = 120
 """Steps from one snapshot to the next: two seconds."""
+TUNE_IN_S, LISTEN_S, IDLE_S, RECENT = 1.5, 0.02, 1.0, 5
+"""A world that takes a room over listens for so long at most, looks every so often, one that waits less often; both keep
+what they saw the last times."""
 TOPICS = "participant", "motion", "prop", "command"
 """What a room listens to."""
 
@@ -44,10 +51,35 @@ class Ears:
 
     def __init__(self, bus: Bus) -> None:
         self._inboxes = [bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in TOPICS]
+        self.intake = Intake()
+        self._recent: deque[Arrived] = deque(maxlen=RECENT)
 
-    def take(self, intake: Intake) -> None:
-        """Everything that has arrived."""
-        for inbox, take in zip(self._inboxes, (intake.participant, intake.motion, intake.prop, intake.command), strict=True):
+    async def tune_in(self, people: Sequence[str], clock: Clock) -> None:
+        """Listen while another world leads, until the motions of all `people` can be read, or for a while."""
+        began = time.monotonic()
+        while not self.intake.follows(people) and time.monotonic() - began < TUNE_IN_S:
+            await asyncio.sleep(LISTEN_S)
+            self._look(clock)
+
+    async def listen(self, clock: Clock) -> None:
+        """Listen until cancelled, so that nothing piles up."""
+        while True:
+            await asyncio.sleep(IDLE_S)
+            self._look(clock)
+
+    def _look(self, clock: Clock) -> None:
+        self.take()
+        self._recent.append(self.intake.take(clock.now_ns()))
+
+    def adopt(self, world: World, now_ns: int) -> None:
+        """From now on all that arrives is for `world`."""
+        self.intake.adopt(world.heard, self._recent, now_ns)
+        self._recent.clear()
+
+    def take(self) -> None:
+        """Everything that has arrived, for the next step."""
+        i = self.intake
+        for inbox, take in zip(self._inboxes, (i.participant, i.motion, i.prop, i.command), strict=True):
             for sample in inbox.take():
                 take(sample)
 
@@ -64,7 +96,7 @@ class Room:
         self.world = world
         self._ears = ears
         self._store = store
-        self.intake = Intake(world.participants, now_ns)
+        ears.adopt(world, now_ns)
         self._bus = bus
         self._states, self._wholes = bus.publish(BY_NAME["world_state"]), bus.publish(BY_NAME["world_key"])
         self._teller, self._backlog = Teller(), Backlog()
@@ -79,10 +111,10 @@ class Room:
     def step(self, t_ns: int) -> None:
         """One step, about conference time `t_ns`. What went into it is in the journal before anybody hears of it."""
         started = time.perf_counter()
-        self._ears.take(self.intake)
+        self._ears.take()
         passed = max(1, round((t_ns - self._last_ns) / STEP_NS))
         number = self.world.step_number + passed
-        arrived = self.intake.take(t_ns)
+        arrived = self._ears.intake.take(t_ns)
         before = self.world.snapshot() if carries_state(number, self._begins) else b""
         inputs = StepInputs(
             number, t_ns, tuple(arrived.people), tuple(arrived.motions), tuple(arrived.left),

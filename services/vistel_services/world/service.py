@@ -79,13 +79,18 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     authority = Authority(bus)
     ears = Ears(bus)
     try:
-        start = await authority.take_over(begins) or _from_disk(kept, begins, clock.now_ns())
+        start = await authority.take_over(begins, lambda people: ears.tune_in(people, clock))
+        start = start or _from_disk(kept, begins, clock.now_ns())
         log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)
         while True:
             world = await _lead(start, authority, ears, kept, bus, clock)
             ears.close()
-            start = await authority.follow(world, begins)
             ears = Ears(bus)
+            listening = asyncio.create_task(ears.listen(clock))
+            try:
+                start = await authority.follow(world, begins, lambda people, e=ears: e.tune_in(people, clock))
+            finally:
+                listening.cancel()
             if kept is not None and not start.due_ns and (found := kept.load(begins, clock.now_ns())) is not None:
                 newer = found.world.step_number > start.world.step_number
                 start = Start(found.world if newer else start.world, max(start.term, found.term + 1))
@@ -98,40 +103,38 @@ async def _lead(
 ) -> World:  # fmt: skip
     """Step until another world leads; the state then. Cancelled, it gives the room to one that waits, or keeps it on disk."""
     room = Room(start.world, bus, ears, kept, clock.now_ns())
-    authority.listen(lambda site, token, alive: room.intake.presence(site, token, alive, clock.now_ns()))
+    authority.listen(lambda site, token, alive: ears.intake.presence(site, token, alive, clock.now_ns()))
     authority.lead(start)
     bus.serve(BY_NAME["world_snapshot"], lambda request: room.answer(request) if authority.leads else None)
     if kept is not None:
         kept.begin(room.world, start.term)
     saving: asyncio.Task[None] | None = None
-    leaving: asyncio.CancelledError | None = None
     due_ns = start.due_ns - STEP_NS if start.due_ns else clock.now_ns()
-    until_ns = 0
+    leaving: asyncio.CancelledError | None = None
     try:
-        while leaving is None or clock.now_ns() < until_ns:
+        while True:
             late_ns = clock.now_ns() - due_ns
             due_ns = _next_due(due_ns, clock.now_ns())
             authority.next_step(due_ns)
             try:
                 if late_ns > FROZEN_NS:
                     await asyncio.sleep(LOOK_ROUND_S)
-                await clock.sleep_until_ns(due_ns)
+                await (clock.sleep_until_ns(due_ns) if leaving is None else authority.until_over(clock.sleep_until_ns(due_ns)))
             except asyncio.CancelledError as e:
                 if leaving is not None or not authority.followed:
                     raise
-                leaving, until_ns = e, clock.now_ns() + int(LEAVING_S * 1e9)
-                authority.leave()
+                leaving = e
+                authority.leave(LEAVING_S)
+                continue
+            if leaving is not None and (authority.late or not authority.leads):
+                raise leaving
             if not authority.leads:
-                if leaving is not None:
-                    raise leaving
                 return room.world
             room.step(due_ns)
             if kept is not None and room.world.step_number % SAVE_STEPS == 0 and (saving is None or saving.done()):
                 data = kept.rotate(room.world)
                 if data is not None:
                     saving = asyncio.create_task(asyncio.to_thread(kept.save, data, room.world.step_number))
-        assert leaving is not None
-        raise leaving
     finally:
         if saving is not None:
             await asyncio.gather(saving, return_exceptions=True)

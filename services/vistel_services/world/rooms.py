@@ -1,0 +1,68 @@
+"""Several rooms in one process. Each has its own world, its own door to its conference and its own disk; an error in one
+ends that one, which then begins again from its disk, and the others go on."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable, Coroutine, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel_services.world.service import Config, run
+
+log = logging.getLogger("vistel.world")
+
+AGAIN_FIRST_S, AGAIN_MOST_S = 0.1, 5.0
+STEADY_S = 10.0
+"""A room that ran for less has failed early, and waits longer each time."""
+
+Open = Callable[[], Awaitable[Bus]]
+Beside = Callable[[Bus], Coroutine[Any, Any, None]]
+
+
+@dataclass(frozen=True)
+class Served:
+    """One room. open: a new door to its conference, for each time it begins; beside: what else runs as long as it does."""
+
+    name: str
+    config: Config
+    clock: Clock
+    open: Open
+    beside: Beside | None = None
+
+
+async def serve(rooms: Sequence[Served]) -> None:
+    """Run all of them until cancelled."""
+    async with asyncio.TaskGroup() as group:
+        for room in rooms:
+            group.create_task(_keep(room), name=f"room {room.name}")
+
+
+async def _keep(room: Served) -> None:
+    loop = asyncio.get_running_loop()
+    wait_s = AGAIN_FIRST_S
+    while True:
+        began = loop.time()
+        try:
+            await _one_life(room)
+        except Exception as e:
+            # What the task group wraps is said by itself.
+            cause = e.exceptions[0] if isinstance(e, ExceptionGroup) else e
+            wait_s = AGAIN_FIRST_S if loop.time() - began > STEADY_S else wait_s
+            log.exception("room failed room=%s again_in_s=%.1f", room.name, wait_s, exc_info=cause)
+        await asyncio.sleep(wait_s)
+        wait_s = min(AGAIN_MOST_S, 2 * wait_s)
+
+
+async def _one_life(room: Served) -> None:
+    bus = await room.open()
+    try:
+        async with asyncio.TaskGroup() as group:
+            group.create_task(run(room.config, bus, room.clock))
+            if room.beside is not None:
+                group.create_task(room.beside(bus))
+    finally:
+        await bus.close()
