@@ -25,6 +25,7 @@ from vistel_cli import (
     trace,
     up,
     voice,
+    world,
     wrinkle,
 )
 
@@ -53,6 +54,7 @@ app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(site.app, name="site")
 app.add_typer(voice.app, name="voice")
 app.add_typer(log.app, name="log")
+app.add_typer(world.app, name="world")
 
 
 def main() -> None:

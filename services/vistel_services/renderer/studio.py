@@ -121,6 +121,8 @@ class Studio:
         # Compiling the filter may take seconds the first time: pictures come without it until then.
         self._smoothing = self._loader.submit(antialias, np.zeros((8, 8, 4), np.uint8))
         self.closed_by_user = False
+        self.camera: Camera | None = None
+        """Where the room is looked at from in place of its overview."""
 
     def render(self, instant: Instant) -> U8:
         """The picture of an instant, (height, width, 4) RGBA, first row at the bottom."""
