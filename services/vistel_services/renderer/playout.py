@@ -12,8 +12,8 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-BLEND_NS = 200_000_000
-"""How long a picture takes to return from a held frame to the live ones."""
+BLEND_NS, LEAST_BLEND_NS = 200_000_000, 30_000_000
+"""How long a picture takes to return from a held frame to the live ones, after a long hold and after a very short one."""
 KEPT_NS = 2_000_000_000
 """A frame older than the newest by this much is no stray: the sender began again with another clock."""
 MAX_SKEW_RATE = 0.05
@@ -57,7 +57,8 @@ class Playout(Generic[T]):
         self._sampled_ns: int | None = None
         self._shown: T | None = None
         self._starved_at_ns: int | None = None
-        self._left: tuple[int, T] | None = None
+        self._held_ns: int | None = None
+        self._left: tuple[int, T, int] | None = None
         self._timing: Timing | None = None
         self._waits_ns = 0
 
@@ -101,6 +102,10 @@ class Playout(Generic[T]):
         if self._starved_at_ns is not None and self._starved_at_ns != newest:
             self._begin_return()
         self._starved_at_ns = newest if point > newest else None
+        if self._starved_at_ns is None:
+            self._held_ns = None
+        elif self._held_ns is None:
+            self._held_ns = now_ns
         self._shown = self._returning(target, now_ns)
         self._sampled_ns = now_ns
         self._timing = Timing(now_ns - min(point, newest), now_ns - newest, int(self._jitter_ns), point > newest)
@@ -113,16 +118,17 @@ class Playout(Generic[T]):
         return self._timing
 
     def _begin_return(self) -> None:
-        """From what was shown last, blend to the live frames."""
+        """From what was shown last, blend to the live frames; what was held for a moment is left as quickly."""
         if self._sampled_ns is not None and self._shown is not None:
-            self._left = self._sampled_ns, self._shown
+            held_ns = BLEND_NS if self._held_ns is None else self._sampled_ns - self._held_ns
+            self._left = self._sampled_ns, self._shown, min(BLEND_NS, LEAST_BLEND_NS + 2 * held_ns)
 
     def _returning(self, target: T, now_ns: int) -> T:
         """`target`, or a value on the way from what was held to it."""
         if self._left is None:
             return target
-        since_ns, held = self._left
-        u = (now_ns - since_ns) / BLEND_NS
+        since_ns, held, blend_ns = self._left
+        u = (now_ns - since_ns) / blend_ns
         if u >= 1.0:
             self._left = None
             return target
