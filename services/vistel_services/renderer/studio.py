@@ -241,7 +241,7 @@ class Studio:
                 sockets = viewer.joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]]
                 self._eyes = eyes_apart(sockets, view.eye_distance)
             return sights_of_screens(view.screens, self._eyes, view.stereo, self._drawn)
-        camera = overview()
+        camera = self.camera or overview()
         if view.kind == "seat" and viewer is not None:
             camera = self._camera.follow(instant.now_ns, viewer.joints)
         if view.stereo is Stereo.MONO:
