@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-BLEND_NS, LEAST_BLEND_NS = 200_000_000, 30_000_000
+BLEND_NS, LEAST_BLEND_NS = 200_000_000, 10_000_000
 """How long a picture takes to return from a held frame to the live ones, after a long hold and after a very short one."""
 KEPT_NS = 2_000_000_000
 """A frame older than the newest by this much is no stray: the sender began again with another clock."""
@@ -57,7 +57,6 @@ class Playout(Generic[T]):
         self._sampled_ns: int | None = None
         self._shown: T | None = None
         self._starved_at_ns: int | None = None
-        self._held_ns: int | None = None
         self._left: tuple[int, T, int] | None = None
         self._timing: Timing | None = None
         self._waits_ns = 0
@@ -90,7 +89,7 @@ class Playout(Generic[T]):
         self._values.clear()
         self._transits.clear()
         self._point_ns = self._skew_ns = None
-        self._begin_return()
+        self._begin_return(BLEND_NS)
 
     def sample(self, now_ns: int) -> T | None:
         """What to show at `now_ns`; None until the first frame has arrived."""
@@ -100,12 +99,8 @@ class Playout(Generic[T]):
         newest = self._times[-1]
         target = self._at(point)
         if self._starved_at_ns is not None and self._starved_at_ns != newest:
-            self._begin_return()
+            self._begin_return(point - self._starved_at_ns)
         self._starved_at_ns = newest if point > newest else None
-        if self._starved_at_ns is None:
-            self._held_ns = None
-        elif self._held_ns is None:
-            self._held_ns = now_ns
         self._shown = self._returning(target, now_ns)
         self._sampled_ns = now_ns
         self._timing = Timing(now_ns - min(point, newest), now_ns - newest, int(self._jitter_ns), point > newest)
@@ -117,11 +112,10 @@ class Playout(Generic[T]):
         """Of the last sample."""
         return self._timing
 
-    def _begin_return(self) -> None:
-        """From what was shown last, blend to the live frames; what was held for a moment is left as quickly."""
+    def _begin_return(self, behind_ns: int) -> None:
+        """From what was shown last, blend to the live frames; what is behind by a moment only is there as quickly."""
         if self._sampled_ns is not None and self._shown is not None:
-            held_ns = BLEND_NS if self._held_ns is None else self._sampled_ns - self._held_ns
-            self._left = self._sampled_ns, self._shown, min(BLEND_NS, LEAST_BLEND_NS + 2 * held_ns)
+            self._left = self._sampled_ns, self._shown, min(BLEND_NS, LEAST_BLEND_NS + behind_ns)
 
     def _returning(self, target: T, now_ns: int) -> T:
         """`target`, or a value on the way from what was held to it."""
