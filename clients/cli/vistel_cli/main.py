@@ -26,6 +26,7 @@ from vistel_cli import (
     up,
     voice,
     world,
+    world_serve,
     wrinkle,
 )
 
@@ -54,6 +55,7 @@ app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(site.app, name="site")
 app.add_typer(voice.app, name="voice")
 app.add_typer(log.app, name="log")
+world.app.command("serve")(world_serve.serve)
 app.add_typer(world.app, name="world")
 
 
