@@ -18,6 +18,8 @@ KEPT_NS = 2_000_000_000
 """A frame older than the newest by this much is no stray: the sender began again with another clock."""
 MAX_SKEW_RATE = 0.05
 """How fast the playout point may move against the clock to meet a sender whose clock is off [s/s]."""
+NEEDLESS_NS = 250_000_000
+"""Who shows a stream later than it needs by more than this, because the first frames came late, catches up at once."""
 TRANSIT_WINDOW = 128
 """Arrivals over which the fastest transit is taken."""
 MIN_MARGIN_NS = 20_000_000
@@ -142,7 +144,7 @@ class Playout(Generic[T]):
         fastest = min(self._transits)
         margin = max(MIN_MARGIN_NS, 3.0 * self._jitter_ns)
         wanted = -min(fastest, 0) - max(0.0, fastest + margin - self._delay_ns, self._waits_ns - self._delay_ns)
-        if self._skew_ns is None or self._sampled_ns is None:
+        if self._skew_ns is None or self._sampled_ns is None or wanted - self._skew_ns > NEEDLESS_NS:
             self._skew_ns = wanted
         else:
             limit = MAX_SKEW_RATE * max(0, now_ns - self._sampled_ns)
