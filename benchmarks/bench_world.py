@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from benchmarks import world_steps, world_wire
+from benchmarks import world_life, world_steps, world_wire
 from benchmarks.row import Row
 
 
@@ -12,3 +12,4 @@ def run() -> Iterator[Row]:
     """One row after the other."""
     yield from world_steps.rows()
     yield from world_wire.rows()
+    yield from world_life.rows()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -58,11 +59,16 @@ def decompress(text: str) -> str:
             left, width = 1 << width, width + 1
 
 
+@lru_cache(maxsize=8)
+def _frames(path: Path) -> list[Any]:
+    return json.loads(decompress(path.read_text("ascii")))["frames"]
+
+
 def finger_angles(path: Path, rate_hz: float) -> F64:
     """(n, 20) radians at `rate_hz`, order of one row of `Posture.hands`, of the first hand seen."""
     times: list[float] = []
     rows: list[F64] = []
-    for frame in json.loads(decompress(path.read_text("ascii")))["frames"]:
+    for frame in _frames(path):
         angles = _angles(frame) if isinstance(frame, dict) else None
         if angles is not None:
             times.append(frame["timestamp"] * 1e-6)
@@ -79,7 +85,7 @@ def thumb_offsets(path: Path, rate_hz: float) -> tuple[F64, F64]:
     `finger_angles`, in lengths of the recording: ahead, aside and down of the palm."""
     times: list[float] = []
     rows: list[F64] = []
-    for frame in json.loads(decompress(path.read_text("ascii")))["frames"]:
+    for frame in _frames(path):
         if not isinstance(frame, dict) or _angles(frame) is None:
             continue
         hand = frame["hands"][0]
@@ -101,7 +107,7 @@ def strengths(path: Path, rate_hz: float) -> tuple[F64, F64]:
     """Grab and pinch strength (n,), 0 open to 1 closed as the tracker itself says, at the times of `finger_angles`."""
     times: list[float] = []
     rows: list[tuple[float, float]] = []
-    for frame in json.loads(decompress(path.read_text("ascii")))["frames"]:
+    for frame in _frames(path):
         if isinstance(frame, dict) and _angles(frame) is not None:
             times.append(frame["timestamp"] * 1e-6)
             rows.append((frame["hands"][0]["grabStrength"], frame["hands"][0]["pinchStrength"]))

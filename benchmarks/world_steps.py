@@ -21,6 +21,7 @@ from vistel.space.commands.actions import Move, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import Extra, Room, meeting_room, seat_pose, table_radius
 from vistel.space.things import Thing
+from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel_services.world.service import warm_up
 from vistel_sim.motion.meeting import Meeting
@@ -122,9 +123,9 @@ class Scene:
         people = tuple(Person(name) for name in self._people) if k == 1 else ()
         return StepInputs(k, t_ns, people, motions, commands=tuple(self._tosses(k)))
 
-    def take(self, inputs: StepInputs) -> None:
+    def take(self, inputs: StepInputs) -> WorldView:
         """One step."""
-        self.world.step(inputs)
+        return self.world.step(inputs)
 
     def step(self) -> None:
         self.take(self.inputs())

@@ -16,14 +16,16 @@ from vistel_sim.pty_port import PtyPort
 
 _LATE_NS = 50_000_000
 """A machine that is behind by more drops measurements instead of sending old ones as if they were new."""
+_WRONG_BAUD = 9600
 
 
 @dataclass(frozen=True)
 class Reply:
-    """Bytes for the host, `delay_s` from now."""
+    """Bytes for the host, `delay_s` from now. baud: the speed at which its line runs from now on; 0: as before."""
 
     data: bytes
     delay_s: float = 0.0
+    baud: int = 0
 
 
 class Instrument(Protocol):
@@ -52,7 +54,7 @@ class Instrument(Protocol):
         ...
 
     def measure(self, t_s: float) -> bytes:
-        """The bytes of the measurement at `t_s`."""
+        """The bytes of the measurement at `t_s`; none where it is not worth sending."""
         ...
 
 
@@ -69,6 +71,8 @@ class SimulatedDevice:
         """
         self.name = name
         self.port = PtyPort(path, clock, self._received, baud, strict=strict_speed)
+        self._line = baud, strict_speed
+        self._mistuned = False
         self._instrument = instrument
         self._clock = clock
         self._start_ns = start_ns
@@ -86,6 +90,7 @@ class SimulatedDevice:
                     beat_ns = clock.now_ns()
                 t_s = (beat_ns - self._start_ns) * 1e-9
                 self._plug_or_unplug(t_s)
+                self._tune(t_s)
                 length = instrument.next_length()
                 if not length or not port.plugged or self._faults.active("stall", t_s):
                     await clock.sleep_until_ns(beat_ns)
@@ -93,7 +98,8 @@ class SimulatedDevice:
                 await clock.sleep_until_ns(port.reserve(length, beat_ns + round(instrument.latency_s * 1e9)))
                 if instrument.next_length() == length:  # not stopped meanwhile
                     instrument.disturb(self._faults.progress("drift", t_s), self._faults.active("saturation", t_s))
-                    port.put(self._faults.damage(instrument.measure(t_s), t_s))
+                    if data := instrument.measure(t_s):
+                        port.put(self._faults.damage(data, t_s))
         finally:
             port.unplug()
 
@@ -103,12 +109,21 @@ class SimulatedDevice:
         else:
             self.port.plug()
 
+    def _tune(self, t_s: float) -> None:
+        if self._faults.active("baud", t_s) == self._mistuned:
+            return
+        self._mistuned = not self._mistuned
+        self.port.baud, self.port.strict = (_WRONG_BAUD, True) if self._mistuned else self._line
+
     def _received(self, data: bytes) -> None:
         t_s = (self._clock.now_ns() - self._start_ns) * 1e-9
         if self._faults.active("stall", t_s):
             return
         for reply in self._instrument.receive(data, t_s):
-            self.port.answer(reply.data, reply.delay_s)
+            if reply.data:
+                self.port.answer(reply.data, reply.delay_s)
+            if reply.baud:
+                self.port.baud = reply.baud
 
 
 async def run_devices(devices: Iterable[SimulatedDevice]) -> None:

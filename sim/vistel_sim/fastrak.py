@@ -6,7 +6,6 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from vistel_sim import rotations
 from vistel_sim.device import Reply
 from vistel_sim.fastrak_record import encode_record, known_items, record_length
+from vistel_sim.fastrak_settings import Settings, Station, copy_of
 
 F64 = NDArray[np.float64]
 PoseSource = Callable[[int, float], tuple[Sequence[float] | F64, Sequence[float] | F64]]
@@ -24,40 +24,9 @@ LATENCY_S = 0.00375
 FIRMWARE = "2.08  "
 _IMMEDIATE = b"PCcFfUuSWDd\x0b\x19\x13\x11"
 _LINE = b"OlHBbGARrNIVQxvyoeXT"
+_BAUD_RATES = (2400, 4800, 9600, 19200, 38400, 57600, 115200)
 _RANGE_M = 3.05
 _DRIFT_M_PER_S = np.array([0.01, 0.005, -0.005])
-
-
-@dataclass
-class Station:
-    """What the unit knows of one receiver."""
-
-    enabled: bool = True
-    items: tuple[int, ...] = (2, 4, 1)
-    hemisphere: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    reference: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    boresight: F64 = field(default_factory=lambda: np.eye(3))
-    origin: F64 = field(default_factory=lambda: np.zeros(3))
-    alignment: F64 = field(default_factory=lambda: np.eye(3))
-    mounting: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    tip: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    envelope: tuple[float, ...] | None = None
-    last: F64 = field(default_factory=lambda: np.zeros(3))
-    stylus_mode: int = 1
-
-
-@dataclass
-class Settings:
-    """What `^K` saves and `^Y` returns to."""
-
-    stations: list[Station]
-    binary: bool = False
-    centimetres: bool = False
-    continuous: bool = False
-    compensation: bool = False
-    sync: int = 0
-    identification: str = "OutputCompensat CPG2030-003-10"
-    filters: dict[str, str] = field(default_factory=lambda: {"x": "2", "v": "2"})
 
 
 class _RefusedError(Exception):
@@ -94,11 +63,12 @@ class Fastrak:
         return Settings([Station(enabled=n in self._receivers) for n in (1, 2, 3, 4)])
 
     def _restart(self) -> None:
-        self.settings = _copy(self._saved)
+        self.settings = copy_of(self._saved)
         self._line = bytearray()
         self._turn = 0
         self._polled: list[int] = []
         self._suspended = False
+        self._new_baud = 0
 
     def disturb(self, drifting_s: float, saturated: bool) -> None:
         """Wander off for `drifting_s`; be over-driven."""
@@ -149,6 +119,8 @@ class Fastrak:
         position, attitude, error = self._measured(number, station, t_s)
         unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
         position, moved = position * unit, position * unit - station.last
+        if float(np.linalg.norm(moved)) < station.increment:
+            return b""
         station.last = position
         return encode_record(number, error, station.items, self.settings.binary, position, moved, attitude)
 
@@ -169,13 +141,19 @@ class Fastrak:
             error = b"j"
         elif distance > _RANGE_M or number not in self._receivers:
             error = b"k"
+        unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
+        if any(station.tip):
+            position = position + attitude @ np.array(station.tip) / unit
+        if any(station.mounting):
+            mounted = rotations.from_euler(np.radians(station.mounting))
+            position, attitude = mounted @ position, mounted @ attitude
         position = station.alignment.T @ (position - station.origin)
         attitude = station.boresight @ station.alignment.T @ attitude
-        if error == b" " and station.envelope is not None:
-            unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
-            high, low = np.array(station.envelope[:3]), np.array(station.envelope[3:])
-            if np.any(position * unit > high) or np.any(position * unit < low):
-                error = b"x"
+        if error == b" " and station.envelope is not None and _outside(position * unit, station.envelope):
+            error = b"x"
+        if error == b" " and station.angular_envelope is not None:
+            angles = np.degrees(rotations.azimuth_elevation_roll(attitude))
+            error = b"y" if _outside(angles, station.angular_envelope) else error
         return position, attitude, error
 
     # Commands
@@ -224,7 +202,7 @@ class Fastrak:
             case "W":
                 self.settings = self._factory()
             case "\x0b":
-                self._saved = _copy(s)
+                self._saved = copy_of(s)
             case "\x19":
                 self._restart()
                 self._deaf_until_s = self._now_s + self._restart_s
@@ -240,6 +218,7 @@ class Fastrak:
 
     def _obey(self, replies: list[Reply]) -> None:
         line, self._line = bytes(self._line), bytearray()
+        self._new_baud = 0
         try:
             reply = self._command(chr(line[0]), line[1:].decode("ascii", "replace"))
         except _RefusedError as e:
@@ -247,6 +226,9 @@ class Fastrak:
             return
         if reply is not None:
             replies.append(Reply(reply.encode("ascii") + b"\r\n"))
+        if self._new_baud:
+            replies.append(Reply(b"", baud=self._new_baud))
+            self._new_baud = 0
 
     def _command(self, letter: str, text: str) -> str | None:
         """Obey one line; the text of its reply, if it has one."""
@@ -258,6 +240,13 @@ class Fastrak:
             return None
         if letter == "T":
             return None if text else "2 T  0 no errors"
+        if letter == "o":
+            (rate, *_) = _numbers(text.split(",", maxsplit=1)[0]) or [None]
+            self._new_baud = 100 * int(_bounded(rate, 24, 1152))
+            if self._new_baud not in _BAUD_RATES:
+                self._new_baud = 0
+                raise _RefusedError(-3)
+            return None
         numbers = _numbers(text)
         if letter in "xv":
             s.filters[letter] = text
@@ -267,8 +256,6 @@ class Fastrak:
                 return f"2 y{s.sync}"
             s.sync = int(_bounded(numbers[0], 0, 2))
             return None
-        if letter == "o":
-            return None  # a pseudo-terminal has no speed of its own
         if not numbers or numbers[0] is None:
             raise _RefusedError(-1)
         number = int(_bounded(numbers[0], 1, 4))
@@ -317,13 +304,18 @@ class Fastrak:
                     points = (*origin, *(origin + axes[0]), *(origin + axes[1]))
                     return head + _fixed(points, 2)
                 self._align(st, values)
+            case "I":
+                st.increment = _bounded(values[0], 0.0, 1e4) if values else st.increment
             case "V":
                 if len(values) == 6:
                     st.envelope = tuple(_bounded(v, -1e4, 1e4) for v in values)
+            case "Q":
+                if len(values) == 6:
+                    st.angular_envelope = tuple(_bounded(v, -360.0, 360.0) for v in values)
             case "e":
                 st.stylus_mode = int(_bounded(values[0], 0, 1)) if values else st.stylus_mode
             case _:
-                pass  # increments, angular envelope: accepted, no effect on what is simulated
+                pass  # all other letters are commands without a station
         return None
 
     def _align(self, st: Station, values: list[float | None]) -> None:
@@ -338,12 +330,6 @@ class Fastrak:
             raise _RefusedError(-3)
         st.origin = st.origin + st.alignment @ origin
         st.alignment = st.alignment @ frame
-
-
-def _copy(settings: Settings) -> Settings:
-    return dataclasses.replace(
-        settings, stations=[dataclasses.replace(s) for s in settings.stations], filters=dict(settings.filters)
-    )
 
 
 def _numbers(text: str) -> list[float | None]:
@@ -363,6 +349,11 @@ def _bounded(value: float | None, low: float, high: float) -> float:
     if not low <= value <= high:
         raise _RefusedError(-3)
     return value
+
+
+def _outside(values: F64, envelope: tuple[float, ...]) -> bool:
+    """envelope: three highest, then three lowest values."""
+    return bool(np.any(values > np.array(envelope[:3])) or np.any(values < np.array(envelope[3:])))
 
 
 def _three(values: list[float | None], old: tuple[float, float, float]) -> tuple[float, float, float]:

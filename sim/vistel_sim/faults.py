@@ -8,7 +8,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-Kind = Literal["garbage", "cut", "unplug", "stall", "drift", "saturation", "freeze", "black"]
+Kind = Literal["garbage", "cut", "unplug", "stall", "drift", "saturation", "baud", "freeze", "black"]
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,8 @@ class Fault:
 
     garbage: random bytes before every record; cut: every record loses a part of itself; unplug: the port vanishes and
     comes back; stall: the device falls silent and deaf; drift: measurements wander off; saturation: receivers report
-    an over-driven signal, glove sensors their limit, cameras are dazzled; freeze: a camera shows one picture again and
+    an over-driven signal, glove sensors their limit, cameras are dazzled; baud: a serial device's line runs at 9600 baud and at no
+    other speed is it understood; freeze: a camera shows one picture again and
     again; black: it shows nothing.
     """
 

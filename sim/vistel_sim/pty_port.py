@@ -16,6 +16,8 @@ from vistel.wire.clock import Clock
 
 _LIMIT = 2048
 """Bytes that may wait for a reader; what a device sends beyond that is lost, as on a port nobody reads."""
+_MISHEARD = bytes((37 * b + 11) & 0xFF for b in range(256))
+"""What bytes sound like at another speed: anything but themselves."""
 _LOOK_EVERY = 256
 """Bytes after which is looked again how many wait."""
 
@@ -25,7 +27,7 @@ class PtyPort:
 
     received: called with the bytes a client wrote. A pty knows no speed, so the time of each byte (start bit,
     8 data bits, stop bit at `baud`) is kept here: `reserve` gives out the line, `put` hands bytes over.
-    strict: a client that has set another speed is not understood and hears only noise, as on a wire.
+    strict: a client that has set another speed is not understood and hears only noise, as on a wire. Both may change.
     """
 
     def __init__(
@@ -33,8 +35,8 @@ class PtyPort:
     ) -> None:
         self.path = path
         self.baud = baud
+        self.strict = strict
         self.dropped = 0
-        self._strict = strict
         self._clock = clock
         self._received = received
         self._master = self._slave = -1
@@ -91,8 +93,8 @@ class PtyPort:
                 self.dropped += 1
                 return
             self._unseen = _LOOK_EVERY
-        if self._strict and not self._understood():
-            data = bytes(len(data))
+        if self.strict and not self._understood():
+            data = data.translate(_MISHEARD)
         if self._rest:
             data = self._rest + data
         written = 0
@@ -128,4 +130,4 @@ class PtyPort:
             self._received(data)
 
     def _understood(self) -> bool:
-        return not self._strict or termios.tcgetattr(self._slave)[5] == getattr(termios, f"B{self.baud}")
+        return not self.strict or termios.tcgetattr(self._slave)[5] == getattr(termios, f"B{self.baud}")

@@ -174,6 +174,22 @@ def test_a_unit_set_to_another_speed_is_found(tmp_path: Path) -> None:
     run(scenario())
 
 
+def test_a_unit_whose_speed_changes_is_found_again_and_again(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path)
+        async with site.running({T: quiet_fastrak()}, [Fault(T, "baud", 1.0, 12.0)], NO_GLOVES, strict_speed=True):
+            await site.until(lambda: streaming(site))
+            await site.until(lambda: streaming(site) and "9600 baud is too slow" in site.bus.status(T).detail)
+            # From then on it sends at 115200 baud again.
+            await site.until(lambda: streaming(site) and "baud" not in site.bus.status(T).detail)
+            before = len(frames(site))
+            await site.until(lambda: len(frames(site)) > before + 20)
+        assert site.bus.status(T).reconnects == 0
+        check_poses_are_true(site)
+
+    run(scenario())
+
+
 def test_a_port_in_use_is_told(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)

@@ -17,8 +17,8 @@ import psutil
 import pytest
 
 from vistel.v1.motion_pb2 import Motion
-from vistel.v1.world_pb2 import WorldState
 from vistel.wire.log import LogReader
+from vistel.wire.world import WorldDecoder
 
 pytestmark = pytest.mark.slow
 
@@ -127,13 +127,15 @@ def test_motion_of_the_others_goes_on_while_processes_die(conference: Run) -> No
 
 def test_a_killed_world_comes_back_and_goes_on_where_it_was(conference: Run) -> None:
     killed = conference.killed_at_ns["hub/world"]
-    states: list[WorldState] = [r.message for r in _records(conference, "world_state")]
-    before = max((s for s in states if s.header.t_ns < killed), key=lambda s: s.header.t_ns)
-    later = (s for s in states if s.header.t_ns > killed + 50_000_000 and set(s.participants) == set(PEOPLE))
-    after = min(later, key=lambda s: s.header.t_ns)
-    assert (after.header.t_ns - killed) * 1e-9 < CATCH_UP_S
+    decoder = WorldDecoder()
+    rooms = [now for r in _records(conference, "world_state") for now in decoder.read(r.message)]
+    assert not decoder.lost and decoder.differed == 0
+    before = max((r for r in rooms if r.t_ns < killed), key=lambda r: r.t_ns)
+    later = (r for r in rooms if r.t_ns > killed + 50_000_000 and set(r.participants) == set(PEOPLE))
+    after = min(later, key=lambda r: r.t_ns)
+    assert (after.t_ns - killed) * 1e-9 < CATCH_UP_S
     assert after.step >= before.step - 120
-    assert {t.id for s in states if s.key for t in s.things} == {t.id for s in states[-200:] if s.key for t in s.things}
+    assert before.things.keys() == after.things.keys() == rooms[-1].things.keys()
 
 
 def test_a_killed_renderer_draws_everybody_again(conference: Run) -> None:

@@ -132,6 +132,11 @@ class Decoder:
         """A lost frame from the copy in the packet after it; where that has none, as `conceal`."""
         return self._decode(following, 1)
 
+    def carries_previous(self, packet: bytes) -> bool:
+        """Whether a packet has a copy of the frame before it; False where the library is too old to tell."""
+        look = getattr(self._lib, "opus_packet_has_lbrr", None)
+        return look is not None and look(packet, len(packet)) == 1
+
     def conceal(self) -> F32:
         """What a lost frame may have sounded like."""
         return self._decode(b"", 0)

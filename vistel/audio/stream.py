@@ -162,7 +162,11 @@ class VoiceStream:
             del self._packets[old]
             self.counters.late += 1
         due = min(self._packets, default=None)
-        if due is None or due * FRAME >= wanted + count:
+        if due is None or (due - 1) * FRAME >= wanted + count:
+            return False
+        if (due - 1) * FRAME > wanted - count and self._decoder.carries_previous(self._packets[due]):
+            due -= 1  # the first frame was lost on its way
+        elif due * FRAME >= wanted + count:
             return False
         self._tape.begin(due * FRAME, _HISTORY + FRAME)
         self._position = float(round(wanted))

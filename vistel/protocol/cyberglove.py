@@ -32,7 +32,7 @@ STATUS_PLUGGED = 0x01
 STATUS_SWITCH = 0x02
 STATUS_ALWAYS = 0x80
 
-_ANSWER_LENGTH = dict.fromkeys(b"GSNRUDFLJW", 1) | dict.fromkeys(b"KMP", 3)
+_ANSWER_LENGTH = dict.fromkeys(b"GSNRUDFLJW", 1) | dict.fromkeys(b"KMP", 3) | {ord("T"): 4}
 _ACKNOWLEDGED = b"UDFLJWMNT"
 _MAX_TEXT = 256
 
@@ -179,6 +179,7 @@ QUERY_SENSORS = b"?S"
 QUERY_RIGHT = b"?R"
 QUERY_MASK = b"?K"
 QUERY_INFO = b"?i"
+QUERY_PERIOD = b"?T"
 STATUS_ON = b"U\x01"
 TIMESTAMP_OFF = b"D\x00"
 FILTER_ON = b"F\x01"
@@ -197,3 +198,9 @@ def set_count(sensors: int) -> bytes:
 def set_rate(rate_hz: float) -> bytes:
     """Samples per second. As text: drivers disagree about the byte order of the binary form."""
     return f"t {round(115200 / rate_hz)} 1\r".encode()
+
+
+def rate_of(period: bytes) -> float:
+    """Samples per second from the answer to QUERY_PERIOD (two words, host order: low byte first); 0 for what tells none."""
+    words = [int.from_bytes(period[k : k + 2], "little") for k in (0, 2)] if len(period) == 4 else [0]
+    return 115200 / (words[0] * words[1]) if all(words) else 0.0

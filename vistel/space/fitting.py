@@ -120,7 +120,7 @@ def fit(
     if to_palm and led:
         shift = _out_of_palm(hand, start, thing, shift + _to_palm(hand, start, thing, shift))
     best: Fit | None = None
-    for _ in range(TRIES if led else 1):
+    for attempt in range(TRIES if led else 1):
         lying = thing.moved(np.eye(3), shift)
         start[:4] = min(_OPEN_THUMBS, key=lambda t, lying=lying: _thumb_depth(hand, start, t, lying))
         closed = _closed(hand, start, fingers, np.array((True, *engaged)), lying)
@@ -130,8 +130,9 @@ def fit(
             best = Fit(closed, shift, float(depth[k]))
         if depth[k] <= 2.0 * PRESS:
             break
-        # Some bone cannot get out of the way: the thing does.
-        shift = _out_of_palm(hand, start, thing, _bounded(shift + normal[k] * depth[k], MOST_SHIFT))
+        # Some bone cannot get out of the way: the thing does; if that leads it in between others, away from the palm.
+        way = normal[k] if attempt < TRIES // 2 else np.array([0.0, -1.0, 0.0])
+        shift = _out_of_palm(hand, start, thing, _bounded(shift + way * depth[k], MOST_SHIFT))
     assert best is not None
     return best
 

@@ -112,6 +112,8 @@ class WorldDecoder:
         """The steps that this message tells of, in order; none while it cannot be followed."""
         if not message.frame:
             return self._read_words(message)
+        if not self.lost and message.step <= self.now.step and message.header.t_ns <= self.now.t_ns:
+            return []  # one that has come twice, or that a snapshot has overtaken
         try:
             if is_key(message.frame):
                 out = self._read_key(message)
@@ -159,8 +161,6 @@ class WorldDecoder:
 
     def _read_changes(self, message: WorldState) -> list[RoomNow]:
         book = self._book
-        if book is not None and message.step <= book.step and not self.lost:
-            return []  # one that has been overtaken by a snapshot
         if self.lost or book is None:
             self._waiting.append(message)
             return []

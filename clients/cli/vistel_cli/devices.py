@@ -26,7 +26,8 @@ def devices(
     ] = None,
     seconds: Annotated[float, typer.Option(help="Watch for so long; 0: until Ctrl-C.")] = 0.0,
 ) -> None:
-    """List serial ports and HID devices a tracker or glove can be on, and cameras.
+    """List serial ports and HID devices a tracker or glove can be on, and cameras; with --probe or --watch what hangs on them,
+    with firmware and rates.
 
     [bold]Example[/bold]
 
@@ -53,19 +54,21 @@ def _show(found: list[dict[str, Any]], as_json: bool) -> None:
     if as_json:
         out.print_json(data=found)
         return
-    table = Table("port", "kind", "description")
+    columns = [c for c in ("port", "kind", "description", "firmware", "rate") if any(c in row for row in found)]
+    table = Table(*columns)
     for row in found:
-        table.add_row(row["port"], row["kind"], row["description"])
+        table.add_row(*(row.get(c, "") for c in columns))
     out.print(table)
 
 
 async def _probed(ports: list[str]) -> list[dict[str, Any]]:
     """What answers on each port, tried at the speeds that trackers and gloves have."""
-    return [{"port": port, "kind": "serial", "description": await _answer(port)} for port in ports]
+    return [{"port": port, "kind": "serial"} | await _answer(port) for port in ports]
 
 
-async def _answer(port: str) -> str:
+async def _answer(port: str) -> dict[str, str]:
     from vistel.wire.clock import SystemClock  # noqa: PLC0415
+    from vistel_services.describe import describe  # noqa: PLC0415
     from vistel_services.device import Link  # noqa: PLC0415
     from vistel_services.probe import who_answers  # noqa: PLC0415
     from vistel_services.transport import TransportError, open_serial  # noqa: PLC0415
@@ -74,18 +77,19 @@ async def _answer(port: str) -> str:
     try:
         transport = open_serial(port, _BAUDS[0], SystemClock())(lambda data, t_ns: link.arrived(data, 0), link.lose)
     except TransportError as e:
-        return str(e)
+        return {"description": str(e)}
     link.attach(transport)
     try:
         for baud in _BAUDS:
             link.set_baud(baud)
             if (name := await who_answers(link)) is not None:
-                return f"{name}, {baud} baud"
+                about = await describe(link, name)
+                return {"description": f"{name}, {baud} baud", "firmware": about.firmware, "rate": about.rate}
     except TransportError as e:
-        return str(e)
+        return {"description": str(e)}
     finally:
         transport.close()
-    return "nothing known answers"
+    return {"description": "nothing known answers"}
 
 
 def _serial() -> list[dict[str, Any]]:

@@ -25,6 +25,8 @@ from vistel_cli import (
     trace,
     up,
     voice,
+    world,
+    world_serve,
     wrinkle,
 )
 
@@ -53,6 +55,8 @@ app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(site.app, name="site")
 app.add_typer(voice.app, name="voice")
 app.add_typer(log.app, name="log")
+world.app.command("serve")(world_serve.serve)
+app.add_typer(world.app, name="world")
 
 
 def main() -> None:

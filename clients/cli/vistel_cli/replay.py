@@ -29,7 +29,7 @@ from vistel_services.clocks import ReplayClock
 from vistel_services.plan import HUB, hub_processes, site_processes
 from vistel_services.supervisor import Supervisor
 
-PREROLL_S = 2.0
+PREROLL_S = 2.5
 """Before the asked time, fed at once: key frames of motion and the world come at least so often."""
 LEAD_S, LEAD_FORKED_S = 8.0, 4.0
 """What processes get to start before the log's time begins to run: from nothing, and forked with everything loaded."""

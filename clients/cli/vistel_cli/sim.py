@@ -26,7 +26,9 @@ def sim(
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
     fault: Annotated[
         list[str] | None,
-        typer.Option(help="DEVICE:KIND:AT_S:FOR_S, often; garbage, cut, unplug, stall, drift, saturation; cameras: freeze, black."),
+        typer.Option(
+            help="DEVICE:KIND:AT_S:FOR_S, often; garbage, cut, unplug, stall, drift, saturation, baud; cameras: freeze, black."
+        ),
     ] = None,
 ) -> None:
     """Simulate the devices of a conference: trackers and gloves on pseudo-terminals that speak the real protocols, cameras as

@@ -12,12 +12,14 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-BLEND_NS = 200_000_000
-"""How long a picture takes to return from a held frame to the live ones."""
+BLEND_NS, LEAST_BLEND_NS = 200_000_000, 10_000_000
+"""How long a picture takes to return from a held frame to the live ones, after a long hold and after a very short one."""
 KEPT_NS = 2_000_000_000
 """A frame older than the newest by this much is no stray: the sender began again with another clock."""
 MAX_SKEW_RATE = 0.05
 """How fast the playout point may move against the clock to meet a sender whose clock is off [s/s]."""
+NEEDLESS_NS = 250_000_000
+"""Who shows a stream later than it needs by more than this, because the first frames came late, catches up at once."""
 TRANSIT_WINDOW = 128
 """Arrivals over which the fastest transit is taken."""
 MIN_MARGIN_NS = 20_000_000
@@ -57,7 +59,7 @@ class Playout(Generic[T]):
         self._sampled_ns: int | None = None
         self._shown: T | None = None
         self._starved_at_ns: int | None = None
-        self._left: tuple[int, T] | None = None
+        self._left: tuple[int, T, int] | None = None
         self._timing: Timing | None = None
         self._waits_ns = 0
 
@@ -89,7 +91,7 @@ class Playout(Generic[T]):
         self._values.clear()
         self._transits.clear()
         self._point_ns = self._skew_ns = None
-        self._begin_return()
+        self._begin_return(BLEND_NS)
 
     def sample(self, now_ns: int) -> T | None:
         """What to show at `now_ns`; None until the first frame has arrived."""
@@ -99,7 +101,7 @@ class Playout(Generic[T]):
         newest = self._times[-1]
         target = self._at(point)
         if self._starved_at_ns is not None and self._starved_at_ns != newest:
-            self._begin_return()
+            self._begin_return(point - self._starved_at_ns)
         self._starved_at_ns = newest if point > newest else None
         self._shown = self._returning(target, now_ns)
         self._sampled_ns = now_ns
@@ -112,17 +114,17 @@ class Playout(Generic[T]):
         """Of the last sample."""
         return self._timing
 
-    def _begin_return(self) -> None:
-        """From what was shown last, blend to the live frames."""
+    def _begin_return(self, behind_ns: int) -> None:
+        """From what was shown last, blend to the live frames; what is behind by a moment only is there as quickly."""
         if self._sampled_ns is not None and self._shown is not None:
-            self._left = self._sampled_ns, self._shown
+            self._left = self._sampled_ns, self._shown, min(BLEND_NS, LEAST_BLEND_NS + behind_ns)
 
     def _returning(self, target: T, now_ns: int) -> T:
         """`target`, or a value on the way from what was held to it."""
         if self._left is None:
             return target
-        since_ns, held = self._left
-        u = (now_ns - since_ns) / BLEND_NS
+        since_ns, held, blend_ns = self._left
+        u = (now_ns - since_ns) / blend_ns
         if u >= 1.0:
             self._left = None
             return target
@@ -142,7 +144,7 @@ class Playout(Generic[T]):
         fastest = min(self._transits)
         margin = max(MIN_MARGIN_NS, 3.0 * self._jitter_ns)
         wanted = -min(fastest, 0) - max(0.0, fastest + margin - self._delay_ns, self._waits_ns - self._delay_ns)
-        if self._skew_ns is None or self._sampled_ns is None:
+        if self._skew_ns is None or self._sampled_ns is None or wanted - self._skew_ns > NEEDLESS_NS:
             self._skew_ns = wanted
         else:
             limit = MAX_SKEW_RATE * max(0, now_ns - self._sampled_ns)

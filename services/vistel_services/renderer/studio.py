@@ -122,6 +122,8 @@ class Studio:
         # Compiling the filter may take seconds the first time: pictures come without it until then.
         self._smoothing = self._loader.submit(antialias, np.zeros((8, 8, 4), np.uint8))
         self.closed_by_user = False
+        self.camera: Camera | None = None
+        """Where the room is looked at from in place of its overview."""
 
     def render(self, instant: Instant) -> U8:
         """The picture of an instant, (height, width, 4) RGBA, first row at the bottom."""
@@ -240,7 +242,7 @@ class Studio:
                 sockets = viewer.joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]]
                 self._eyes = eyes_apart(sockets, view.eye_distance)
             return sights_of_screens(view.screens, self._eyes, view.stereo, self._drawn)
-        camera = overview()
+        camera = self.camera or overview()
         if view.kind == "seat" and viewer is not None:
             camera = self._camera.follow(instant.now_ns, viewer.joints)
         if view.stereo is Stereo.MONO:

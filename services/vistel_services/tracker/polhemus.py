@@ -87,8 +87,10 @@ class PolhemusDriver(ABC, Generic[R, W]):
 
     async def _meet(self, link: Link) -> W:
         """Make it answer, at whatever speed it is set to."""
-        others = () if self._met else tuple(b for b in polhemus.BAUD_RATES if b != self.baud)
-        found = await at_any_speed(link, (self.baud, self.baud, *others), self._greet)
+        found = await at_any_speed(link, (self.baud, self.baud), self._greet)
+        # One that was met and is silent now has stalled; one that sends what nobody understands has another speed.
+        if found is None and (not self._met or link.recent):
+            found = await at_any_speed(link, [b for b in polhemus.BAUD_RATES if b != self.baud], self._greet)
         if found is not None:
             (self.baud, who), self._met = found, True
             return who

@@ -122,7 +122,7 @@ class Room:
             tuple(prop_input(message) for message in arrived.props),
         )  # fmt: skip
         view = self.world.step(inputs)
-        message = _inputs_message(inputs, arrived)
+        message = inputs_message(inputs, arrived)
         if self._store is not None:
             self._store.append(journal.record(message, inputs))
         message.private_state = before
@@ -189,7 +189,9 @@ class Room:
         self._held = held
 
 
-def _inputs_message(inputs: StepInputs, arrived: Arrived) -> WorldInputs:
+def inputs_message(inputs: StepInputs, arrived: Arrived | None = None) -> WorldInputs:
+    """What went into a step, as it is told; arrived: the messages it came in."""
+    arrived = arrived if arrived is not None else Arrived()
     out = WorldInputs(step=inputs.step)
     out.header.t_ns = inputs.t_ns
     for m in inputs.motions:

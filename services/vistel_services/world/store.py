@@ -56,15 +56,23 @@ class Store:
 
     def load(self, room: Room, now_ns: int) -> Found | None:
         """Where the last world of a conference in `room` was; None when there is none. What cannot be used is told and kept."""
-        snapshots = sorted((name for name in self._files("snapshot")), reverse=True)
-        for term, step in snapshots:
-            world = self._restored(term, step, room, now_ns)
-            if world is not None:
-                base = world.step_number
-                world, term = self._replayed(world, term)  # noqa: PLW2901
-                log.info("world restored step=%d replayed=%d term=%d age_s=%.2f",
-                         world.step_number, world.step_number - base, term, (now_ns - world.t_ns) * 1e-9)  # fmt: skip
-                return Found(world, term)
+        for term, step in sorted(self._files("snapshot"), reverse=True):
+            world = self._restored(term, step)
+            if world is None:
+                continue
+            if (world.seats, world.extras, world.source) != (len(room.seats), room.extras, room.source):
+                log.info("snapshot of another room ignored path=%s seats=%d", self._path(term, step, "snapshot"), world.seats)
+                continue
+            base = world.step_number
+            world, last_term = self._replayed(world, term)
+            age_ns = now_ns - world.t_ns
+            if not -1_000_000_000 < age_ns < OLDEST_NS:
+                path = self._path(term, step, "snapshot")
+                log.info("snapshot of another conference ignored path=%s age_s=%.1f", path, age_ns * 1e-9)
+                continue
+            log.info("world restored step=%d replayed=%d term=%d age_s=%.2f",
+                     world.step_number, world.step_number - base, last_term, age_ns * 1e-9)  # fmt: skip
+            return Found(world, last_term)
         return None
 
     def next_term(self) -> int:
@@ -72,7 +80,7 @@ class Store:
         terms = [term for kind in ("snapshot", "journal") for term, _ in self._files(kind)]
         return max(terms) + 1 if terms else 0
 
-    def _restored(self, term: int, step: int, room: Room, now_ns: int) -> World | None:
+    def _restored(self, term: int, step: int) -> World | None:
         path = self._path(term, step, "snapshot")
         try:
             data = path.read_bytes()
@@ -83,20 +91,13 @@ class Store:
                     path, version, VERSION,
                 )  # fmt: skip
                 return None
-            world = World.restore(data)
+            return World.restore(data)
         except OSError as e:
             log.error("snapshot not read path=%s reason=%s", path, e.strerror)
-            return None
         except ValueError as e:
             self._foreign.add(path.name)
             log.error("snapshot not usable, kept path=%s reason=%s", path, e)
-            return None
-        age_ns = now_ns - world.t_ns
-        same = (world.seats, world.extras, world.source) == (len(room.seats), room.extras, room.source)
-        if not same or not -1_000_000_000 < age_ns < OLDEST_NS:
-            log.info("snapshot of another conference ignored path=%s seats=%d age_s=%.1f", path, world.seats, age_ns * 1e-9)
-            return None
-        return world
+        return None
 
     def _replayed(self, world: World, term: int) -> tuple[World, int]:
         """The world after all that was journaled since its snapshot."""

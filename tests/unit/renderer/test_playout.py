@@ -138,6 +138,17 @@ def test_a_sender_whose_clock_is_off_is_shown_smoothly_all_the_same(offset_ms: i
     assert steps.max() < 1.5 * DRAW * 1e-9
 
 
+def test_who_begins_with_old_frames_is_not_late_for_long() -> None:
+    """A replay feeds what lies before its beginning at once; a picture may be taken in the middle of that."""
+    playout: Playout[float] = Playout(lerp, DELAY)
+    for k in range(30):
+        playout.push(k * FRAME, k * FRAME * 1e-9, 150 * FRAME)
+    assert playout.sample(150 * FRAME) is not None
+    for k in range(30, 180):
+        playout.push(k * FRAME, k * FRAME * 1e-9, max(150, k) * FRAME + 5 * MS)
+    assert playout.sample(180 * FRAME) == pytest.approx((180 * FRAME - DELAY) * 1e-9, abs=1e-3)
+
+
 @settings(deadline=None, max_examples=120)
 @given(
     transits=st.lists(st.integers(0, 400), min_size=30, max_size=200),

@@ -116,6 +116,39 @@ def test_marks_that_pass_over_each_other_are_never_exchanged(painter: FacePictur
     assert reading.seen.all()
 
 
+@pytest.mark.parametrize(
+    ("who", "over"), [("right_mouth_corner", "upper_lip"), ("left_mouth_corner", "left_nose_wing"), ("chin", "lower_lip")]
+)
+def test_a_mark_that_stays_beyond_another_is_not_taken_for_it(
+    painter: FacePicture, calibration: FaceCalibration, who: str, over: str
+) -> None:
+    """Long enough that all marks are looked for anew meanwhile: then both ways round look like a face that is pulled."""
+    reader = FaceReader(calibration)
+    a, b = MARK_INDEX[who], MARK_INDEX[over]
+    way = np.concatenate((np.linspace(0.0, 1.3, 24), np.full(44, 1.3), np.linspace(1.3, 0.0, 24), np.zeros(30)))
+    for k, share in enumerate(way):
+        marks = REST.copy()
+        marks[a] += share * (REST[b] - REST[a])
+        reading = reader.read(painter.draw(marks, k), DT)
+        off = np.hypot(*(reading.pixels - painter.centres(marks)).T)
+        assert (off[reading.seen] < 5.0).all(), k
+    assert reading.seen.all()
+
+
+def test_a_spot_of_two_marks_of_which_one_was_lost_tells_nobodys_place(
+    painter: FacePicture, calibration: FaceCalibration
+) -> None:
+    """The reader begins while two marks run together: it cannot know of the second."""
+    reader = FaceReader(calibration)
+    low, up = MARK_INDEX["lower_lip"], MARK_INDEX["upper_lip"]
+    marks = REST.copy()
+    marks[low] = REST[up] + (0.0, -0.0042)
+    for k in range(40):
+        reading = reader.read(painter.draw(marks, k), DT)
+        off = np.hypot(*(reading.pixels - painter.centres(marks)).T)
+        assert (off[reading.seen] < 3.0).all(), k
+
+
 def test_a_helmet_that_slips_takes_the_face_with_it_for_a_moment_only(
     painter: FacePicture, calibration: FaceCalibration
 ) -> None:

@@ -71,7 +71,7 @@ def found(source: Source, said: Mapping[str, Said] | None = None, *, fixed: bool
 
     Raises RoomFileError where there is nothing.
     """
-    notes = list(source.notes)
+    notes = [note.replace("beside the mesh, or --texture FILE", "beside the mesh") for note in source.notes]
     points = in_metres(source, notes)
     made: list[Made] = []
     ids: set[str] = set()

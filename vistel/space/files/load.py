@@ -47,12 +47,12 @@ _SHELL = ("wall", "floor")
 
 def load_room(path: Path, *, keep: bool = True) -> Interior:
     """The room of a file. keep: what was made of a file of others is kept on this machine. Raises RoomFileError (one line)."""
-    return _load(path, None, keep)
+    return _load(path, None, keep, room=True)
 
 
 def load_things(path: Path, *, fixed: bool | None = None, keep: bool = True) -> Interior:
     """The things of a file, whose seats and walls mean nothing; fixed: all are, or none is, None: by what they are."""
-    return _load(path, fixed, keep)
+    return _load(path, fixed, keep, room=False)
 
 
 def load_seats(path: Path) -> tuple[Seat, ...]:
@@ -69,18 +69,18 @@ def load_seats(path: Path) -> tuple[Seat, ...]:
     return load_room(path).room.seats
 
 
-def _load(path: Path, fixed: bool | None, keep: bool) -> Interior:
+def _load(path: Path, fixed: bool | None, keep: bool, room: bool) -> Interior:
     _check(path)
     try:
         if path.suffix.lower() in USD_ENDINGS:
             stage = _opened(path)
             if own_room(stage):
                 return read_room(stage, path)
-        kept = _kept_file(path, fixed) if keep else None
+        kept = _kept_file(path, fixed, room) if keep else None
         if kept is not None and kept.is_file():
             with contextlib.suppress(RoomFileError, OSError):
                 return read_room(_opened(kept), kept)
-        interior = _made(path, fixed)
+        interior = _made(path, fixed, room)
         if kept is not None:
             _keep(interior, kept)
         return interior
@@ -111,8 +111,8 @@ def _opened(path: Path) -> Any:
         raise RoomFileError(f"{path}: not a whole USD file ({str(fault).splitlines()[-1].strip()})") from fault
 
 
-def _made(path: Path, fixed: bool | None) -> Interior:
-    """The room of a file of others."""
+def _made(path: Path, fixed: bool | None, room: bool) -> Interior:
+    """The room of a file of others; or its things where they stand in it."""
     ending = path.suffix.lower()
     seats: list[Seat] = []
     if ending in USD_ENDINGS:
@@ -127,11 +127,13 @@ def _made(path: Path, fixed: bool | None) -> Interior:
         whole = found(read_obj(path), fixed=fixed)
     if len(whole.made) > MOST_THINGS:
         raise RoomFileError(f"{path}: {len(whole.made)} things, expected at most {MOST_THINGS}; join what belongs together")
-    things, seats, notes = _in_place(whole, seats)
+    things, notes = tuple(m.thing for m in whole.made), list[str]()
+    if room:
+        things, seats, notes = _in_place(whole, seats)
     shell = not any(t.shape in _SHELL for t in things)
-    room = Room(tuple(seats or seats_at_chairs(things)), things, shell=shell)
+    made = Room(tuple(seats or seats_at_chairs(things)), things, shell=shell)
     told = (f"{m.thing.id}: {note}" for m in whole.made for note in m.notes)
-    return Interior(room, notes=(*whole.notes, *notes, *told)).with_things(things, {m.model.digest: m.model for m in whole.made})
+    return Interior(made, notes=(*whole.notes, *notes, *told)).with_things(things, {m.model.digest: m.model for m in whole.made})
 
 
 def _in_place(whole: Found, seats: list[Seat]) -> tuple[tuple[Thing, ...], list[Seat], list[str]]:
@@ -197,9 +199,9 @@ def _to_room(unit: float | None, up: str | None) -> F64:
     return out
 
 
-def _kept_file(path: Path, fixed: bool | None) -> Path:
+def _kept_file(path: Path, fixed: bool | None, room: bool) -> Path:
     """Where what is made of a file is kept: named by the bytes of it and the files beside it."""
-    h = hashlib.sha256(f"{_KEPT} {fixed} {path.suffix.lower()}".encode())
+    h = hashlib.sha256(f"{_KEPT} {fixed} {room} {path.suffix.lower()}".encode())
     h.update(path.read_bytes())
     near = [p for p in sorted(path.parent.glob("*")) + sorted(path.parent.glob("*/*")) if p.is_file()][:500]
     for p in near:

@@ -1,0 +1,78 @@
+"""Things put into a room: onto what stands there, or on the floor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
+from vistel.space.commands.reshape import painted
+from vistel.space.files.interior import Interior
+from vistel.space.files.load import load_things
+from vistel.space.files.surfaces import height_at, in_room, pieces_of
+from vistel.space.room import TABLE_HEIGHT
+from vistel.space.things import Thing
+
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FromFile:
+    """What of a file is put into a room, and how. id: of the thing, or before the ids of several; name: for people, "": the
+    file's; at: x, z [m]; turn: about the vertical [degrees]; fixed, mass [kg], rigidity, colour 0xRRGGBBAA: None for what
+    the file says."""
+
+    file: Path
+    id: str
+    name: str = ""
+    at: tuple[float, float] = (0.0, 0.0)
+    turn: float = 0.0
+    fixed: bool | None = None
+    mass: float | None = None
+    rigidity: float | None = None
+    colour: int | None = None
+
+
+def put_into(interior: Interior, new: FromFile) -> tuple[Interior, tuple[str, ...]]:
+    """The room with it, on what stands fixed there, or on the floor if all of it stands fast; and the ids of its things.
+
+    Raises RoomFileError (one line).
+    """
+    found = load_things(new.file, fixed=new.fixed)
+    turn = rotation_y(math.radians(new.turn))
+    low, high = _box(found)
+    middle = 0.5 * (low + high) * (1.0, 0.0, 1.0)
+    x, z = new.at
+    stands = all(t.fixed for t in found.room.things)
+    floor = 0.0 if stands else height_at(interior.room.things, interior.models, x, z)
+    out: list[Thing] = []
+    for t in found.room.things:
+        alone = len(found.room.things) == 1
+        spot = turn @ (t.position - middle - (0.0, low[1], 0.0)) + (x, floor, z)
+        placed = replace(
+            t, id=new.id if alone else f"{new.id}-{t.id}", name=(new.name or new.id) if alone else f"{new.name} {t.name}".strip(),
+            position=spot, rotation=quaternion_from_matrix(np.ascontiguousarray(turn @ matrix_from_quaternion(t.rotation))),
+            mass=t.mass if new.mass is None or t.fixed else new.mass,
+            compliance=t.compliance if new.rigidity is None else 1.0 - new.rigidity,
+        )  # fmt: skip
+        out.append(placed if new.colour is None else painted(placed, new.colour))
+    whole = interior.with_things((*interior.room.things, *out), found.models)
+    notes = (*interior.notes, *(f"{new.id}: {note}" for note in found.notes))
+    return replace(whole, notes=notes), tuple(t.id for t in out)
+
+
+def lying(thing: Thing, interior: Interior) -> Thing:
+    """A thing for the built-in table, on what stands in this room at its place."""
+    x, y, z = thing.position.tolist()
+    height = height_at(interior.room.things, interior.models, x, z)
+    return replace(thing, position=np.array([x, y - TABLE_HEIGHT + height, z]))
+
+
+def _box(interior: Interior) -> tuple[F64, F64]:
+    """Lowest and highest corner of all that is drawn of a room's things [m]."""
+    every = np.concatenate([in_room(t, p.surface) for t in interior.room.things for p in pieces_of(t, interior.models)])
+    return every.min(axis=0), every.max(axis=0)
