@@ -15,6 +15,7 @@ import av
 import numpy as np
 import psutil
 import pytest
+from pxr import Usd, UsdSkel, UsdValidation
 
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.log import LogReader
@@ -176,6 +177,27 @@ def test_the_log_is_drawn_as_a_film_to_the_same_picture_each_time(conference: Ru
         frames = [f.to_ndarray(format="gray") for f in video.decode(video=0)]
     assert [f.shape for f in frames] == [(180, 320)] * 3
     assert min(f.std() for f in frames) > 15
+
+
+def test_the_log_is_written_as_usd_that_moves_as_the_conference_did(conference: Run, tmp_path: Path) -> None:
+    file = tmp_path / "meeting.usda"
+    command = [sys.executable, "-m", "vistel_cli.main", "log", "export", str(conference.out / "conference.mcap")]
+    command += ["-o", str(file), "--from", "12", "--to", "13", "--fps", "10"]
+    assert "10 frames at 10/s" in subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    stage = Usd.Stage.Open(str(file))
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()) == (1, 10, 10)
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    assert [e.GetMessage() for e in UsdValidation.ValidationContext(validators).Validate(stage)] == []
+    for person in PEOPLE:
+        query = UsdSkel.Cache()
+        query.Populate(UsdSkel.Root(stage.GetPrimAtPath(f"/Conference/People/{person}")), Usd.PrimDefaultPredicate)
+        skeleton = query.GetSkelQuery(UsdSkel.Skeleton(stage.GetPrimAtPath(f"/Conference/People/{person}/Skeleton")))
+        head = list(skeleton.GetJointOrder()).index(next(j for j in skeleton.GetJointOrder() if j.endswith("/head")))
+        places = [np.array(skeleton.ComputeJointSkelTransforms(t)[head].ExtractTranslation()) for t in (1, 10)]
+        assert all(1.0 < p[1] < 1.5 and 0.3 < np.hypot(p[0], p[2]) < 1.2 for p in places), places
+        assert 0.0 < np.abs(places[1] - places[0]).max() < 0.3
+    assert stage.GetPrimAtPath("/Conference/Room/Things/baton").GetAttribute("xformOp:translate").GetNumTimeSamples() == 10
+    assert len(stage.GetPrimAtPath("/Conference/Cameras").GetChildren()) == len(SITES)
 
 
 def test_no_process_of_the_conference_is_left(conference: Run) -> None:

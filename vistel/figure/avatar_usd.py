@@ -114,7 +114,7 @@ def _write(avatar: Avatar, path: Path, texture: str) -> None:
         for name, pairs in (("move", [r.move for r in kept]), ("middle", [r.middle for r in kept])):
             keep(prim, f"registration:{name}", types.Double2Array, [Gf.Vec2d(*pair) for pair in pairs])
 
-    names = [_path(j) for j in range(len(JOINTS))]
+    names = [joint_path(j) for j in range(len(JOINTS))]
     skeleton = UsdSkel.Skeleton.Define(stage, "/Avatar/Skeleton")
     skeleton.CreateJointsAttr(names)
     skeleton.CreateJointNamesAttr(list(JOINTS))
@@ -210,7 +210,8 @@ def _moved(Gf: Any, p: NDArray[np.float64]) -> Any:
     return Gf.Matrix4d(1.0).SetTranslate(Gf.Vec3d(*p.tolist()))
 
 
-def _path(joint: int) -> str:
+def joint_path(joint: int) -> str:
+    """A joint as UsdSkel names it: with all above it."""
     names: list[str] = []
     while joint >= 0:
         names.append(JOINTS[joint])

@@ -122,6 +122,25 @@ def cut(
     _copy(reader, log, output, begin_ns, None if end is None else reader.begin_ns + int(end * 1e9))
 
 
+@app.command()
+def export(
+    log: Annotated[Path, typer.Argument(help="An MCAP log.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The USD to write; what it is made of goes beside it.")],
+    begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
+    end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
+    fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Samples per second.")] = 30.0,
+) -> None:
+    """Write people, room and cameras of a conference as USD with time samples, for usdview, Blender and the like.
+
+    [bold]Example[/bold]
+
+      vistel log export out/conference.mcap -o meeting.usda --from 10 --to 20
+    """
+    from vistel_cli.log_usd import export_usd  # noqa: PLC0415  loads the mathematics
+
+    export_usd(_open(log), log, output, begin, end, fps)
+
+
 def _copy(reader: LogReader, log: Path, output: Path, begin_ns: int | None, end_ns: int | None) -> None:
     if output.resolve() == log.resolve():
         fail(f"--out {output}: is the log itself; name another file", USAGE)

@@ -77,14 +77,14 @@ def _shown(conference: Conference, name: str, look: Look) -> Conference:
 def _render_site(
     reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: Look, folder: Path
 ) -> None:
-    from vistel_services.renderer.film import film  # noqa: PLC0415  loads the mathematics
+    from vistel_services.renderer.film import count_of, film  # noqa: PLC0415  loads the mathematics
     from vistel_services.renderer.service import configure  # noqa: PLC0415
     from vistel_services.renderer.video import FILM, VideoWriter  # noqa: PLC0415
 
     site = next(s for s in conference.sites if s.name == name)
     config = configure(conference, site, RunPaths(folder, folder))
-    count = int((end_ns - begin_ns) * 1e-9 * look.rate + 1e-9)
-    pictures = film(config, _records(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer)
+    count = count_of(begin_ns, end_ns, look.rate)
+    pictures = film(config, told(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer)
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=30), TextColumn("{task.completed:.0f} of {task.total:.0f}"))
     with Progress(*columns, TimeRemainingColumn(), console=out, transient=True) as bar:
         task = bar.add_task(name, total=count)
@@ -108,8 +108,8 @@ def _render_site(
     out.print(f"  {target}  {count} pictures at {look.rate:g}/s, {config.view.width}x{config.view.height}", soft_wrap=True)
 
 
-def _records(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
-    """Who takes part from the log's beginning on, everything else from a little before the asked time."""
+def told(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
+    """What a film is made of: who takes part from the log's beginning on, all else from a little before the asked time."""
     from vistel_services.renderer.film import TOPICS  # noqa: PLC0415
 
     first_ns = max(reader.begin_ns, begin_ns - PREROLL_NS)

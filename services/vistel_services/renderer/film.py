@@ -48,8 +48,6 @@ def film(
 
     Raises NoOpenGlError; RoomFileError for a room whose files are not here; ValueError for a finer wall of screens.
     """
-    stage = Stage(round(config.delay_s * 1e9))
-    told = _Told(stage, iter(records))
     view = config.view
     if finer > 1 and view.screens:
         raise ValueError("film: a wall of screens is drawn in its own pixels")
@@ -57,15 +55,28 @@ def film(
     decor: Interior | None = decor_of(config.room) if config.room is not None else None
     studio = Studio(large, config.seats, lambda about: load_shape(about, files=config.avatars), decor)
     try:
-        for n in range(max(0, int((end_ns - begin_ns) * 1e-9 * rate + 1e-9))):
-            now_ns = begin_ns + round(n * 1e9 / rate)
-            told.until(now_ns)
-            picture = _drawn(studio, stage.instant(now_ns))
+        for instant in instants(config.delay_s, records, begin_ns, end_ns, rate):
+            picture = _drawn(studio, instant)
             if finer > 1:
                 picture = np.asarray(cv2.resize(picture, (view.width, view.height), interpolation=cv2.INTER_AREA), np.uint8)
-            yield Picture(now_ns, picture)
+            yield Picture(instant.now_ns, picture)
     finally:
         studio.close()
+
+
+def count_of(begin_ns: int, end_ns: int, rate: float) -> int:
+    """How many pictures lie between two times."""
+    return max(0, int((end_ns - begin_ns) * 1e-9 * rate + 1e-9))
+
+
+def instants(delay_s: float, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float) -> Iterator[Instant]:
+    """What is shown, `rate` times a second from `begin_ns` to `end_ns`, of what `records` say (see `film`)."""
+    stage = Stage(round(delay_s * 1e9))
+    told = _Told(stage, iter(records))
+    for n in range(count_of(begin_ns, end_ns, rate)):
+        now_ns = begin_ns + round(n * 1e9 / rate)
+        told.until(now_ns)
+        yield stage.instant(now_ns)
 
 
 def _drawn(studio: Studio, instant: Instant) -> U8:
