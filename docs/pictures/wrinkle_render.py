@@ -81,7 +81,8 @@ class Studio:
         return image.transpose(Image.Transpose.FLIP_TOP_BOTTOM).resize(size, Image.Resampling.LANCZOS)
 
     def _texture(self, picture: NDArray[np.uint8], unit: int) -> moderngl.Texture:
-        out = self.context.texture(picture.shape[1::-1], picture.shape[2], np.ascontiguousarray(picture[::-1]).tobytes(), alignment=1)
+        texels = np.ascontiguousarray(picture[::-1]).tobytes()
+        out = self.context.texture(picture.shape[1::-1], picture.shape[2], texels, alignment=1)
         out.build_mipmaps()
         out.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         out.anisotropy = 8.0

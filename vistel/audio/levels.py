@@ -16,6 +16,7 @@ _CLIPPED_RUN = 3
 """So many samples in a row at full scale are no coincidence."""
 _ABOVE_FLOOR_DB = 9.0
 _LEAST_DB = -55.0
+_NOISE_DB = 5.0
 _HOLD_FRAMES = 15
 """Pauses between words do not end a turn."""
 _FLOOR_UP_DB = 0.02
@@ -24,11 +25,13 @@ _FLOOR_UP_DB = 0.02
 
 @dataclass(frozen=True)
 class Level:
-    """Of a frame. rms_db: 0 is a full-scale square wave; talking: by the level over the noise there is."""
+    """Of a frame. rms_db: 0 is a full-scale square wave; talking: by the level over the noise there is;
+    idle: nothing but that noise, and for a while."""
 
     rms_db: float = SILENT_DB
     clipped: bool = False
     talking: bool = False
+    idle: bool = False
 
 
 class Meter:
@@ -48,7 +51,8 @@ class Meter:
             self._hold = _HOLD_FRAMES
         else:
             self._hold = max(0, self._hold - 1)
-        return Level(rms_db, is_clipped(pcm), self._hold > 0)
+        idle = self._hold == 0 and rms_db < self._floor_db + _NOISE_DB
+        return Level(rms_db, is_clipped(pcm), self._hold > 0, idle)
 
 
 def is_clipped(pcm: F32) -> bool:

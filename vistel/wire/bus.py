@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from google.protobuf.message import Message
 
 from vistel.wire.fence import Fence
-from vistel.wire.topics import Topic
+from vistel.wire.topics import Publisher, Topic
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,11 @@ class Bus(Protocol):
 
         verbatim: messages keep the header they have, for a replay of what was recorded.
         """
+        ...
+
+    def withdraw(self, publisher: Publisher) -> None:
+        """Take back the keys declared as `publisher`, their last values too: another side speaks there now. What is published
+        again afterwards is that of a sender who has just begun."""
         ...
 
     def subscribe(

@@ -119,6 +119,11 @@ class MemoryBus:
             self._publications[key] = _MemoryPublication(self._network, topic, key, verbatim, self.fence)
         return self._publications[key]
 
+    def withdraw(self, publisher: Publisher) -> None:
+        for key, publication in list(self._publications.items()):
+            if publication.topic.publisher is publisher:
+                del self._publications[key]
+
     def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Inbox:
         if topic.delivery is Delivery.QUERY:
             raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
@@ -183,7 +188,7 @@ class _MemoryPublication:
     def __init__(self, network: MemoryNetwork, topic: Topic, key: str, verbatim: bool, fence: Fence) -> None:
         self._fence = fence if topic.publisher is Publisher.WORLD else None
         self._network = network
-        self._topic = topic
+        self.topic = topic
         self._key = key
         self._verbatim = verbatim
         self._seq = 0
@@ -200,4 +205,4 @@ class _MemoryPublication:
             message.header.seq = self._seq
             if self._fence is not None and self._fence.own:
                 message.header.term = self._fence.own
-        self._network.send(self._topic, self._key, message.SerializeToString())
+        self._network.send(self.topic, self._key, message.SerializeToString())

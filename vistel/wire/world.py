@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vistel.v1.world_pb2 import Bond, Dent, Grasp, Thing, WorldSnapshot, WorldState
 from vistel.wire.world_codec.bits import FrameError
-from vistel.wire.world_codec.frame import Book, Said, Step, first_of, is_key, read_changes, read_key
+from vistel.wire.world_codec.frame import Book, Said, Step, is_key, read_changes, read_key
 from vistel.wire.world_codec.poses import place
 from vistel.wire.world_codec.touches import force_of
 
@@ -164,11 +164,7 @@ class WorldDecoder:
         if self.lost or book is None:
             self._waiting.append(message)
             return []
-        if first_of(message.frame, message.step) != book.step:
-            self.missed += 1
-            self._lose(message)
-            return []
-        steps, said = read_changes(message.frame, book)
+        steps, said = read_changes(message.frame, book, message.step)
         things = self._things(message, False)
         if message.things:
             self._things_crc = crc_of(things[name] for name in self._order)

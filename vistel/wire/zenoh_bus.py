@@ -156,6 +156,14 @@ class ZenohBus:
                 self._beating = self._loop.create_task(self._beat())
         return found
 
+    def withdraw(self, publisher: Publisher) -> None:
+        for key, publication in list(self._publications.items()):
+            if publication.topic.publisher is publisher:
+                del self._publications[key]
+                publication.undeclare()
+        # Receivers know senders by their epoch, and listen to none again that another one has followed.
+        self._epoch = secrets.randbits(63) | 1
+
     def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Inbox:
         if topic.delivery is Delivery.QUERY:
             raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
@@ -294,6 +302,7 @@ class _ZenohPublication:
     ) -> None:
         self._fence = fence if topic.publisher is Publisher.WORLD else None
         self.key = key
+        self.topic = topic
         self._verbatim = verbatim
         self._lock = threading.Lock()
         self._seq = 0
@@ -308,6 +317,10 @@ class _ZenohPublication:
             key, congestion_control=zenoh.CongestionControl.DROP, priority=priority
         )
         self._queryable = session.declare_queryable(key, self._repeat) if self._cache is not None else None
+
+    def undeclare(self) -> None:
+        """Say nothing more, and repeat nothing."""
+        _undeclare([self._publisher, *([self._queryable] if self._queryable is not None else [])])
 
     @property
     def next_seq(self) -> int:

@@ -33,7 +33,7 @@ REFERENCE_HEIGHT = 1.75
 TEXELS = {"cloth": 768, "skin": 1536}
 """Along the longer side of a region's map."""
 LIGHT = {
-    "cloth": Lighting((0.0, 0.72, 0.68), 0.4, 0.55, 0.005), "skin": Lighting((0.0, 0.66, 0.75), 0.45, 0.6, 0.0008),
+    "cloth": Lighting((0.0, 0.78, 0.62), 0.34, 0.8, 0.005), "skin": Lighting((0.0, 0.66, 0.75), 0.45, 0.6, 0.0008),
 }  # fmt: skip
 DENT = 0.3
 """Vertices move by at most this share of the tube's radius: neighbours must not pass through each other."""

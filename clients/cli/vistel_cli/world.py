@@ -34,9 +34,9 @@ def show(
 
     [bold]Examples[/bold]
 
-      vistel world show examples/rooms/den.usda
+      vistel world show examples/rooms/den.usdz
 
-      vistel world show examples/rooms/den.usda --picture den.png
+      vistel world show examples/rooms/den.usdz --picture den.png
     """
     from vistel_cli.trace import picture_size  # noqa: PLC0415
 

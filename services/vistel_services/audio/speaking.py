@@ -52,7 +52,7 @@ class Speaker:
         self.level = self._meter.measure(pcm)
         if self.level.clipped:
             self._over_driven(t_ns)
-        if not self.button.open or self.level.rms_db <= SILENT_DB:
+        if not self.button.open or self.level.idle or self.level.rms_db <= SILENT_DB:
             self._end(t_ns)
             return
         packet = self._encoder.encode(pcm)

@@ -23,7 +23,7 @@ from vistel.space.room import Room
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldHandover, WorldHandoverRequest
 from vistel.wire.bus import Bus
-from vistel.wire.topics import BY_NAME
+from vistel.wire.topics import BY_NAME, Publisher
 
 log = logging.getLogger("vistel.world")
 
@@ -93,8 +93,9 @@ class Authority:
         return self._leading is not None and not any(rank > (self._term, self._me) for rank in self._others())
 
     def retire(self) -> None:
-        """Speak no more."""
+        """Speak no more. What was said last is no longer repeated to who comes late: another world does that."""
         self._leading = None
+        self._bus.withdraw(Publisher.WORLD)
 
     @property
     def followed(self) -> bool:

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from vistel.conference.files import load
 from vistel.conference.model import Conference, Participant, Site
+from vistel.figure.calibration.distortion import load_distortion
 from vistel.figure.calibration.files import load_body, load_tracker
 from vistel.figure.calibration.moves import whole_s
 from vistel.protocol.glove_calibration import default_calibration, load_calibration
@@ -120,3 +121,48 @@ def test_a_grid_is_made_from_known_points(tmp_path: Path) -> None:
     assert code == 0
     table = json.loads(said)
     assert table["after_mm"] < 0.4 * table["before_mm"] and table["verdict"] == "good"
+
+
+GRID = [np.array([x, y, z]) for z in (-0.6, -0.4, -0.2) for y in (-0.3, 0.0, 0.3) for x in (0.2, 0.45, 0.7)]
+
+
+def bent(p: np.ndarray) -> np.ndarray:
+    """By how much metal makes a receiver read too much."""
+    return 0.02 * np.array([math.sin(3 * p[0]), p[1], math.cos(2 * p[2])])
+
+
+def recording_of(path: Path, points: list[np.ndarray], hold_s: float) -> None:
+    """A log in which the second receiver of Ada's tracker is held on each point."""
+    rng = np.random.default_rng(0)
+    topic = BY_NAME["tracker"]
+    with LogWriter(path) as log:
+        t = 0.0
+        for a, b in zip([points[0], *points], points, strict=False):
+            for k in range(round((1.0 + hold_s) * 30)):
+                share = min(1.0, k / 30.0)
+                at = a + share * (b - a)
+                t += 1.0 / 30.0
+                t_ns = 1_000_000_000_000 + round(t * 1e9)
+                frame = TrackerFrame(device="ada-tracker")
+                r = frame.receivers.add(station=2, t_ns=t_ns)
+                r.position.x, r.position.y, r.position.z = at + bent(at) + 0.0008 * rng.standard_normal(3)
+                r.rotation.w = 1.0
+                frame.header.t_ns, frame.header.version = t_ns, MESSAGE_VERSION
+                log.write(topic, topic.key.format(conference="demo", site="lab", device="ada-tracker"), frame, t_ns)
+
+
+def test_a_grid_is_made_from_a_recording_of_a_receiver_held_on_known_points(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text("\n".join(["true_x,true_y,true_z", *(",".join(map(str, p)) for p in GRID)]))
+    recording_of(tmp_path / "grid.mcap", GRID, 2.0)
+    words = ("distortion", tmp_path / "points.csv", "--from", tmp_path / "grid.mcap", "--device", "ada-tracker", "--station", "2")
+    code, _, told = calibrate(*words, "--step", "0.25", "--out", tmp_path / "grid.json")
+    assert code == 0, told
+    grid = load_distortion(tmp_path / "grid.json")
+    for p in GRID:
+        found, _ = grid.correct(p + bent(p), np.array([0.0, 0.0, 0.0, 1.0]))
+        assert np.linalg.norm(found - p) < 0.004 < 0.5 * np.linalg.norm(bent(GRID[0]))
+    # One point fewer than the file has is told.
+    recording_of(tmp_path / "short.mcap", GRID[1:], 2.0)
+    code, _, told = calibrate(*words[:3], tmp_path / "short.mcap", *words[4:], "--out", tmp_path / "x.json")
+    assert code == 1 and "held still 26 times, the file has 27 points" in " ".join(told.split())
+    assert not (tmp_path / "x.json").exists()

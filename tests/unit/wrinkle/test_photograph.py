@@ -25,7 +25,9 @@ pytest.importorskip("cv2.ximgproc", reason="OpenCV without its contrib modules")
 F64 = NDArray[np.float64]
 
 
-def _photograph(wrinkle: Instance, side: float, texels: int = 400, noise: float = 0.0, light: float = math.pi / 2) -> NDArray[np.uint8]:
+def _photograph(
+    wrinkle: Instance, side: float, texels: int = 400, noise: float = 0.0, light: float = math.pi / 2
+) -> NDArray[np.uint8]:
     of = displacement_map([wrinkle], (side, side), texels)
     plain = np.full((*of.height.shape, 3), CLOTH, np.uint8)
     lamp = Lighting((0.65 * math.cos(light), 0.65 * math.sin(light), 0.7))

@@ -127,6 +127,30 @@ def find_beginning(samples: Samples) -> float:
     raise MoveError("the recording shows no T-pose: arms out to both sides, held for three seconds; give its time with --begin")
 
 
+REST_S = 1.5
+"""A receiver that is held still for so long was put there on purpose."""
+_REST_M = 0.005
+_APART_M = 0.02
+
+
+def find_rests(t: F64, p: F64, q: F64) -> tuple[F64, F64]:
+    """Where one receiver was held still, in order: mean positions (m, 3) and quaternions (m, 4) of its samples at rest, from
+    times (n,) [s], positions (n, 3) [m] and quaternions (n, 4) x y z w. Two rests at the same place are one."""
+    rests: list[tuple[F64, F64]] = []
+    begin = 0
+    for k in range(1, len(t) + 1):
+        if k < len(t) and t[k] - t[k - 1] < 5.0 * GAP_S and np.linalg.norm(p[k] - np.median(p[begin:k][-64:], axis=0)) < _REST_M:
+            continue
+        if t[k - 1] - t[begin] >= REST_S:
+            middle = slice(begin + (k - begin) // 8, k - (k - begin) // 8)
+            turns = np.stack([matrix_from_quaternion(np.ascontiguousarray(v)) for v in q[middle]])
+            at, turn = p[middle].mean(axis=0), quaternion_from_matrix(np.ascontiguousarray(mean_rotation(turns)))
+            if not rests or np.linalg.norm(at - rests[-1][0]) > _APART_M:
+                rests.append((at, turn))
+        begin = k
+    return np.array([r[0] for r in rests]).reshape(-1, 3), np.array([r[1] for r in rests]).reshape(-1, 4)
+
+
 def step_tracks(step: Step, samples: Samples, begin_s: float) -> dict[str, Track]:
     """What the receivers said while a move went on, checked. Raises MoveError."""
     times = np.arange(begin_s + TRIM_S, begin_s + step.seconds - TRIM_S, 1.0 / RATE_HZ)

@@ -30,7 +30,7 @@ larger|smaller|longer|shorter|taller|lower|wider|narrower|deeper WHICH
 bend WHICH DEGREES     twist WHICH DEGREES            straighten WHICH
 paint WHICH COLOUR     soften WHICH                   harden WHICH
 copy WHICH             delete WHICH                   create [COLOUR] SHAPE [LENGTH] [here|there]
-select WHICH|nothing   take WHICH                     release [WHICH]
+select WHICH|nothing   take WHICH | snatch WHICH      release [WHICH]
 attach WHICH to WHICH  detach WHICH                   undo     redo     stop     reset"""
 
 

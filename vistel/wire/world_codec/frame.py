@@ -117,19 +117,15 @@ def read_key(data: bytes, step: int) -> tuple[Book, Said]:
     return book, said
 
 
-def first_of(data: bytes, newest: int) -> int:
-    """The step after which a frame that ends with step `newest` goes on. Raises FrameError."""
-    bits = BitReader(data)
-    bits.plain(3)
-    return newest - sum(_read_steps(bits))
-
-
-def read_changes(data: bytes, book: Book) -> tuple[list[Step], Said]:
-    """The steps of a frame that goes on from `book`, which it changes; half changed where it raises FrameError."""
+def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], Said]:
+    """The steps, up to step `newest`, of a frame that goes on from `book`, which it changes. Raises FrameError: before any
+    change where it goes on from another step, else with the book half changed."""
     bits = BitReader(data)
     bits.flag()
     said = _read_said(bits)
     gaps = _read_steps(bits)
+    if newest - sum(gaps) != book.step:
+        raise FrameError(f"a frame goes on from step {newest - sum(gaps)}, known is {book.step}")
     _read_toggles(bits, book)
     steps: list[Step] = []
     for gap in gaps:
