@@ -79,7 +79,8 @@ def ghosts_of(touch: Touch) -> list[GhostView]:
     depth = float(c.field_depth.max())
     if depth <= 0.0:
         return []
-    mine, theirs = tuple(sorted(set(c.a.tolist()))), tuple(sorted(set(c.b.tolist())))
+    reached = c.field_depth > 0.0  # what only lies beyond something thin is not pressed by it
+    mine, theirs = tuple(sorted(set(c.a[reached].tolist()))), tuple(sorted(set(c.b[reached].tolist())))
     a, b, soft = touch.body_a, touch.body_b, touch.compliance_b
     out = [GhostView(a, b, mine, theirs, FLESH_COMPLIANCE, soft, depth)]
     if soft > 0.0:
