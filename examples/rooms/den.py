@@ -88,7 +88,8 @@ def shell() -> tuple[list[Thing], list[Model]]:
 
 def table() -> Thing:
     legs = tuple(box((0.03, 0.34, 0.03), (x, 0.34, z)) for x in (-0.55, 0.55) for z in (-0.33, 0.33))
-    return Thing("table", "square table", "table", (box((0.62, 0.02, 0.40), (0, TABLE - 0.02, 0)), *legs), 0.0, 0.0, 0x7A5230FF, np.zeros(3))
+    parts = (box((0.62, 0.02, 0.40), (0, TABLE - 0.02, 0)), *legs)
+    return Thing("table", "square table", "table", parts, 0.0, 0.0, 0x7A5230FF, np.zeros(3))
 
 
 def chair(number: int, seat: Seat) -> Thing:

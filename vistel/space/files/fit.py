@@ -31,6 +31,8 @@ CUTS = 7
 """Places along each axis where a part may be cut."""
 BALANCE = 0.06
 """What an uneven cut costs, against the volume of hulls."""
+CLOSE = 0.3
+"""One shape is enough when the surface lies no further from it than this, in cells, on average."""
 JOIN = 0.015
 """Share of all volume that joining two parts may make wrong."""
 
@@ -49,6 +51,9 @@ def fitted(vertices: F64, triangles: I32, most: int = MOST_PARTS) -> tuple[Fitte
     lie."""
     axes = _upright(vertices[np.unique(triangles)])
     cells = cells_of(vertices @ axes, triangles)
+    whole = shape_of(cells, np.arange(len(cells.index)), fine=True)
+    if most == 1 or float(np.abs(gap(cells.points, whole)).mean()) < CLOSE * cells.size:  # a box, a can, a ball
+        return _told(cells, axes, [whole])
     shapes = [shape_of(cells, np.arange(len(cells.index)))]
     volume = float(cells.filled.sum()) * cells.size**3
     stuck: set[int] = set()
@@ -63,7 +68,11 @@ def fitted(vertices: F64, triangles: I32, most: int = MOST_PARTS) -> tuple[Fitte
         else:
             shapes[k : k + 1] = [shape_of(cells, rows) for rows in halves]
     shapes = _joined(cells, shapes, most, JOIN * volume)
-    fine = [shape_of(cells, s.rows, fine=True) for s in shapes]
+    return _told(cells, axes, [shape_of(cells, s.rows, fine=True) for s in shapes])
+
+
+def _told(cells: Cells, axes: F64, fine: list[Shape]) -> tuple[Fitted, Cells, F64]:
+    """The shapes as primitives, and how near they are."""
     away = np.abs(np.min([gap(cells.points, s) for s in fine], axis=0))
     primitives = tuple(_turned(s.primitive, axes) for s in fine)
     return Fitted(primitives, float(away.mean()), float(np.quantile(away, 0.95))), cells, axes

@@ -38,7 +38,7 @@ F64 = NDArray[np.float64]
 GLTF_ENDINGS = (".gltf", ".glb")
 ENDINGS = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")
 MOST_THINGS = 400
-_KEPT = 4
+_KEPT = 5
 """Raised when the same file would be read differently."""
 _FAR = 1.5
 """A room whose middle is further from the origin than this is moved there [m]."""
