@@ -203,14 +203,18 @@ def opens(grasp: Grasp, posed: Posed) -> bool:
     return float((grasp.tightest - now)[np.array(grasp.engaged)].mean()) > OPENING
 
 
-def lies(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, pose: Pose, refit: bool) -> Grasp:
-    """The grasp of a thing that moves by itself: it lies in the hand as it does. refit: the fingers may be laid on anew."""
+def lies(grasp: Grasp, posed: Posed, pose: Pose) -> Grasp:
+    """The grasp of a thing that moves by itself: it lies in the hand as it does."""
     lie = into_hand(posed, grasp.right, pose)
-    grasp = replace(grasp, start=lie, aim=lie)
-    off = lie[0] - grasp.fitted
-    if refit and float(off @ off) > REFIT**2:
-        grasp = replace(_fitted(grasp, posed, thing, part, whole=False, led=False), aim=lie)
-    return grasp
+    return replace(grasp, start=lie, aim=lie)
+
+
+def refitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet) -> Grasp:
+    """The same with the fingers laid on anew, if the thing has gone far enough in the hand for that to be seen."""
+    off = grasp.aim[0] - grasp.fitted
+    if float(off @ off) <= REFIT**2:
+        return grasp
+    return _fitted(grasp, posed, thing, part, whole=False, led=False)
 
 
 def restart(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, pose: Pose, t_ns: int, alone: bool) -> Grasp:

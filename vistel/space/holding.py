@@ -95,7 +95,9 @@ def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed],
         n = state.rows[g.thing]
         p, thing, pose = posed[g.participant], solids.things[n], (state.motions.position[n], state.motions.rotation[n])
         if g.thing in tracked:
-            grasps[i] = hands.lies(g, p, thing, solids.part(n), pose, refit=state.step % REFIT_STEPS == 0)
+            grasps[i] = hands.lies(g, p, pose)
+            if state.step % REFIT_STEPS == 0:
+                grasps[i] = hands.refitted(grasps[i], p, thing, solids.part(n))
         elif has[g.thing] < had[g.thing]:
             grasps[i] = hands.restart(g, p, thing, solids.part(n), pose, state.t_ns, alone=has[g.thing] == 1)
     return replace(state, grasps=tuple(grasps))

@@ -9,7 +9,7 @@ import pytest
 from test_world_steps import START, STEP_NS, Play, at, reaching, take_baton
 
 from vistel.space.claims import ClaimEvent, What
-from vistel.space.commands.actions import Grip, Which
+from vistel.space.commands.actions import Attach, Grip, Move, Which
 from vistel.space.inputs import CommandInput
 from vistel.space.ownership import LEASE_NS
 from vistel.space.room import BATON, TABLE_HEIGHT
@@ -160,3 +160,16 @@ def test_who_leaves_has_no_claim(who: str) -> None:
     play.step(stays)
     assert play.grasps() == [*stays]
     assert play.world._state.claims[0].owner == next(iter(stays))
+
+
+def test_what_is_attached_to_a_held_thing_is_held_with_it() -> None:
+    play = Play("ann")
+    taken_up(play)
+    hands = {"ann": reaching(at(0.0, 0.25, 0.0), 1.0)}
+    beside = play.thing(BATON).position + np.array([0.0, -0.05, 0.0])
+    play.step(hands, CommandInput("1", "ann", Move(Which("ball"), beside, np.array([0.0, 0.0, 0.0, 1.0]))))
+    view = play.step(hands, CommandInput("2", "ann", Attach(Which(BATON), Which("ball"))))
+    assert view.outcomes[0].done, view.outcomes[0].reason
+    (grasp,) = play.step(hands).grasps
+    assert grasp.thing in view.outcomes[0].things
+    assert play.thing(grasp.thing).holders == ("ann",)
