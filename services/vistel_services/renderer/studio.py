@@ -22,7 +22,7 @@ from vistel.space.room import meeting_room
 from vistel.space.tessellate import join
 from vistel.space.things import Thing
 from vistel_services.renderer.antialias import antialias
-from vistel_services.renderer.camera import SeatCamera, overview
+from vistel_services.renderer.camera import Camera, SeatCamera, overview
 from vistel_services.renderer.draw import FigureView, Frame, Painter, ThingView
 from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
 from vistel_services.renderer.ghosts import Ghosts
