@@ -99,7 +99,7 @@ def _thumbs(fingers: F64, off: F64, length: F64) -> F64:
     finger's length; damped least squares, each frame from the one before."""
     skeleton = BUILD.skeleton
     own = sum(float(np.linalg.norm(skeleton.tip[JOINT_INDEX[f"right_index_{b}"]])) for b in ("proximal", "intermediate", "distal"))
-    out, angles = np.empty((len(fingers), 4)), np.radians([35.0, 25.0, 10.0, 10.0])
+    out, angles = np.empty((len(fingers), 4)), np.array([0.6, 0.44, 0.17, 0.17])
     rest = angles.copy()
     low, high = FINGER_LIMITS[:4].T
     for k, row in enumerate(fingers):
@@ -112,7 +112,7 @@ def _thumbs(fingers: F64, off: F64, length: F64) -> F64:
             here = miss(angles)
             jacobian = np.stack([(miss(angles + d) - here) / 1e-4 for d in 1e-4 * np.eye(4)], 1)
             step = np.linalg.solve(jacobian.T @ jacobian + 1e-6 * np.eye(4), -jacobian.T @ here)
-            angles = np.clip(angles + np.clip(step, -0.2, 0.2), low, high)
+            angles = np.asarray(np.clip(angles + np.clip(step, -0.2, 0.2), low, high), np.float64)
         out[k] = angles
     return out
 
@@ -220,7 +220,7 @@ def run(trial: Trial) -> Ran:
             took, start = frame, float(thing.position[1])
         if took is not None and not has and left is None:
             left = frame
-        if has and frame == took + 12:
+        if has and took is not None and frame == took + 12:
             held, posture = view, here
         lifted = lifted or (has and rise > 0.08 and float(thing.position[1]) - start > 0.06)
     return Ran(trial, took, lifted, left, held, posture)
