@@ -125,7 +125,7 @@ class _Figure:
 
 class Painter:
     """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`; screens: whose
-    pictures are in it."""
+    pictures are in it. saves_shadows: they are drawn for every other picture only."""
 
     def __init__(
         self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None, screens: Sequence[Screen] = ()
@@ -134,6 +134,7 @@ class Painter:
         self._whole: Box = (0, 0, width, height)
         ctx = self.ctx = surface.ctx
         self.software = surface.capability.software
+        self.saves_shadows = self.software
         self._colour = ctx.texture((width, height), 4)
         self._colour.repeat_x = self._colour.repeat_y = False
         self._target = ctx.framebuffer([self._colour], ctx.depth_renderbuffer((width, height)))
@@ -308,7 +309,7 @@ class Painter:
 
     def _shadows(self, frame: Frame, things: Sequence[tuple[ThingView, Solid]]) -> None:
         # Shadows move slowly: every other frame is enough where the CPU draws.
-        if self.software and self._drawn % 2 and self._drawn > 1:
+        if self.saves_shadows and self._drawn % 2 and self._drawn > 1:
             return
         solids = [(thing.matrix, solid.shadow) for thing, solid in things]
         still = np.eye(4, dtype=np.float32)

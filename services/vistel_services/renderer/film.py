@@ -54,6 +54,7 @@ def film(
     large = replace(view, width=finer * view.width, height=finer * view.height)
     decor: Interior | None = decor_of(config.room) if config.room is not None else None
     studio = Studio(large, config.seats, lambda about: load_shape(about, files=config.avatars), decor)
+    studio.painter.saves_shadows = False
     try:
         for instant in instants(config.delay_s, records, begin_ns, end_ns, rate):
             picture = _drawn(studio, instant)

@@ -15,6 +15,7 @@ import av
 import cv2
 import numpy as np
 from av.error import FFmpegError
+from av.video.frame import PictureType
 from av.video.reformatter import ColorRange, Colorspace
 from numpy.typing import NDArray
 
@@ -25,6 +26,7 @@ log = logging.getLogger("vistel.renderer")
 U8 = NDArray[np.uint8]
 
 _TIME_BASE = Fraction(1, 90_000)
+_KEY_EVERY = 90_000
 _QUEUE = 8
 _SOUNDS = 500
 _SOUND_LATE_NS = 1_000_000_000
@@ -68,7 +70,7 @@ class VideoWriter:
         self._stream = stream
         self._track = SoundTrack(self._container) if sound else None
         self._failed = False
-        self._last_pts = -1
+        self._last_pts, self._key_due = -1, 0
         self._start_ns: int | None = None
         self._thread = threading.Thread(target=self._work, name="video", daemon=True)
         self._thread.start()
@@ -121,6 +123,9 @@ class VideoWriter:
             self._start_ns = t_ns
         pts = max(self._last_pts + 1, (t_ns - self._start_ns) * 90_000 // 1_000_000_000)
         self._last_pts = frame.pts = pts
+        if pts >= self._key_due:  # what is written begins anew with each: a slow renderer that dies loses a second, too
+            frame.pict_type = PictureType.I
+            self._key_due = pts + _KEY_EVERY
         frame.time_base = _TIME_BASE
         self._container.mux(self._stream.encode(frame))
         self.written += 1

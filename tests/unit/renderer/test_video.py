@@ -74,6 +74,16 @@ def test_a_killed_writer_leaves_a_playable_file(tmp_path: Path) -> None:
     assert len(frames(path)) >= 60
 
 
+def test_however_few_pictures_come_the_file_begins_anew_each_second(tmp_path: Path) -> None:
+    video = VideoWriter(tmp_path / "slow.mp4", 160, 90, 30.0)
+    for k in range(16):
+        put(video, k * 250_000_000, np.full((90, 160, 4), 40 + 8 * k, np.uint8))
+    video.close()
+    with av.open(str(tmp_path / "slow.mp4")) as container:
+        keys = [float(p.pts * p.time_base) for p in container.demux(video=0) if p.is_keyframe and p.pts is not None]
+    assert keys == pytest.approx([0.0, 1.0, 2.0, 3.0], abs=0.01)
+
+
 def test_a_video_that_is_there_already_is_kept(tmp_path: Path) -> None:
     for _ in range(2):
         video = VideoWriter(tmp_path / "a.mp4", 32, 32, 30.0)
