@@ -73,6 +73,22 @@ class ForkedProcess:
 Process = asyncio.subprocess.Process | ForkedProcess
 
 
+async def end(process: Process, grace_s: float) -> bool:
+    """SIGTERM, then SIGKILL after the grace time; whether it took that."""
+    if process.returncode is not None:
+        return False
+    with contextlib.suppress(ProcessLookupError):
+        process.send_signal(signal.SIGTERM)
+    try:
+        await asyncio.wait_for(process.wait(), grace_s)
+        return False
+    except TimeoutError:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()
+        return True
+
+
 def _can_fork() -> bool:
     """Whether this system can hand a forked process to its supervisor; makes this process the reaper of orphans."""
     if sys.platform != "linux" or not hasattr(os, "pidfd_open"):
@@ -146,17 +162,8 @@ class ForkServer:
         """End it; what it forked lives on."""
         self._task.cancel()
         await asyncio.gather(self._task, return_exceptions=True)
-        process = self._process
-        if process is None or process.returncode is not None:
-            return
-        with contextlib.suppress(ProcessLookupError):
-            process.send_signal(signal.SIGTERM)
-        try:
-            await asyncio.wait_for(process.wait(), STOP_S)
-        except TimeoutError:
-            with contextlib.suppress(ProcessLookupError):
-                process.kill()
-            await process.wait()
+        if self._process is not None:
+            await end(self._process, STOP_S)
 
     async def _keep(self) -> None:
         retry_s = RETRY_FIRST_S

@@ -7,14 +7,13 @@ when it fails, each is started from nothing.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from vistel_services.forking import ForkServer, Process
+from vistel_services.forking import ForkServer, Process, end
 
 log = logging.getLogger("vistel.supervisor")
 
@@ -116,18 +115,8 @@ class Supervisor:
 
 
 async def _stop(child: Child) -> None:
-    process = child.process
-    if process is None or process.returncode is not None:
-        return
-    with contextlib.suppress(ProcessLookupError):
-        process.send_signal(signal.SIGTERM)
-    try:
-        await asyncio.wait_for(process.wait(), child.spec.grace_s)
-    except TimeoutError:
+    if child.process is not None and await end(child.process, child.spec.grace_s):
         log.error("killed process=%s reason=did not stop within %.0f s", child.spec.name, child.spec.grace_s)
-        with contextlib.suppress(ProcessLookupError):
-            process.kill()
-        await process.wait()
 
 
 def _exit_text(code: int) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from world_site import WorldSite
+from world_site import WorldSite, scenario
 
 from vistel.space.room import meeting_room
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing, ResetRoom
@@ -19,16 +19,6 @@ from vistel.wire.world import WorldDecoder
 from vistel_services.activity import Answer, Room
 
 DONE, REFUSED = CommandResult.OUTCOME_DONE, CommandResult.OUTCOME_REFUSED
-
-
-def scenario(folder: Path, play: Any) -> WorldSite:
-    async def whole() -> WorldSite:
-        site = WorldSite(folder)
-        async with site.open():
-            await play(site)
-        return site
-
-    return asyncio.run(whole())
 
 
 def ask(site: WorldSite, who: str, command: Command) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from world_site import START_NS, TICK_NS, WorldSite
+from world_site import START_NS, TICK_NS, WorldSite, scenario
 
 from vistel.space.inputs import StepInputs
 from vistel.space.view import WorldView
@@ -28,16 +28,6 @@ from vistel_services.world.service import STEP_NS
 
 SEATS = {"one": 3, "two": 4}
 TAKE = WorldHandoverRequest.PHASE_TAKE
-
-
-def scenario(folder: Path, play: Any) -> WorldSite:
-    async def whole() -> WorldSite:
-        site = WorldSite(folder)
-        async with site.open():
-            await play(site)
-        return site
-
-    return asyncio.run(whole())
 
 
 @asynccontextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import os
 import random
@@ -13,11 +12,10 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from world_site import START_NS, WorldSite
+from world_site import START_NS, WorldSite, scenario
 
 from vistel.figure.posture import Posture, Stance
 from vistel.space.inputs import MotionInput, StepInputs
@@ -30,16 +28,6 @@ from vistel_services.world import journal
 from vistel_services.world.store import Found, Store
 
 KILLS = 6
-
-
-def scenario(folder: Path, play: Any) -> WorldSite:
-    async def whole() -> WorldSite:
-        site = WorldSite(folder)
-        async with site.open():
-            await play(site)
-        return site
-
-    return asyncio.run(whole())
 
 
 def load(folder: Path, now_ns: int) -> Found | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -130,3 +130,14 @@ class WorldSite:
 
     def results(self) -> list[Any]:
         return [m for topic, _, m, _ in self.log if topic == "command_result"]
+
+
+def scenario(folder: Path, play: Callable[[WorldSite], Awaitable[None]]) -> WorldSite:
+    """Run `play` in a site whose world keeps its room in `folder`; the site, closed."""
+    async def whole() -> WorldSite:
+        site = WorldSite(folder)
+        async with site.open():
+            await play(site)
+        return site
+
+    return asyncio.run(whole())
