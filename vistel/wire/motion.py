@@ -11,15 +11,28 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.wire.motion_codec.decoder import MotionDecoder, MotionFrame
+from vistel.wire.motion_codec.decoder import ListFrame, MotionDecoder, MotionFrame
 from vistel.wire.motion_codec.encoder import FULL_INTERVAL_NS, MotionEncoder
 from vistel.wire.motion_codec.layout import COUNTS, MOTION_FIELDS, PARTS, MotionField
 from vistel.wire.motion_codec.references import LOSSES, PLANS, Losses
 from vistel.wire.motion_codec.sample import MotionSample, StalePart
 
 __all__ = (
-    "COUNTS", "FULL_INTERVAL_NS", "LOSSES", "MOTION_FIELDS", "PARTS", "PLANS", "Losses", "MotionDecoder", "MotionEncoder",
-    "MotionField", "MotionFrame", "MotionSample", "StalePart", "warm_up",
+    "COUNTS",
+    "FULL_INTERVAL_NS",
+    "LOSSES",
+    "MOTION_FIELDS",
+    "PARTS",
+    "PLANS",
+    "ListFrame",
+    "Losses",
+    "MotionDecoder",
+    "MotionEncoder",
+    "MotionField",
+    "MotionFrame",
+    "MotionSample",
+    "StalePart",
+    "warm_up",
 )  # fmt: skip
 
 

@@ -12,6 +12,8 @@ from PIL import Image, ImageDraw, ImageFont
 U8 = NDArray[np.uint8]
 
 _MAX_CHARACTERS = 28
+_Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
+_Ink = tuple[int, int, int, int]
 _TALKING = (140, 245, 165, 255)
 
 
@@ -27,7 +29,7 @@ class Label:
 
 
 @lru_cache(maxsize=8)
-def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+def _font(size: int) -> _Font:
     """DejaVu Sans where the system has it (it knows more scripts), else the font that comes with Pillow."""
     try:
         return ImageFont.truetype("DejaVuSans.ttf", size)
@@ -43,7 +45,7 @@ def _short(text: str) -> str:
 def paint_label(label: Label, line_height: int) -> U8:
     """(h, w, 4) RGBA, first row at the top; the name's line is `line_height` pixels high."""
     ink = _TALKING if label.talking else (255, 255, 255, 255)
-    lines = [(_short(label.name), _font(max(8, round(0.66 * line_height))), ink, line_height)]
+    lines: list[tuple[str, _Font, _Ink, int]] = [(_short(label.name), _font(max(8, round(0.66 * line_height))), ink, line_height)]
     if label.remark:
         colour = (255, 196, 120, 255) if label.warning else (178, 220, 255, 255)
         small = round(0.78 * line_height)

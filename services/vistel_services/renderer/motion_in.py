@@ -6,14 +6,14 @@ from functools import cached_property
 
 from vistel.figure.posture import Posture, interpolate
 from vistel.v1 import motion_pb2
-from vistel.wire.motion import MotionDecoder, MotionFrame
+from vistel.wire.motion import ListFrame, MotionDecoder, MotionFrame
 from vistel_services.motions import posture_of
 
 
 class Heard:
     """A posture that is worked out when it is needed: most of what arrives lies between two pictures."""
 
-    def __init__(self, frame: MotionFrame) -> None:
+    def __init__(self, frame: MotionFrame | ListFrame) -> None:
         self._frame = frame
 
     @cached_property

@@ -87,7 +87,8 @@ class Teller:
         return self._finish(view, out)
 
     def _step(self, view: WorldView, changed: bool) -> WorldState | None:
-        poses = {n: rounded(s.position, s.rotation) for n, s in enumerate(view.states) if s.moved}
+        followed = set(self._book.moving)
+        poses = {n: rounded(s.position, s.rotation) for n, s in enumerate(view.states) if s.moved or n in followed}
         self._moves.append(Moves(view.step, poses))
         self._touching.step(view)
         self._remember_marks(view)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from vistel.wire.world_codec.bits import BitReader, BitWriter, FrameError
 from vistel.wire.world_codec.frame import (
+    MOST_TOLD,
     STILL_STEPS,
     Book,
     Moves,
@@ -21,7 +22,7 @@ from vistel.wire.world_codec.frame import (
     write_changes,
     write_key,
 )
-from vistel.wire.world_codec.poses import STILL, place, rounded
+from vistel.wire.world_codec.poses import STILL, Pose, place, rounded
 from vistel.wire.world_codec.touches import MOST_LEVEL, Touch, force_of, level_of
 
 NEITHER = Said(people=False, grasps=False)
@@ -108,6 +109,31 @@ def test_steps_of_many_frames_come_back_as_they_were_rounded_and_things_at_rest_
     assert book.moving == ()
     assert max(sizes[5:25]) <= 24  # three things, two steps
     assert sizes[(60 + STILL_STEPS) // 2 + 2 :] and max(sizes[(60 + STILL_STEPS) // 2 + 2 :]) <= 2
+
+
+def test_when_everything_flies_what_is_said_stays_bounded_and_all_is_exact_once_it_lies() -> None:
+    many, still = 200, np.array([0.0, 0.0, 0.0, 1.0])
+    ways = np.cumsum(np.random.default_rng(1).normal(0.0, 0.01, (61, many, 3)), axis=0)  # nobody can foresee these
+
+    def pose(n: int, k: int) -> Pose:
+        return rounded(ways[min(k, 60), n], still)
+
+    writer = Book()
+    data = write_key(writer, 1, [pose(n, 0) for n in range(many)], range(many), {})
+    book, _ = read_key(data, 1)
+    sizes: list[int] = []
+    wrong: list[float] = []
+    for k in range(1, 121, 2):
+        steps = [Moves(1 + j, {n: pose(n, j) for n in range(many)}) for j in (k, k + 1)]
+        data = write_changes(writer, steps, {}, NEITHER)
+        sizes.append(len(data))
+        for step in read_changes(data, book, 2 + k)[0]:
+            wrong += [float(np.linalg.norm(place(p)[0] - ways[min(step.step - 1, 60), n])) for n, p in step.poses.items()]
+    assert max(sizes) < 2 * (2 * many + MOST_TOLD * 64) / 8
+    assert max(sizes) > 0.4 * 2 * (2 * many + MOST_TOLD * 64) / 8
+    assert np.percentile(wrong, 99) < 0.15
+    assert book.moving == ()
+    assert [track.pose for track in book.tracks] == [pose(n, 60) for n in range(many)]
 
 
 @settings(max_examples=200)

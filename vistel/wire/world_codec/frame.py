@@ -14,6 +14,9 @@ MOST_THINGS = 1 << 16
 MOST_STEPS = 16
 STILL_STEPS = 12
 """A thing that has not moved for so long is no longer named."""
+MOST_TOLD = 32
+"""Things told of exactly in a step. When more move, those that are farthest from where readers foresee them go first, the
+others are left to foresight: what is said stays bounded, and who is left out is wrong by little and comes next."""
 _NAME = 3
 
 
@@ -37,7 +40,7 @@ class Book:
 
 
 class Moves(NamedTuple):
-    """step; poses of what has moved in it, by number of the thing."""
+    """step; poses of what has moved in it and of all that moves in the book, by number of the thing."""
 
     step: int
     poses: Mapping[int, Pose]
@@ -76,19 +79,31 @@ def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Tou
     for now in steps:
         out.count(now.step - before - 1)
         before = now.step
-    moved = frozenset(number for now in steps for number in now.poses)
-    moving = moved | {n for n in book.moving if book.tracks[n].still < STILL_STEPS}
+    moved = {number for now in steps for number, pose in now.poses.items() if pose != book.tracks[number].pose}
+    moving = frozenset(moved) | {n for n in book.moving if book.tracks[n].still < STILL_STEPS}
     _write_toggles(out, book, moving)
     for now in steps:
+        told = _most_wrong(book, now.poses)
         for n in book.moving:
             track = book.tracks[n]
-            track.write(out, now.poses.get(n, track.pose))
+            if n in told:
+                track.write(out, now.poses.get(n, track.pose))
+            else:
+                track.write_foreseen(out)
     if said.people:
         book.touches = {}
     changed = touches != book.touches
     write_touches(out, book.touches, touches)
     book.step, book.touches_changed = before, changed or said.people
     return out.to_bytes()
+
+
+def _most_wrong(book: Book, poses: Mapping[int, Pose]) -> frozenset[int] | tuple[int, ...]:
+    """The things that are told of exactly in a step."""
+    if len(book.moving) <= MOST_TOLD:
+        return book.moving
+    wrong = {n: book.tracks[n].wrong(poses.get(n, book.tracks[n].pose)) for n in book.moving}
+    return frozenset(sorted(wrong, key=lambda n: (-wrong[n], n))[:MOST_TOLD])
 
 
 def is_key(data: bytes) -> bool:

@@ -58,7 +58,7 @@ def place(pose: Pose) -> tuple[F64, F64]:
 class Track:
     """One thing's pose as both ends know it, its speed in eighths of a step, and how far off foresight has lately been."""
 
-    __slots__ = ("_foreseen", "_miss", "_speed", "pose", "still")
+    __slots__ = ("_foreseen", "_miss", "_since", "_speed", "pose", "still")
 
     def __init__(self, pose: Pose = STILL) -> None:
         self.pose = pose
@@ -70,6 +70,7 @@ class Track:
         self._foreseen = list(self.pose)
         self._speed = [0] * 7
         self._miss = [_MISS, _MISS]
+        self._since = 0
 
     def write_key(self, out: BitWriter, pose: Pose) -> None:
         """A pose that refers to nothing."""
@@ -103,6 +104,18 @@ class Track:
                 out.flag(False)
         self._take(pose, misses)
 
+    def write_foreseen(self, out: BitWriter) -> None:
+        """As if the thing were where it is foreseen: costs two bits. To `read` it is a pose like any other."""
+        out.flag(False)
+        out.flag(False)
+        self._take(tuple(self._foreseen), [0] * 7)
+
+    def wrong(self, pose: Pose) -> int:
+        """How far from where it is foreseen a thing is a step later: half millimetres, and a step of turning counts as many as
+        it moves the edge of a thing the size of a hand."""
+        x, y, z, i, j, k, w = map(sub, _same_side(pose, self.pose), self._foreseen)
+        return abs(x) + abs(y) + abs(z) + (abs(i) + abs(j) + abs(k) + abs(w)) // 4
+
     def read(self, data: BitReader) -> None:
         """The other end of `write`."""
         misses: list[int] = []
@@ -116,10 +129,13 @@ class Track:
     def _take(self, pose: Pose, misses: list[int]) -> None:
         self.still = self.still + 1 if pose == self.pose else 0
         self.pose = pose
-        # An alpha-beta tracker: the place is known to the step, the speed follows by half of what was missed.
+        # An alpha-beta tracker: the place is known to the step, the speed follows by half of what was missed in each step.
         speed = self._speed
+        self._since += 1
         if any(misses):
-            speed = self._speed = [v + 4 * n for v, n in zip(speed, misses, strict=True)]
+            k = self._since
+            speed = self._speed = [v + (8 * n + k) // (2 * k) for v, n in zip(speed, misses, strict=True)]
+            self._since = 0
         self._foreseen = [n + ((v + 4) >> 3) for n, v in zip(pose, speed, strict=True)]
         x, y, z, i, j, k, w = misses
         at, turn = self._miss
