@@ -117,6 +117,9 @@ class Playout(Generic[T]):
     def _begin_return(self, behind_ns: int) -> None:
         """From what was shown last, blend to the live frames; what is behind by a moment only is there as quickly."""
         if self._sampled_ns is not None and self._shown is not None:
+            if self._left is not None:  # still on the way back from the hold before
+                since_ns, _, blend_ns = self._left
+                behind_ns += max(0, since_ns + blend_ns - self._sampled_ns)
             self._left = self._sampled_ns, self._shown, min(BLEND_NS, LEAST_BLEND_NS + behind_ns)
 
     def _returning(self, target: T, now_ns: int) -> T:
