@@ -199,7 +199,7 @@ def test_the_world_touches_it_at_its_own_surface_and_a_log_of_it_runs_again(tmp_
 
     standard, own = asyncio.run(record(False)), asyncio.run(record(True))
     report = verify(own.log)
-    assert report.difference == "" and report.equal and report.skipped == 0 and report.steps > 100
+    assert report.difference == "" and report.equal and report.skipped == 0 and report.steps > 60
     said = [p for topic, _, m, _ in own.log if topic == "world_inputs" for p in m.people if p.HasField("proportions")]
     assert [p.participant for p in said] == ["aiko"]
     assert own.keys()[-1].SerializeToString() != standard.keys()[-1].SerializeToString()

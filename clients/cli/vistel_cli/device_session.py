@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 import logging
 import tempfile
-from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -69,13 +69,24 @@ def alone(conference: Conference, site: Site, person: Participant) -> Conference
     return conference.model_copy(update={"sites": [there]})
 
 
+@contextmanager
+def _quietly() -> Iterator[None]:
+    """What services log is told on the person's screen instead."""
+    ours = logging.getLogger("vistel")
+    before = ours.level
+    ours.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        ours.setLevel(before)
+
+
 @asynccontextmanager
 async def running(conference: Conference, services: Sequence[ModuleType]) -> AsyncIterator[DeviceSession]:
     """The services of every site, and what is simulated, for as long as the block lasts."""
-    logging.getLogger("vistel").setLevel(logging.ERROR)
     clock = SystemClock()
     network = MemoryNetwork()
-    with tempfile.TemporaryDirectory(prefix="vistel-") as folder:
+    with tempfile.TemporaryDirectory(prefix="vistel-") as folder, _quietly():
         paths = RunPaths(Path(folder), Path(folder))
         begin_ns = clock.now_ns()
         session = DeviceSession(network.bus(conference.name, "here", clock, None), clock, begin_ns, [], {})
