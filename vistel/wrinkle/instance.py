@@ -67,7 +67,7 @@ class Strokes:
 
 
 def strokes(instance: Instance) -> Strokes:
-    """The segments of a wrinkle; curves are sampled so that a segment is no longer than a tenth of the radius."""
+    """The segments of a wrinkle; curves are sampled so that a segment is no longer than a sixteenth of the radius."""
     lines: list[F64] = []
     spans: list[F64] = []
     values: list[F64] = []
@@ -76,7 +76,7 @@ def strokes(instance: Instance) -> Strokes:
     for branch, points in zip(shape.branches, instance.control_points(), strict=True):
         radius = instance.thickness * branch.thicknesses
         length = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        count = np.clip(np.ceil(length / (0.1 * np.minimum(radius[1:], radius[:-1]))), 2, MOST_SAMPLES).astype(np.int64)
+        count = np.clip(np.ceil(length / (np.minimum(radius[1:], radius[:-1]) / 16.0)), 2, MOST_SAMPLES).astype(np.int64)
         at, parameter = sampled(points, count)
         lines.append(np.hstack((at[:-1], at[1:])))
         k = np.repeat(np.arange(len(count)), count)

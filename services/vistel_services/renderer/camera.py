@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,15 +21,15 @@ ROOM_FIELD_OF_VIEW = math.radians(42.0)
 
 
 @dataclass(frozen=True)
-class Pinhole:
+class Pinhole(ABC):
     """position: (3,) room frame [m]. rotation: (3, 3) camera to room; the camera looks along its -Z, +Y up."""
 
     position: F64
     rotation: F64
 
+    @abstractmethod
     def edges(self, aspect: float) -> tuple[float, float, float, float]:
         """Left, right, bottom and top of the picture at distance one; `aspect` is width / height."""
-        raise NotImplementedError
 
     def view(self) -> F64:
         """(4, 4) room to camera."""

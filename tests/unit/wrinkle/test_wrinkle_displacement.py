@@ -55,7 +55,7 @@ def test_a_map_is_the_densities_of_its_definition(turn: float, unit: float, thic
     of = displacement_map([instance], (1.0, 1.0), 200)
     rows, columns = np.random.default_rng(0).integers(0, 200, (2, 60))
     places = np.stack(((columns + 0.5) * of.step, (200 - rows - 0.5) * of.step), axis=1)
-    assert np.allclose(of.height[rows, columns], heights_at(instance, places), atol=1e-4)
+    assert np.allclose(of.height[rows, columns], heights_at(instance, places), atol=4e-5)
 
 
 @pytest.mark.parametrize("end", ["round", "taper", "vanish"])
