@@ -119,12 +119,32 @@ class DeviceSite:
             await asyncio.gather(*tasks, return_exceptions=True)
 
     async def until(self, condition: Callable[[], bool], at_most_s: float = 20.0) -> None:
-        async with asyncio.timeout(at_most_s):
-            while not condition():
-                await asyncio.sleep(0.01)
+        await until(condition, at_most_s)
 
     def truth(self, station: int, t_ns: int) -> tuple[np.ndarray, np.ndarray]:
         return pose(station, (t_ns - self.start_ns) * 1e-9)
+
+
+async def until(condition: Callable[[], bool], at_most_s: float = 20.0) -> None:
+    """Wait for `condition`."""
+    async with asyncio.timeout(at_most_s):
+        while not condition():
+            await asyncio.sleep(0.01)
+
+
+class Running:
+    """What runs side by side in a test until it is closed."""
+
+    def __init__(self, work: Iterable[Coroutine[Any, Any, None]]) -> None:
+        self.tasks = [asyncio.create_task(w) for w in work]
+
+    async def until(self, condition: Callable[[], bool]) -> None:
+        await until(condition)
+
+    async def close(self) -> None:
+        for task in self.tasks:
+            task.cancel()
+        await asyncio.gather(*self.tasks, return_exceptions=True)
 
 
 def run(scenario: Coroutine[Any, Any, None]) -> None:

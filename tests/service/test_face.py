@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 import socket
 from pathlib import Path
 
 import numpy as np
-from device_site import STATE, RecordingBus, run
+from device_site import STATE, RecordingBus, Running, run
 from virtual_time import LoopClock
 
 from vistel.conference.devices import FaceConfig
@@ -29,7 +28,7 @@ from vistel_sim.process import simulated_senders
 F = "ann-face"
 
 
-class Hall:
+class Hall(Running):
     """The service, a simulated phone, and what was published."""
 
     def __init__(self, folder: Path, faults: tuple[Fault, ...] = (), phone: bool = True) -> None:
@@ -44,21 +43,11 @@ class Hall:
         if phone:
             phones = simulated_senders(conference, motion, self.paths, self.clock, self.start_ns, faults=faults)
             work += [p.run() for p in phones]
-        self.tasks = [asyncio.create_task(w) for w in work]
+        super().__init__(work)
 
     @property
     def frames(self) -> list[FaceFrame]:
         return self.bus.on("face", F)
-
-    async def until(self, condition) -> None:
-        async with asyncio.timeout(20):
-            while not condition():
-                await asyncio.sleep(0.01)
-
-    async def close(self) -> None:
-        for task in self.tasks:
-            task.cancel()
-        await asyncio.gather(*self.tasks, return_exceptions=True)
 
 
 def test_a_phone_is_heard_missed_and_heard_again(tmp_path: Path) -> None:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 import socket
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from device_site import STATE, RecordingBus, run
+from device_site import STATE, RecordingBus, Running, run
 from virtual_time import LoopClock
 
 from vistel.conference.devices import TrackerConfig
@@ -82,7 +80,7 @@ def test_elbows_fingers_and_legs_are_those_of_the_body(tmp_path: Path) -> None:
     assert all(seen[name] == pytest.approx(solved.posture.joints[name], abs=math.radians(0.2)) for name in LEGS)
 
 
-class Suite:
+class Suite(Running):
     """The tracker service and a simulated suite that sends to it, over UDP."""
 
     def __init__(self, folder: Path, faults: tuple[Fault, ...] = (), sends: bool = True) -> None:
@@ -95,21 +93,11 @@ class Suite:
         if sends:
             senders = simulated_senders(conference, open_motion(conference), self.paths, self.clock, start_ns, faults=faults)
             work += [s.run() for s in senders]
-        self.tasks = [asyncio.create_task(w) for w in work]
+        super().__init__(work)
 
     @property
     def frames(self) -> list[TrackerFrame]:
         return self.bus.on("tracker", T)
-
-    async def until(self, condition: Callable[[], bool]) -> None:
-        async with asyncio.timeout(20):
-            while not condition():
-                await asyncio.sleep(0.01)
-
-    async def close(self) -> None:
-        for task in self.tasks:
-            task.cancel()
-        await asyncio.gather(*self.tasks, return_exceptions=True)
 
 
 def test_a_suite_whose_network_goes_is_missed_and_heard_again(tmp_path: Path) -> None:
