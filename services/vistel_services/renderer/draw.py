@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from vistel.implicit.deform_plan import FramePlan
 from vistel.space.files.surfaces import Piece
 from vistel.space.tessellate import Surface3
+from vistel_services.renderer.canvas import Canvas
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
 from vistel_services.renderer.overlays import LabelView, Names, Pane, Projectors
@@ -130,22 +131,10 @@ class Painter:
     def __init__(
         self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None, screens: Sequence[Screen] = ()
     ) -> None:
-        self.surface, self.width, self.height, self._deformer = surface, width, height, deformer
-        self._whole: Box = (0, 0, width, height)
+        self.surface, self._deformer = surface, deformer
         ctx = self.ctx = surface.ctx
         self.software = surface.capability.software
         self.saves_shadows = self.software
-        self._colour = ctx.texture((width, height), 4)
-        self._colour.repeat_x = self._colour.repeat_y = False
-        self._target = ctx.framebuffer([self._colour], ctx.depth_renderbuffer((width, height)))
-        # Software GL pays for every sample: no multisampling there.
-        samples = 0 if self.software else min(4, ctx.max_samples)
-        self._multisampled = None
-        if samples > 1:
-            self._multisampled = ctx.framebuffer(
-                [ctx.renderbuffer((width, height), 4, samples=samples)],
-                ctx.depth_renderbuffer((width, height), samples=samples),
-            )
         self._figure_texels = 1024 if self.software else 8192
         cheap = ("LIGHT_PER_VERTEX", "ONE_TAP") if self.software else ()
         self._figure_program = program(ctx, "figure", defines=cheap)
@@ -158,9 +147,31 @@ class Painter:
         self._casters: list[moderngl.VertexArray] = []
         self._furniture: Solid | None = None
         self._pane = Pane(ctx)
-        self._names = Names(ctx, self._pane, max(12, round(height * 0.052)))
-        self._projectors = Projectors(ctx, screens)
+        self._names = Names(ctx, self._pane)
+        self._projectors = Projectors(ctx)
         self._drawn = 0
+        # Software GL pays for every sample: no multisampling there.
+        self._samples = 0 if self.software else min(4, ctx.max_samples)
+        self._canvas = Canvas(ctx, width, height, self._samples)
+        self._fit(screens)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of its picture in pixels."""
+        return self._canvas.size
+
+    def resize(self, width: int, height: int, screens: Sequence[Screen] = ()) -> None:
+        """Draw pictures of this size from now on, with these screens in them."""
+        old, self._canvas = self._canvas, Canvas(self.ctx, width, height, self._samples)
+        self._canvas.target.use()  # before the old one goes: moderngl binds again what was bound
+        old.release()
+        self._fit(screens)
+
+    def _fit(self, screens: Sequence[Screen]) -> None:
+        width, height = self.size
+        self._whole: Box = (0, 0, width, height)
+        self._names.line = max(12, round(height * 0.052))
+        self._projectors.screens = screens
 
     # -- what is drawn -------------------------------------------------------------------------------------------
 
@@ -208,7 +219,6 @@ class Painter:
 
     def draw(self, frame: Frame) -> None:
         """Draw into the picture."""
-        ctx = self.ctx
         things = [(t, solid) for t in frame.things for solid in self._things.get(t.id, ())]
         views: list[tuple[Sight, F64, list[FigureView]]] = []
         for sight in frame.sights:
@@ -218,7 +228,7 @@ class Painter:
         for view in {v.name: v for _, _, seen in views for v in seen}.values():
             self._put(view)
         self._shadows(frame, things)
-        target = self._multisampled or self._target
+        target = self._canvas.target
         target.use()
         target.color_mask = (True, True, True, True)
         target.viewport = self._whole
@@ -231,8 +241,7 @@ class Painter:
         target.color_mask = (True, True, True, True)
         self._projectors.join(target)
         target.viewport = self._whole
-        if self._multisampled is not None:
-            ctx.copy_framebuffer(self._target, self._multisampled)
+        self._canvas.resolve()
         self._drawn += 1
 
     def _paint(
@@ -265,11 +274,11 @@ class Painter:
     def read_into(self, out: U8) -> None:
         """The picture as (height, width, 4) RGBA bytes, first row at the *bottom*."""
         self.surface.finish()
-        self._target.read_into(out, components=4, alignment=1)
+        self._canvas.read_into(out)
 
     def image(self) -> U8:
         """The picture as (height, width, 3) RGB, first row at the top."""
-        out = np.empty((self.height, self.width, 4), np.uint8)
+        out = np.empty((self.size[1], self.size[0], 4), np.uint8)
         self.read_into(out)
         return np.ascontiguousarray(out[::-1, :, :3])
 
@@ -278,14 +287,15 @@ class Painter:
         width, height = self.surface.window_size()
         if width and height:
             # As large as fits, the picture's shape kept.
-            scale = min(width / self.width, height / self.height)
-            w, h = self.width * scale / width, self.height * scale / height
+            own_width, own_height = self.size
+            scale = min(width / own_width, height / own_height)
+            w, h = own_width * scale / width, own_height * scale / height
             screen = self.ctx.screen
             screen.use()
             screen.viewport = (0, 0, width, height)
             self.ctx.enable_only(moderngl.NOTHING)
             screen.clear()
-            self._colour.use(0)
+            self._canvas.colour.use(0)
             self._pane.draw((-w, -h, w, h), 0.0)
         return self.surface.show()
 

@@ -41,9 +41,10 @@ class Pane:
 class Names:
     """Labels over places of the room; `line`: height of a name [pixels]."""
 
-    def __init__(self, ctx: moderngl.Context, pane: Pane, line: int) -> None:
-        self._ctx, self._pane, self._line = ctx, pane, line
-        self._textures: dict[Label, moderngl.Texture] = {}
+    def __init__(self, ctx: moderngl.Context, pane: Pane) -> None:
+        self._ctx, self._pane = ctx, pane
+        self.line = 12
+        self._textures: dict[tuple[Label, int], moderngl.Texture] = {}
 
     def draw(self, labels: Sequence[LabelView], eye: F64, clip: F64, size: tuple[int, int]) -> None:
         """Those in sight of `eye` (3,), the farthest first, into a picture of `size` pixels; clip: (4, 4) from the room."""
@@ -64,21 +65,22 @@ class Names:
             x, y = fits
             texture.use(0)
             self._pane.draw((2 * x / width - 1, 2 * y / height - 1, 2 * (x + w) / width - 1, 2 * (y + h) / height - 1), depth)
-        for label in set(self._textures) - {view.label for view in labels}:
-            self._textures.pop(label).release()
+        for known in set(self._textures) - {(view.label, self.line) for view in labels}:
+            self._textures.pop(known).release()
 
     def _texture(self, label: Label) -> moderngl.Texture:
-        if label not in self._textures:
-            self._textures[label] = texture_of(self._ctx, paint_label(label, self._line), False, mipmaps=False)
-        return self._textures[label]
+        key = label, self.line
+        if key not in self._textures:
+            self._textures[key] = texture_of(self._ctx, paint_label(label, self.line), False, mipmaps=False)
+        return self._textures[key]
 
 
 class Projectors:
     """Fades and tints what neighbouring projectors show, so that their pictures join."""
 
-    def __init__(self, ctx: moderngl.Context, screens: Sequence[Screen]) -> None:
+    def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._todo = [(s, box) for s, box in zip(screens, boxes(screens), strict=True) if not s.plain]
+        self.screens: Sequence[Screen] = ()
         self._program = program(ctx, "correct")
         self._vao = ctx.vertex_array(self._program, [(_corners(ctx), "2f", "corner")])
 
@@ -86,7 +88,9 @@ class Projectors:
         """Correct the picture that is in `target`."""
         self._ctx.enable_only(moderngl.BLEND)
         self._ctx.blend_func = moderngl.DST_COLOR, moderngl.ZERO
-        for screen, box in self._todo:
+        for screen, box in zip(self.screens, boxes(self.screens), strict=True):
+            if screen.plain:
+                continue
             target.viewport = box
             put(self._program, gain=screen.gain, blend=screen.blend)
             self._vao.render(moderngl.TRIANGLE_STRIP)

@@ -8,7 +8,7 @@ Two of them make the V of walls of Singh §6.1. A desktop's stereo is the same w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -69,6 +69,10 @@ class Screen:
             position + turn @ np.array(corner) for corner in (config.lower_left, config.lower_right, config.upper_left)
         )
         return Screen(config.name, low_left, low_right, up_left, config.width, config.height, config.gain, config.blend)
+
+    def scaled(self, scale: float) -> Screen:
+        """The same with a picture of `scale` times the width and height."""
+        return replace(self, width=max(1, round(scale * self.width)), height=max(1, round(scale * self.height)))
 
     def seen_from(self, eye: F64) -> WindowCamera | None:
         """What an eye at (3,) sees through it; None from behind, and from as good as within its plane."""

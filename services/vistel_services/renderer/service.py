@@ -32,6 +32,7 @@ from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.ready import decor_of
+from vistel_services.renderer.resolution import Resolution
 from vistel_services.renderer.screens import Screen, Stereo, picture_size
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio, View
@@ -47,6 +48,7 @@ _FRAME_TIME = Histogram(
 )  # fmt: skip
 _RATE = Gauge("vistel_renderer_rate_hertz", "Pictures per second over the last report", ["site"])
 _AGE = Gauge("vistel_renderer_motion_age_seconds", "Age of the newest motion when drawn", ["site", "participant"])
+_SCALE = Gauge("vistel_renderer_resolution_ratio", "Drawn part of the picture's width and height", ["site"])
 
 _REPORT_NS = 500_000_000
 _RETRY_S = 2.0
@@ -57,7 +59,8 @@ _NO_GL_RETRY_S = 30.0
 class Config:
     """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
     seats: of the room; video: the MP4 to write, None for none; avatars: files of participants; sound: whether the site's
-    sound is streamed, for the MP4; room: what the conference file says of the room, where files hold some of it."""
+    sound is streamed, for the MP4; room: what the conference file says of the room, where files hold some of it; whole:
+    every pixel is drawn, however long it takes."""
 
     site: str
     view: View
@@ -68,6 +71,7 @@ class Config:
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
     sound: bool = False
     room: RoomKeys | None = None
+    whole: bool = False
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -85,7 +89,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
         paths.video(site.name) if shown.video else None, files_of(conference), bool(site.audio and site.audio.stream),
-        conference.room if conference.room.from_files else None,
+        conference.room if conference.room.from_files else None, shown.resolution == "full",
     )  # fmt: skip
 
 
@@ -232,6 +236,7 @@ class _Easel:
         self._config, self._thread = config, thread
         self._load = partial(load_shape, files=config.avatars, parcel=deliveries.parcel)
         self._view = config.view
+        self._resolution = None if config.whole else Resolution(config.rate, config.view.height)
         self._studio: Studio | None = None
         self._started = False
 
@@ -284,9 +289,21 @@ class _Easel:
                 (time.perf_counter() - began) * 1e3,
             )  # fmt: skip
             return None
+        began_ns = time.perf_counter_ns()
         picture = self._studio.render(instant)
+        if self._resolution is not None and self._studio.complete:
+            self._follow(self._studio, self._resolution, time.perf_counter_ns(), began_ns)
         if self._studio.closed_by_user:
             log.info("event=window_closed using=headless")
             self._studio.close()
             self._studio, self._view = None, replace(self._view, window=False)
         return picture
+
+    def _follow(self, studio: Studio, resolution: Resolution, now_ns: int, began_ns: int) -> None:
+        """As many pixels as there is time for."""
+        before = resolution.scale
+        scale = resolution.drew(now_ns, now_ns - began_ns)
+        if scale != before:
+            studio.draw_at(scale)
+            _SCALE.labels(self._config.site).set(scale)
+            log.info("event=resolution scale=%.2f took_ms=%.0f", scale, (now_ns - began_ns) * 1e-6)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,6 +41,7 @@ from vistel_services.renderer.screens import (
     Stereo,
     eyes_apart,
     eyes_before,
+    picture_size,
     sights_of_desktop,
     sights_of_screens,
 )
@@ -103,6 +105,7 @@ class Studio:
         self.capability = self._surface.capability
         self._deformer = open_deformer(self._surface, view.engine)
         self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens)
+        self._scale, self._screens = 1.0, view.screens
         room = decor.room if decor else meeting_room(seats)
         self._models = decor.models if decor else {}
         self._fixed = {t.id for t in drawn_with_room(room)}
@@ -130,13 +133,25 @@ class Studio:
         self._meet(instant)
         self._furnish(instant)
         self.painter.draw(self._frame(instant))
-        out = np.empty((self.view.height, self.view.width, 4), np.uint8)
+        drawn, shown = self.painter.size, (self.view.width, self.view.height)
+        out = np.empty((drawn[1], drawn[0], 4), np.uint8)
         self.painter.read_into(out)
         if self.capability.software and self._smoothing.done():
             out = antialias(out)
+        if drawn != shown:
+            out = np.asarray(cv2.resize(out, shown, interpolation=cv2.INTER_LINEAR), np.uint8)
         if not self.painter.show():
             self.closed_by_user = True
         return out
+
+    def draw_at(self, scale: float) -> None:
+        """Draw only `scale` times the width and height from now on; pictures keep their size."""
+        if scale == self._scale:
+            return
+        self._scale = scale
+        self._screens = tuple(s.scaled(scale) for s in self.view.screens)
+        one = round(scale * self.view.width), round(scale * self.view.height)
+        self.painter.resize(*(picture_size(self._screens) if self._screens else one), self._screens)
 
     @property
     def complete(self) -> bool:
@@ -229,7 +244,7 @@ class Studio:
         sizes: list[float] = []
         for sight in self._from:
             away = float(np.linalg.norm(sight.camera.position - hips))
-            height = sight.box[3] if sight.box else self.view.height
+            height = sight.box[3] if sight.box else self.painter.size[1]
             sizes.append(sight.camera.pixels_per_m(max(NEAREST, away - ARM), height))
         return max(sizes)
 
@@ -241,14 +256,13 @@ class Studio:
             if viewer is not None:
                 sockets = viewer.joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]]
                 self._eyes = eyes_apart(sockets, view.eye_distance)
-            return sights_of_screens(view.screens, self._eyes, view.stereo, self._drawn)
+            return sights_of_screens(self._screens, self._eyes, view.stereo, self._drawn)
         camera = self.camera or overview()
         if view.kind == "seat" and viewer is not None:
             camera = self._camera.follow(instant.now_ns, viewer.joints)
         if view.stereo is Stereo.MONO:
             return [Sight(camera)]
-        size = view.width, view.height
-        return sights_of_desktop(camera, size, view.stereo, self._drawn, view.eye_distance, view.convergence)
+        return sights_of_desktop(camera, self.painter.size, view.stereo, self._drawn, view.eye_distance, view.convergence)
 
     def _label(self, instant: Instant, person: PersonNow, cast: _Cast) -> Label:
         if person.timing.age_ns > NO_SIGNAL_NS:

@@ -261,3 +261,21 @@ def test_things_come_change_and_go() -> None:
         assert studio.painter.error() == "GL_NO_ERROR"
     finally:
         studio.close()
+
+
+@pytest.mark.parametrize("scale", [0.84, 0.5])
+def test_a_picture_drawn_of_fewer_pixels_shows_the_same_in_the_same_size(scale: float) -> None:
+    studio = Studio(View(WIDTH, HEIGHT, "room", "", False), 3, load=shapes)
+    try:
+        people = meeting("ada", "grace", "linus")
+        studio.render(people)
+        whole = studio.render(people).copy()
+        studio.draw_at(scale)
+        coarse = studio.render(people).copy()
+        assert coarse.shape == whole.shape
+        assert 0.5 < difference(coarse[..., :3], whole[..., :3]).mean() < 12.0
+        studio.draw_at(1.0)
+        assert difference(studio.render(people)[..., :3], whole[..., :3]).mean() < 0.5
+        assert studio.painter.error() == "GL_NO_ERROR"
+    finally:
+        studio.close()

@@ -1,0 +1,41 @@
+"""What is drawn on: colour and depth of a picture, smoothed by many samples where that is cheap."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+U8 = NDArray[np.uint8]
+
+
+class Canvas:
+    """A picture of `width` x `height` pixels; `target` is drawn into, `colour` holds it once it is `resolve`d."""
+
+    def __init__(self, ctx: moderngl.Context, width: int, height: int, samples: int) -> None:
+        self._ctx = ctx
+        self.size = width, height
+        self.colour = ctx.texture(self.size, 4)
+        self.colour.repeat_x = self.colour.repeat_y = False
+        self._depth = ctx.depth_renderbuffer(self.size)
+        self._plain = self.target = ctx.framebuffer([self.colour], self._depth)
+        self._parts: list[moderngl.Framebuffer | moderngl.Renderbuffer | moderngl.Texture]
+        self._parts = [self._plain, self.colour, self._depth]
+        if samples > 1:
+            many = ctx.renderbuffer(self.size, 4, samples=samples), ctx.depth_renderbuffer(self.size, samples=samples)
+            self.target = ctx.framebuffer([many[0]], many[1])
+            self._parts += [self.target, *many]
+
+    def resolve(self) -> None:
+        """Bring what was drawn into `colour`."""
+        if self.target is not self._plain:
+            self._ctx.copy_framebuffer(self._plain, self.target)
+
+    def read_into(self, out: U8) -> None:
+        """The resolved picture as (height, width, 4) RGBA bytes, first row at the bottom."""
+        self._plain.read_into(out, components=4, alignment=1)
+
+    def release(self) -> None:
+        """Give everything back."""
+        for part in self._parts:
+            part.release()
