@@ -233,8 +233,21 @@ class Ownership(_message.Message):
     until_ns: int
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., event: _Optional[_Union[Ownership.Event, str]] = ..., participant: _Optional[str] = ..., thing: _Optional[str] = ..., owner: _Optional[str] = ..., until_ns: _Optional[int] = ...) -> None: ...
 
+class Selections(_message.Message):
+    __slots__ = ("of",)
+    class Selection(_message.Message):
+        __slots__ = ("participant", "things")
+        PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+        THINGS_FIELD_NUMBER: _ClassVar[int]
+        participant: str
+        things: _containers.RepeatedScalarFieldContainer[str]
+        def __init__(self, participant: _Optional[str] = ..., things: _Optional[_Iterable[str]] = ...) -> None: ...
+    OF_FIELD_NUMBER: _ClassVar[int]
+    of: _containers.RepeatedCompositeFieldContainer[Selections.Selection]
+    def __init__(self, of: _Optional[_Iterable[_Union[Selections.Selection, _Mapping]]] = ...) -> None: ...
+
 class WorldState(_message.Message):
-    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone", "frame", "check", "order")
+    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone", "frame", "check", "order", "selections")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     KEY_FIELD_NUMBER: _ClassVar[int]
@@ -251,6 +264,7 @@ class WorldState(_message.Message):
     FRAME_FIELD_NUMBER: _ClassVar[int]
     CHECK_FIELD_NUMBER: _ClassVar[int]
     ORDER_FIELD_NUMBER: _ClassVar[int]
+    SELECTIONS_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     step: int
     key: bool
@@ -267,7 +281,8 @@ class WorldState(_message.Message):
     frame: bytes
     check: int
     order: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ..., frame: _Optional[bytes] = ..., check: _Optional[int] = ..., order: _Optional[_Iterable[str]] = ...) -> None: ...
+    selections: Selections
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ..., frame: _Optional[bytes] = ..., check: _Optional[int] = ..., order: _Optional[_Iterable[str]] = ..., selections: _Optional[_Union[Selections, _Mapping]] = ...) -> None: ...
 
 class WorldInputs(_message.Message):
     __slots__ = ("header", "step", "motions", "command_ids", "people", "commands", "private_state", "props")
@@ -350,6 +365,45 @@ class WorldHandover(_message.Message):
     term: int
     due_ns: int
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., private_state: _Optional[bytes] = ..., term: _Optional[int] = ..., due_ns: _Optional[int] = ...) -> None: ...
+
+class RoomPlan(_message.Message):
+    __slots__ = ("header", "shell", "seats")
+    class Seat(_message.Message):
+        __slots__ = ("position", "heading")
+        POSITION_FIELD_NUMBER: _ClassVar[int]
+        HEADING_FIELD_NUMBER: _ClassVar[int]
+        position: _geometry_pb2.Vec3
+        heading: float
+        def __init__(self, position: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., heading: _Optional[float] = ...) -> None: ...
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    SHELL_FIELD_NUMBER: _ClassVar[int]
+    SEATS_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    shell: bool
+    seats: _containers.RepeatedCompositeFieldContainer[RoomPlan.Seat]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., shell: _Optional[bool] = ..., seats: _Optional[_Iterable[_Union[RoomPlan.Seat, _Mapping]]] = ...) -> None: ...
+
+class AssetRequest(_message.Message):
+    __slots__ = ("digest", "part")
+    DIGEST_FIELD_NUMBER: _ClassVar[int]
+    PART_FIELD_NUMBER: _ClassVar[int]
+    digest: str
+    part: int
+    def __init__(self, digest: _Optional[str] = ..., part: _Optional[int] = ...) -> None: ...
+
+class AssetPart(_message.Message):
+    __slots__ = ("header", "parts", "size", "data", "reason")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    PARTS_FIELD_NUMBER: _ClassVar[int]
+    SIZE_FIELD_NUMBER: _ClassVar[int]
+    DATA_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    parts: int
+    size: int
+    data: bytes
+    reason: str
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., parts: _Optional[int] = ..., size: _Optional[int] = ..., data: _Optional[bytes] = ..., reason: _Optional[str] = ...) -> None: ...
 
 class JournalStep(_message.Message):
     __slots__ = ("inputs", "motions")

@@ -136,6 +136,10 @@ TOPICS: tuple[Topic, ...] = (
           "the whole room, for late joiners"),
     Topic("world_handover", f"{_WORLD}/handover", world_pb2.WorldHandover, 0, _Q, _W, False,
           "the room, for another world that takes it over"),
+    Topic("room_plan", f"{_WORLD}/plan", world_pb2.RoomPlan, 0, _Q, _W, False,
+          "seats and walls of a room from a file, for sites that do not have it"),
+    Topic("room_asset", f"{_WORLD}/asset", world_pb2.AssetPart, 0, _Q, _W, False,
+          "polymeshes and pictures of things from files, by digest"),
     Topic("clock", "vistel/{conference}/clock", service_pb2.ClockReply, 0, _Q, _H, False,
           "conference time"),
 )  # fmt: skip
