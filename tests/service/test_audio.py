@@ -213,6 +213,54 @@ def test_a_silent_device_is_named_and_its_next_word_is_heard_on_time(tmp_path: P
     play(Conference(tmp_path, loudness=always), script)
 
 
+@pytest.mark.parametrize("stood_s", [0.3, 0.7])
+def test_a_microphone_that_stood_still_for_a_moment_is_heard_with_its_picture_at_once(tmp_path: Path, stood_s: float) -> None:
+    async def script(c: Conference) -> None:
+        c.image_s = 0.2
+        await c.go_on(4.0)
+        for _ in range(3):
+            strike(c, "stall", stood_s)  # what was said meanwhile is missing, and nothing says so
+            await c.go_on(6.0)
+            assert c.voice.needed_s < 0.12
+            assert c.voice.actual_s == pytest.approx(0.2, abs=0.003)
+            assert c.voice.skew_s == pytest.approx(0.0, abs=0.003)
+
+    conference = Conference(tmp_path, loudness=always)
+    stamps: list[int] = []
+
+    async def watched(c: Conference) -> None:
+        voices = c.oslo.subscribe(BY_NAME["voice"], queue_all=True)
+        await script(c)
+        stamps.extend(s.message.header.t_ns for s in voices.take())
+
+    play(conference, watched)
+    steps = np.diff(stamps) / 1e6
+    assert np.all(steps > 19.0), "a frame was sent twice, or one before another"
+    assert np.count_nonzero(steps >= 1e3 * stood_s - 20.0) >= 3
+
+
+def test_a_delay_unit_is_asked_for_less_when_the_picture_comes_sooner(tmp_path: Path) -> None:
+    async def script(c: Conference) -> None:
+        unit = c.oslo.publish(BY_NAME["equipment_status"], equipment="unit")
+        asked = c.oslo.subscribe(BY_NAME["equipment_request"])
+        does_s = 0.0013
+        for k in range(60):
+            for sample in asked.take():
+                does_s = 0.0013 + sample.message.settings[0].value
+            unit.put(EquipmentStatus(equipment="unit", state=EquipmentStatus.STATE_OBSERVED, delay_known=True, acoustic_s=does_s))
+            # A renderer's picture: as late as its drawing makes it, or as the voice that is waited for.
+            drawn_s = 0.3 if k < 20 else 0.15
+            c.image_s = max(drawn_s + 0.01 * (k % 2), c.voice.needed_s + 0.01 if "oslo" in c.said and k else 0.0)
+            await c.go_on(0.5)
+            if k == 19:
+                assert does_s > 0.15
+        assert c.image_s < 0.17
+        assert does_s < 0.12
+        assert c.voice.skew_s == pytest.approx(0.0, abs=0.012)
+
+    play(Conference(tmp_path, loudness=always, delay_unit="unit"), script)
+
+
 def test_an_over_driven_microphone_is_told(tmp_path: Path) -> None:
     async def script(c: Conference) -> None:
         await c.go_on(1.0)

@@ -12,6 +12,8 @@ _STILL_S = 0.003
 """Reports that differ by less are noise."""
 _REPORTS = 5
 _FORGET_NS = 5_000_000_000
+_SHARE_NS = 4_000_000_000
+_SHARE_MARGIN_S = 0.020
 MARGIN_S = 0.020
 """Besides the transit of frames: what is mixed reaches this far into the future."""
 
@@ -76,3 +78,26 @@ class Target:
             self._value_s += min(most, max(-most, goal - self._value_s))
         self._at_ns = now_ns
         return self._value_s
+
+
+class UnitShare:
+    """How much of what all voices can spare a delay unit behind the loudspeaker takes over.
+
+    Voices follow their pictures from report to report; a unit moves slowly, and can be heard to move. So it takes what
+    was to spare all the time lately, and leaves a margin: it gives way before voices would be late because of it.
+    """
+
+    def __init__(self) -> None:
+        self._spare: deque[tuple[int, float]] = deque()
+        self._since_ns: int | None = None
+
+    def wanted_s(self, now_ns: int, spare_s: float) -> float | None:
+        """What to ask of it now; None: too little is known yet."""
+        if self._since_ns is None:
+            self._since_ns = now_ns
+        self._spare.append((now_ns, spare_s))
+        while now_ns - self._spare[0][0] > _SHARE_NS:
+            self._spare.popleft()
+        if now_ns - self._since_ns < _SHARE_NS:
+            return None
+        return max(0.0, min(spare for _, spare in self._spare) - _SHARE_MARGIN_S)

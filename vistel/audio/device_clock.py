@@ -8,8 +8,8 @@ _BUCKET_NS = 500_000_000
 _BUCKETS = 40
 _LEAST_BUCKETS = 8
 _EARLY_S = 0.010
-_LOST_S, _LOST_BUCKETS = 0.060, 3
-"""When all that is seen in so many half seconds is so late, samples are missing."""
+_LATE_S, _LOST_NS, _LOST_SIGHTINGS = 0.060, 200_000_000, 4
+"""When all that is seen for so long, so many times at least, is so late, samples are missing."""
 MOST_PPM = 1000.0
 """No sound card is further off; a line that says so is one of late arrivals."""
 
@@ -19,6 +19,9 @@ class DeviceClock:
 
     Samples are seen late, now and then very late, and never early: what counts is the earliest sighting of each half
     second. A straight line through those of the last twenty seconds gives the drift.
+
+    A sighting that is very late means one of two things, and which of them only the next ones tell: the samples are seen
+    late, or some are missing and all that come from now on are later than they seem. Until then the clock is `doubtful`.
     """
 
     def __init__(self, rate_hz: float) -> None:
@@ -29,7 +32,12 @@ class DeviceClock:
         self._best: tuple[float, float] | None = None
         self._points: list[tuple[float, float]] = []
         self._line = (0.0, 0.0)
-        self._lost = 0
+        self._late: tuple[int, int] | None = None
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether what is seen now is so late that times may be wrong; for a fifth of a second at most."""
+        return self._late is not None
 
     @property
     def drift_ppm(self) -> float:
@@ -46,18 +54,24 @@ class DeviceClock:
             self._best = (played_s, late_s)
         if late_s < self._expected(played_s) - _EARLY_S:
             # Nothing is seen early: what was believed until now was late.
-            self._begin(late_s)
+            self._begin(played_s, late_s)
+        elif self._missing(late_s - self._expected(played_s), t_ns):
+            self._begin(played_s, late_s)
         if t_ns - self._bucket_ns >= _BUCKET_NS:
             best, self._best, self._bucket_ns = self._best, None, t_ns
-            lost = best[1] > self._expected(best[0]) + _LOST_S
-            self._lost = self._lost + 1 if lost else 0
-            if self._lost >= _LOST_BUCKETS:
-                # The device has left samples out, or was given new ones.
-                self._begin(best[1])
-            if not lost:
+            if best[1] <= self._expected(best[0]) + _LATE_S:
                 self._points.append(best)
                 del self._points[:-_BUCKETS]
                 self._fit()
+
+    def _missing(self, over_s: float, t_ns: int) -> bool:
+        """Whether the device has left samples out, or was given new ones."""
+        if over_s <= _LATE_S:
+            self._late = None
+            return False
+        since_ns, count = self._late or (t_ns, 0)
+        self._late = since_ns, count + 1
+        return t_ns - since_ns >= _LOST_NS and count + 1 >= _LOST_SIGHTINGS
 
     def time_ns(self, count: float) -> float:
         """When sample number `count` was captured. Raises ValueError before anything was seen."""
@@ -78,9 +92,9 @@ class DeviceClock:
     def _expected(self, played_s: float) -> float:
         return self._line[1] + self._line[0] * played_s
 
-    def _begin(self, late_s: float) -> None:
+    def _begin(self, played_s: float, late_s: float) -> None:
         self._points.clear()
-        self._line, self._lost = (0.0, late_s), 0
+        self._line, self._late, self._best = (0.0, late_s), None, (played_s, late_s)
 
     def _fit(self) -> None:
         points = np.array(self._points)

@@ -284,6 +284,16 @@ class WorldState(_message.Message):
     selections: Selections
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ..., frame: _Optional[bytes] = ..., check: _Optional[int] = ..., order: _Optional[_Iterable[str]] = ..., selections: _Optional[_Union[Selections, _Mapping]] = ...) -> None: ...
 
+class WorldDetail(_message.Message):
+    __slots__ = ("header", "step", "frame")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    FRAME_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    step: int
+    frame: bytes
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., frame: _Optional[bytes] = ...) -> None: ...
+
 class WorldInputs(_message.Message):
     __slots__ = ("header", "step", "motions", "command_ids", "people", "commands", "private_state", "props")
     class Used(_message.Message):
@@ -365,6 +375,36 @@ class WorldHandover(_message.Message):
     term: int
     due_ns: int
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., private_state: _Optional[bytes] = ..., term: _Optional[int] = ..., due_ns: _Optional[int] = ...) -> None: ...
+
+class WorldMoveRequest(_message.Message):
+    __slots__ = ("place", "force")
+    PLACE_FIELD_NUMBER: _ClassVar[int]
+    FORCE_FIELD_NUMBER: _ClassVar[int]
+    place: str
+    force: bool
+    def __init__(self, place: _Optional[str] = ..., force: _Optional[bool] = ...) -> None: ...
+
+class WorldMoveReply(_message.Message):
+    __slots__ = ("header", "outcome", "reason", "step")
+    class Outcome(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        OUTCOME_UNSPECIFIED: _ClassVar[WorldMoveReply.Outcome]
+        OUTCOME_MOVING: _ClassVar[WorldMoveReply.Outcome]
+        OUTCOME_LEADS: _ClassVar[WorldMoveReply.Outcome]
+        OUTCOME_BEHIND: _ClassVar[WorldMoveReply.Outcome]
+    OUTCOME_UNSPECIFIED: WorldMoveReply.Outcome
+    OUTCOME_MOVING: WorldMoveReply.Outcome
+    OUTCOME_LEADS: WorldMoveReply.Outcome
+    OUTCOME_BEHIND: WorldMoveReply.Outcome
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    OUTCOME_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    outcome: WorldMoveReply.Outcome
+    reason: str
+    step: int
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., outcome: _Optional[_Union[WorldMoveReply.Outcome, str]] = ..., reason: _Optional[str] = ..., step: _Optional[int] = ...) -> None: ...
 
 class RoomPlan(_message.Message):
     __slots__ = ("header", "shell", "seats")

@@ -124,6 +124,8 @@ TOPICS: tuple[Topic, ...] = (
           "the room, as changes: what moves, touches and is held, two steps in a message"),
     Topic("world_key", f"{_WORLD}/key", world_pb2.WorldState, 0.5, _R, _W, True,
           "the room, whole: where a log can be entered"),
+    Topic("world_detail", f"{_WORLD}/detail/{{participant}}", world_pb2.WorldDetail, 30, _N, _W, True,
+          "where things are that a participant sees well, when more move than `world_state` tells of"),
     Topic("hand_force", f"{_WORLD}/force/{{participant}}/{{hand}}", world_pb2.HandForce, 60, _N, _W, True,
           "what a hand (left or right) that touches something feels"),
     Topic("world_inputs", f"{_WORLD}/inputs", world_pb2.WorldInputs, 60, _R, _W, True,
@@ -140,6 +142,8 @@ TOPICS: tuple[Topic, ...] = (
           "seats and walls of a room from a file, for sites that do not have it"),
     Topic("room_asset", f"{_WORLD}/asset", world_pb2.AssetPart, 0, _Q, _W, False,
           "polymeshes and pictures of things from files, by digest"),
+    Topic("world_move", f"{_WORLD}/move", world_pb2.WorldMoveReply, 0, _Q, _W, False,
+          "asks the world at a place to take the room over"),
     Topic("clock", "vistel/{conference}/clock", service_pb2.ClockReply, 0, _Q, _H, False,
           "conference time"),
 )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -113,6 +114,8 @@ class Capture:
 
     def _cut(self) -> list[tuple[int, F32]]:
         out: list[tuple[int, F32]] = []
+        if self._clock.doubtful:
+            return out  # better late than stamped wrongly: receivers would wait for all that comes after
         while self._position is not None and len(out) < _MOST_FRAMES:
             pcm = self._one()
             if pcm is None:
@@ -129,6 +132,11 @@ class Capture:
         error = self._clock.count_at(self._next_ns) - self._position
         if abs(error) > _JUMP_S * rate:
             log.info("event=microphone_jump participant=%s by_ms=%.0f", self._name, error / rate * 1e3)
+            if error < 0.0:
+                # Samples are missing. Nothing is sent twice: the time that they would have filled stays empty.
+                missing = math.ceil(-error / rate * 1e9 / FRAME_NS)
+                self._next_ns += missing * FRAME_NS
+                error = self._clock.count_at(self._next_ns) - self._position
             self._position += error
             if self._position < self._tape.start + reach(step):
                 self._position = None

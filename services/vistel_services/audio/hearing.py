@@ -47,7 +47,7 @@ class Talker:
         """A frame has come."""
         t_ns = message.header.t_ns
         if message.opus:
-            self.need.observe(received_ns - t_ns)
+            self.need.observe(received_ns - t_ns, received_ns)
             self.level_db = message.level_db
             if message.talking:
                 self._talked.append(t_ns)
@@ -108,7 +108,7 @@ class Hearing:
                 voices[name] = block
         return self._mixer.mix(voices, self.ears)
 
-    def least_target_s(self, now_ns: int, output_s: float) -> float | None:
+    def spare_s(self, now_ns: int, output_s: float) -> float | None:
         """How much of the wanted delay is common to all and not needed for the network; None: nobody is there."""
         spare = [
             max(0.0, (t.target.image_s(now_ns) if self._policy.fixed_s is None else self._policy.fixed_s) - t.needed_s(output_s))
@@ -117,7 +117,8 @@ class Hearing:
         return min(spare) if spare else None
 
     def fill(self, message: SoundStatus, now_ns: int, heard_ns: float, output_s: float) -> None:
-        """Say how each voice is doing."""
+        """Say how each voice is doing. output_s: the least from handing over to the ear, without what is only held back
+        there: pictures would wait for that too, and voices for the pictures, on and on."""
         for name, talker in self._talkers.items():
             counters = talker.stream.counters
             image_s = talker.target.image_s(now_ns)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from prometheus_client import Gauge
 
 from vistel.audio.opus import FRAME_NS, Encoder, version
-from vistel.v1.audio_pb2 import EquipmentRequest, Sound, SoundStatus
+from vistel.v1.audio_pb2 import Sound, SoundStatus
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -22,6 +22,7 @@ from vistel_services.audio.hearing import Hearing
 from vistel_services.audio.inputs import open_input
 from vistel_services.audio.outputs import Loudspeaker
 from vistel_services.audio.speaking import Speaker
+from vistel_services.audio.unit import DelayUnit
 
 F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
@@ -31,8 +32,6 @@ _KNOWN = Gauge("vistel_audio_acoustic_delay_known", "1 while the delay after the
 _REPORT_NS = 250_000_000
 _PLACES_NS = 200_000_000
 _STREAM_BITRATE = 64_000
-_UNIT_STEP_S = 0.005
-"""A delay unit is asked anew only for changes above this: each one is a ramp that is heard."""
 
 
 async def run_audio(config: Config, bus: Bus, clock: Clock) -> None:
@@ -66,50 +65,6 @@ class _Stream:
         self._publication.put(message)
 
 
-class _Unit:
-    """The delay unit behind the loudspeaker, as far as its service tells; what is asked of it."""
-
-    def __init__(self, bus: Bus, name: str, site: str) -> None:
-        self.acoustic_s: float | None = None
-        self._name = name
-        self._status = bus.subscribe(BY_NAME["equipment_status"], polled=True, site=site, equipment=name)
-        self._requests = bus.publish(BY_NAME["equipment_request"], equipment=name)
-        self._asked_s: float | None = None
-        self._own_s = 0.0
-        self._register = "delay_1"
-
-    def take(self) -> None:
-        """Hear what it does."""
-        for sample in self._status.take():
-            status = sample.message
-            known = status.delay_known
-            if known != (self.acoustic_s is not None):
-                log.log(
-                    logging.INFO if known else logging.WARNING, "event=delay_unit known=%s detail=%r", known, status.detail
-                )
-            self.acoustic_s = status.acoustic_s if known else None
-            for value in status.values:
-                if value.name == "own_latency":
-                    self._own_s = value.observed
-
-    def ask(self, spare_s: float | None, now_ns: int) -> None:
-        """Have it hold back what all voices are to be held back by, its own latency taken off."""
-        if spare_s is None or self.acoustic_s is None:
-            return
-        wanted = max(0.0, spare_s - self._own_s)
-        if self._asked_s is not None and abs(wanted - self._asked_s) < _UNIT_STEP_S:
-            return
-        self._asked_s = wanted
-        message = EquipmentRequest(equipment=self._name)
-        message.settings.add(name="delay", value=wanted)
-        message.header.t_ns = now_ns
-        self._requests.put(message)
-
-    def close(self) -> None:
-        """Stop listening."""
-        self._status.close()
-
-
 class _Site:
     """Everything one site says and hears."""
 
@@ -131,7 +86,7 @@ class _Site:
         self._images = bus.subscribe(BY_NAME["image_delay"], polled=True, site=config.site)
         self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
         self._heads = Heads(bus, config.listener) if config.spatial else None
-        self._unit = _Unit(bus, config.delay_unit, config.site) if config.delay_unit else None
+        self._unit = DelayUnit(bus, config.delay_unit, config.site) if config.delay_unit else None
         self._places_ns = self._report_ns = 0
         self._heard_ns = 0.0
         self._shown: frozenset[str] = frozenset()
@@ -177,16 +132,17 @@ class _Site:
 
     def _report(self, now_ns: int) -> None:
         output_s = max(0.0, (self._loudspeaker.latency_ns * 1e-9) + self._after_s)
+        least_s = output_s
         if self._unit is not None:
-            # What the unit holds back already is no need of the network's.
-            self._unit.ask(self._hearing.least_target_s(now_ns, output_s - (self._unit.acoustic_s or 0.0)), now_ns)
+            least_s += self._unit.latency_s - (self._unit.acoustic_s or 0.0)
+            self._unit.ask(self._hearing.spare_s(now_ns, least_s), now_ns)
         message = SoundStatus(
             site=self._config.site, policy=str(self._config.policy), loudspeaker=self._loudspeaker.about,
             loudspeaker_detail=self._loudspeaker.detail, output_s=output_s,
             acoustic_known=self._unit is None or self._unit.acoustic_s is not None,
         )  # fmt: skip
         message.header.t_ns = now_ns
-        self._hearing.fill(message, now_ns, self._heard_ns, output_s)
+        self._hearing.fill(message, now_ns, self._heard_ns, least_s)
         for speaker in self._speakers:
             speaker.fill(message.microphones.add(), now_ns)
         _KNOWN.labels(self._config.site).set(float(message.acoustic_known))

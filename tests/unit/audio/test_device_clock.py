@@ -27,11 +27,28 @@ def test_rate_and_times_are_found_although_every_sighting_is_late(rate: float, p
     assert clock.count_at(clock.time_ns(count)) == pytest.approx(count, abs=1e-3 * rate)
 
 
-def test_samples_that_a_device_left_out_are_noticed_within_two_seconds() -> None:
+def test_while_it_is_not_clear_whether_samples_are_missing_the_clock_is_doubtful_and_then_right() -> None:
     clock, rng = DeviceClock(48_000.0), np.random.default_rng(4)
     follow(clock, 10.0, 0.0, rng)
-    follow(clock, 2.5, 0.0, rng, offset=24_000, begin_s=10.0)
-    assert clock.time_ns(12.4 * 48_000 - 24_000) == pytest.approx(12.4e9, abs=5e6)
+    assert not clock.doubtful
+    doubtful_s = 0.0
+    for k in range(1, 40):
+        t_s = 10.0 + 0.02 * k
+        clock.observe(round(t_s * 48_000.0) - 24_000, round(t_s * 1e9))
+        doubtful_s += 0.02 * clock.doubtful
+        if not clock.doubtful:
+            assert clock.time_ns(t_s * 48_000.0 - 24_000) == pytest.approx(t_s * 1e9, abs=5e6)
+    assert 0.15 < doubtful_s < 0.25
+
+
+def test_samples_that_come_late_all_together_are_not_taken_for_missing() -> None:
+    clock, rng = DeviceClock(48_000.0), np.random.default_rng(4)
+    follow(clock, 10.0, 0.0, rng)
+    clock.observe(round(10.02 * 48_000), 10_500_000_000)
+    assert clock.doubtful
+    clock.observe(round(10.5 * 48_000), 10_502_000_000)
+    assert not clock.doubtful
+    assert clock.time_ns(10.5 * 48_000) == pytest.approx(10.5e9, abs=5e6)
 
 
 def test_a_sighting_earlier_than_anything_expected_is_believed_at_once() -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
 from voice_sounds import vowel
 
-from vistel.audio.delay_policy import Policy, Target, read_policy
+from vistel.audio.delay_policy import Policy, Target, UnitShare, read_policy
 from vistel.audio.levels import SILENT_DB, Meter, is_clipped
 from vistel.audio.mixer import Limiter, Mixer
 from vistel.audio.need import Need
@@ -138,16 +139,62 @@ def test_twenty_loud_voices_do_not_clip_and_one_passes_unchanged() -> None:
     assert np.array_equal(Limiter().apply(np.full((4, 2), 0.5, np.float32)), np.full((4, 2), 0.5, np.float32))
 
 
-def test_a_need_grows_with_late_frames_and_has_a_margin_at_first() -> None:
+def observed(need: Need, transits_ms: Iterable[float], begin_ms: float = 0.0) -> float:
+    """Frames captured every 20 ms that took so long; when the last one was."""
+    at_ms = begin_ms
+    for transit_ms in transits_ms:
+        at_ms += 20.0
+        need.observe(round(transit_ms * 1e6), round((at_ms + transit_ms) * 1e6))
+    return at_ms
+
+
+def test_a_need_is_what_nearly_all_frames_keep_to_and_has_a_margin_at_first() -> None:
     need = Need()
-    need.observe(40_000_000)
+    assert not need.known
+    at_ms = observed(need, [40.0])
     assert need.transit_ns == 70_000_000
-    for k in range(300):
-        need.observe(40_000_000 + k % 10 * 1_000_000)
-    assert need.transit_ns == pytest.approx(49_000_000, abs=1_000_000)
-    for _ in range(300):
-        need.observe(30_000_000)
+    at_ms = observed(need, (40.0 + k % 10 for k in range(300)), at_ms)
+    assert need.transit_ns == 49_000_000
+    observed(need, [30.0] * 500, at_ms)
     assert need.transit_ns == 30_000_000
+
+
+def test_a_network_that_has_become_slower_is_needed_for_within_a_second() -> None:
+    need = Need()
+    at_ms = observed(need, [40.0] * 500)
+    observed(need, [120.0] * 75, at_ms)
+    assert need.transit_ns == 120_000_000
+
+
+@pytest.mark.parametrize("frames", [100, 500])
+def test_what_stood_still_once_is_not_waited_for_ever_after(frames: int) -> None:
+    need = Need()
+    at_ms = observed(need, [40.0] * frames)
+    stood_ms = 700.0
+    for k in range(35):  # all that was captured while it stood comes at once
+        need.observe(round((stood_ms - 20.0 * k) * 1e6), round((at_ms + stood_ms) * 1e6))
+    assert need.transit_ns == 40_000_000
+    observed(need, [40.0] * 100, at_ms + stood_ms)
+    assert need.transit_ns == 40_000_000
+
+
+def test_what_stands_still_again_and_again_is_waited_for() -> None:
+    need, at_ms = Need(), 0.0
+    for _ in range(6):
+        at_ms = observed(need, [40.0] * 60, at_ms)
+        need.observe(200_000_000, round((at_ms + 200.0) * 1e6))
+    assert need.transit_ns == 200_000_000
+
+
+def test_a_delay_unit_takes_over_what_was_to_spare_for_a_while_and_gives_way_at_once() -> None:
+    share = UnitShare()
+    told = [share.wanted_s(k * SECOND_NS // 4, 0.25 + 0.01 * (k % 3)) for k in range(24)]
+    assert told[:16] == [None] * 16
+    assert told[20] == pytest.approx(0.23)
+    assert share.wanted_s(7 * SECOND_NS, 0.1) == pytest.approx(0.08)
+    assert share.wanted_s(8 * SECOND_NS, 0.25) == pytest.approx(0.08)
+    assert share.wanted_s(12 * SECOND_NS, 0.25) == pytest.approx(0.23)
+    assert share.wanted_s(13 * SECOND_NS, 0.0) == 0.0
 
 
 def test_a_target_follows_the_picture_smoothly_and_waits_for_the_network() -> None:

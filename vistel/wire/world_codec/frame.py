@@ -14,9 +14,11 @@ MOST_THINGS = 1 << 16
 MOST_STEPS = 16
 STILL_STEPS = 12
 """A thing that has not moved for so long is no longer named."""
-MOST_TOLD = 32
+MOST_TOLD = 16
 """Things told of exactly in a step. When more move, those that are farthest from where readers foresee them go first, the
-others are left to foresight: what is said stays bounded, and who is left out is wrong by little and comes next."""
+others are left to foresight and cost nothing: what is said stays bounded, and who is left out is wrong by little and comes next."""
+MOST_TOUCHES = 16
+"""Pairs of bodies that a frame tells of."""
 _NAME = 3
 
 
@@ -75,35 +77,73 @@ def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Tou
     out.flag(False)
     _write_said(out, said)
     before = book.step
-    out.count(len(steps) - 1)
+    moved = {number for now in steps for number, pose in now.poses.items() if pose != book.tracks[number].pose}
+    moving = frozenset(moved) | {n for n in book.moving if book.tracks[n].still < STILL_STEPS}
+    some = len(moving) > MOST_TOLD
+    out.count(len(steps) - 1 + (MOST_STEPS if some else 0))
     for now in steps:
         out.count(now.step - before - 1)
         before = now.step
-    moved = {number for now in steps for number, pose in now.poses.items() if pose != book.tracks[number].pose}
-    moving = frozenset(moved) | {n for n in book.moving if book.tracks[n].still < STILL_STEPS}
     _write_toggles(out, book, moving)
+    last: Mapping[int, Pose] = {}
     for now in steps:
-        told = _most_wrong(book, now.poses)
+        if some:
+            _write_some(out, book, now.poses, last)
+            last = now.poses
+            continue
         for n in book.moving:
             track = book.tracks[n]
-            if n in told:
-                track.write(out, now.poses.get(n, track.pose))
-            else:
-                track.write_foreseen(out)
+            track.write(out, now.poses.get(n, track.pose))
     if said.people:
         book.touches = {}
-    changed = touches != book.touches
-    write_touches(out, book.touches, touches)
+    changed = write_touches(out, book.touches, touches, MOST_TOUCHES)
     book.step, book.touches_changed = before, changed or said.people
     return out.to_bytes()
 
 
-def _most_wrong(book: Book, poses: Mapping[int, Pose]) -> frozenset[int] | tuple[int, ...]:
+def _write_some(out: BitWriter, book: Book, poses: Mapping[int, Pose], last: Mapping[int, Pose]) -> None:
+    """A step in which more move than are told of: the numbers of those that are, where they are, and whether they have come to
+    lie since `last`, the step before."""
+    told = _most_wrong(book, poses)
+    out.count(len(told))
+    at, order = -1, _gap_order(book, len(told))
+    for place, n in enumerate(book.moving):
+        track = book.tracks[n]
+        if n not in told:
+            track.go_on()
+            continue
+        out.count(place - at - 1, order)
+        at = place
+        pose = poses.get(n, track.pose)
+        track.write(out, pose)
+        lies = n in last and pose == last[n]
+        out.flag(lies)
+        if lies:
+            track.begin()
+
+
+def _most_wrong(book: Book, poses: Mapping[int, Pose]) -> frozenset[int]:
     """The things that are told of exactly in a step."""
-    if len(book.moving) <= MOST_TOLD:
-        return book.moving
     wrong = {n: book.tracks[n].wrong(poses.get(n, book.tracks[n].pose)) for n in book.moving}
-    return frozenset(sorted(wrong, key=lambda n: (-wrong[n], n))[:MOST_TOLD])
+    return frozenset(sorted((n for n in wrong if wrong[n]), key=lambda n: (-wrong[n], n))[:MOST_TOLD])
+
+
+def _gap_order(book: Book, told: int) -> int:
+    """Order of the code for how many lie between two that are told of."""
+    return max(0, (len(book.moving) // max(1, told)).bit_length() - 1)
+
+
+def write_book(book: Book) -> bytes:
+    """A frame that refers to nothing and changes nothing: all that both ends know, so that somebody else can go on from it."""
+    out = BitWriter()
+    out.flag(True)
+    _write_said(out, Said(False, True))
+    out.count(len(book.tracks), 5)
+    moving = frozenset(book.moving)
+    for number, track in enumerate(book.tracks):
+        track.write_all(out, number in moving)
+    write_touches(out, {}, book.touches)
+    return out.to_bytes()
 
 
 def is_key(data: bytes) -> bool:
@@ -116,6 +156,7 @@ def read_key(data: bytes, step: int) -> tuple[Book, Said]:
     bits = BitReader(data)
     bits.flag()
     said = _read_said(bits)
+    everything = not said.people  # as write_book says it; a key frame always says people
     count = bits.count(5)
     if count > MOST_THINGS or count > bits.left:
         raise FrameError("a frame names more things than it holds")
@@ -123,13 +164,17 @@ def read_key(data: bytes, step: int) -> tuple[Book, Said]:
     moving: list[int] = []
     for number in range(count):
         track = Track()
-        track.read_key(bits)
         book.tracks.append(track)
-        if bits.flag():
+        if everything:
+            moves = track.read_all(bits)
+        else:
+            track.read_key(bits)
+            moves = bits.flag()
+        if moves:
             moving.append(number)
     book.moving = tuple(moving)
     read_touches(bits, book.touches)
-    return book, said
+    return book, Said(True, True)
 
 
 def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], Said]:
@@ -138,15 +183,18 @@ def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], Said
     bits = BitReader(data)
     bits.flag()
     said = _read_said(bits)
-    gaps = _read_steps(bits)
+    some, gaps = _read_steps(bits)
     if newest - sum(gaps) != book.step:
         raise FrameError(f"a frame goes on from step {newest - sum(gaps)}, known is {book.step}")
     _read_toggles(bits, book)
     steps: list[Step] = []
     for gap in gaps:
         book.step += gap
-        for n in book.moving:
-            book.tracks[n].read(bits)
+        if some:
+            _read_some(bits, book)
+        else:
+            for n in book.moving:
+                book.tracks[n].read(bits)
         steps.append(Step(book.step, {n: book.tracks[n].pose for n in book.moving}))
     if said.people:
         book.touches = {}
@@ -154,11 +202,34 @@ def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], Said
     return steps, said
 
 
-def _read_steps(bits: BitReader) -> list[int]:
-    count = bits.count() + 1
+def _read_some(bits: BitReader, book: Book) -> None:
+    count = bits.count()
+    if count > len(book.moving):
+        raise FrameError("a frame tells of more than moves")
+    at, order = -1, _gap_order(book, count)
+    for _ in range(count):
+        place = at + 1 + bits.count(order)
+        if place >= len(book.moving):
+            raise FrameError("a frame names a thing that does not move")
+        for n in book.moving[at + 1 : place]:
+            book.tracks[n].go_on()
+        track = book.tracks[book.moving[place]]
+        track.read(bits)
+        if bits.flag():
+            track.begin()
+        at = place
+    for n in book.moving[at + 1 :]:
+        book.tracks[n].go_on()
+
+
+def _read_steps(bits: BitReader) -> tuple[bool, list[int]]:
+    """Whether only some of what moves is told of; from each step to the next."""
+    count = bits.count()
+    some = count >= MOST_STEPS
+    count += 1 - (MOST_STEPS if some else 0)
     if count > MOST_STEPS:
         raise FrameError("a frame holds too many steps")
-    return [bits.count() + 1 for _ in range(count)]
+    return some, [bits.count() + 1 for _ in range(count)]
 
 
 def _write_said(out: BitWriter, said: Said) -> None:

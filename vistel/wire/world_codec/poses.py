@@ -24,7 +24,7 @@ FARTHEST_M = FARTHEST * POSITION_STEP
 """131 m: what lies farther is told to be there."""
 STILL: Pose = (0, 0, 0, 0, 0, 0, 1024)
 
-_KEY_POSITION, _KEY_ROTATION = 10, 12
+_KEY_POSITION, _KEY_ROTATION, _STATE = 10, 12, 4
 _MISS = 32
 """What foresight is thought to miss at first, in sixteenths of a step."""
 _MOST = 14
@@ -104,11 +104,35 @@ class Track:
                 out.flag(False)
         self._take(pose, misses)
 
-    def write_foreseen(self, out: BitWriter) -> None:
-        """As if the thing were where it is foreseen: costs two bits. To `read` it is a pose like any other."""
-        out.flag(False)
-        out.flag(False)
+    def go_on(self) -> None:
+        """A step of which nothing is told: the thing is where it is foreseen."""
         self._take(tuple(self._foreseen), [0] * 7)
+
+    def write_all(self, out: BitWriter, moving: bool) -> None:
+        """All that both ends know of a thing; changes nothing."""
+        out.several(self.pose[:3], _KEY_POSITION)
+        upright = self.pose[3:] == STILL[3:]
+        out.flag(upright)
+        if not upright:
+            out.several(self.pose[3:], _KEY_POSITION)
+        out.flag(moving)
+        if moving:
+            out.several((self.still, self._since, *self._miss, *self._speed), _STATE)
+
+    def read_all(self, data: BitReader) -> bool:
+        """The other end of `write_all`; whether the thing moves."""
+        at = data.several(3, _KEY_POSITION)
+        turn = STILL[3:] if data.flag() else data.several(4, _KEY_POSITION)
+        self.pose = _sound((*at, *turn))
+        self.begin()
+        if not data.flag():
+            return False
+        self.still, self._since, *rest = data.several(11, _STATE)
+        self._miss, self._speed = rest[:2], rest[2:]
+        if min(self.still, self._since, *self._miss) < 0:
+            raise FrameError("a frame holds a way that is none")
+        self._foreseen = [n + ((v + 4) >> 3) for n, v in zip(self.pose, self._speed, strict=True)]
+        return True
 
     def wrong(self, pose: Pose) -> int:
         """How far from where it is foreseen a thing is a step later: half millimetres, and a step of turning counts as many as

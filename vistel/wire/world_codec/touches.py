@@ -14,6 +14,7 @@ FORCE_STEP = 0.1
 """Newtons of the first level; every second level is twice the force."""
 MOST_LEVEL = 31
 MOST_PRIMITIVES = 4096
+MOST_PAIRS = 1 << 20
 _TARGET, _SOURCE, _GAP = 1, 3, 1
 
 
@@ -38,9 +39,14 @@ def force_of(level: int) -> float:
     return (1.25 * low - 1.0) * FORCE_STEP if level else 0.0
 
 
-def write_touches(out: BitWriter, before: dict[Pair, Touch], now: Mapping[Pair, Touch]) -> None:
-    """What has changed; `before` becomes `now`."""
+def write_touches(
+    out: BitWriter, before: dict[Pair, Touch], now: Mapping[Pair, Touch], most: int = MOST_PAIRS
+) -> bool:
+    """What has changed; `before` becomes `now`, but for what goes beyond `most` pairs and has to wait: those that begin or end
+    go first. Returns whether anything has changed."""
     changed = sorted(pair for pair in before.keys() | now.keys() if before.get(pair) != now.get(pair))
+    if len(changed) > most:
+        changed = sorted(sorted(changed, key=lambda pair: (pair in before and pair in now, pair))[:most])
     out.count(len(changed))
     for pair in changed:
         old, new = before.get(pair, Touch(0, 0)), now.get(pair)
@@ -55,6 +61,7 @@ def write_touches(out: BitWriter, before: dict[Pair, Touch], now: Mapping[Pair, 
         if new.level != old.level:
             out.plain(new.level, 5)
         before[pair] = new
+    return bool(changed)
 
 
 def read_touches(data: BitReader, known: dict[Pair, Touch]) -> bool:

@@ -1,0 +1,64 @@
+"""The delay unit behind a site's loudspeaker, as its audio service sees it."""
+
+from __future__ import annotations
+
+import logging
+
+from vistel.audio.delay_policy import UnitShare
+from vistel.v1.audio_pb2 import EquipmentRequest
+from vistel.wire.bus import Bus
+from vistel.wire.topics import BY_NAME
+
+log = logging.getLogger("vistel.audio")
+
+_STEP_S = 0.005
+"""It is asked anew only for changes above this: each one is a ramp that is heard."""
+
+
+class DelayUnit:
+    """The delay unit behind the loudspeaker, as far as its service tells; what is asked of it."""
+
+    def __init__(self, bus: Bus, name: str, site: str) -> None:
+        self.acoustic_s: float | None = None
+        self._name = name
+        self._status = bus.subscribe(BY_NAME["equipment_status"], polled=True, site=site, equipment=name)
+        self._requests = bus.publish(BY_NAME["equipment_request"], equipment=name)
+        self._share = UnitShare()
+        self._asked_s: float | None = None
+        self._own_s = 0.0
+
+    def take(self) -> None:
+        """Hear what it does."""
+        for sample in self._status.take():
+            status = sample.message
+            known = status.delay_known
+            if known != (self.acoustic_s is not None):
+                log.log(
+                    logging.INFO if known else logging.WARNING, "event=delay_unit known=%s detail=%r", known, status.detail
+                )
+            self.acoustic_s = status.acoustic_s if known else None
+            for value in status.values:
+                if value.name == "own_latency":
+                    self._own_s = value.observed
+
+    @property
+    def latency_s(self) -> float:
+        """What it takes when it is asked to hold nothing back; 0 while nothing is known of it."""
+        return 0.0 if self.acoustic_s is None else self._own_s
+
+    def ask(self, spare_s: float | None, now_ns: int) -> None:
+        """Have it hold back what all voices can spare, for a while already."""
+        if spare_s is None or self.acoustic_s is None:
+            return
+        wanted = self._share.wanted_s(now_ns, spare_s)
+        if wanted is None or (self._asked_s is not None and abs(wanted - self._asked_s) < _STEP_S):
+            return
+        self._asked_s = wanted
+        message = EquipmentRequest(equipment=self._name)
+        message.settings.add(name="delay", value=wanted)
+        message.header.t_ns = now_ns
+        self._requests.put(message)
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._status.close()
