@@ -61,6 +61,8 @@ class Display(Checked):
     video: bool = True
     """Write an MP4 of what is shown into the output folder."""
     frames_per_s: float = Field(default=30.0, gt=0, le=240)
+    light: Literal["auto", "fast", "fine"] = "auto"
+    """fine: soft shadows, and surfaces that mirror the room; auto: fine where a GPU draws, else fast."""
     resolution: Literal["auto", "full"] = "auto"
     """auto: where pictures take too long for `frames_per_s`, fewer pixels are drawn and enlarged."""
     engine: Literal["auto", "cpu", "gpu"] = "auto"

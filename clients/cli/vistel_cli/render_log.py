@@ -25,13 +25,14 @@ PREROLL_NS = 2_500_000_000
 @dataclass(frozen=True)
 class Look:
     """size: pixels, None as the site has them; rate: pictures per second; finer: pixels drawn for one, each way; png: a file
-    for each picture instead of a film; view: "seat", "room", None as the site has it."""
+    for each picture instead of a film; view: "seat", "room", None as the site has it; light: "fast" or "fine"."""
 
     size: tuple[int, int] | None
     rate: float
     finer: int
     png: bool
     view: str | None
+    light: str
 
 
 def size_of(text: str | None) -> tuple[int, int] | None:
@@ -64,7 +65,7 @@ def _shown(conference: Conference, name: str, look: Look) -> Conference:
     """The conference with the site's display as asked."""
     data = conference.model_dump(mode="json", exclude_none=True)
     display = next(s["display"] for s in data["sites"] if s["name"] == name)
-    display |= {"video": True, "window": False}
+    display |= {"video": True, "window": False, "light": look.light}
     if look.size is not None:
         display |= {"width": look.size[0], "height": look.size[1]}
     if look.view is not None:

@@ -51,6 +51,13 @@ class View(StrEnum):
     ROOM = "room"
 
 
+class Light(StrEnum):
+    """How a picture is lit."""
+
+    FINE = "fine"
+    FAST = "fast"
+
+
 def replay(
     log: Annotated[Path, typer.Argument(help="A log that `vistel up` or `vistel record` wrote (.mcap).")],
     speed: Annotated[float, typer.Option(min=0.1, max=16.0, help="1 is real time.")] = 1.0,
@@ -71,6 +78,7 @@ def replay(
     size: Annotated[str | None, typer.Option(help="With --render: pixels, such as 1920x1080.")] = None,
     finer: Annotated[int, typer.Option(min=1, max=4, help="With --render: pixels drawn for one, each way.")] = 1,
     view: Annotated[View | None, typer.Option(help="With --render: through whose eyes, instead of the site's own.")] = None,
+    light: Annotated[Light, typer.Option(help="With --render: fine has soft shadows and mirrors, fast is what is seen live.")] = Light.FINE,
     png: Annotated[bool, typer.Option("--png", help="With --render: a file for each picture instead of films.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
@@ -99,7 +107,7 @@ def replay(
     if begin >= length:
         fail(f"--from {begin:g}: the log is {length:.1f} s long", USAGE)
     if render:
-        looks = Look(size_of(size), fps, finer, png, view.value if view else None)
+        looks = Look(size_of(size), fps, finer, png, view.value if view else None, light.value)
         sites = [s.name for s in conference.sites if not site or s.name in site]
         begin_ns, end_ns = (reader.begin_ns + round(t * 1e9) for t in (begin, min(end or length, length)))
         render_log(reader, conference, sites, begin_ns, end_ns, looks, output)

@@ -18,12 +18,15 @@ from vistel.space.tessellate import Surface3
 from vistel_services.renderer.canvas import Canvas
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
+from vistel_services.renderer.occlusion import Occlusion
 from vistel_services.renderer.overlays import LabelView, Names, Pane, Projectors
-from vistel_services.renderer.programs import program, put
+from vistel_services.renderer.programs import as_gl, program, put
 from vistel_services.renderer.room import Furniture, Panel
 from vistel_services.renderer.screens import Box, Screen, Sight
 from vistel_services.renderer.shadow import ShadowMap
+from vistel_services.renderer.shell import Shell
 from vistel_services.renderer.solid_things import Solid, SolidThings
+from vistel_services.renderer.surroundings import Mirrors, open_air, surroundings
 from vistel_services.renderer.textures import texture_of
 
 F32 = NDArray[np.float32]
@@ -126,33 +129,38 @@ class _Figure:
 
 class Painter:
     """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`; screens: whose
-    pictures are in it. saves_shadows: they are drawn for every other picture only."""
+    pictures are in it. fine: light as shaders/fine_light.glsl says; by default where a GPU draws. saves_shadows: they are
+    drawn for every other picture only."""
 
     def __init__(
-        self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None, screens: Sequence[Screen] = ()
-    ) -> None:
+        self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None, screens: Sequence[Screen] = (),
+        fine: bool | None = None,
+    ) -> None:  # fmt: skip
         self.surface, self._deformer = surface, deformer
         ctx = self.ctx = surface.ctx
         self.software = surface.capability.software
-        self.saves_shadows = self.software
+        self.fine = not self.software if fine is None else fine
+        self.saves_shadows = self.software and not self.fine
         self._figure_texels = 1024 if self.software else 8192
-        cheap = ("LIGHT_PER_VERTEX", "ONE_TAP") if self.software else ()
-        self._figure_program = program(ctx, "figure", defines=cheap)
-        self._room_programs: dict[tuple[str, ...], moderngl.Program] = {}
-        self.shadow = ShadowMap(ctx, 1024)
-        self._solids = SolidThings(ctx, self.shadow, lambda picture: texture_of(ctx, picture, self.software, self._figure_texels))
+        light = ("FINE",) if self.fine else ("LIGHT_PER_VERTEX", "ONE_TAP") if self.software else ()
+        self._figure_program = program(ctx, "figure", defines=light)
+        self.shadow = ShadowMap(ctx, 2048 if self.fine else 1024)
+        light = light if self.fine else ()
+        self._shell = Shell(ctx, self.shadow, light, self.software)
+        self._mirrors: Mirrors | None = None
+        self._solids = SolidThings(
+            ctx, self.shadow, lambda picture: texture_of(ctx, picture, self.software, self._figure_texels), light
+        )
         self._figures: dict[str, _Figure] = {}
         self._things: dict[str, list[Solid]] = {}
-        self._panels: list[tuple[moderngl.VertexArray, moderngl.Texture]] = []
-        self._casters: list[moderngl.VertexArray] = []
         self._furniture: Solid | None = None
         self._pane = Pane(ctx)
         self._names = Names(ctx, self._pane)
         self._projectors = Projectors(ctx)
         self._drawn = 0
-        # Software GL pays for every sample: no multisampling there.
-        self._samples = 0 if self.software else min(4, ctx.max_samples)
-        self._canvas = Canvas(ctx, width, height, self._samples)
+        self._occlusion = Occlusion(ctx) if self.fine else None
+        self._samples = min(4, ctx.max_samples) if self.fine else 0
+        self._canvas = Canvas(ctx, width, height, self._samples, self.fine)
         self._fit(screens)
 
     @property
@@ -162,7 +170,7 @@ class Painter:
 
     def resize(self, width: int, height: int, screens: Sequence[Screen] = ()) -> None:
         """Draw pictures of this size from now on, with these screens in them."""
-        old, self._canvas = self._canvas, Canvas(self.ctx, width, height, self._samples)
+        old, self._canvas = self._canvas, Canvas(self.ctx, width, height, self._samples, self.fine)
         self._canvas.target.use()  # before the old one goes: moderngl binds again what was bound
         old.release()
         self._fit(screens)
@@ -177,19 +185,10 @@ class Painter:
 
     def set_room(self, panels: Sequence[Panel], furniture: Furniture | None) -> None:
         """The room to draw from now on; with no panels it stands in the open."""
-        textures: dict[int, moderngl.Texture] = {}
-        for panel in panels:
-            vbo = self.ctx.buffer(np.hstack((panel.positions, panel.normals, panel.uv)).astype(np.float32).tobytes())
-            ibo = self.ctx.buffer(panel.triangles.astype(np.int32).tobytes())
-            vao = self.ctx.vertex_array(
-                self._room_program(panel), [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo, skip_errors=True
-            )
-            texture = textures.get(id(panel.texture)) or texture_of(self.ctx, panel.texture, self.software)
-            textures[id(panel.texture)] = texture
-            self._panels.append((vao, texture))
-            if panel.casts:
-                self._casters.append(self.shadow.solid(vbo, "3f 20x", ibo))
+        self._shell.build(panels)
         self._furniture = self._solids.plain(furniture.surface, furniture.tint) if furniture else None
+        if self.fine:
+            self._mirrors = Mirrors(self.ctx, surroundings(self._shell.light_seen if self._shell else open_air))
 
     def set_thing(self, thing_id: str, surface: Surface3 | None, colours: F32, pieces: Sequence[Piece] = ()) -> None:
         """What a thing looks like. colours: (n, 3) linear, one per vertex of `surface`; pieces: of polymeshes."""
@@ -236,7 +235,7 @@ class Painter:
         for sight, clip, seen in views:
             target.viewport = sight.box or self._whole
             target.color_mask = (*sight.colours, True)
-            target.clear(*(_DARK if self._panels else _OPEN), viewport=sight.box or self._whole)
+            target.clear(*(_DARK if self._shell else _OPEN), viewport=sight.box or self._whole)
             self._paint(frame, sight, clip, seen, things)
         target.color_mask = (True, True, True, True)
         self._projectors.join(target)
@@ -249,27 +248,24 @@ class Painter:
     ) -> None:
         """One eye's view, into the part of the picture that is set."""
         self.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        shared = {
-            "clip_from_room": _matrix(clip), "eye": tuple(sight.camera.position), "shadow_map": 1,
-            "shadow_from_room": _matrix(self.shadow.lookup), "shadow_texel": 1.0 / self.shadow.size,
-        }  # fmt: skip
-        self.shadow.texture.use(1)
+        shared: dict[str, object] = {"clip_from_room": as_gl(clip), "eye": tuple(sight.camera.position)}
+        shared |= self.shadow.use(1, 2 if self.fine else None)
+        if self._mirrors is not None:
+            shared |= self._mirrors.use(3)
         put(self._figure_program, albedo=0, **shared)
         for view in sorted(seen, key=lambda v: not v.own):
             figure = self._figures[view.name]
             figure.texture.use(0)
             buffers = figure.levels[view.model]
             (buffers.headless if view.own else buffers.whole).render()
-        self._solids.draw([(_matrix(thing.matrix), solid) for thing, solid in things], 0.35, shared)
+        self._solids.draw([(as_gl(thing.matrix), solid) for thing, solid in things], 0.35, shared)
         if self._furniture is not None:
-            self._solids.draw([(_matrix(np.eye(4)), self._furniture)], 0.12, shared)
-        for variant in self._room_programs.values():
-            put(variant, baked=0, **shared)
-        for vao, texture in self._panels:
-            texture.use(0)
-            vao.render()
-        _, _, width, height = sight.box or self._whole
-        self._names.draw(frame.labels, sight.camera.position, clip, (width, height))
+            self._solids.draw([(as_gl(np.eye(4)), self._furniture)], 0.12, shared)
+        self._shell.draw(shared)
+        box = sight.box or self._whole
+        if self._occlusion is not None:
+            self._occlusion.darken(self._canvas, sight, clip, box)
+        self._names.draw(frame.labels, sight.camera.position, clip, box[2:])
 
     def read_into(self, out: U8) -> None:
         """The picture as (height, width, 4) RGBA bytes, first row at the *bottom*."""
@@ -323,16 +319,10 @@ class Painter:
             return
         solids = [(thing.matrix, solid.shadow) for thing, solid in things]
         still = np.eye(4, dtype=np.float32)
-        solids += [(still, caster) for caster in self._casters]
+        solids += [(still, caster) for caster in self._shell.casters]
         if self._furniture is not None:
             solids.append((still, self._furniture.shadow))
         self.shadow.draw([view.limbs for view in frame.figures], solids)
-
-    def _room_program(self, panel: Panel) -> moderngl.Program:
-        defines = ((panel.key,) if panel.key else ()) + ((f"GLOSS {panel.gloss:.3f}",) if panel.gloss else ())
-        if defines not in self._room_programs:
-            self._room_programs[defines] = program(self.ctx, "room", defines=defines)
-        return self._room_programs[defines]
 
     def _figure(self, view: FigureView) -> _FigureBuffers:
         ctx, model = self.ctx, view.model
@@ -364,7 +354,3 @@ def in_sight(clip: F64, limbs: F32) -> bool:
     outside = [(p[:, k] * sign > w + reach[k]).all() for k in (0, 1) for sign in (-1.0, 1.0)]
     return not (any(outside) or (w < -0.35).all())
 
-
-def _matrix(m: F64 | F32) -> bytes:
-    """Column by column, as OpenGL reads it."""
-    return np.ascontiguousarray(m.T, np.float32).tobytes()

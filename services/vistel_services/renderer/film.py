@@ -44,14 +44,16 @@ def film(
     config: Config, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float, finer: int = 1
 ) -> Iterator[Picture]:
     """`rate` pictures a second from `begin_ns` to `end_ns`, in order. records: of TOPICS, from some time before `begin_ns` on,
-    in the order of their arrival. finer: every pixel is the mean of so many by so many.
+    in the order of their arrival. finer: every pixel is the mean of so many by so many. There is time: where the view leaves the
+    light open, it is fine.
 
     Raises NoOpenGlError; RoomFileError for a room whose files are not here; ValueError for a finer wall of screens.
     """
     view = config.view
     if finer > 1 and view.screens:
         raise ValueError("film: a wall of screens is drawn in its own pixels")
-    large = replace(view, width=finer * view.width, height=finer * view.height)
+    light = "fine" if view.light == "auto" else view.light
+    large = replace(view, width=finer * view.width, height=finer * view.height, light=light)
     decor: Interior | None = decor_of(config.room) if config.room is not None else None
     studio = Studio(large, config.seats, lambda about: load_shape(about, files=config.avatars), decor)
     studio.painter.saves_shadows = False

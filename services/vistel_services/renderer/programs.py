@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from importlib import resources
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 
 def source(name: str) -> str:
@@ -39,6 +41,11 @@ def feedback(
     text = source(f"{vertex}.vert.glsl").replace("#version 330\n", f"#version 330\n{constants}", 1)
     mode = "interleaved" if interleaved else "separate"
     return ctx.program(vertex_shader=text, varyings=varyings, varyings_capture_mode=mode)
+
+
+def as_gl(matrix: NDArray[np.floating]) -> bytes:
+    """A (4, 4) matrix as OpenGL reads it."""
+    return np.ascontiguousarray(matrix.T, np.float32).tobytes()
 
 
 def put(prog: moderngl.Program, **uniforms: object) -> None:

@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel_services.renderer.programs import program, put
+from vistel_services.renderer.programs import as_gl, program, put
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -45,6 +45,9 @@ class ShadowMap:
         # Sampled with coordinates in 0..1; outside, the clamped border texels are empty, hence lit.
         self.lookup = np.array(((0.5, 0, 0, 0.5), (0, 0.5, 0, 0.5), (0, 0, 0.5, 0.5), (0, 0, 0, 1.0))) @ self.matrix
         self.texture.repeat_x = self.texture.repeat_y = False
+        self._as_depth = ctx.sampler(
+            texture=self.texture, compare_func="", filter=(moderngl.NEAREST, moderngl.NEAREST), repeat_x=False, repeat_y=False
+        )
         self._target = ctx.framebuffer(depth_attachment=self.texture)
         self._solid_program = program(ctx, "shadow_solid", "shadow")
         self._limb_program = program(ctx, "shadow_limb", "shadow")
@@ -59,6 +62,15 @@ class ShadowMap:
             ctx.buffer(triangles.tobytes()),
         )
 
+    def use(self, unit: int, depth_unit: int | None = None) -> dict[str, object]:
+        """Bind the map, to a second unit as depth if one is given; returns what shaders need to know."""
+        self.texture.use(unit)
+        said = {"shadow_map": unit, "shadow_from_room": as_gl(self.lookup), "shadow_texel": 1.0 / self.size}
+        if depth_unit is not None:
+            self._as_depth.use(depth_unit)
+            said["shadow_depth"] = depth_unit
+        return said
+
     def solid(self, vertices: moderngl.Buffer, layout: str, triangles: moderngl.Buffer) -> moderngl.VertexArray:
         """A rigid body's vertex array for this pass; `layout` as moderngl's, its first item the position."""
         return self.ctx.vertex_array(self._solid_program, [(vertices, layout, "position")], triangles)
@@ -68,10 +80,10 @@ class ShadowMap:
         self._target.use()
         self._target.clear(depth=1.0)
         self.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        light = np.ascontiguousarray(self.matrix.T, np.float32).tobytes()
+        light = as_gl(self.matrix)
         put(self._solid_program, shadow_from_room=light)
         for matrix, vao in solids:
-            put(self._solid_program, room_from_thing=np.ascontiguousarray(matrix.T, np.float32).tobytes())
+            put(self._solid_program, room_from_thing=as_gl(matrix))
             vao.render()
         if limbs:
             every = np.ascontiguousarray(np.concatenate(limbs)[:_MAX_LIMBS], np.float32)

@@ -35,12 +35,14 @@ class Solid:
 
 
 class SolidThings:
-    """Makes and draws solids. paint: a texture of a picture (h, w, 3), first row at the top."""
+    """Makes and draws solids. paint: a texture of a picture (h, w, 3), first row at the top; light: defines of the shaders."""
 
-    def __init__(self, ctx: moderngl.Context, shadow: ShadowMap, paint: Callable[[U8], moderngl.Texture]) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, shadow: ShadowMap, paint: Callable[[U8], moderngl.Texture], light: tuple[str, ...] = ()
+    ) -> None:  # fmt: skip
         self.ctx, self._shadow, self._paint = ctx, shadow, paint
-        self._plain = program(ctx, "solid")
-        self._pictured = program(ctx, "solid", defines=("PICTURED",))
+        self._plain = program(ctx, "solid", defines=light)
+        self._pictured = program(ctx, "solid", defines=(*light, "PICTURED"))
         self._textures: dict[int | bytes, tuple[U8, moderngl.Texture]] = {}
 
     def plain(self, surface: Surface3, tint: F32) -> Solid:
@@ -64,14 +66,14 @@ class SolidThings:
 
     def draw(self, views: Sequence[tuple[bytes, Solid]], gloss: float, shared: dict[str, object]) -> None:
         """Draw solids at matrices (as OpenGL reads them) with what all shaders share."""
-        put(self._plain, gloss=gloss, **shared)
+        put(self._plain, gloss=gloss, rough=1.0 - 1.7 * gloss, **shared)
         for matrix, solid in views:
             if solid.picture is None:
                 put(self._plain, room_from_thing=matrix)
                 solid.vao.render()
         if not any(solid.picture for _, solid in views):
             return
-        put(self._pictured, gloss=0.3 * gloss, picture=0, **shared)
+        put(self._pictured, gloss=0.3 * gloss, rough=0.8, picture=0, **shared)
         self.ctx.disable(moderngl.CULL_FACE)  # polymeshes of others may be sheets, seen from both sides
         for matrix, solid in views:
             if solid.picture is not None:

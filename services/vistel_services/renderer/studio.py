@@ -56,6 +56,7 @@ U8 = NDArray[np.uint8]
 
 ARM, NEAREST = 0.25, 0.45
 """How much nearer than the hips a person is taken to be for the level of detail, and the nearest it can be [m]."""
+_FINE = {"auto": None, "fast": False, "fine": True}
 NO_SIGNAL_NS = 1_500_000_000
 
 
@@ -63,7 +64,8 @@ NO_SIGNAL_NS = 1_500_000_000
 class View:
     """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". engine: what deforms
     figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins. screens: in the room, the picture
-    holds all of theirs; none: a desktop. eye_distance, convergence: of stereo [m]."""
+    holds all of theirs; none: a desktop. eye_distance, convergence: of stereo [m]. light: "fast", "fine" or, as the machine
+    can, "auto"."""
 
     width: int
     height: int
@@ -77,6 +79,7 @@ class View:
     stereo: Stereo = Stereo.MONO
     eye_distance: float = EYE_DISTANCE
     convergence: float = 1.0
+    light: str = "auto"
 
 
 @dataclass
@@ -104,7 +107,7 @@ class Studio:
         self._surface = open_surface(view.width, view.height, view.window, view.title)
         self.capability = self._surface.capability
         self._deformer = open_deformer(self._surface, view.engine)
-        self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens)
+        self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens, _FINE[view.light])
         self._scale, self._screens = 1.0, view.screens
         room = decor.room if decor else meeting_room(seats)
         self._models = decor.models if decor else {}
@@ -136,7 +139,7 @@ class Studio:
         drawn, shown = self.painter.size, (self.view.width, self.view.height)
         out = np.empty((drawn[1], drawn[0], 4), np.uint8)
         self.painter.read_into(out)
-        if self.capability.software and self._smoothing.done():
+        if self.capability.software and not self.painter.fine and self._smoothing.done():
             out = antialias(out)
         if drawn != shown:
             out = np.asarray(cv2.resize(out, shown, interpolation=cv2.INTER_LINEAR), np.uint8)

@@ -30,9 +30,49 @@ float lit_at(vec3 s) {
 #endif
 }
 
+#ifdef FINE
+uniform sampler2D shadow_depth;  // the same map, as depth
+const float SHADOW_METRES = 3.5;  // that it is wide and high; and deep
+const float LAMP = 0.03;          // tangent of half the angle at which the lamp is seen
+
+// The same with shadows that grow soft with their distance from what throws them (Fernando 2005), by taps on a spiral turned
+// from pixel to pixel.
+float lit_softly(vec3 p, vec3 n) {
+    vec3 s = shadow_place(p, n, 0.012);
+    float turn = 6.2831853 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+    float widest = LAMP * 1.2 / SHADOW_METRES, behind = 0.0, blockers = 0.0;
+    for (int k = 0; k < 12; ++k) {
+        float a = turn + 2.399963 * float(k);
+        vec2 at = s.xy + widest * sqrt((float(k) + 0.5) / 12.0) * vec2(cos(a), sin(a));
+        float d = textureLod(shadow_depth, at, 0.0).r;
+        float before = step(d, s.z - 0.001);
+        blockers += before;
+        behind += before * (s.z - d);
+    }
+    if (blockers < 0.5) return 1.0;
+    float soft = clamp(LAMP * behind / blockers, 0.7 * shadow_texel, widest);
+    float lit = 0.0;
+    for (int k = 0; k < 20; ++k) {
+        float a = turn + 2.399963 * float(k);
+        float r = soft * sqrt((float(k) + 0.5) / 20.0);
+        lit += texture(shadow_map, vec3(s.xy + r * vec2(cos(a), sin(a)), s.z - 0.4 * r));
+    }
+    return lit / 20.0;
+}
+#define LIT(p, n, lift) lit_softly(p, n)
+#else
+#define LIT(p, n, lift) lit_at(shadow_place(p, n, lift))
+#endif
+
 // Filmic curve (Narkowicz 2015) and the display's gamma, as a square root.
 vec3 display(vec3 c) {
     c *= 0.62;
     c = clamp((c * (2.51 * c + 0.03)) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
     return sqrt(c);
+}
+
+// Back from the display to light.
+vec3 from_display(vec3 d) {
+    vec3 y = d * d, a = 2.51 - 2.43 * y, b = 0.03 - 0.59 * y;
+    return (sqrt(max(b * b + 0.56 * a * y, 0.0)) - b) / (2.0 * a) / 0.62;
 }

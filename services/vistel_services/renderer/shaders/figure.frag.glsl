@@ -1,6 +1,9 @@
 #version 330
 #include "common.glsl"
 #include "figure_light.glsl"
+#ifdef FINE
+#include "fine_light.glsl"
+#endif
 uniform sampler2D albedo;
 #ifdef LIGHT_PER_VERTEX
 in vec3 shadow_at;
@@ -16,9 +19,20 @@ in vec2 at;
 flat in float kind;  // 0 cloth and hair, 1 skin, 2 eye
 out vec4 colour;
 
+#ifdef FINE
+Surface surface_of(vec3 base, float kind) {
+    if (kind > 1.5) return Surface(base, 0.03, 0.10, vec3(0.0), 0.0);            // an eye under its film of tears
+    if (kind > 0.5) return Surface(base, 0.028, 0.50, vec3(0.0), 1.0);           // skin
+    return Surface(base, 0.035, 0.80, 0.10 * sqrt(base) + 0.006, 0.0);           // cloth and hair
+}
+#endif
+
 void main() {
     vec3 base = texture(albedo, at).rgb;
     base *= base;
+#ifdef FINE
+    colour = vec4(display(fine_light(surface_of(base, kind), p_room, normalize(n_room), 1.0)), 1.0);
+#else
     float skin = kind == 1.0 ? 1.0 : 0.0;
 #ifdef LIGHT_PER_VERTEX
     Light l = Light(key, rest, rim, gloss);
@@ -31,4 +45,5 @@ void main() {
     vec3 shade = mix(vec3(visible), vec3(sqrt(visible), visible, visible), 0.5 * skin);
     vec3 sheen = l.rim * mix(0.22 * base + 0.03, vec3(0.16, 0.13, 0.11), skin);
     colour = vec4(display(base * (l.key * shade + l.rest) + (l.gloss * visible) * KEY + sheen), 1.0);
+#endif
 }

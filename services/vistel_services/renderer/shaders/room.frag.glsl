@@ -9,7 +9,11 @@ out vec4 colour;
 
 #ifdef FINISHED
 void main() {
+#ifdef SURROUNDINGS
+    colour = vec4(from_display(texture(baked, at).rgb), 1.0);
+#else
     colour = texture(baked, at);
+#endif
 }
 #else
 void main() {
@@ -17,7 +21,7 @@ void main() {
     t *= t;
     vec3 light = vec3(1.63, 1.60, 1.54) * t.a;
 #ifdef KEY_SHADOWED
-    light += KEY * (max(dot(n_room, KEY_DIRECTION), 0.0) * lit_at(shadow_place(p_room, n_room, 0.008)));
+    light += KEY * (max(dot(n_room, KEY_DIRECTION), 0.0) * LIT(p_room, n_room, 0.008));
 #endif
     vec3 c = t.rgb * light;
 #ifdef GLOSS
@@ -28,6 +32,10 @@ void main() {
     float window = smoothstep(0.25, 0.95, dot(r, vec3(-0.906, 0.423, 0.0)));
     c += GLOSS * t.a * (0.04 + 0.5 * edge * edge) * (0.35 + 2.6 * window) * vec3(0.86, 0.93, 1.0);
 #endif
+#ifdef SURROUNDINGS
+    colour = vec4(c, 1.0);
+#else
     colour = vec4(display(c), 1.0);
+#endif
 }
 #endif

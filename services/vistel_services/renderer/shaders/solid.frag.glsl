@@ -9,6 +9,10 @@ in vec2 place;
 uniform sampler2D picture;
 #endif
 out vec4 colour;
+#ifdef FINE
+#include "fine_light.glsl"
+uniform float rough;
+#endif
 
 void main() {
     vec3 n = normalize(n_room);
@@ -17,6 +21,10 @@ void main() {
     n = gl_FrontFacing ? n : -n;
     own = pow(texture(picture, place).rgb, vec3(2.2));
 #endif
+#ifdef FINE
+    Surface s = Surface(own, 0.04, rough, vec3(0.0), 0.0);
+    colour = vec4(display(fine_light(s, p_room, n, base_colour.a)), 1.0);
+#else
     vec3 v = normalize(eye - p_room);
     float c = max(dot(n, KEY_DIRECTION), 0.0);
     float visible = c > 0.0 ? lit_at(shadow_place(p_room, n, 0.008)) : 0.0;
@@ -27,4 +35,5 @@ void main() {
     edge *= edge;
     vec3 shine = gloss * (KEY * visible * pow(max(dot(n, h), 0.0), 48.0) + SKY * (0.10 + 0.6 * edge * edge) * base_colour.a);
     colour = vec4(display(own * light + shine), 1.0);
+#endif
 }

@@ -1,0 +1,48 @@
+#version 330
+// How much of the light from everywhere is hidden by what is near, from the picture's depth (McGuire et al., "The Alchemy
+// screen-space ambient obscurance algorithm", 2011).
+uniform sampler2D depth;
+uniform mat4 room_from_clip;
+uniform vec3 eye;
+uniform vec4 part;      // of the depth picture that is looked at: left, bottom, width, height
+uniform float pixels;   // that a metre has at a distance of one metre, as part of the width
+uniform float aspect;   // of the part: width / height
+in vec2 at;
+out float open_share;
+
+const float REACH = 0.16;   // metres
+const float STRENGTH = 3.2;
+const int TAPS = 14;
+
+vec3 place(vec2 uv) {
+    vec4 p = room_from_clip * vec4(2.0 * uv - 1.0, 2.0 * textureLod(depth, part.xy + uv * part.zw, 0.0).r - 1.0, 1.0);
+    return p.xyz / p.w;
+}
+
+void main() {
+    vec3 p = place(at);
+    // The normal from the nearer neighbour on each side, so that it does not bend over edges.
+    vec2 texel = 1.0 / (vec2(textureSize(depth, 0)) * part.zw);
+    vec3 right = place(at + vec2(texel.x, 0.0)) - p, left = p - place(at - vec2(texel.x, 0.0));
+    vec3 up = place(at + vec2(0.0, texel.y)) - p, down = p - place(at - vec2(0.0, texel.y));
+    vec3 n = cross(dot(right, right) < dot(left, left) ? right : left, dot(up, up) < dot(down, down) ? up : down);
+    float size = length(n);
+    if (size < 1e-12) {
+        open_share = 1.0;
+        return;
+    }
+    n /= size;
+    float away = length(p - eye);
+    float reach = min(0.25, REACH * pixels / away);
+    float turn = 6.2831853 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+    float hidden = 0.0;
+    for (int k = 0; k < TAPS; ++k) {
+        float share = (float(k) + 0.5) / float(TAPS), a = turn + 2.399963 * float(k);
+        vec3 d = place(at + reach * share * vec2(cos(a), sin(a) * aspect)) - p;
+        float far2 = dot(d, d);
+        float fade = max(0.0, 1.0 - far2 / (REACH * REACH));
+        // What rises less than ten degrees from the surface is the surface itself, in its triangles.
+        hidden += fade * fade * fade * max(0.0, dot(d, n) - 0.18 * sqrt(far2) - 0.003) / (far2 + 1e-4);
+    }
+    open_share = max(0.0, 1.0 - STRENGTH * REACH * hidden / float(TAPS));
+}
