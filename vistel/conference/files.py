@@ -20,8 +20,9 @@ DEMO_FILE = Path(__file__).with_name("demo.toml")
 """The conference that runs when no file is named."""
 
 
-def load(path: Path) -> Conference:
-    """Read and check a conference file. Raises ConferenceError."""
+def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
+    """Read and check a conference file. room_elsewhere: the room's file may be missing, the world's site has it; then the seats
+    are not known. Raises ConferenceError."""
     try:
         data = tomllib.loads(path.read_text("utf-8"))
     except OSError as e:
@@ -30,7 +31,9 @@ def load(path: Path) -> Conference:
         raise ConferenceError(f"{path}: not valid TOML: {e}") from e
     try:
         conference = _with_files(Conference.model_validate(data), path.parent)
-        return with_seats(conference) if conference.room.file is not None else conference
+        room = conference.room.file
+        known = room is not None and (room.is_file() or not room_elsewhere)
+        return with_seats(conference) if known else conference
     except ValidationError as e:
         lines = [f"{path}: {_key(err['loc'])}: {err['msg']}" for err in e.errors()]
         raise ConferenceError("\n".join(lines)) from e

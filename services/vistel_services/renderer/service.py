@@ -22,6 +22,7 @@ from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
+from vistel.space.files.model import Model
 from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
@@ -32,6 +33,7 @@ from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.ready import decor_of
+from vistel_services.renderer.room_deliveries import RoomDeliveries
 from vistel_services.renderer.screens import Screen, Stereo, picture_size
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio, View
@@ -145,10 +147,12 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(config.delay_s * 1e9))
     deliveries = Deliveries(bus, stage)
+    models: dict[str, Model] = {}
+    furniture = RoomDeliveries(bus, clock, models)
     inputs = _Inputs(bus, stage, clock, config.site)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     video = _open_video(config)
-    easel = _Easel(config, thread, deliveries)
+    easel = _Easel(config, thread, deliveries, models)
     period_ns = round(1e9 / config.rate)
     due_ns = clock.now_ns()
     filming = False
@@ -157,6 +161,8 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             inputs.take()
             deliveries.take()
             for sound in inputs.sounds():
+            if easel.furnished:
+                furniture.want(stage.looks)
                 if video is not None:
                     video.put_sound(sound.header.t_ns, sound.opus)
             instant = stage.instant(clock.now_ns())
@@ -174,6 +180,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         inputs.close()
         deliveries.close()
         await asyncio.shield(_wind_up(easel, video, thread))
+        furniture.close()
 
 
 async def _wind_up(easel: _Easel, video: VideoWriter | None, thread: ThreadPoolExecutor) -> None:
@@ -228,8 +235,11 @@ class _Inputs:
 class _Easel:
     """The studio in its own thread; set up again when drawing fails (a graphics card lost, a window closed)."""
 
-    def __init__(self, config: Config, thread: ThreadPoolExecutor, deliveries: Deliveries) -> None:
-        self._config, self._thread = config, thread
+    def __init__(
+        self, config: Config, thread: ThreadPoolExecutor, deliveries: Deliveries, models: dict[str, Model]
+    ) -> None:  # fmt: skip
+        """models: what things look like; filled with those of this site's files."""
+        self._config, self._thread, self._models = config, thread, models
         self._load = partial(load_shape, files=config.avatars, parcel=deliveries.parcel)
         self._view = config.view
         self._studio: Studio | None = None
@@ -250,6 +260,11 @@ class _Easel:
             return None
 
     @property
+    @property
+    def furnished(self) -> bool:
+        """What this site's files hold of the room is there."""
+        return self._studio is not None
+
     def stand_ins(self) -> int:
         """Figures whose own avatar is not there yet."""
         return self._studio.stand_ins if self._studio is not None else 0
@@ -267,7 +282,9 @@ class _Easel:
         if self._config.room is None:
             return None
         try:
-            return decor_of(self._config.room)
+            decor = decor_of(self._config.room)
+            self._models.update(decor.models)
+            return decor
         except RoomFileError as e:
             log.error("event=room_file_not_used reason=%r shown=built-in", str(e))
             return None
@@ -276,7 +293,7 @@ class _Easel:
         if self._studio is None:
             # Setting up takes a while: the instant is old when it is done, the next one is drawn.
             began = time.perf_counter()
-            self._studio = Studio(self._view, self._config.seats, self._load, self._decor())
+            self._studio = Studio(self._view, self._config.seats, self._load, self._decor(), self._models)
             found = self._studio.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",

@@ -83,6 +83,7 @@ class Stage:
         self._things: Mapping[str, Thing] = MappingProxyType({})
         self._told: Mapping[str, world_pb2.Thing] = MappingProxyType({})
         self._touches: tuple[Touch, ...] = ()
+        self._looks: frozenset[str] = frozenset()
         self._ghosts: tuple[Ghost, ...] = ()
         self._world: Playout[WorldView] = Playout(between, delay_ns)
         self._arrived: set[str] = set()
@@ -122,6 +123,11 @@ class Stage:
                 person.about = replace(person.about, here=True)
 
     def hear_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
+    @property
+    def looks(self) -> frozenset[str]:
+        """Digests of the polymeshes that things of the room look like."""
+        return self._looks
+
         """What somebody did; before we heard who they are, they are shown under their key's name."""
         person = self._people.get(name)
         if person is None:
@@ -187,6 +193,7 @@ class Stage:
                 log.error("event=bad_thing thing=%s reason=%r action=not_drawn", name, str(e))
         if things != dict(self._things):
             self._things = MappingProxyType(things)
+            self._looks = frozenset(k.model for t in things.values() for k in t.looks)
 
 
 def _joints(person: PersonNow) -> JointPose:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -17,6 +17,7 @@ from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.ghost import GhostSource
 from vistel.space.files.interior import Interior
+from vistel.space.files.model import Model
 from vistel.space.files.surfaces import pieces_of
 from vistel.space.room import meeting_room
 from vistel.space.tessellate import join
@@ -95,16 +96,19 @@ class Studio:
     """Owns the surface. Create, use and close it in one thread."""
 
     def __init__(
-        self, view: View, seats: int, load: Callable[[About], Shape] = load_shape, decor: Interior | None = None
+        self, view: View, seats: int, load: Callable[[About], Shape] = load_shape, decor: Interior | None = None,
+        models: Mapping[str, Model] | None = None,
     ) -> None:  # fmt: skip
-        """decor: what of the room does not come from the world, and the models of things; default: the built-in room."""
+        """decor: what of the room does not come from the world, and the models of things; default: the built-in room. models:
+        those of things in place of decor's; more may come while it draws."""
         self.view = view
         self._surface = open_surface(view.width, view.height, view.window, view.title)
         self.capability = self._surface.capability
         self._deformer = open_deformer(self._surface, view.engine)
         self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens)
         room = decor.room if decor else meeting_room(seats)
-        self._models = decor.models if decor else {}
+        self._models = models if models is not None else decor.models if decor else {}
+        self._lacking: set[str] = set()
         self._fixed = {t.id for t in drawn_with_room(room)}
         self.painter.set_room(*(build_room(room) if decor else take_room(seats)))
         self._detail = 0.6 if self.capability.software else 0.9
@@ -315,13 +319,17 @@ class Studio:
     def _furnish(self, instant: Instant) -> None:
         """Make the pictures of things that are new or changed."""
         for thing_id, thing in instant.things.items():
-            if thing_id in self._fixed or self._things.get(thing_id) is thing or not (thing.primitives or thing.looks):
+            if thing_id in self._fixed or not (thing.primitives or thing.looks):
                 continue
             if gives_way(thing):
                 self._reshaped.pop(thing_id, None)
                 surface = self._soft.of(thing).surface
                 colour = linear(thing.primitives[0].colour or thing.colour)
                 self.painter.set_thing(thing_id, surface, np.tile(np.array(colour, np.float32), (len(surface.vertices), 1)))
+            complete = all(k.model in self._models for k in thing.looks)
+            if self._things.get(thing_id) is thing and not (complete and thing_id in self._lacking):
+                continue
+            (self._lacking.discard if complete else self._lacking.add)(thing_id)
             else:
                 self._show(thing)
             self._things[thing_id] = thing
@@ -331,8 +339,9 @@ class Studio:
 
     def _show(self, thing: Thing) -> None:
         """Make the picture of a thing that keeps its shape."""
-        if any(k.model not in self._models for k in thing.looks):
-            log.warning("event=model_missing thing=%s shown=what_is_felt_of_it", thing.id)
+        if thing.id in self._lacking:
+            log.info("event=model_awaited thing=%s shown=what_is_felt_of_it", thing.id)
+            self._lacking.discard(thing_id)
         pieces = pieces_of(thing, self._models, self._detail)
         own = [p for p in pieces if not p.mesh]
         colours = np.repeat(
