@@ -283,7 +283,9 @@ class World:
         for touch in touches:
             contacts += contacts_of(touch)
             ghosts += ghosts_of(touch)
-        grasps = tuple(GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns, g.fingers) for g in s.grasps)
+        grasps = tuple(
+            GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns, g.fingers, *g.seen(s.t_ns)) for g in s.grasps
+        )
         digest = 0
         if s.step % HASH_STEPS == 0:
             digest = int.from_bytes(blake2b(self.snapshot(), digest_size=8).digest(), "little")

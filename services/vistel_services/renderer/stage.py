@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from vistel.figure.posture import JointPose, Posture, pose_joints
+from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.proportions import Proportions
 from vistel.figure.skeleton import standard_skeleton
 from vistel.space.things import Thing
@@ -16,7 +16,8 @@ from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
 from vistel.wire.proportions import from_message
 from vistel.wire.world import RoomNow, Touch
-from vistel_services.renderer.held import HeldThings, Shown
+from vistel_services.renderer.giving_way import Shown
+from vistel_services.renderer.held import HeldThings
 from vistel_services.renderer.motion_in import Between, Heard, MotionReader
 from vistel_services.renderer.playout import Playout, Timing
 from vistel_services.renderer.world_view import Ghost, WorldView, between, ghosts_from, thing_of, view_of
@@ -175,7 +176,7 @@ class Stage:
     def _in_hands(self, now_ns: int, people: list[PersonNow], world: WorldView) -> tuple[tuple[PersonNow, ...], WorldView]:
         """People with their fingers on what they hold, and the world with it in their hands."""
         holders = {g.participant for g in world.grasps}
-        shown = {p.about.name: Shown(p.posture, _joints(p)) for p in people if p.about.name in holders}
+        shown = {p.about.name: _shown(p) for p in people if p.about.name in holders}
         world = self._held.poses(now_ns, world, shown)
         postures = self._held.fingers(now_ns, world, {p.about.name: p.posture for p in people})
         return tuple(replace(p, posture=postures[p.about.name]) for p in people), world
@@ -196,10 +197,11 @@ class Stage:
             self._looks = frozenset(k.model for t in things.values() for k in t.looks)
 
 
-def _joints(person: PersonNow) -> JointPose:
-    """A person's joints as they are shown."""
+def _shown(person: PersonNow) -> Shown:
+    """A person with their joints as they are shown."""
     limbs = person.about.proportions
-    return pose_joints(standard_skeleton(person.about.height) if limbs is None else limbs.skeleton, person.posture)
+    skeleton = standard_skeleton(person.about.height) if limbs is None else limbs.skeleton
+    return Shown(person.posture, pose_joints(skeleton, person.posture), skeleton)
 
 
 def _limbs(message: motion_pb2.Participant) -> Proportions | None:

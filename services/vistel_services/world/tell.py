@@ -166,5 +166,9 @@ class Teller:
 def _rough(grasps: tuple[GraspView, ...]) -> tuple[object, ...]:
     """Grasps as far as anybody would notice a change."""
     return tuple(
-        (g.participant, g.right, g.thing, g.since_ns, rounded(g.position, g.rotation)) for g in grasps
+        (
+            g.participant, g.right, g.thing, g.since_ns, rounded(g.position, g.rotation),
+            rounded(g.seen_position, g.seen_rotation), g.fingers.tobytes(),
+        )
+        for g in grasps
     )

@@ -129,7 +129,7 @@ def attach(asked: Asked, action: ask.Attach) -> Answer:
     if posed is not None:  # who holds one of them now holds both
         pose = centre, x.rotation
         state = replace(state, grasps=tuple(
-            hands.lies(replace(g, thing=whole.id), posed, pose) if g.thing in (x.thing.id, y.thing.id) else g
+            hands.renamed(g, posed, whole.id, pose) if g.thing in (x.thing.id, y.thing.id) else g
             for g in state.grasps
         ))  # fmt: skip
     after = Stood(whole, centre, x.rotation)
