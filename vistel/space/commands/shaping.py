@@ -43,6 +43,11 @@ def scale(asked: Asked, action: ask.Scale) -> Answer:
     along = action.along
 
     def longer(n: int) -> Thing:
+        if along is ask.Along.GIRTH:
+            thing = asked.state.things[n]
+            for k in {0, 1, 2} - {reshape.longest_axis(thing)}:
+                thing = reshape.stretched(thing, action.factor, np.eye(3)[k])
+            return thing
         r = matrix_from_quaternion(asked.state.motions.rotation[n])
         axis = r.T @ axis_in_room(asked, n, along)
         nearest = int(np.argmax(np.abs(axis)))  # along one of its own axes, so that a box stays a box
