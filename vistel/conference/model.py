@@ -201,6 +201,8 @@ class MotionStream(Checked):
     losses: Literal["rare", "some", "many"] = "rare"
     """How often links lose single messages. rare: the smallest frames, which build on each other; many: every frame needs
     the last full one and nothing else, for a third more bytes."""
+    repeats: int = Field(default=0, ge=0, le=3)
+    """How many of the frames before it each message carries once more: what a link loses comes a frame later."""
 
 
 class Conference(Checked):

@@ -110,6 +110,8 @@ class Audio(Checked):
     stream: bool = True
     """Whether what is heard is sent to the site's renderer for its video, and to who else listens."""
     bitrate: int = Field(default=24_000, ge=6_000, le=128_000)
+    repeats: int = Field(default=1, ge=0, le=3)
+    """How many of the frames before it each message carries once more: what a link loses comes with its successor."""
     latency: float = Field(default=0.0, ge=0.0, le=1.0)
     """Seconds from loudspeaker output to ear that the sound card does not know of: amplifiers, wireless headphones."""
     equipment: list[Equipment] = Field(default=[])

@@ -33,6 +33,7 @@ class Config:
     spatial: bool = True
     stream: bool = True
     bitrate: int = 24_000
+    repeats: int = 1
     latency_s: float = 0.0
     delay_unit: str = ""
     memory: Path | None = None
@@ -63,5 +64,5 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     unit = next((e.name for e in audio.equipment if e.role == "delay"), "")
     return Config(
         site.name, site.participants[0].name, tuple(microphones), loudspeaker, audio.policy, audio.spatial, audio.stream,
-        audio.bitrate, audio.latency, unit, paths.run / f"{site.name}-microphones.json",
+        audio.bitrate, audio.repeats, audio.latency, unit, paths.run / f"{site.name}-microphones.json",
     )  # fmt: skip

@@ -13,7 +13,7 @@ from vistel.audio.delay_policy import MARGIN_S, Policy, Target
 from vistel.audio.levels import SILENT_DB
 from vistel.audio.mixer import Mixer
 from vistel.audio.need import Need
-from vistel.audio.opus import FRAME
+from vistel.audio.opus import FRAME, FRAME_NS
 from vistel.audio.spatial import Ears
 from vistel.audio.stream import VoiceStream
 from vistel.v1.audio_pb2 import SoundStatus, Voice
@@ -46,12 +46,14 @@ class Talker:
     def hear(self, message: Voice, received_ns: int) -> None:
         """A frame has come."""
         t_ns = message.header.t_ns
+        regained = self.stream.push(t_ns, message.opus, message.earlier)
+        for back in ([0] if message.opus else []) + regained:
+            # What comes only with its successors is waited for like what comes late.
+            self.need.observe(received_ns - t_ns + back * FRAME_NS, received_ns)
         if message.opus:
-            self.need.observe(received_ns - t_ns, received_ns)
             self.level_db = message.level_db
             if message.talking:
                 self._talked.append(t_ns)
-        self.stream.push(t_ns, message.opus)
 
     def needed_s(self, output_s: float) -> float:
         """The least delay at which nearly all frames are in time for the mixing that is heard `output_s` later."""

@@ -75,6 +75,7 @@ class _Site:
             Speaker(
                 m.participant, Capture(m.participant, partial(open_input, m.source, clock)),
                 bus.publish(BY_NAME["voice"], participant=m.participant), config.bitrate, self._buttons[m.participant],
+                config.repeats,
             )
             for m in config.microphones
         ]  # fmt: skip

@@ -83,8 +83,8 @@ class Stage:
         self._people: dict[str, _Person] = {}
         self._things: Mapping[str, Thing] = MappingProxyType({})
         self._told: Mapping[str, world_pb2.Thing] = MappingProxyType({})
-        self._touches: tuple[Touch, ...] = ()
         self._looks: frozenset[str] = frozenset()
+        self._touches: tuple[Touch, ...] = ()
         self._ghosts: tuple[Ghost, ...] = ()
         self._world: Playout[WorldView] = Playout(between, delay_ns)
         self._arrived: set[str] = set()
@@ -123,19 +123,18 @@ class Stage:
             if person.about.parcel == digest and person.site == site:
                 person.about = replace(person.about, here=True)
 
-    def hear_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
     @property
     def looks(self) -> frozenset[str]:
         """Digests of the polymeshes that things of the room look like."""
         return self._looks
 
+    def hear_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
         """What somebody did; before we heard who they are, they are shown under their key's name."""
         person = self._people.get(name)
         if person is None:
             person = self._people[name] = _Person(About(name, name), self._delay_ns)
-        heard = person.reader.read(message)
-        if heard is not None:
-            person.playout.push(message.header.t_ns, heard, received_ns)
+        for t_ns, heard in person.reader.read(message):
+            person.playout.push(t_ns, heard, received_ns)
 
     def hear_world(self, now: RoomNow, received_ns: int) -> None:
         """A step of the room."""
