@@ -61,8 +61,8 @@ NO_SIGNAL_NS = 1_500_000_000
 @dataclass(frozen=True)
 class View:
     """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". engine: what deforms
-    figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins. screens: in the room, the picture
-    holds all of theirs; none: a desktop. eye_distance, convergence: of stereo [m]."""
+    figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins. wrinkles: on clothes and faces. screens:
+    in the room, the picture holds all of theirs; none: a desktop. eye_distance, convergence: of stereo [m]."""
 
     width: int
     height: int
@@ -76,6 +76,7 @@ class View:
     stereo: Stereo = Stereo.MONO
     eye_distance: float = EYE_DISTANCE
     convergence: float = 1.0
+    wrinkles: bool = True
 
 
 @dataclass
@@ -169,7 +170,8 @@ class Studio:
             own = name == self.view.eyes and (self.view.kind == "seat" or bool(self.view.screens))
             limbs = limb_rows(now.posed, cast.shape.casters)
             # Before a wall stands the viewer's own body: only its shadow is drawn.
-            figures.append(FigureView(name, now.model, now.skin, limbs, own, shown=not (own and self.view.screens)))
+            seen = not (own and self.view.screens)
+            figures.append(FigureView(name, now.model, now.skin, limbs, own, shown=seen, folds=now.folds))
             if not own:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
@@ -201,7 +203,7 @@ class Studio:
             ghosts.setdefault(name, []).extend(held)
         self._reshape(self._soft.reshaped(instant, shapes, bodies, to_things))
         names = [(p.about.name, p.posture) for p in instant.people]
-        return {name: self._pose_one(name, posture, ghosts.get(name, ())) for name, posture in names}
+        return {name: self._pose_one(name, posture, ghosts.get(name, ()), instant.now_ns) for name, posture in names}
 
     def _reshape(self, now: dict[str, Reshaped | None]) -> None:
         """Put the surfaces of soft things that have changed where they are drawn from."""
@@ -213,11 +215,11 @@ class Studio:
             self.painter.reshape_thing(thing_id, positions, normals)
         self._reshaped = now
 
-    def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
+    def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource], now_ns: int) -> Posed:
         cast = self._cast[name]
         try:
             now = cast.shape.pose(
-                posture, ghosts, self._pixels_per_m(cast.at), planned=self._deformer is not None
+                posture, ghosts, self._pixels_per_m(cast.at), planned=self._deformer is not None, at_ns=now_ns
             )
             cast.at = now.joints.position[JOINT_INDEX["hips"]]
             return now
@@ -311,9 +313,12 @@ class Studio:
         return shape
 
     def _dressed(self, shape: Shape) -> Shape:
-        """A figure with muscles and bones under its skin, or without them, as the view says."""
-        if not self.view.layers and isinstance(shape, Person):
-            shape.bare()
+        """A figure with muscles and bones under its skin, and with wrinkles, or without them, as the view says."""
+        if isinstance(shape, Person):
+            if not self.view.layers:
+                shape.bare()
+            if not self.view.wrinkles:
+                shape.iron()
         return shape
 
     def _furnish(self, instant: Instant) -> None:
@@ -321,27 +326,27 @@ class Studio:
         for thing_id, thing in instant.things.items():
             if thing_id in self._fixed or not (thing.primitives or thing.looks):
                 continue
+            complete = all(k.model in self._models for k in thing.looks)
+            if self._things.get(thing_id) is thing and not (complete and thing_id in self._lacking):
+                continue
+            (self._lacking.discard if complete else self._lacking.add)(thing_id)
             if gives_way(thing):
                 self._reshaped.pop(thing_id, None)
                 surface = self._soft.of(thing).surface
                 colour = linear(thing.primitives[0].colour or thing.colour)
                 self.painter.set_thing(thing_id, surface, np.tile(np.array(colour, np.float32), (len(surface.vertices), 1)))
-            complete = all(k.model in self._models for k in thing.looks)
-            if self._things.get(thing_id) is thing and not (complete and thing_id in self._lacking):
-                continue
-            (self._lacking.discard if complete else self._lacking.add)(thing_id)
             else:
                 self._show(thing)
             self._things[thing_id] = thing
         for thing_id in set(self._things) - set(instant.things):
             self.painter.drop_thing(thing_id)
             del self._things[thing_id]
+            self._lacking.discard(thing_id)
 
     def _show(self, thing: Thing) -> None:
         """Make the picture of a thing that keeps its shape."""
         if thing.id in self._lacking:
             log.info("event=model_awaited thing=%s shown=what_is_felt_of_it", thing.id)
-            self._lacking.discard(thing_id)
         pieces = pieces_of(thing, self._models, self._detail)
         own = [p for p in pieces if not p.mesh]
         colours = np.repeat(
