@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -59,7 +59,8 @@ _NO_GL_RETRY_S = 30.0
 class Config:
     """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
     seats: of the room; video: the MP4 to write, None for none; avatars: files of participants; sound: whether the site's
-    sound is streamed, for the MP4; room: what the conference file says of the room, where files hold some of it."""
+    sound is streamed, for the MP4; room: what the conference file says of the room, where files hold some of it;
+    people: the site's participants, whose details of the room are listened to."""
 
     site: str
     view: View
@@ -70,6 +71,7 @@ class Config:
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
     sound: bool = False
     room: RoomKeys | None = None
+    people: tuple[str, ...] = ()
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -87,7 +89,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
         paths.video(site.name) if shown.video else None, files_of(conference), bool(site.audio and site.audio.stream),
-        conference.room if conference.room.from_files else None,
+        conference.room if conference.room.from_files else None, tuple(p.name for p in site.participants),
     )  # fmt: skip
 
 
@@ -149,7 +151,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     deliveries = Deliveries(bus, stage)
     models: dict[str, Model] = {}
     furniture = RoomDeliveries(bus, clock, models)
-    inputs = _Inputs(bus, stage, clock, config.site)
+    inputs = _Inputs(bus, stage, clock, config.site, config.people)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     video = _open_video(config)
     easel = _Easel(config, thread, deliveries, models)
@@ -204,13 +206,13 @@ def _open_video(config: Config) -> VideoWriter | None:
 class _Inputs:
     """What the stage listens to."""
 
-    def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str) -> None:
+    def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str, people: Sequence[str]) -> None:
         self._stage = stage
         self._status = bus.subscribe(BY_NAME["sound_status"], polled=True, site=site)
         self._sound = bus.subscribe(BY_NAME["sound"], queue_all=True, polled=True, site=site)
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
-        self._world = WorldListener(bus, clock)
+        self._world = WorldListener(bus, clock, people)
 
     def take(self) -> None:
         """Hand everything that has arrived to the stage."""
