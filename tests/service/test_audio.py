@@ -49,8 +49,8 @@ class Conference:
         self.heard = folder / "heard.wav"
         mine = Microphone("ann", source or str(folder / "ann-microphone"), push_to_talk)
         self._configs = [
-            Config("tokyo", "ann", (mine,), stream=False, spatial=False, memory=folder / "muted.json"),
-            Config("oslo", "bob", (), loudspeaker or str(self.heard), policy or Policy(), False, delay_unit=delay_unit),
+            Config("tokyo", "ann", (mine,), stream=False, spatial="off", memory=folder / "muted.json"),
+            Config("oslo", "bob", (), loudspeaker or str(self.heard), policy or Policy(), "off", delay_unit=delay_unit),
         ]  # fmt: skip
         self.image_s: float | None = None
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vistel.audio.delay_policy import MATCH, Policy
+from vistel.audio.spatial import Spatial
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 
@@ -30,7 +31,7 @@ class Config:
     microphones: tuple[Microphone, ...] = ()
     loudspeaker: str = "none"
     policy: Policy = MATCH
-    spatial: bool = True
+    spatial: Spatial = "pan"
     stream: bool = True
     bitrate: int = 24_000
     repeats: int = 1

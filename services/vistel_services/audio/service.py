@@ -79,14 +79,14 @@ class _Site:
             )
             for m in config.microphones
         ]  # fmt: skip
-        self._hearing = Hearing(config.site, config.policy, frozenset(m.participant for m in config.microphones))
+        self._hearing = Hearing(config.site, config.policy, frozenset(m.participant for m in config.microphones), config.spatial)
         self._loudspeaker = Loudspeaker(config.loudspeaker, clock)
         self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
         self._status = bus.publish(BY_NAME["sound_status"])
         self._voices = bus.subscribe(BY_NAME["voice"], queue_all=True, polled=True)
         self._images = bus.subscribe(BY_NAME["image_delay"], polled=True, site=config.site)
         self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
-        self._heads = Heads(bus, config.listener) if config.spatial else None
+        self._heads = Heads(bus, config.listener) if config.spatial != "off" else None
         self._unit = DelayUnit(bus, config.delay_unit, config.site) if config.delay_unit else None
         self._places_ns = self._report_ns = 0
         self._heard_ns = 0.0
@@ -101,7 +101,7 @@ class _Site:
             self._play(now_ns, played_ns)
         if self._heads is not None and now_ns - self._places_ns >= _PLACES_NS:
             self._places_ns = now_ns
-            self._hearing.ears = self._heads.ears()
+            self._hearing.places = self._heads.places()
         talking = self._hearing.talking(self._heard_ns)
         if now_ns - self._report_ns >= _REPORT_NS or talking != self._shown:
             self._report_ns, self._shown = now_ns, talking
