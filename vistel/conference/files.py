@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from vistel.conference.devices import Camera
 from vistel.conference.model import Conference, Participant, Room
+from vistel.conference.speech import Speech
 
 
 class ConferenceError(ValueError):
@@ -55,7 +56,12 @@ def with_seats(conference: Conference) -> Conference:
 def _with_files(conference: Conference, folder: Path) -> Conference:
     """Files that lie in or below the conference file's folder by their whole path; others may be elsewhere."""
     sites = [
-        s.model_copy(update={"participants": [_person_with_files(p, folder) for p in s.participants]})
+        s.model_copy(
+            update={
+                "participants": [_person_with_files(p, folder) for p in s.participants],
+                "speech": s.speech and _speech_with_files(s.speech, folder),
+            }
+        )
         for s in conference.sites
     ]
     return conference.model_copy(update={"sites": sites, "room": _room_with_files(conference.room, folder)})
@@ -64,6 +70,11 @@ def _with_files(conference: Conference, folder: Path) -> Conference:
 def _room_with_files(room: Room, folder: Path) -> Room:
     things = [t.model_copy(update={"file": _beside(t.file, folder)}) for t in room.things]
     return room.model_copy(update={"file": _beside(room.file, folder), "things": things})
+
+
+def _speech_with_files(speech: Speech, folder: Path) -> Speech:
+    voices = speech.voices and (folder / speech.voices if (folder / speech.voices).is_dir() else speech.voices)
+    return speech.model_copy(update={"grammar": [_beside(g, folder) for g in speech.grammar], "voices": voices})
 
 
 def _person_with_files(person: Participant, folder: Path) -> Participant:

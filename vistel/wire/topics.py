@@ -114,6 +114,8 @@ TOPICS: tuple[Topic, ...] = (
           "how late voices are, and how microphones and loudspeakers are doing"),
     Topic("utterance", f"{_SITE}/participant/{{participant}}/utterance", speech_pb2.Utterance, 0, _R, _S, True,
           "what was understood of what somebody said, and what came of it"),
+    Topic("spoken_reply", f"{_SITE}/participant/{{participant}}/spoken_reply", audio_pb2.Voice, 50, _N, _S, False,
+          "what the room says to a participant, heard at their site"),
     Topic("equipment_request", f"{_SITE}/equipment/{{equipment}}/request", audio_pb2.EquipmentRequest, 0, _R, _S, True,
           "what is asked of a device of the room"),
     Topic("equipment_status", f"{_SITE}/equipment/{{equipment}}/status", audio_pb2.EquipmentStatus, 1, _R, _S, True,

@@ -84,6 +84,7 @@ class _Site:
         self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
         self._status = bus.publish(BY_NAME["sound_status"])
         self._voices = bus.subscribe(BY_NAME["voice"], queue_all=True, polled=True)
+        self._replies = bus.subscribe(BY_NAME["spoken_reply"], queue_all=True, polled=True, site=config.site)
         self._images = bus.subscribe(BY_NAME["image_delay"], polled=True, site=config.site)
         self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
         self._heads = Heads(bus, config.listener) if config.spatial != "off" else None
@@ -124,6 +125,8 @@ class _Site:
     def _take(self) -> None:
         for sample in self._voices.take():
             self._hearing.hear_voice(sample.names["participant"], sample.message, sample.received_ns)
+        for sample in self._replies.take():
+            self._hearing.hear_voice(f"reply-to-{sample.names['participant']}", sample.message, sample.received_ns)
         for sample in self._images.take():
             self._hearing.hear_image(sample.message)
         for sample in self._controls.take():
@@ -154,7 +157,7 @@ class _Site:
         for speaker in self._speakers:
             speaker.close()
         self._loudspeaker.close()
-        for subscription in (self._voices, self._images, self._controls):
+        for subscription in (self._voices, self._replies, self._images, self._controls):
             subscription.close()
         if self._heads is not None:
             self._heads.close()
