@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from benchmarks.row import Row, machine
 from vistel.audio.delay_policy import Policy
+from vistel.audio.hrtf import EAR_ANGLE, response
 from vistel.audio.levels import Meter
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder, version
-from vistel.audio.spatial import Head, heard_from
+from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, Head, Spatial, place_of
 from vistel.v1.audio_pb2 import Voice
 from vistel.v1.service_pb2 import ImageDelay
 from vistel_services.audio.hearing import Hearing
@@ -33,9 +34,11 @@ def run() -> Iterator[Row]:
     where = machine()
     speech = babble(3)
     packets, lookahead_ns = _packets(np.resize(0.2 * speech, SECONDS * RATE))
-    case = f"{TALKERS} talkers at once, spatialised, {version()}"
-    share = _mixed(packets, lookahead_ns, TALKERS, 0.0, 1)[0]
-    yield Row("audio", case, "processor time", "% of a core", 100 * share, None, None, None, "<= 20", share <= 0.20, where)
+    for spatial in ("pan", "hrtf"):
+        case = f"{TALKERS} talkers at once, spatial = {spatial}, {version()}"
+        share = _mixed(packets, lookahead_ns, TALKERS, 0.0, 1, spatial)[0]
+        yield Row("audio", case, "processor time", "% of a core", 100 * share, None, None, None, "<= 20", share <= 0.20, where)
+    yield from _ears(where)
     share = _spoken(np.resize(0.2 * speech, SECONDS * RATE))
     case = "one microphone that never rests"
     yield Row("audio", case, "processor time", "% of a core", 100 * share, None, None, None, None, None, where)
@@ -68,19 +71,20 @@ def _spoken(pcm: F32) -> float:
     return (time.process_time() - began) / (len(pcm) / RATE)
 
 
-def _mixed(packets: list[bytes], lookahead_ns: int, talkers: int, loss: float, seed: int) -> tuple[float, F32]:
+def _mixed(
+    packets: list[bytes], lookahead_ns: int, talkers: int, loss: float, seed: int, spatial: Spatial = "pan"
+) -> tuple[float, F32]:
     """Share of a core, and what is heard (n, 2)."""
     rng = np.random.default_rng(seed)
     arriving = sorted(
         (START_NS + k * FRAME_NS + FRAME_NS + DELAY_NS + int(rng.integers(JITTER_NS)), name, payload)
         for name in range(talkers) for k, payload in enumerate(packets) if rng.random() >= loss
     )  # fmt: skip
-    hearing = Hearing("tokyo", Policy(), frozenset())
+    hearing = Hearing("tokyo", Policy(), frozenset(), spatial)
     listener = Head(np.zeros(3), np.eye(3))
     angles = np.linspace(-2.5, 2.5, talkers)
-    hearing.ears = {
-        f"p{i}": heard_from(listener, Head(1.5 * np.array([np.sin(a), 0.0, np.cos(a)]), np.eye(3))) for i, a in enumerate(angles)
-    }
+    around = [Head(1.5 * np.array([np.sin(a), 0.0, np.cos(a)]), np.eye(3)) for a in angles]
+    hearing.places = {f"p{i}": place_of(listener, head) for i, head in enumerate(around)}
     delays = ImageDelay(site="tokyo")
     for i in range(talkers):
         delays.streams.add(participant=f"p{i}", delay_s=0.13)
@@ -99,6 +103,35 @@ def _mixed(packets: list[bytes], lookahead_ns: int, talkers: int, loss: float, s
         mixed = hearing.mix(now_ns, float(now_ns), 0.0)
         out.append(np.zeros((FRAME, 2), np.float32) if mixed is None else mixed)
     return (time.process_time() - began) / (len(packets) * FRAME_NS * 1e-9), np.concatenate(out)
+
+
+def _way(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """To a point of a sphere of radius 1 so far round from the source, straight or along its surface, from the centre's."""
+    off = np.abs((angle + np.pi) % (2.0 * np.pi) - np.pi)
+    return np.where(off < np.pi / 2.0, -np.cos(off), off - np.pi / 2.0)
+
+
+def _ears(where: str) -> Iterator[Row]:
+    """The model head against the formulas of the literature, at directions all round."""
+    azimuths = np.radians(np.arange(15.0, 166.0, 15.0))
+    heads = np.array([response(float(a), 0.0, pinna=False) for a in azimuths])
+    frequency = np.fft.rfftfreq(2 * heads.shape[2] - 2, 1.0 / RATE)
+    audible = (frequency > 0.0) & (frequency < 16_000.0)
+    frequency = frequency[audible]
+    ratio = heads[:, 0, audible] / heads[:, 1, audible]
+    late = np.unwrap(np.angle(ratio), axis=1) / (2.0 * np.pi * frequency)
+    radius_s = HEAD_RADIUS / SOUND_SPEED
+    kuhn = 3.0 * radius_s * np.sin(azimuths)
+    woodworth = radius_s * (_way(azimuths + EAR_ANGLE) - _way(azimuths - EAR_ANGLE))
+    low, high = (int(np.argmin(np.abs(frequency - f))) for f in (300.0, 10_000.0))
+    case = "interaural delay, 15 to 165 degrees to the left"
+    for at, name, theory in ((low, "300 Hz against 3 a/c sin (Kuhn 1977)", kuhn), (high, "10 kHz against Woodworth", woodworth)):
+        error = 1e6 * float(np.max(np.abs(late[:, at] - theory)))
+        yield Row("audio", case, f"largest difference, {name}", "us", error, None, None, None, "<= 50", error <= 50.0, where)
+    for f in (500.0, 2000.0, 4000.0, 8000.0):
+        level = 20.0 * np.log10(np.abs(ratio[:, int(np.argmin(np.abs(frequency - f)))]))
+        yield Row("audio", "interaural level, 15 to 165 degrees to the left", f"largest at {f:.0f} Hz", "dB", float(level.max()),
+                  None, None, None, None, None, where)  # fmt: skip
 
 
 def _longest_gap(heard: F32) -> float:

@@ -82,6 +82,6 @@ def _fit_ms() -> float:
         lying = s.part(n).moved(np.eye(3), trials.BUILD.palm[1] - np.array([0.0, 0.02, 0.0]))
         for _ in range(5):
             began = time.process_time()
-            fit(trials.BUILD, True, fingers[40], (True,) * 4, lying, to_palm=True, led=True)
+            fit(trials.BUILD, True, fingers[40], (True,) * 4, lying, to_palm=True)
             took.append(time.process_time() - began)
     return 1e3 * float(np.median(took))

@@ -8,8 +8,8 @@ from benchmarks import world_life, world_steps, world_wire
 from benchmarks.row import Row
 
 
-def run() -> Iterator[Row]:
-    """One row after the other."""
-    yield from world_steps.rows()
-    yield from world_wire.rows()
-    yield from world_life.rows()
+def run(thorough: bool = False) -> Iterator[Row]:
+    """One row after the other. thorough: longer, with more sizes and repetitions."""
+    yield from world_steps.rows(thorough)
+    yield from world_wire.rows(thorough)
+    yield from world_life.rows(thorough)

@@ -190,7 +190,8 @@ def _own(names: dict[str, str]) -> dict[str, str]:
 async def _move(bus: MemoryBus, clock: SimulatedClock, source: Clapping) -> None:
     """Sixty motions a second, each when it is done."""
     bus.publish(BY_NAME["participant"], participant="aiko").put(PEOPLE[0])
-    publication, encoder = bus.publish(BY_NAME["motion"], participant="aiko"), MotionEncoder()
+    publication = bus.publish(BY_NAME["motion"], participant="aiko")
+    encoder = MotionEncoder(losses="many", repeats=2)
     number = 0
     while True:
         number += 1

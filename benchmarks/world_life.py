@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from benchmarks.progress import part
 from benchmarks.row import Row, machine
 from benchmarks.world_steps import Load, Scene
 from vistel.space.world import World
@@ -21,27 +22,30 @@ from vistel_services.world.room import inputs_message
 
 TICK_MS = 1000.0 / 60.0
 TIMES = 15
+"""How often each is measured; a third as often in the short form."""
 
 
-def rows() -> Iterator[Row]:
+def rows(thorough: bool) -> Iterator[Row]:
     """A hand-over, a restart, a late joiner, a step's record in the journal, for a small and a large room."""
     where = machine()
     for people, things in ((3, 50), (20, 500)):
+        case, times = f"{people} people, {things} things", TIMES if thorough else TIMES // 3
         scene = Scene(Load(people, things))
-        for _ in range(90):
-            scene.step()
-        case = f"{people} people, {things} things"
+        with part(f"life: {case}", 90) as done:
+            for _ in range(90):
+                scene.step()
+                done()
         ready = World.restore(scene.world.snapshot())
-        moved = _least(lambda scene=scene, ready=ready: _hand_over(scene, ready))
+        moved = _least(lambda scene=scene, ready=ready: _hand_over(scene, ready), times)
         target = "<= 16.7 (one step)"
         yield Row("world", case, "hand-over", "ms", moved, None, None, None, target, moved <= TICK_MS, where)
-        cold = _least(lambda scene=scene: World.restore(scene.world.snapshot()))
+        cold = _least(lambda scene=scene: World.restore(scene.world.snapshot()), times)
         yield Row("world", case, "read from disk", "ms", cold, None, None, None, None, None, where)
         view = scene.take(scene.inputs())
-        late = _least(lambda scene=scene, view=view: _late(scene, view))
+        late = _least(lambda scene=scene, view=view: _late(scene, view), times)
         yield Row("world", case, "late joiner", "ms", late, None, None, None, "<= 500", late <= 500.0, where)
         inputs = scene.inputs()
-        kept = _least(lambda inputs=inputs: journal.record(inputs_message(inputs), inputs))
+        kept = _least(lambda inputs=inputs: journal.record(inputs_message(inputs), inputs), times)
         yield Row("world", case, "journal, per step", "ms", kept, None, None, None, None, None, where)
         size = len(journal.record(inputs_message(inputs), inputs)) * 60 / 1000
         yield Row("world", case, "journal", "kB/s", size, None, None, None, None, None, where)
@@ -57,9 +61,9 @@ def _late(scene: Scene, view: object) -> None:
     WorldSnapshot.FromString(packed)
 
 
-def _least(what: object) -> float:
+def _least(what: object, count: int) -> float:
     times: list[float] = []
-    for _ in range(TIMES):
+    for _ in range(count):
         began = time.thread_time()
         what()  # type: ignore[operator]
         times.append((time.thread_time() - began) * 1e3)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from benchmarks.progress import part
 from benchmarks.row import Row, machine
 from benchmarks.world_steps import LASTS_S, STEP_NS, Load, Scene
 from vistel.figure.posture import pose_joints
@@ -29,7 +30,8 @@ MOVING = 5
 SEATS = 14
 """Of the room: things lie where the hands of three people seldom come, or many more would move."""
 CROWDED = 30
-SECONDS = 16.0
+SECONDS, CROWD_SECONDS = 16.0, 6.0
+"""Half of these in the short form."""
 KBIT = 20.0
 MILLIMETRES, DEGREES = 0.5, 0.1
 CROWDS = (3, 6, 12, 24)
@@ -53,12 +55,12 @@ class Heard:
         return self.bits / self.seconds / 1000
 
 
-def rows() -> Iterator[Row]:
+def rows(thorough: bool) -> Iterator[Row]:
     """Bandwidth, errors and costs."""
-    where = machine()
+    where, share = machine(), 1.0 if thorough else 0.5
     warm_up()
     for what, seats, led in (("led by trackers", SEATS, True), ("thrown and pushed about", 10, False)):
-        heard = listen(Load(3, 50, seats=seats), led=led)
+        heard = listen(Load(3, 50, seats=seats), led=led, seconds=share * SECONDS)
         case = f"3 people, 50 things, {np.mean(heard.moving):.1f} of them {what}"
         yield Row("world", case, "to each receiver", "kbit/s", heard.kbit_s, None, None, None, f"<= {KBIT:g}",
                   heard.kbit_s <= KBIT, where)  # fmt: skip
@@ -73,21 +75,22 @@ def rows() -> Iterator[Row]:
         yield Row("world", case, "hearing it, per second", "ms", heard.hearing_s / heard.seconds * 1e3, None, None, None,
                   None, None, where)  # fmt: skip
         yield Row("world", case, "snapshot for a late joiner", "kB", heard.snapshot / 1000, None, None, None, None, None, where)
-    rates = [listen(Load(n, 50, seats=CROWDED), seconds=6.0).kbit_s for n in CROWDS]
-    each = float(np.polyfit(CROWDS, rates, 1)[0])
-    case = "50 things, people: " + ", ".join(f"{n}: {r:.1f}" for n, r in zip(CROWDS, rates, strict=True)) + " kbit/s"
+    crowds = CROWDS if thorough else CROWDS[:-1]
+    rates = [listen(Load(n, 50, seats=CROWDED), seconds=share * CROWD_SECONDS).kbit_s for n in crowds]
+    each = float(np.polyfit(crowds, rates, 1)[0])
+    case = "50 things, people: " + ", ".join(f"{n}: {r:.1f}" for n, r in zip(crowds, rates, strict=True)) + " kbit/s"
     yield Row("world", case, "each further person", "kbit/s", each, None, None, None, None, None, where)
 
 
-def listen(load: Load, *, led: bool = False, seconds: float = SECONDS) -> Heard:
+def listen(load: Load, *, led: bool = False, seconds: float) -> Heard:
     """Some seconds of a world, told and heard. led: the things that move follow hands at a distance, instead of being thrown."""
     scene = _Led(load) if led else Scene(load)
     teller, decoder, backlog, stage = Teller(), WorldDecoder(), Backlog(), Stage(100_000_000)
     out = Heard()
     waiting: dict[int, WorldView] = {}
     begin, end = round(LASTS_S * 60), round((LASTS_S + seconds) * 60)
-    for n in range(end):
-        view = scene.world.step(scene.inputs())
+    for view in _steps(scene, end, f"wire: {load.name}, {'led' if led else 'thrown'}"):
+        n = view.step - 1
         began = time.thread_time()
         told = teller.tell(view)
         out.telling_s += (time.thread_time() - began) * (n >= begin)
@@ -116,6 +119,13 @@ def listen(load: Load, *, led: bool = False, seconds: float = SECONDS) -> Heard:
     if WorldDecoder().begin(WorldSnapshot.FromString(backlog.snapshot().SerializeToString())) is None:
         raise RuntimeError("a late joiner did not understand the snapshot")
     return out
+
+
+def _steps(scene: Scene, count: int, name: str) -> Iterator[WorldView]:
+    with part(name, count) as done:
+        for _ in range(count):
+            yield scene.world.step(scene.inputs())
+            done()
 
 
 def _compare(out: Heard, view: WorldView, now: RoomNow) -> None:

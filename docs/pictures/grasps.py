@@ -53,7 +53,7 @@ def hands_on(studio: Studio, figure: Figure, held: Thing, low: float, fingers: F
     lie = build.palm[1] - np.array([0.0, low, 0.0]) - axis, turned
     aim = align(held, lie, build.palm[1])
     part = solids((held,)).part(0).moved(matrix_from_quaternion(aim[1]), aim[0])
-    found = fit(build, True, fingers, (True,) * 4, part, to_palm=True, led=True)
+    found = fit(build, True, fingers, (True,) * 4, part, to_palm=True)
     out: list[Image.Image] = []
     for angles, (position, rotation) in ((fingers, lie), (found.fingers, (aim[0] + found.shift, aim[1]))):
         posture = Posture(spread.dofs, np.stack([spread.hands[0], angles]))

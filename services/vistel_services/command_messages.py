@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Action, Along, Shown, Towards, Where, Which
+from vistel.space.commands.actions import Action, Along, Shown, Size, Towards, Where, Which
 from vistel.v1 import command_pb2 as pb
 from vistel.v1.geometry_pb2 import Pose
 
@@ -58,11 +58,12 @@ def _from_which(w: Which) -> pb.Which:
     return pb.Which(
         thing=w.thing, name=w.name, shape=w.shape, colour=w.colour, every=w.every,
         shown=shown[w.shown] if w.shown else pb.Which.SHOWN_UNSPECIFIED,
+        size=next((code for code, size in _SIZE.items() if size is w.size), pb.Which.SIZE_UNSPECIFIED),
     )  # fmt: skip
 
 
 def _which(m: pb.Which) -> Which:
-    return Which(m.thing, m.name, m.shape, m.colour, _SHOWN.get(m.shown), m.every)
+    return Which(m.thing, m.name, m.shape, m.colour, _SHOWN.get(m.shown), m.every, _SIZE.get(m.size))
 
 
 def _named(m: Any) -> Which:
@@ -73,12 +74,14 @@ _SHOWN = {
     pb.Which.SHOWN_POINTED: Shown.POINTED, pb.Which.SHOWN_LOOKED_AT: Shown.LOOKED_AT,
     pb.Which.SHOWN_SELECTED: Shown.SELECTED, pb.Which.SHOWN_HELD: Shown.HELD,
 }  # fmt: skip
+_SIZE = {pb.Which.SIZE_LARGEST: Size.LARGEST, pb.Which.SIZE_SMALLEST: Size.SMALLEST}
 _TOWARDS = {
     pb.TOWARDS_RIGHT: Towards.RIGHT, pb.TOWARDS_LEFT: Towards.LEFT, pb.TOWARDS_UP: Towards.UP,
     pb.TOWARDS_DOWN: Towards.DOWN, pb.TOWARDS_AHEAD: Towards.AHEAD, pb.TOWARDS_BACK: Towards.BACK,
 }  # fmt: skip
 _ALONG = {
     pb.ALONG_LONGEST: Along.LONGEST, pb.ALONG_UP: Along.UP, pb.ALONG_ACROSS: Along.ACROSS, pb.ALONG_AHEAD: Along.AHEAD,
+    pb.ALONG_GIRTH: Along.GIRTH,
 }  # fmt: skip
 _WHERE = {pb.WHERE_HERE: Where.HERE, pb.WHERE_POINTED: Where.POINTED}
 _CODE: dict[Towards | Along | Where, int] = {

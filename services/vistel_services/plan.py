@@ -28,7 +28,7 @@ def site_processes(conference: Conference, site: str) -> list[ProcessPlan]:
     """The processes of one site, as the conference file groups its services."""
     for s in conference.sites:
         if s.name == site:
-            return [ProcessPlan(site, _label(group), tuple(group)) for group in s.processes]
+            return [ProcessPlan(site, _label(group), group) for group in s.groups]
     names = ", ".join(s.name for s in conference.sites)
     raise ValueError(f"site: no site {site!r} in this conference; there are {names}")
 

@@ -41,6 +41,7 @@ from vistel_sim.liberty import Liberty
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.source import Clapper, Place, places, prop_transmitter, receiver_on_prop
 from vistel_sim.phone import Packets, SimulatedSender, face_packets, run_senders, talking
+from vistel_sim.sayings import Sayings
 from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
 from vistel_sim.vrpn_server import SimulatedVrpn
 
@@ -119,7 +120,8 @@ def simulated_microphones(
     for person in _talkers(conference, site):
         name = f"{person.name}-microphone"
         seed = device_seed(conference.seed, name)
-        voice = Voice(partial(motion.speaking, person.name), partial(_claps_of, motion, person.name), seed)
+        sayings = Sayings(person.says) if person.says else None
+        voice = Voice(partial(motion.speaking, person.name), partial(_claps_of, motion, person.name), seed, sayings)
         out.append(SimulatedMicrophone(name, voice, paths.device(name), faults, seed=seed))
     return out
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from vistel.wire.clock import Clock
 from vistel_sim.faults import DeviceFaults, Fault
+from vistel_sim.sayings import Sayings
 
 F32 = NDArray[np.float32]
 
@@ -79,8 +80,9 @@ def clap() -> F32:
 class Voice:
     """What a microphone in front of somebody hears, block after block."""
 
-    def __init__(self, loudness: Loudness, claps: Claps, seed: int) -> None:
-        self._loudness, self._claps = loudness, claps
+    def __init__(self, loudness: Loudness, claps: Claps, seed: int, sayings: Sayings | None = None) -> None:
+        """sayings: sentences instead of babble."""
+        self._loudness, self._claps, self._sayings = loudness, claps, sayings
         self._babble = babble(seed)
         self._clap = clap()
         rng = np.random.default_rng((seed, 1))
@@ -92,7 +94,9 @@ class Voice:
         start_s, end_s = begin / RATE, (begin + BLOCK) / RATE
         out = self._noise[np.arange(begin, begin + BLOCK) % len(self._noise)]
         a, b = self._loudness(start_s), self._loudness(end_s)
-        if a > 0.0 or b > 0.0:
+        if self._sayings is not None:
+            out += self._sayings.between(begin, begin + BLOCK)
+        elif a > 0.0 or b > 0.0:
             out += np.linspace(_LOUD * a, _LOUD * b, BLOCK, dtype=np.float32) * self._babble[
                 np.arange(begin, begin + BLOCK) % len(self._babble)
             ]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from vistel.audio.delay_policy import Policy
-from vistel.audio.opus import RATE
+from vistel.audio.opus import FRAME_NS, RATE
 from vistel.v1.audio_pb2 import EquipmentStatus, SoundStatus, VoiceControl
 from vistel.v1.service_pb2 import ImageDelay
 from vistel.wire.clock import SimulatedClock
@@ -49,8 +49,8 @@ class Conference:
         self.heard = folder / "heard.wav"
         mine = Microphone("ann", source or str(folder / "ann-microphone"), push_to_talk)
         self._configs = [
-            Config("tokyo", "ann", (mine,), stream=False, spatial=False, memory=folder / "muted.json"),
-            Config("oslo", "bob", (), loudspeaker or str(self.heard), policy or Policy(), False, delay_unit=delay_unit),
+            Config("tokyo", "ann", (mine,), stream=False, spatial="off", memory=folder / "muted.json"),
+            Config("oslo", "bob", (), loudspeaker or str(self.heard), policy or Policy(), "off", delay_unit=delay_unit),
         ]  # fmt: skip
         self.image_s: float | None = None
 
@@ -211,6 +211,22 @@ def test_a_silent_device_is_named_and_its_next_word_is_heard_on_time(tmp_path: P
         assert c.voice.skew_s == pytest.approx(0.0, abs=0.005)
 
     play(Conference(tmp_path, loudness=always), script)
+
+
+def test_each_message_carries_the_frame_before_it_once_more_and_none_across_a_pause(tmp_path: Path) -> None:
+    async def script(c: Conference) -> None:
+        said = c.oslo.subscribe(BY_NAME["voice"], queue_all=True)
+        await c.go_on(6.0)
+        before: Any = None
+        pauses = 0
+        for message in (s.message for s in said.take()):
+            follows = before is not None and message.header.t_ns - before.header.t_ns == FRAME_NS and bool(before.opus)
+            assert list(message.earlier) == ([before.opus] if follows else [])
+            pauses += not follows
+            before = message
+        assert pauses >= 2
+
+    play(Conference(tmp_path), script)
 
 
 @pytest.mark.parametrize("stood_s", [0.3, 0.7])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.audio.opus import RATE
-from vistel.audio.spatial import CENTRE, MOST_LATE_S, Ears
+from vistel.audio.spatial import CENTRE, MOST_LATE_S, Ears, Place, panned
 
 F32 = NDArray[np.float32]
 
@@ -36,6 +37,25 @@ class Limiter:
             return block
         ramp = np.linspace(before, self._gain, len(block), dtype=np.float32)[:, None]
         return np.clip(block * ramp, -1.0, 1.0)
+
+
+class Mixing(Protocol):
+    """Voices from their places, into two ears."""
+
+    def mix(self, voices: Mapping[str, F32], places: Mapping[str, Place | None]) -> F32 | None:
+        """Voices (FRAME,) each by talker to (FRAME, 2), left and right; None: silence. places: who comes from where."""
+        ...
+
+
+class Panning:
+    """By loudness, delay and dullness: for loudspeakers, and for headphones without a feeling of space."""
+
+    def __init__(self) -> None:
+        self._mixer = Mixer()
+
+    def mix(self, voices: Mapping[str, F32], places: Mapping[str, Place | None]) -> F32 | None:
+        """As of Mixing."""
+        return self._mixer.mix(voices, {name: panned(places.get(name)) for name in voices})
 
 
 class Mixer:

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 F64 = NDArray[np.float64]
+Spatial = Literal["off", "pan", "hrtf"]
+"""How voices are given places: not at all; panned, for loudspeakers; by transfer functions, for headphones."""
 
 HEAD_RADIUS = 0.0875
 SOUND_SPEED = 343.0
@@ -45,17 +48,40 @@ class Head:
     rotation: F64
 
 
-def heard_from(listener: Head, talker: Head) -> Ears:
-    """How a listener hears a talker. Somebody who turns away sounds duller and quieter."""
+@dataclass(frozen=True)
+class Place:
+    """Where a talker is for a listener's head: to the left of straight ahead and above the ears' level [rad], how loud,
+    how much they face away (0 to 1)."""
+
+    azimuth: float
+    elevation: float
+    loud: float = 1.0
+    away: float = 0.0
+
+
+def place_of(listener: Head, talker: Head) -> Place | None:
+    """Where a listener hears a talker from; None: both are in one place. Somebody who turns away is quieter."""
     to = talker.position - listener.position
     distance = float(np.linalg.norm(to))
     if distance < 1e-6:
-        return CENTRE
-    left, _, _ = (listener.rotation.T @ to / distance).tolist()
+        return None
+    left, up, ahead = (listener.rotation.T @ to / distance).tolist()
     loud = _REFERENCE_M / min(_FARTHEST_M, max(_NEAREST_M, distance))
-    facing = float(talker.rotation[:, 2] @ -to) / distance
-    away = 0.5 * (1.0 - facing)
-    loud *= 1.0 - 0.4 * away
+    away = 0.5 * (1.0 - float(talker.rotation[:, 2] @ -to) / distance)
+    return Place(math.atan2(left, ahead), math.asin(max(-1.0, min(1.0, up))), loud * (1.0 - 0.4 * away), away)
+
+
+def heard_from(listener: Head, talker: Head) -> Ears:
+    """How a listener hears a talker, panned."""
+    return panned(place_of(listener, talker))
+
+
+def panned(place: Place | None) -> Ears:
+    """What is done for a place without transfer functions: loudness, delay and dullness for each ear. Somebody who turns
+    away sounds duller."""
+    if place is None:
+        return CENTRE
+    left, loud, away = math.cos(place.elevation) * math.sin(place.azimuth), place.loud, place.away
     side = math.asin(min(1.0, abs(left)))
     late = HEAD_RADIUS / SOUND_SPEED * (side + abs(left))
     far = abs(left)

@@ -9,6 +9,7 @@ sender's sound card, and by more by time stretching; in silence it jumps.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,9 +87,22 @@ class VoiceStream:
         """How much faster the sender's samples come than their times say."""
         return self._drift * 1e6
 
-    def push(self, t_ns: int, packet: bytes) -> None:
-        """A packet whose first decoded sample was captured at `t_ns`; empty: silence from there on."""
+    def push(self, t_ns: int, packet: bytes, earlier: Sequence[bytes] = ()) -> list[int]:
+        """A packet whose first decoded sample was captured at `t_ns`; empty: silence from there on. `earlier`: the packets
+        before it once more, newest first. Which of them were lost (1: the one before) and can be used is returned."""
         slot = self._slot(t_ns)
+        regained = [back for back, old in enumerate(earlier, 1) if old and self._fill(slot - back, old)]
+        self._take(slot, packet)
+        return regained
+
+    def _fill(self, slot: int, packet: bytes) -> bool:
+        if slot in self._packets or slot * FRAME < self._tape.end:
+            return False
+        self._packets[slot] = packet
+        self._newest = max(self._newest, slot)
+        return True
+
+    def _take(self, slot: int, packet: bytes) -> None:
         if not packet:
             self._ends = slot if slot >= self._newest else self._ends
             return
@@ -142,6 +156,7 @@ class VoiceStream:
     def _restart(self, t_ns: int) -> None:
         self._packets.clear()
         self._newest, self._ends, self._last_seen = -1, None, None
+        self._tape = Tape()
         self._anchor_ns = float(t_ns)
         self._position = None
 

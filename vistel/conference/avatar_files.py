@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import os
-import tempfile
 from pathlib import Path
 
+from vistel.conference.kept import make_room, write_whole
 from vistel.conference.model import Participant
 from vistel.figure.avatar_builtin import default_cache
 from vistel.figure.parcel import ENDING
@@ -54,28 +53,9 @@ def keep_parcel(digest: str, data: bytes) -> bool:
     """Put a parcel into the avatar folder, whole or not at all; False, and a line in the log, when the disk refuses."""
     path = parcel_path(digest)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(data)
-            os.replace(part, path)
-        except BaseException:
-            Path(part).unlink(missing_ok=True)
-            raise
+        write_whole(path, data)
     except OSError as fault:
         log.warning("event=parcel_not_kept path=%s reason=%r", path, fault.strerror or str(fault))
         return False
-    _make_room(path.parent)
+    make_room(path.parent, f"parcel-*{ENDING}", MOST_KEPT)
     return True
-
-
-def _make_room(folder: Path) -> None:
-    kept: list[tuple[int, int, Path]] = []
-    total = 0
-    with contextlib.suppress(OSError):  # another process makes room too
-        kept += [(p.stat().st_mtime_ns, p.stat().st_size, p) for p in folder.glob(f"parcel-*{ENDING}")]
-        for _, size, path in sorted(kept, reverse=True):
-            total += size
-            if total > MOST_KEPT:
-                path.unlink(missing_ok=True)

@@ -69,6 +69,8 @@ class Display(Checked):
     """What deforms figures; auto: the GPU where one draws, else the CPU."""
     layers: bool = True
     """Whether muscles and bones show under figures' skins."""
+    wrinkles: bool = True
+    """Whether the clothes of built-in figures crease, and their faces."""
 
     @model_validator(mode="after")
     def _screens_apart(self) -> Display:

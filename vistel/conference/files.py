@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from vistel.conference.devices import Camera
 from vistel.conference.model import Conference, Participant, Room
+from vistel.conference.speech import Speech
 
 
 class ConferenceError(ValueError):
@@ -20,8 +21,9 @@ DEMO_FILE = Path(__file__).with_name("demo.toml")
 """The conference that runs when no file is named."""
 
 
-def load(path: Path) -> Conference:
-    """Read and check a conference file. Raises ConferenceError."""
+def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
+    """Read and check a conference file. room_elsewhere: the room's file may be missing, the world's site has it; then the seats
+    are not known. Raises ConferenceError."""
     try:
         data = tomllib.loads(path.read_text("utf-8"))
     except OSError as e:
@@ -30,7 +32,9 @@ def load(path: Path) -> Conference:
         raise ConferenceError(f"{path}: not valid TOML: {e}") from e
     try:
         conference = _with_files(Conference.model_validate(data), path.parent)
-        return with_seats(conference) if conference.room.file is not None else conference
+        room = conference.room.file
+        known = room is not None and (room.is_file() or not room_elsewhere)
+        return with_seats(conference) if known else conference
     except ValidationError as e:
         lines = [f"{path}: {_key(err['loc'])}: {err['msg']}" for err in e.errors()]
         raise ConferenceError("\n".join(lines)) from e
@@ -52,7 +56,12 @@ def with_seats(conference: Conference) -> Conference:
 def _with_files(conference: Conference, folder: Path) -> Conference:
     """Files that lie in or below the conference file's folder by their whole path; others may be elsewhere."""
     sites = [
-        s.model_copy(update={"participants": [_person_with_files(p, folder) for p in s.participants]})
+        s.model_copy(
+            update={
+                "participants": [_person_with_files(p, folder) for p in s.participants],
+                "speech": s.speech and _speech_with_files(s.speech, folder),
+            }
+        )
         for s in conference.sites
     ]
     return conference.model_copy(update={"sites": sites, "room": _room_with_files(conference.room, folder)})
@@ -61,6 +70,11 @@ def _with_files(conference: Conference, folder: Path) -> Conference:
 def _room_with_files(room: Room, folder: Path) -> Room:
     things = [t.model_copy(update={"file": _beside(t.file, folder)}) for t in room.things]
     return room.model_copy(update={"file": _beside(room.file, folder), "things": things})
+
+
+def _speech_with_files(speech: Speech, folder: Path) -> Speech:
+    voices = speech.voices and (folder / speech.voices if (folder / speech.voices).is_dir() else speech.voices)
+    return speech.model_copy(update={"grammar": [_beside(g, folder) for g in speech.grammar], "voices": voices})
 
 
 def _person_with_files(person: Participant, folder: Path) -> Participant:

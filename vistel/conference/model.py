@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PropTracker, TrackerConfig
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
+from vistel.conference.speech import Speech
 
 if TYPE_CHECKING:
     import numpy as np
@@ -60,6 +61,8 @@ class Participant(Checked):
     motion: str | None = None
     """What the simulated devices feel: a file (.bvh, a folder of 6-DOF recordings) or a built-in choreography ("meeting",
     "clay")."""
+    says: list[str] = Field(default=[])
+    """Sentences that a simulated microphone hears, one after the other, instead of babble; espeak-ng says them."""
 
 
 class Prop(Checked):
@@ -84,10 +87,29 @@ class Site(Checked):
     display: Display = Display()
     audio: Audio | None = None
     """Without the section, the site hears and says nothing."""
-    processes: list[list[Literal["tracker", "glove", "face", "posture", "audio", "delay", "renderer"]]] = Field(
+    speech: Speech | None = None
+    """Without the section, nobody at the site speaks to the room."""
+    processes: list[list[Literal["tracker", "glove", "face", "posture", "audio", "delay", "speech", "renderer"]]] = Field(
         default=[["tracker", "glove", "face", "posture", "audio", "delay"], ["renderer"]]
     )
-    """Which services share a process."""
+    """Which services share a process; speech, where it is listed nowhere, has one of its own."""
+
+    @property
+    def groups(self) -> list[tuple[str, ...]]:
+        """The services of each process."""
+        listed: list[tuple[str, ...]] = [tuple(group) for group in self.processes]
+        alone = self.speech is not None and all("speech" not in group for group in listed)
+        return [*listed, ("speech",)] if alone else listed
+
+    @model_validator(mode="after")
+    def _speech_has_microphones(self) -> Site:
+        here = [p.name for p in self.participants]
+        if self.speech is not None and self.audio is None:
+            raise ValueError("speech: nobody can be heard here; add a section [sites.audio]")
+        for name in self.speech.languages if self.speech else {}:
+            if name not in here:
+                raise ValueError(f"speech.languages.{name}: no participant of this site; there are {', '.join(here)}")
+        return self
 
     @model_validator(mode="after")
     def _microphones_of_its_own(self) -> Site:
@@ -201,6 +223,8 @@ class MotionStream(Checked):
     losses: Literal["rare", "some", "many"] = "rare"
     """How often links lose single messages. rare: the smallest frames, which build on each other; many: every frame needs
     the last full one and nothing else, for a third more bytes."""
+    repeats: int = Field(default=0, ge=0, le=3)
+    """How many of the frames before it each message carries once more: what a link loses comes a frame later."""
 
 
 class Conference(Checked):

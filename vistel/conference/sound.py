@@ -8,6 +8,7 @@ from typing import Literal
 from pydantic import Field, field_validator, model_validator
 
 from vistel.audio.delay_policy import Policy, read_policy
+from vistel.audio.spatial import Spatial
 from vistel.conference.devices import Checked, Name
 from vistel.protocol.equipment import DELAY_UNIT, Kind, Register, Table
 
@@ -103,16 +104,23 @@ class Audio(Checked):
     """"auto" (the system's, where there is one), "none", a part of a device's name, or a .wav file to write."""
     delay: str = "match"
     """How long voices are held back: "match" (each to the picture of its talker) or "fixed SECONDS"."""
-    spatial: bool = True
-    """Whether voices come from where their talkers are."""
+    spatial: Spatial = "pan"
+    """How voices come from where their talkers are: "pan" (for loudspeakers), "hrtf" (for headphones) or "off"."""
     push_to_talk: bool = False
     """Whether microphones are open only while a button is held."""
     stream: bool = True
     """Whether what is heard is sent to the site's renderer for its video, and to who else listens."""
     bitrate: int = Field(default=24_000, ge=6_000, le=128_000)
+    repeats: int = Field(default=1, ge=0, le=3)
+    """How many of the frames before it each message carries once more: what a link loses comes with its successor."""
     latency: float = Field(default=0.0, ge=0.0, le=1.0)
     """Seconds from loudspeaker output to ear that the sound card does not know of: amplifiers, wireless headphones."""
     equipment: list[Equipment] = Field(default=[])
+
+    @field_validator("spatial", mode="before")
+    @classmethod
+    def _yes_or_no(cls, spatial: object) -> object:
+        return {True: "pan", False: "off"}[spatial] if isinstance(spatial, bool) else spatial
 
     @field_validator("delay")
     @classmethod

@@ -28,6 +28,12 @@ MARGIN = 0.004
 
 
 @compiled
+def _length(v, n):
+    """Of row n of v."""
+    return math.sqrt(v[n, 0] * v[n, 0] + v[n, 1] * v[n, 1] + v[n, 2] * v[n, 2])
+
+
+@compiled
 def _turned(r, k, v):
     """Row k of r @ v."""
     return r[k, 0] * v[0] + r[k, 1] * v[1] + r[k, 2] * v[2]
@@ -138,8 +144,12 @@ def detect(
     seen = np.empty(5)
     w = np.empty(3)
     speed = np.empty(n)
+    middle = np.empty((len(kind), 3))  # of the spheres round the primitives, in the room
     for a in range(n):
-        speed[a] = math.sqrt((velocity[a] * velocity[a]).sum()) + radius[a] * math.sqrt((spin[a] * spin[a]).sum())
+        speed[a] = _length(velocity, a) + radius[a] * _length(spin, a)
+        for p in range(first[a], first[a + 1]):
+            for k in range(3):
+                middle[p, k] = position[a, k] + _turned(body_r[a], k, centre[p])
     near = pairs_in_reach(position, radius, speed, mode, dt)
     next_pair = 0
     for a in range(n):
@@ -161,8 +171,7 @@ def detect(
                     for p in range(first[j], first[j + 1]):
                         far = 0.0
                         for k in range(3):
-                            c = position[j, k] + _turned(body_r[j], k, centre[p])
-                            far += (w[k] - c) * (w[k] - c)
+                            far += (w[k] - middle[p, k]) * (w[k] - middle[p, k])
                         reach = bound[p] + probe_radius[q] + margin
                         if far > reach * reach:
                             continue
@@ -206,8 +215,7 @@ def detect(
         a = push_thing[i]
         v = push_velocity[i]
         if mode[a] == 2 and push_gap[i] < 0.0:
-            speed = math.sqrt((v * v).sum())
-            if speed > 0.03 or push_gap[i] < -0.004:
+            if _length(push_velocity, i) > 0.03 or push_gap[i] < -0.004:
                 mode[a], still[a] = 1, 0
                 woken = True
         if mode[a] == 1:

@@ -106,21 +106,21 @@ def hand_of(build: Build, right: bool) -> Hand:
 
 
 def fit(
-    build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thing: PrimitiveSet, *, to_palm: bool, led: bool
-) -> Fit:  # fmt: skip
+    build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thing: PrimitiveSet, *, to_palm: bool
+) -> Fit:
     """How the hand, its fingers at (20,) angles, holds a thing that lies in the hand joint's frame as `thing` does.
 
-    engaged: which of the four fingers are to touch it, as the thumb is; to_palm: the palm is to touch it too; led: the
-    thing may be moved for that.
+    engaged: which of the four fingers are to touch it, as the thumb is; to_palm: the palm is to touch it too. Where a bone
+    cannot get out of the way, the thing is moved in the hand; who cannot move the thing moves the hand the other way.
     """
     hand = hand_of(build, right)
     start = fingers.copy()
     start[_BEND] = np.minimum(start[_BEND], np.tile(_OPEN_FINGER, 4))
-    shift = _out_of_palm(hand, start, thing, np.zeros(3)) if led else np.zeros(3)
-    if to_palm and led:
+    shift = _out_of_palm(hand, start, thing, np.zeros(3))
+    if to_palm:
         shift = _out_of_palm(hand, start, thing, shift + _to_palm(hand, start, thing, shift))
     best: Fit | None = None
-    for attempt in range(TRIES if led else 1):
+    for attempt in range(TRIES):
         lying = thing.moved(np.eye(3), shift)
         start[:4] = min(_OPEN_THUMBS, key=lambda t, lying=lying: _thumb_depth(hand, start, t, lying))
         closed = _closed(hand, start, fingers, np.array((True, *engaged)), lying)

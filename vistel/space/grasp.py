@@ -50,8 +50,8 @@ SETTLE_NS = 150_000_000
 """Time in which the thing is brought into line with the hand."""
 MOST_TURN, MOST_SHIFT = math.radians(35.0), 0.012
 """Alignment turns and shifts a thing no further than this."""
-REFIT = 0.003
-"""Fingers are laid anew on a thing that moves by itself when it has gone so far in the hand [m]."""
+REFIT, REFIT_TURN = 0.010, 0.2
+"""Fingers are laid anew on a thing that moves by itself when it has gone or turned so far in the hand [m, rad]."""
 ALONG = 0.1
 """Length that counts as much as a radian when axes are compared [m] (spec_maths §6.7)."""
 
@@ -64,8 +64,9 @@ class Grasp:
     """A hand holds a thing. start, aim: where it lay in the hand joint's frame and where it is brought to.
 
     engaged: which of the four fingers hold it; tightest: (4,) their greatest flexion [rad]; fingers: (20,) angles with
-    which the hand touches it and does not go into it, fitted where it lay at `fitted` (3,) [m]; off: steps the hand has
-    been off the thing; strained: steps it has borne more than it can.
+    which the hand touches it and does not go into it, where it lies in the hand as that is seen at `laid`; shift (3,): of
+    that from where it lay in the real one [m]; off: steps the hand has been off the thing; strained: steps it has borne
+    more than it can.
     """
 
     participant: str
@@ -77,7 +78,8 @@ class Grasp:
     engaged: tuple[bool, ...]
     tightest: F64
     fingers: F64
-    fitted: F64
+    laid: Pose
+    shift: F64
     off: int = 0
     strained: int = 0
 
@@ -91,10 +93,16 @@ class Grasp:
         return u * u * (3.0 - 2.0 * u)
 
     def lie(self, t_ns: int) -> Pose:
-        """Where the thing lies in the hand joint's frame at `t_ns`."""
-        u = self.settled(t_ns)
-        (p0, q0), (p1, q1) = self.start, self.aim
-        return p0 + u * (p1 - p0), slerp(q0, q1, u)
+        """Where the thing lies in the hand joint's frame at `t_ns`, as far as the hand has a say in that."""
+        return _between(self.start, self.aim, self.settled(t_ns))
+
+    def seen(self, t_ns: int) -> Pose:
+        """Where the thing lies in the frame of the hand as it is seen, which gives way to what it cannot move."""
+        return _between(self.start, self.laid, self.settled(t_ns))
+
+
+def _between(a: Pose, b: Pose, share: float) -> Pose:
+    return a[0] + share * (b[0] - a[0]), slerp(a[1], b[1], share)
 
 
 @dataclass(frozen=True)
@@ -173,20 +181,21 @@ def take(posed: Posed, right: bool, thing: Thing, part: PrimitiveSet, pose: Pose
     assert posed.figure.posture is not None
     lie = into_hand(posed, right, pose)
     tightest = flexion(posed.figure.posture)[int(right)]
-    new = Grasp(posed.name, right, thing.id, lie, lie, t_ns, reach.engaged, tightest, np.zeros(20), lie[0])
+    new = Grasp(posed.name, right, thing.id, lie, lie, t_ns, reach.engaged, tightest, np.zeros(20), lie, np.zeros(3))
     return _fitted(new, posed, thing, part, whole=reach.palm and sum(reach.engaged) >= 3, led=led)
 
 
 def _fitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, *, whole: bool, led: bool) -> Grasp:
-    """The grasp with thing and fingers laid on each other. whole: the palm holds too; led: the thing may be moved."""
+    """The grasp with thing and fingers laid on each other. whole: the palm holds too; led: the thing may be moved for that,
+    else the hand gives way."""
     assert posed.figure.posture is not None
     row, lie = int(grasp.right), grasp.aim
     if whole and led:
         lie = align(thing, lie, posed.build.palm[row])
     lying = part.moved(matrix_from_quaternion(lie[1]), lie[0])
-    fitted = fit(posed.build, grasp.right, posed.figure.posture.hands[row], grasp.engaged, lying, to_palm=whole, led=led)
-    aim = lie[0] + fitted.shift, lie[1]
-    return replace(grasp, aim=aim, fingers=fitted.fingers, fitted=aim[0])
+    found = fit(posed.build, grasp.right, posed.figure.posture.hands[row], grasp.engaged, lying, to_palm=whole and led)
+    laid = lie[0] + found.shift, lie[1]
+    return replace(grasp, aim=laid if led else grasp.aim, fingers=found.fingers, laid=laid, shift=found.shift)
 
 
 def follow(grasp: Grasp, posed: Posed, near: bool) -> Grasp:
@@ -209,10 +218,17 @@ def lies(grasp: Grasp, posed: Posed, pose: Pose) -> Grasp:
     return replace(grasp, start=lie, aim=lie)
 
 
+def renamed(grasp: Grasp, posed: Posed, thing: str, pose: Pose) -> Grasp:
+    """The grasp of what is now part of `thing`, at `pose` (room): fingers and hand stay as they are."""
+    lie = into_hand(posed, grasp.right, pose)
+    return replace(grasp, thing=thing, start=lie, aim=lie, laid=(lie[0] + grasp.shift, lie[1]))
+
+
 def refitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet) -> Grasp:
     """The same with the fingers laid on anew, if the thing has gone far enough in the hand for that to be seen."""
-    off = grasp.aim[0] - grasp.fitted
-    if float(off @ off) <= REFIT**2:
+    off = grasp.aim[0] + grasp.shift - grasp.laid[0]
+    near = abs(float(grasp.aim[1] @ grasp.laid[1])) >= math.cos(0.5 * REFIT_TURN)
+    if near and float(off @ off) <= REFIT**2:
         return grasp
     return _fitted(grasp, posed, thing, part, whole=False, led=False)
 
@@ -227,15 +243,21 @@ def restart(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, pose: 
     return _fitted(replace(grasp, aim=lie), posed, thing, part, whole=sum(grasp.engaged) >= 3, led=True)
 
 
+def hand_frame(posed: Posed, right: bool) -> tuple[F64, F64]:
+    """Rotation (3, 3) and position (3,) [m] of a hand joint in the room."""
+    j = HAND_JOINT[int(right)]
+    return posed.joints.rotation[j], posed.joints.position[j]
+
+
 def into_hand(posed: Posed, right: bool, pose: Pose) -> Pose:
     """A pose of the room in the hand joint's frame."""
-    r, p = posed.joints.rotation[HAND_JOINT[int(right)]], posed.joints.position[HAND_JOINT[int(right)]]
+    r, p = hand_frame(posed, right)
     return r.T @ (pose[0] - p), quaternion_from_matrix(np.ascontiguousarray(r.T @ matrix_from_quaternion(pose[1])))
 
 
 def out_of_hand(posed: Posed, right: bool, lie: Pose) -> Pose:
     """A pose of the hand joint's frame in the room."""
-    r, p = posed.joints.rotation[HAND_JOINT[int(right)]], posed.joints.position[HAND_JOINT[int(right)]]
+    r, p = hand_frame(posed, right)
     return p + r @ lie[0], quaternion_from_matrix(np.ascontiguousarray(r @ matrix_from_quaternion(lie[1])))
 
 

@@ -3,7 +3,7 @@
 Rows of `contacts` are those of `collide_kernels`.
 """
 
-# pyright: basic
+# pyright: basic, reportCallIssue=false
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ import numpy as np
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contact_kernels import surface
 from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.pointers import at, keep, pointer
+from vistel.space.collide_kernels import WIDTH
 
 GRAVITY = 9.81
 FRICTION = 0.5
@@ -72,68 +74,72 @@ def matrices(quaternions, out):
 
 @compiled
 def _relative(c, a, b, velocity, spin, axis):
-    """Velocity of a against b at the contact, along c[axis : axis + 3]."""
-    ax = velocity[a, 0] + spin[a, 1] * c[14] - spin[a, 2] * c[13]
-    ay = velocity[a, 1] + spin[a, 2] * c[12] - spin[a, 0] * c[14]
-    az = velocity[a, 2] + spin[a, 0] * c[13] - spin[a, 1] * c[12]
+    """Velocity of a against b at the contact, along c[axis : axis + 3]. Pointers, but for a, b and axis."""
+    v, w = at(velocity, 3 * a), at(spin, 3 * a)
+    ax = v[0] + w[1] * c[14] - w[2] * c[13]
+    ay = v[1] + w[2] * c[12] - w[0] * c[14]
+    az = v[2] + w[0] * c[13] - w[1] * c[12]
     if b >= 0:
-        ax -= velocity[b, 0] + spin[b, 1] * c[17] - spin[b, 2] * c[16]
-        ay -= velocity[b, 1] + spin[b, 2] * c[15] - spin[b, 0] * c[17]
-        az -= velocity[b, 2] + spin[b, 0] * c[16] - spin[b, 1] * c[15]
+        v, w = at(velocity, 3 * b), at(spin, 3 * b)
+        ax -= v[0] + w[1] * c[17] - w[2] * c[16]
+        ay -= v[1] + w[2] * c[15] - w[0] * c[17]
+        az -= v[2] + w[0] * c[16] - w[1] * c[15]
     else:
         ax, ay, az = ax - c[18], ay - c[19], az - c[20]
     return ax * c[axis] + ay * c[axis + 1] + az * c[axis + 2]
 
 
 @compiled
-def _apply(c, a, b, im, ii, velocity, spin, axis, j):
-    """An impulse of j newton seconds along c[axis : axis + 3] on a, and its opposite on b."""
-    d = c[axis : axis + 3]
+def _push(c, turned, a, b, im, velocity, spin, axis, j):
+    """An impulse of j newton seconds along axis 0, 1 or 2 (the normal, two tangents) on a, and its opposite on b.
+
+    turned: (2, 3, 3) spin that a unit impulse gives a and b, by axis.
+    """
+    d = at(c, 3 + 3 * axis)
     for turn in range(2):
         n = a if turn == 0 else b
         if n < 0 or im[n] == 0.0:
             continue
         s = j if turn == 0 else -j
-        at = 12 if turn == 0 else 15
-        tx = c[at + 1] * d[2] - c[at + 2] * d[1]
-        ty = c[at + 2] * d[0] - c[at] * d[2]
-        tz = c[at] * d[1] - c[at + 1] * d[0]
+        v, w, t = at(velocity, 3 * n), at(spin, 3 * n), at(turned, 9 * turn + 3 * axis)
         for k in range(3):
-            velocity[n, k] += s * im[n] * d[k]
-            spin[n, k] += s * (ii[n, k, 0] * tx + ii[n, k, 1] * ty + ii[n, k, 2] * tz)
+            v[k] += s * im[n] * d[k]
+            w[k] += s * t[k]
 
 
 @compiled
-def _mass(c, a, b, im, ii, axis):
-    """Effective mass of the two along c[axis : axis + 3]."""
-    d = c[axis : axis + 3]
+def _prepare(c, turned, a, b, im, ii, axis):
+    """Fills `turned` for an axis; returns the effective mass of the two along it."""
+    d = at(c, 3 + 3 * axis)
     total = 0.0
     for turn in range(2):
         n = a if turn == 0 else b
         if n < 0 or im[n] == 0.0:
             continue
-        at = 12 if turn == 0 else 15
-        tx = c[at + 1] * d[2] - c[at + 2] * d[1]
-        ty = c[at + 2] * d[0] - c[at] * d[2]
-        tz = c[at] * d[1] - c[at + 1] * d[0]
+        r = at(c, 12 if turn == 0 else 15)
+        tx = r[1] * d[2] - r[2] * d[1]
+        ty = r[2] * d[0] - r[0] * d[2]
+        tz = r[0] * d[1] - r[1] * d[0]
+        out, inverse = at(turned, 9 * turn + 3 * axis), at(ii, 9 * n)
         total += im[n]
         for k in range(3):
-            t = tx if k == 0 else ty if k == 1 else tz
-            total += t * (ii[n, k, 0] * tx + ii[n, k, 1] * ty + ii[n, k, 2] * tz)
+            out[k] = inverse[3 * k] * tx + inverse[3 * k + 1] * ty + inverse[3 * k + 2] * tz
+            total += (tx if k == 0 else ty if k == 1 else tz) * out[k]
     return 1.0 / total if total > 0.0 else 0.0
 
 
 @compiled
-def _iterate(pairs, contacts, im, ii, velocity, spin, rounds, biased, rate, mass_scale, impulse_scale, h):
+def _iterate(pairs, contacts, turns, im, velocity, spin, rounds, biased, rate, mass_scale, impulse_scale, h):
+    """Impulses at all contacts, one after the other, some times. Pointers: turns, im, velocity, spin."""
     for _ in range(rounds):
         for i in range(len(contacts)):
-            c = contacts[i]
+            c, turned = at(pointer(contacts), WIDTH * i), at(turns, 18 * i)
             a, b = pairs[i, 0], pairs[i, 1]
             limit = FRICTION * c[22]
             for axis in range(2):
                 j = -c[26 + axis] * _relative(c, a, b, velocity, spin, 6 + 3 * axis)
                 total = min(limit, max(-limit, c[23 + axis] + j))
-                _apply(c, a, b, im, ii, velocity, spin, 6 + 3 * axis, total - c[23 + axis])
+                _push(c, turned, a, b, im, velocity, spin, 1 + axis, total - c[23 + axis])
                 c[23 + axis] = total
             vn = _relative(c, a, b, velocity, spin, 3)
             bias, ms, js = 0.0, 1.0, 0.0
@@ -143,34 +149,36 @@ def _iterate(pairs, contacts, im, ii, velocity, spin, rounds, biased, rate, mass
                 bias, ms, js = max(rate * min(0.0, c[21] + 0.0002), -2.0), mass_scale, impulse_scale
             j = -c[25] * ms * (vn + bias) - js * c[22]
             total = max(0.0, c[22] + j)
-            _apply(c, a, b, im, ii, velocity, spin, 3, total - c[22])
+            _push(c, turned, a, b, im, velocity, spin, 0, total - c[22])
             c[22] = total
 
 
 @compiled
 def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mode, still, pairs, contacts, dt):
     n = len(mode)
-    im = np.zeros(n)
-    ii = np.zeros((n, 3, 3))
+    free = np.flatnonzero(mode == 1)
+    inverse_masses, inertias, turned = np.zeros(n), np.empty((n, 3, 3)), np.empty((len(contacts), 2, 3, 3))
     touched = np.zeros(n, np.bool_)
+    x, q, v, w = pointer(position), pointer(rotation), pointer(velocity), pointer(spin)
+    im, ii, turns = pointer(inverse_masses), pointer(inertias), pointer(turned)
+    for a in free:
+        im[a] = inverse_mass[a]
+        r = matrix_from_quaternion(rotation[a])
+        for i in range(3):
+            for j in range(3):
+                total = 0.0
+                for k in range(3):
+                    for m in range(3):
+                        total += r[i, k] * inverse_inertia[a, k, m] * r[j, m]
+                inertias[a, i, j] = total
     fastest = 0.0
     for a in range(n):
-        if mode[a] == 1:
-            im[a] = inverse_mass[a]
-            r = matrix_from_quaternion(rotation[a])
-            for i in range(3):
-                for j in range(3):
-                    for k in range(3):
-                        for m in range(3):
-                            ii[a, i, j] += r[i, k] * inverse_inertia[a, k, m] * r[j, m]
-        fastest = max(fastest, math.sqrt((velocity[a] * velocity[a]).sum()))
+        fastest = max(fastest, _length(at(v, 3 * a)))
     for i in range(len(contacts)):
-        c = contacts[i]
-        a, b = pairs[i, 0], pairs[i, 1]
-        c[25] = _mass(c, a, b, im, ii, 3)
-        c[26] = _mass(c, a, b, im, ii, 6)
-        c[27] = _mass(c, a, b, im, ii, 9)
-        c[28] = _relative(c, a, b, velocity, spin, 3)
+        c, a, b = at(pointer(contacts), WIDTH * i), pairs[i, 0], pairs[i, 1]
+        for axis in range(3):
+            c[25 + axis] = _prepare(c, at(turns, 18 * i), a, b, im, ii, axis)
+        c[28] = _relative(c, a, b, v, w, 3)
         if c[21] < 0.001:
             touched[a] = True
             if b >= 0:
@@ -182,50 +190,53 @@ def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mod
     a2 = h * omega * a1
     rate, mass_scale, impulse_scale = omega / a1, a2 / (1.0 + a2), 1.0 / (1.0 + a2)
     for _ in range(substeps):
-        for a in range(n):
-            if mode[a] == 1:
-                velocity[a, 1] -= GRAVITY * h
-                velocity[a] /= 1.0 + 0.05 * h
-                spin[a] /= 1.0 + (3.0 if touched[a] else 0.3) * h  # rolling resists a little
+        for a in free:
+            v[3 * a + 1] -= GRAVITY * h
+            rolls = 1.0 + (3.0 if touched[a] else 0.3) * h  # rolling resists a little
+            for k in range(3 * a, 3 * a + 3):
+                v[k] /= 1.0 + 0.05 * h
+                w[k] /= rolls
         for i in range(len(contacts)):  # begin where the last substep ended
-            c = contacts[i]
-            a, b = pairs[i, 0], pairs[i, 1]
-            _apply(c, a, b, im, ii, velocity, spin, 3, c[22])
-            _apply(c, a, b, im, ii, velocity, spin, 6, c[23])
-            _apply(c, a, b, im, ii, velocity, spin, 9, c[24])
-        _iterate(pairs, contacts, im, ii, velocity, spin, 6, True, rate, mass_scale, impulse_scale, h)
-        for a in range(n):
-            if mode[a] == 1:
-                _limit(velocity[a], MAX_SPEED)
-                _limit(spin[a], MAX_SPIN)
-                position[a] += h * velocity[a]
-                _turn(rotation[a], spin[a], h)
+            c, a, b = at(pointer(contacts), WIDTH * i), pairs[i, 0], pairs[i, 1]
+            for axis in range(3):
+                _push(c, at(turns, 18 * i), a, b, im, v, w, axis, c[22 + axis])
+        _iterate(pairs, contacts, turns, im, v, w, 6, True, rate, mass_scale, impulse_scale, h)
+        for a in free:
+            _limit(at(v, 3 * a), MAX_SPEED)
+            _limit(at(w, 3 * a), MAX_SPIN)
+            for k in range(3 * a, 3 * a + 3):
+                x[k] += h * v[k]
+            _turn(at(q, 4 * a), at(w, 3 * a), h)
         for i in range(len(contacts)):
-            contacts[i, 21] += h * _relative(contacts[i], pairs[i, 0], pairs[i, 1], velocity, spin, 3)
-        _iterate(pairs, contacts, im, ii, velocity, spin, 2, False, rate, mass_scale, impulse_scale, h)
+            contacts[i, 21] += h * _relative(at(pointer(contacts), WIDTH * i), pairs[i, 0], pairs[i, 1], v, w, 3)
+        _iterate(pairs, contacts, turns, im, v, w, 2, False, rate, mass_scale, impulse_scale, h)
     for i in range(len(contacts)):  # bounce
-        c = contacts[i]
+        c, a, b = at(pointer(contacts), WIDTH * i), pairs[i, 0], pairs[i, 1]
         if c[28] < -0.5 and c[22] > 0.0:
-            a, b = pairs[i, 0], pairs[i, 1]
-            j = -c[25] * (_relative(c, a, b, velocity, spin, 3) + RESTITUTION * c[28])
+            j = -c[25] * (_relative(c, a, b, v, w, 3) + RESTITUTION * c[28])
             if j > 0.0:
-                _apply(c, a, b, im, ii, velocity, spin, 3, j)
-    for a in range(n):
-        if mode[a] != 1:
-            continue
+                _push(c, at(turns, 18 * i), a, b, im, v, w, 0, j)
+    for a in free:
         slow = (velocity[a] * velocity[a]).sum() < 4e-4 and (spin[a] * spin[a]).sum() < 0.04
         still[a] = still[a] + 1 if slow and touched[a] else 0
         if still[a] >= STILL_STEPS:
             mode[a] = 2
             velocity[a] = 0.0
             spin[a] = 0.0
+    keep(inverse_masses, inertias, turned)
+
+
+@compiled
+def _length(v):
+    return math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
 
 @compiled
 def _limit(v, most):
-    m = math.sqrt((v * v).sum())
+    m = _length(v)
     if m > most:
-        v *= most / m
+        for k in range(3):
+            v[k] *= most / m
 
 
 @compiled
@@ -237,4 +248,6 @@ def _turn(q, spin, h):
     q[1] += sy * w + sz * x - sx * z
     q[2] += sz * w + sx * y - sy * x
     q[3] -= sx * x + sy * y + sz * z
-    q /= math.sqrt((q * q).sum())
+    m = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    for k in range(4):
+        q[k] /= m

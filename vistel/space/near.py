@@ -25,7 +25,7 @@ F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
 ROOM_FOR = 64
-"""Contacts for which there is room at first."""
+"""Contacts of each body for which there is room at first."""
 
 NONE = ContactArray(
     np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
@@ -64,7 +64,7 @@ class Bodies:
     def with_things(self, things: Placed, margin: float = 0.0) -> list[ContactArray]:
         """Contacts of each body with `things`, closer than `margin` metres; b is an index into `things`."""
         ends, p = np.empty(len(self._hull), np.int64), things.primitives
-        room = ROOM_FOR
+        room = ROOM_FOR * (1 + len(self._hull))
         while True:
             pairs, rows = np.empty((room, 2), np.int32), np.empty((room, 8))
             count: Any = find_with_things(
@@ -79,7 +79,7 @@ class Bodies:
 
     def with_each_other(self) -> dict[tuple[int, int], ContactArray]:
         """Contacts of every two bodies that touch, by their numbers in order."""
-        room = ROOM_FOR
+        room = ROOM_FOR * (1 + len(self._hull))
         while True:
             who, pairs = np.empty((room, 2), np.int64), np.empty((room, 2), np.int32)
             rows = np.empty((room, 8))

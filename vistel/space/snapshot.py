@@ -31,7 +31,7 @@ from vistel.space.thing_json import from_primitive, from_thing, to_primitive, to
 from vistel.space.things import Matter, Thing
 from vistel.space.view import Outcome
 
-VERSION = 6
+VERSION = 7
 """Of this format; a world refuses any other."""
 
 F64 = NDArray[np.float64]
@@ -328,16 +328,17 @@ def _from_grasp(g: Grasp) -> dict[str, Any]:
         "engaged": list(g.engaged),
         "tightest": g.tightest.tolist(),
         "fingers": g.fingers.tolist(),
-        "fitted": g.fitted.tolist(),
+        "laid": [g.laid[0].tolist(), g.laid[1].tolist()],
+        "shift": g.shift.tolist(),
         "off": g.off,
         "strained": g.strained,
     }
 
 
 def _to_grasp(d: dict[str, Any]) -> Grasp:
-    start, aim = ((np.array(p, np.float64), np.array(q, np.float64)) for p, q in (d["start"], d["aim"]))
+    start, aim, laid = ((_rows(p, 1, 3)[0], _rows(q, 1, 4)[0]) for p, q in (d["start"], d["aim"], d["laid"]))
     return Grasp(
         str(d["participant"]), bool(d["right"]), str(d["thing"]), start, aim, int(d["since_ns"]),
         tuple(bool(e) for e in d["engaged"]), _rows(d["tightest"], 1, 4)[0], _rows(d["fingers"], 1, 20)[0],
-        _rows(d["fitted"], 1, 3)[0], int(d["off"]), int(d["strained"]),
+        laid, _rows(d["shift"], 1, 3)[0], int(d["off"]), int(d["strained"]),
     )  # fmt: skip

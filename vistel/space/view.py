@@ -59,7 +59,8 @@ class GhostView:
 @dataclass(frozen=True)
 class GraspView:
     """A hand holds a thing, at `position`, `rotation` in the hand joint's frame, since `since_ns`; fingers: (20,) angles
-    with which it touches the thing and does not go into it [rad]."""
+    with which it touches the thing and does not go into it [rad], where the thing lies at `seen_position`, `seen_rotation`
+    in the hand: who holds what they cannot move is seen to give way."""
 
     participant: str
     right: bool
@@ -68,6 +69,8 @@ class GraspView:
     rotation: F64
     since_ns: int
     fingers: F64
+    seen_position: F64
+    seen_rotation: F64
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from vistel.space import grasp as hands
 from vistel.space import holding, ownership, snapshot
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
+from vistel.space.eyes import Eyes, eyes_of
 from vistel.space.gripped import seen
 from vistel.space.hand_forces import Reached, due_at, hand_forces, nothing
 from vistel.space.inputs import CommandInput, StepInputs, usable
@@ -103,6 +104,11 @@ class World:
     def heard(self) -> dict[str, int]:
         """Who is in the room, and when the motion was measured that the world knows of them [ns]; 0 before the first."""
         return {f.name: f.t_ns for f in self._state.figures}
+
+    @property
+    def eyes(self) -> dict[str, Eyes]:
+        """From where everybody looked in the last step, and where to; of those who have moved yet."""
+        return eyes_of(self._last.values())
 
     def snapshot(self) -> bytes:
         """The whole state; equal states give equal bytes."""
@@ -283,7 +289,9 @@ class World:
         for touch in touches:
             contacts += contacts_of(touch)
             ghosts += ghosts_of(touch)
-        grasps = tuple(GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns, g.fingers) for g in s.grasps)
+        grasps = tuple(
+            GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns, g.fingers, *g.seen(s.t_ns)) for g in s.grasps
+        )
         digest = 0
         if s.step % HASH_STEPS == 0:
             digest = int.from_bytes(blake2b(self.snapshot(), digest_size=8).digest(), "little")

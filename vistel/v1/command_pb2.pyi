@@ -26,6 +26,7 @@ class Along(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     ALONG_UP: _ClassVar[Along]
     ALONG_ACROSS: _ClassVar[Along]
     ALONG_AHEAD: _ClassVar[Along]
+    ALONG_GIRTH: _ClassVar[Along]
 
 class Where(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -44,6 +45,7 @@ ALONG_LONGEST: Along
 ALONG_UP: Along
 ALONG_ACROSS: Along
 ALONG_AHEAD: Along
+ALONG_GIRTH: Along
 WHERE_UNSPECIFIED: Where
 WHERE_HERE: Where
 WHERE_POINTED: Where
@@ -101,7 +103,7 @@ class Command(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., move: _Optional[_Union[MoveThing, _Mapping]] = ..., release: _Optional[_Union[ReleaseThing, _Mapping]] = ..., delete: _Optional[_Union[DeleteThing, _Mapping]] = ..., reset: _Optional[_Union[ResetRoom, _Mapping]] = ..., select: _Optional[_Union[SelectThings, _Mapping]] = ..., move_by: _Optional[_Union[MoveThingBy, _Mapping]] = ..., place: _Optional[_Union[PlaceThing, _Mapping]] = ..., turn: _Optional[_Union[TurnThing, _Mapping]] = ..., scale: _Optional[_Union[ScaleThing, _Mapping]] = ..., bend: _Optional[_Union[BendThing, _Mapping]] = ..., twist: _Optional[_Union[TwistThing, _Mapping]] = ..., paint: _Optional[_Union[PaintThing, _Mapping]] = ..., harden: _Optional[_Union[HardenThing, _Mapping]] = ..., copy: _Optional[_Union[CopyThing, _Mapping]] = ..., create: _Optional[_Union[CreateThing, _Mapping]] = ..., grip: _Optional[_Union[GripThing, _Mapping]] = ..., attach: _Optional[_Union[AttachThing, _Mapping]] = ..., detach: _Optional[_Union[DetachThing, _Mapping]] = ..., undo: _Optional[_Union[UndoLast, _Mapping]] = ..., redo: _Optional[_Union[RedoLast, _Mapping]] = ..., stop: _Optional[_Union[StopMoving, _Mapping]] = ...) -> None: ...
 
 class Which(_message.Message):
-    __slots__ = ("thing", "name", "shape", "colour", "shown", "every")
+    __slots__ = ("thing", "name", "shape", "colour", "shown", "every", "size")
     class Shown(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         SHOWN_UNSPECIFIED: _ClassVar[Which.Shown]
@@ -114,19 +116,29 @@ class Which(_message.Message):
     SHOWN_LOOKED_AT: Which.Shown
     SHOWN_SELECTED: Which.Shown
     SHOWN_HELD: Which.Shown
+    class Size(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        SIZE_UNSPECIFIED: _ClassVar[Which.Size]
+        SIZE_LARGEST: _ClassVar[Which.Size]
+        SIZE_SMALLEST: _ClassVar[Which.Size]
+    SIZE_UNSPECIFIED: Which.Size
+    SIZE_LARGEST: Which.Size
+    SIZE_SMALLEST: Which.Size
     THING_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     SHAPE_FIELD_NUMBER: _ClassVar[int]
     COLOUR_FIELD_NUMBER: _ClassVar[int]
     SHOWN_FIELD_NUMBER: _ClassVar[int]
     EVERY_FIELD_NUMBER: _ClassVar[int]
+    SIZE_FIELD_NUMBER: _ClassVar[int]
     thing: str
     name: str
     shape: str
     colour: str
     shown: Which.Shown
     every: bool
-    def __init__(self, thing: _Optional[str] = ..., name: _Optional[str] = ..., shape: _Optional[str] = ..., colour: _Optional[str] = ..., shown: _Optional[_Union[Which.Shown, str]] = ..., every: _Optional[bool] = ...) -> None: ...
+    size: Which.Size
+    def __init__(self, thing: _Optional[str] = ..., name: _Optional[str] = ..., shape: _Optional[str] = ..., colour: _Optional[str] = ..., shown: _Optional[_Union[Which.Shown, str]] = ..., every: _Optional[bool] = ..., size: _Optional[_Union[Which.Size, str]] = ...) -> None: ...
 
 class MoveThing(_message.Message):
     __slots__ = ("thing", "pose", "which")

@@ -10,7 +10,16 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Motion(_message.Message):
-    __slots__ = ("header", "key_seq", "body", "hands", "stance", "gaze", "face", "stale", "frame")
+    __slots__ = ("header", "key_seq", "body", "hands", "stance", "gaze", "face", "stale", "frame", "earlier")
+    class Earlier(_message.Message):
+        __slots__ = ("back", "t_ns", "frame")
+        BACK_FIELD_NUMBER: _ClassVar[int]
+        T_NS_FIELD_NUMBER: _ClassVar[int]
+        FRAME_FIELD_NUMBER: _ClassVar[int]
+        back: int
+        t_ns: int
+        frame: bytes
+        def __init__(self, back: _Optional[int] = ..., t_ns: _Optional[int] = ..., frame: _Optional[bytes] = ...) -> None: ...
     HEADER_FIELD_NUMBER: _ClassVar[int]
     KEY_SEQ_FIELD_NUMBER: _ClassVar[int]
     BODY_FIELD_NUMBER: _ClassVar[int]
@@ -20,6 +29,7 @@ class Motion(_message.Message):
     FACE_FIELD_NUMBER: _ClassVar[int]
     STALE_FIELD_NUMBER: _ClassVar[int]
     FRAME_FIELD_NUMBER: _ClassVar[int]
+    EARLIER_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     key_seq: int
     body: _containers.RepeatedScalarFieldContainer[int]
@@ -29,7 +39,8 @@ class Motion(_message.Message):
     face: _containers.RepeatedScalarFieldContainer[int]
     stale: int
     frame: bytes
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., key_seq: _Optional[int] = ..., body: _Optional[_Iterable[int]] = ..., hands: _Optional[_Iterable[int]] = ..., stance: _Optional[_Iterable[int]] = ..., gaze: _Optional[_Iterable[int]] = ..., face: _Optional[_Iterable[int]] = ..., stale: _Optional[int] = ..., frame: _Optional[bytes] = ...) -> None: ...
+    earlier: _containers.RepeatedCompositeFieldContainer[Motion.Earlier]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., key_seq: _Optional[int] = ..., body: _Optional[_Iterable[int]] = ..., hands: _Optional[_Iterable[int]] = ..., stance: _Optional[_Iterable[int]] = ..., gaze: _Optional[_Iterable[int]] = ..., face: _Optional[_Iterable[int]] = ..., stale: _Optional[int] = ..., frame: _Optional[bytes] = ..., earlier: _Optional[_Iterable[_Union[Motion.Earlier, _Mapping]]] = ...) -> None: ...
 
 class Participant(_message.Message):
     __slots__ = ("header", "participant", "site", "display_name", "avatar", "height_m", "local_only", "parcel", "proportions")

@@ -186,20 +186,22 @@ class Ghost(_message.Message):
     def __init__(self, target: _Optional[str] = ..., source: _Optional[str] = ..., kind: _Optional[_Union[Ghost.Kind, str]] = ..., target_primitives: _Optional[_Iterable[int]] = ..., source_primitives: _Optional[_Iterable[int]] = ..., compliance_target: _Optional[float] = ..., compliance_source: _Optional[float] = ..., depth: _Optional[float] = ..., priority: _Optional[int] = ...) -> None: ...
 
 class Grasp(_message.Message):
-    __slots__ = ("participant", "right", "thing", "hold", "since_ns", "fingers")
+    __slots__ = ("participant", "right", "thing", "hold", "since_ns", "fingers", "seen")
     PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
     RIGHT_FIELD_NUMBER: _ClassVar[int]
     THING_FIELD_NUMBER: _ClassVar[int]
     HOLD_FIELD_NUMBER: _ClassVar[int]
     SINCE_NS_FIELD_NUMBER: _ClassVar[int]
     FINGERS_FIELD_NUMBER: _ClassVar[int]
+    SEEN_FIELD_NUMBER: _ClassVar[int]
     participant: str
     right: bool
     thing: str
     hold: _geometry_pb2.Pose
     since_ns: int
     fingers: _containers.RepeatedScalarFieldContainer[int]
-    def __init__(self, participant: _Optional[str] = ..., right: _Optional[bool] = ..., thing: _Optional[str] = ..., hold: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., since_ns: _Optional[int] = ..., fingers: _Optional[_Iterable[int]] = ...) -> None: ...
+    seen: _geometry_pb2.Pose
+    def __init__(self, participant: _Optional[str] = ..., right: _Optional[bool] = ..., thing: _Optional[str] = ..., hold: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., since_ns: _Optional[int] = ..., fingers: _Optional[_Iterable[int]] = ..., seen: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ...) -> None: ...
 
 class Ownership(_message.Message):
     __slots__ = ("header", "step", "event", "participant", "thing", "owner", "until_ns")

@@ -11,7 +11,7 @@ from enum import Enum
 
 from google.protobuf.message import Message
 
-from vistel.v1 import audio_pb2, command_pb2, device_pb2, motion_pb2, service_pb2, world_pb2
+from vistel.v1 import audio_pb2, command_pb2, device_pb2, motion_pb2, service_pb2, speech_pb2, world_pb2
 
 MESSAGE_VERSION = 1
 """`Header.version` of this package; a receiver drops and counts any other."""
@@ -112,6 +112,10 @@ TOPICS: tuple[Topic, ...] = (
           "what is heard at a site"),
     Topic("sound_status", f"{_SITE}/audio/status", audio_pb2.SoundStatus, 4, _N, _S, True,
           "how late voices are, and how microphones and loudspeakers are doing"),
+    Topic("utterance", f"{_SITE}/participant/{{participant}}/utterance", speech_pb2.Utterance, 0, _R, _S, True,
+          "what was understood of what somebody said, and what came of it"),
+    Topic("spoken_reply", f"{_SITE}/participant/{{participant}}/spoken_reply", audio_pb2.Voice, 50, _N, _S, False,
+          "what the room says to a participant, heard at their site"),
     Topic("equipment_request", f"{_SITE}/equipment/{{equipment}}/request", audio_pb2.EquipmentRequest, 0, _R, _S, True,
           "what is asked of a device of the room"),
     Topic("equipment_status", f"{_SITE}/equipment/{{equipment}}/status", audio_pb2.EquipmentStatus, 1, _R, _S, True,

@@ -16,11 +16,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.v1.world_pb2 import Bond, Dent, Grasp, Thing, WorldSnapshot, WorldState
+from vistel.v1.world_pb2 import Bond, Dent, Grasp, Thing, WorldDetail, WorldSnapshot, WorldState
 from vistel.wire.world_codec.bits import FrameError
 from vistel.wire.world_codec.frame import Book, Said, Step, is_key, read_changes, read_key
 from vistel.wire.world_codec.poses import place
 from vistel.wire.world_codec.touches import force_of
+from vistel.wire.world_detail import Details
 
 F64 = NDArray[np.float64]
 
@@ -107,6 +108,12 @@ class WorldDecoder:
         self._order: tuple[str, ...] = ()
         self._things_crc, self._marks_crc = 0, 0
         self._waiting: deque[WorldState] = deque(maxlen=WAITING_MOST)
+        self._details = Details()
+
+    def hear_detail(self, message: WorldDetail) -> None:
+        """Where some things are exactly, to be heard before the message of the same step. Changes what `read` tells of that
+        step, not what is known and checked."""
+        self._details.hear(message)
 
     def read(self, message: WorldState) -> list[RoomNow]:
         """The steps that this message tells of, in order; none while it cannot be followed."""
@@ -154,6 +161,7 @@ class WorldDecoder:
             self._things_crc = crc_of(things[name] for name in order)
         self._book, self._order, self.lost = book, order, False
         self._waiting.clear()
+        self._details.forget()
         poses = {name: place(track.pose) for name, track in zip(order, book.tracks, strict=True)}
         now = self._told(message, said, things, whole)
         self.now = replace(now, step=message.step, t_ns=message.header.t_ns, poses=poses)
@@ -171,7 +179,9 @@ class WorldDecoder:
         now = self._told(message, said, things, False)
         out = [now := self._step(message, step, now) for step in steps]
         self.now = now
-        return out
+        exact = self._details.poses(book, self._order, len(steps))
+        # Steps before the newest are told of by nobody exactly: whoever is shown more than the frame says goes without.
+        return [replace(now, poses={**now.poses, **exact})] if exact else out
 
     def _step(self, message: WorldState, step: Step, now: RoomNow) -> RoomNow:
         poses = now.poses

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Sequence
 
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
@@ -22,8 +23,10 @@ class WorldListener:
     """A subscription to the room. Late joiners, and who has missed a message, ask for a snapshot; `take` is called on the event
     loop and never waits."""
 
-    def __init__(self, bus: Bus, clock: Clock) -> None:
+    def __init__(self, bus: Bus, clock: Clock, people: Sequence[str] = ()) -> None:
+        """people: whose details are heard as well, when more moves than everybody is told of."""
         self._bus, self._clock = bus, clock
+        self._details = [bus.subscribe(BY_NAME["world_detail"], queue_all=True, polled=True, participant=p) for p in people]
         self._states = bus.subscribe(BY_NAME["world_state"], queue_all=True, polled=True)
         self._decoder = WorldDecoder()
         self._asking: asyncio.Task[None] | None = None
@@ -35,7 +38,11 @@ class WorldListener:
         """The steps told of since the last call, in order, with the conference time at which each arrived: the steps of one
         message as if each had come as soon as it was about, so that transit times compare."""
         out, self._caught_up = self._caught_up, []
-        for sample in self._states.take():
+        states = self._states.take()
+        for inbox in self._details:  # each is said before the message it goes with
+            for sample in inbox.take():
+                self._decoder.hear_detail(sample.message)
+        for sample in states:
             steps = self._decoder.read(sample.message)
             newest_ns: int = sample.message.header.t_ns
             out += [(now, sample.received_ns - (newest_ns - now.t_ns)) for now in steps]
@@ -46,7 +53,8 @@ class WorldListener:
         """Stop listening."""
         if self._asking is not None:
             self._asking.cancel()
-        self._states.close()
+        for inbox in (self._states, *self._details):
+            inbox.close()
 
     def _look_after(self) -> None:
         if self._decoder.differed > self._told_of:

@@ -22,10 +22,13 @@ F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 U8 = NDArray[np.uint8]
 
-TEXELS_PER_METRE = 1400.0
+TEXELS_PER_METRE = 1000.0
+"""At most: charts lie side by side below the avatar's own texture and are no wider together."""
 MARGIN = 0.06
 """How far a chart goes on beyond once round, in turns: triangles lie across the seam."""
 BEFORE = 0.01
+EVEN = 64
+"""Texels that the sides of the texture are a multiple of."""
 
 
 @dataclass(frozen=True)
@@ -58,13 +61,14 @@ def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) 
     """The avatar with a chart for each of the regions, on all levels. Registrations of its islands become part of the texture."""
     known = builtin_regions()
     tubes = [tube(avatar, known[name], side) for name in regions for side in sides_of(known[name])]
-    pictures: list[U8] = []
     spans: list[tuple[float, float]] = []
     for one in tubes:
         at = one.place(avatar.mesh.vertices[one.member])[:, 1]
         spans.append((float(at.min()) - BEFORE, float(at.max()) + BEFORE))
-        pictures.append(_copied(avatar, one, spans[-1]))
-    albedo, where = atlas([avatar.albedo, *pictures])
+    wide = sum(one.plane[0] for one in tubes) * (1.0 + BEFORE + MARGIN)
+    density = min(TEXELS_PER_METRE, (avatar.albedo.shape[1] - len(tubes)) / max(wide, 1e-6))
+    pictures = [_copied(avatar, one, span, density) for one, span in zip(tubes, spans, strict=True)]
+    albedo, where = _even(*atlas([avatar.albedo, *pictures]))
     charts = tuple(_chart(one.name, span, box) for one, span, box in zip(tubes, spans, where[1:], strict=True))
 
     def level(of: Avatar) -> Avatar:
@@ -75,6 +79,16 @@ def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) 
         return replace(of, mesh=mesh, eyeballs=eyes, albedo=albedo, registration=(), coarser=())
 
     return Dressed(replace(level(avatar), coarser=tuple(level(x) for x in avatar.coarser)), charts)
+
+
+def _even(picture: U8, where: F64) -> tuple[U8, F64]:
+    """The picture with rows below it, and where its parts are then, so that it can be halved some times without a rest."""
+    height, width = picture.shape[:2]
+    more, wider = -height % EVEN, -width % EVEN
+    out = np.pad(picture, ((0, more), (0, wider), (0, 0)), mode="edge")
+    where = where * np.array((width, height, width, height))
+    where[:, 1] += more
+    return out, where / np.array((out.shape[1], out.shape[0], out.shape[1], out.shape[0]))
 
 
 def _chart(name: str, span: tuple[float, float], box: F64) -> Chart:
@@ -96,12 +110,12 @@ def _turns(one: Tube, mesh: Mesh, triangles: I64) -> F64:
     return at
 
 
-def _copied(avatar: Avatar, one: Tube, span: tuple[float, float]) -> U8:
-    """(H, W, 3) colour of a region on its plane, v of `span`, the lowest at the bottom."""
+def _copied(avatar: Avatar, one: Tube, span: tuple[float, float], density: float) -> U8:
+    """(H, W, 3) colour of a region on its plane, v of `span`, the lowest at the bottom; density: texels per metre."""
     mesh = avatar.mesh
     plane = one.plane
     width, height = 1.0 + BEFORE + MARGIN, span[1] - span[0]
-    columns, rows = (max(8, round(s * TEXELS_PER_METRE)) for s in (plane[0] * width, plane[1] * height))
+    columns, rows = (max(8, round(s * density)) for s in (plane[0] * width, plane[1] * height))
     faces = np.flatnonzero(one.member[mesh.triangles].all(axis=1))
     at = _turns(one, mesh, faces)
     size = max(columns, rows)

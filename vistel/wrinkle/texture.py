@@ -133,6 +133,21 @@ def _blurred(height: F32, sigma: float, wraps: bool) -> F32:
     if sigma <= 0.0:
         return height
     reach = min(math.ceil(3.0 * sigma), max(height.shape))
+    rows, columns = np.flatnonzero(height.any(axis=1)), np.flatnonzero(height.any(axis=0))
+    if len(rows) == 0:
+        return height
+    # Most of a map is flat, and remains so.
+    top, bottom = max(0, rows[0] - reach), min(height.shape[0], rows[-1] + reach + 1)
+    left, right = int(columns[0]) - reach, int(columns[-1]) + reach + 1
+    if left < 0 or right > height.shape[1]:
+        left, right = 0, height.shape[1]
+    out = np.zeros_like(height)
+    whole = right - left == height.shape[1]
+    out[top:bottom, left:right] = _transformed(height[top:bottom, left:right], sigma, reach, wraps and whole)
+    return out
+
+
+def _transformed(height: F32, sigma: float, reach: int, wraps: bool) -> F32:
     padded = np.pad(height, ((reach, reach), (0, 0)), mode="edge")
     padded = np.pad(padded, ((0, 0), (reach, reach)), mode="wrap" if wraps else "edge")
     fy, fx = np.fft.fftfreq(padded.shape[0])[:, None], np.fft.rfftfreq(padded.shape[1])[None]

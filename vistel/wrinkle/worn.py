@@ -18,6 +18,7 @@ from vistel.figure.people.bake import rasterise
 from vistel.figure.posture import JointPose
 from vistel.wrinkle.displacement import Map, displacement_map
 from vistel.wrinkle.dressing import Chart
+from vistel.wrinkle.drives import Drives
 from vistel.wrinkle.region import Tube, sides_of, tube
 from vistel.wrinkle.sheet import instances
 from vistel.wrinkle.texture import Lighting, encoded, linear, shading, smoothed
@@ -63,22 +64,26 @@ class Worn:
     """The wrinkles of one avatar. Making it takes some seconds; the methods may be called from several threads.
 
     charts: of `vistel.wrinkle.dressing.dressed`; cloth only moves on regions that have one. textures: whether to make what
-    the texture needs too.
+    the texture needs too. finest: what the finest level of detail of the same avatar wears, for a coarser one.
     """
 
     def __init__(
-        self, avatar: Avatar, sets: Sequence[WrinkleSet], charts: Sequence[Chart] = (), *, textures: bool = True
-    ) -> None:
+        self, avatar: Avatar, sets: Sequence[WrinkleSet], charts: Sequence[Chart] = (), *, textures: bool = True,
+        finest: Worn | None = None,
+    ) -> None:  # fmt: skip
         self.avatar = avatar
+        self._finest = finest
         self._tubes: dict[str, Tube] = {}
+        self._maps: dict[str, Map] = {}
         self._texels = _Texels(avatar) if textures else None
         self._charts = {c.name: c for c in charts}
         self.sets = tuple(self._worn(each, side) for each in sets for side in sides_of(each.region))
+        self.drives = Drives.of([(s.what.entry.drive, s.side) for s in self.sets])
         self.memory = np.array([s.what.entry.memory for s in self.sets])
 
     def weights(self, joints: JointPose, actions: Mapping[str, float] | None = None) -> F64:
         """(S,) how much of each set is there. actions: intensities 0..1 of action units by name."""
-        return np.array([s.what.entry.drive.weight(joints, actions or {}, s.side) for s in self.sets])
+        return self.drives.weights(joints, actions or {})
 
     def displacement(self, weights: F64) -> F32:
         """(V,) of the skin along its normals [m]: the `displacement` of `Figure.pose`."""
@@ -110,21 +115,40 @@ class Worn:
         """(H, W, 3) sRGB: the albedo under that light, for programs that draw one texture without moved coordinates."""
         return encoded(linear(self.avatar.albedo) * self.light(weights)[..., None])
 
-    def _tube(self, each: WrinkleSet, side: str) -> Tube:
+    def covered(self) -> NDArray[np.bool_]:
+        """(H, W) texels of the albedo that show something. Raises ValueError where no textures were asked for."""
+        if self._texels is None:
+            raise ValueError("worn without textures")
+        return self._texels.covered
+
+    def tube_of(self, each: WrinkleSet, side: str) -> Tube:
+        """The region of a set on this avatar."""
         name = side + each.region.name
         if name not in self._tubes:
-            self._tubes[name] = tube(self.avatar, each.region, side)
+            like = None if self._finest is None else self._finest.tube_of(each, side)
+            self._tubes[name] = tube(self.avatar, each.region, side, like=like)
         return self._tubes[name]
 
-    def _worn(self, each: WrinkleSet, side: str) -> WornSet:
-        entry, around = each.entry, self._tube(each, side)
+    def _map(self, each: WrinkleSet, side: str, around: Tube) -> Map | None:
+        """The heights of a set on its plane, None where it has no wrinkles; those of the finest level, where there is one."""
+        if not each.entry.wrinkles:
+            return None
+        if self._finest is not None:
+            return self._finest._maps[side + each.entry.name]
         scale = self.avatar.skeleton.height / REFERENCE_HEIGHT
-        wrinkles = instances(entry.wrinkles, around.plane, each.source, wraps=True, scale=scale)
-        of = displacement_map(wrinkles, around.plane, TEXELS[entry.material], wraps=True)
+        wrinkles = instances(each.entry.wrinkles, around.plane, each.source, wraps=True, scale=scale)
+        of = displacement_map(wrinkles, around.plane, TEXELS[each.entry.material], wraps=True)
+        self._maps[side + each.entry.name] = of
+        return of
+
+    def _worn(self, each: WrinkleSet, side: str) -> WornSet:
+        entry, around = each.entry, self.tube_of(each, side)
+        scale = self.avatar.skeleton.height / REFERENCE_HEIGHT
+        of = self._map(each, side, around)
         mesh = self.avatar.mesh
         vertex = np.flatnonzero(around.attenuation > 0.0)
         height = np.zeros(len(vertex), np.float32)
-        if wrinkles and entry.lift > 0.0:
+        if of is not None and entry.lift > 0.0:
             # What is finer than the mesh would only make it rough.
             edge = np.linalg.norm(np.diff(mesh.vertices[mesh.triangles[around.member[mesh.triangles].all(axis=1)]], axis=1), axis=2)
             seen = smoothed(of, 0.35 * float(np.median(edge)))
@@ -132,7 +156,7 @@ class Worn:
             most = np.float32(DENT * around.radius)
             height = most * np.tanh(height / most)
         moved = np.abs(height) > 1e-6
-        texel, light = self._lit(of, around, entry.material) if wrinkles else (np.zeros(0, np.int64), np.zeros(0, np.float32))
+        texel, light = (np.zeros(0, np.int64), np.zeros(0, np.float32)) if of is None else self._lit(of, around, entry.material)
         drawn, shift = self._shifted(entry, around, scale)
         return WornSet(side + entry.name, each, side, vertex[moved], height[moved], texel, light, drawn, shift)
 
@@ -165,12 +189,17 @@ class _Texels:
         self._mesh = avatar.mesh
         self._known: dict[str, tuple[I64, F64, F32]] = {}
         height, width = avatar.albedo.shape[:2]
-        size = max(height, width)
+        size, self._shape = max(height, width), (height, width)
         uv = avatar.mesh.uv.astype(np.float64) * np.array((width, height)) / size
         uv[:, 1] += 1.0 - height / size
         owner, weight = rasterise(uv, avatar.mesh.corner_triangles.astype(np.int64), size)
         self._owner, weight = owner[:height, :width].ravel(), weight[:height, :width].reshape(-1, 2)
         self._weight = np.concatenate((weight, 1.0 - weight.sum(axis=1, keepdims=True)), axis=1)
+
+    @property
+    def covered(self) -> NDArray[np.bool_]:
+        """(H, W) whether a texel shows a point at all."""
+        return (self._owner >= 0).reshape(self._shape)
 
     def of(self, around: Tube) -> tuple[I64, F64, F32]:
         """(M,) texels of a region, (M, 2) their u and v, (M,) their attenuation."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import json
 import pkgutil
 import sys
@@ -21,6 +22,7 @@ _ROOT = Path(__file__).resolve().parents[3]
 def bench(
     name: Annotated[str | None, typer.Argument(help="Which benchmark; without one, the list.")] = None,
     every: Annotated[bool, typer.Option("--all", help="Run all of them.")] = False,
+    thorough: Annotated[bool, typer.Option(help="Take longer over it, where there is a short and a long form.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per figure.")] = False,
 ) -> None:
     """Measure, alternating with a peer in the same run; medians, ratios, targets.
@@ -39,12 +41,14 @@ def bench(
     if name is not None and name not in known:
         fail(f"bench {name}: no such benchmark; there are {', '.join(known)}", USAGE)
     for key in known if every else [str(name)]:
-        rows = [asdict(r) for r in _load(key).run()]
+        run = _load(key).run
+        both = "thorough" in inspect.signature(run).parameters
+        rows = (asdict(r) for r in (run(thorough=thorough) if both else run()))
         if as_json:
             for row in rows:
                 print(json.dumps(row), flush=True)
         else:
-            _show(rows)
+            _show(list(rows))
 
 
 def _known() -> dict[str, str]:

@@ -28,7 +28,9 @@ _Decoder = (
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "face", "command", "voice"),
     "motion": ("participant", "motion", "prop", "command", "voice"),
-    "recorded": ("participant", "motion", "world_state", "world_key", "hand_force", "command_result", "voice"),
+    "recorded": (
+        "participant", "motion", "world_detail", "world_state", "world_key", "hand_force", "command_result", "voice",
+    ),
 }
 LIVE_SERVICES: dict[str, tuple[str, ...]] = {
     "devices": ("posture", "world", "renderer", "audio"),
@@ -37,7 +39,7 @@ LIVE_SERVICES: dict[str, tuple[str, ...]] = {
 }
 """What runs on what is fed."""
 
-VERBATIM = ("motion", "world_state", "world_key")
+VERBATIM = ("motion", "world_state", "world_key", "world_detail")
 """Numbered by their sender; others refer to the numbers."""
 GATHERED_NS = 1_300_000_000
 """Raw bytes are logged at most so long after they were read (`vistel.wire.raw_bytes`; a second when a device falls

@@ -78,7 +78,7 @@ def replay(
     size: Annotated[str | None, typer.Option(help="With --render: pixels, such as 1920x1080.")] = None,
     finer: Annotated[int, typer.Option(min=1, max=4, help="With --render: pixels drawn for one, each way.")] = 1,
     view: Annotated[View | None, typer.Option(help="With --render: through whose eyes, instead of the site's own.")] = None,
-    light: Annotated[Light, typer.Option(help="With --render: fine has soft shadows and mirrors, fast is what is seen live.")] = Light.FINE,
+    light: Annotated[Light, typer.Option(help="With --render: soft shadows and mirrors, or as live.")] = Light.FINE,
     png: Annotated[bool, typer.Option("--png", help="With --render: a file for each picture instead of films.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:

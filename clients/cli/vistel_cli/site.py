@@ -32,13 +32,17 @@ def join(
 
       vistel site join conference.toml tokyo --hub tcp/192.0.2.7:7447
     """
-    conference = load_conference(file)
+    from vistel_cli.room_elsewhere import with_room  # noqa: PLC0415
+
+    conference = load_conference(file, room_elsewhere=True)
     try:
         plans = site_processes(conference, site)
     except ValueError as e:
         fail(str(e), USAGE)
+    endpoint = endpoint_of(conference, hub)
+    conference = with_room(conference, site, endpoint)
     simulate = site if simulated_devices(conference, site) else None
-    code = run_processes(conference, plans, endpoint_of(conference, hub), output, seconds, simulate)
+    code = run_processes(conference, plans, endpoint, output, seconds, simulate)
     raise typer.Exit(code)
 
 

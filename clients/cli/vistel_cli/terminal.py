@@ -23,10 +23,10 @@ def fail(text: str, code: int = FAILED) -> NoReturn:
     raise typer.Exit(code)
 
 
-def load_conference(path: Path) -> Conference:
-    """The conference of a file, or the end of the command with one line per fault."""
+def load_conference(path: Path, *, room_elsewhere: bool = False) -> Conference:
+    """The conference of a file, or the end of the command with one line per fault. room_elsewhere: see `load`."""
     try:
-        return load(path)
+        return load(path, room_elsewhere=room_elsewhere)
     except ConferenceError as e:
         for line in str(e).splitlines():
             err.print(f"[red]error:[/red] {line}", soft_wrap=True, markup=True)

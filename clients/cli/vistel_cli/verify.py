@@ -5,7 +5,8 @@ from __future__ import annotations
 from vistel.wire.log import LogReader
 from vistel_cli.terminal import FAILED, err, out
 
-VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "hand_force")
+VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "world_detail",
+                   "hand_force")  # fmt: skip
 
 
 def verify_log(reader: LogReader, as_json: bool) -> int:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vistel.audio.delay_policy import MATCH, Policy
+from vistel.audio.spatial import Spatial
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 
@@ -30,9 +31,10 @@ class Config:
     microphones: tuple[Microphone, ...] = ()
     loudspeaker: str = "none"
     policy: Policy = MATCH
-    spatial: bool = True
+    spatial: Spatial = "pan"
     stream: bool = True
     bitrate: int = 24_000
+    repeats: int = 1
     latency_s: float = 0.0
     delay_unit: str = ""
     memory: Path | None = None
@@ -63,5 +65,5 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     unit = next((e.name for e in audio.equipment if e.role == "delay"), "")
     return Config(
         site.name, site.participants[0].name, tuple(microphones), loudspeaker, audio.policy, audio.spatial, audio.stream,
-        audio.bitrate, audio.latency, unit, paths.run / f"{site.name}-microphones.json",
+        audio.bitrate, audio.repeats, audio.latency, unit, paths.run / f"{site.name}-microphones.json",
     )  # fmt: skip

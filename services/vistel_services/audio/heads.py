@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from vistel.audio.spatial import Ears, Head, heard_from
+from vistel.audio.spatial import Head, Place, place_of
 from vistel.figure.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.v1.motion_pb2 import Motion
@@ -32,14 +32,14 @@ class Heads:
         self._newest: dict[str, _Frame] = {}
         self._skeletons: dict[str, Skeleton] = {}
 
-    def ears(self) -> dict[str, Ears]:
-        """How the listener hears everybody whose place is known."""
+    def places(self) -> dict[str, Place | None]:
+        """Where the listener hears everybody from, as far as it is known."""
         self._take()
         heads = {name: self._head(name, frame) for name, frame in self._newest.items()}
         listener = heads.get(self._listener)
         if listener is None:
             return {}
-        return {name: heard_from(listener, head) for name, head in heads.items() if name != self._listener}
+        return {name: place_of(listener, head) for name, head in heads.items() if name != self._listener}
 
     def close(self) -> None:
         """Stop listening."""

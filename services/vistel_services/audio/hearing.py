@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from prometheus_client import Counter, Gauge
 
+from vistel.audio.binaural import Binaural
 from vistel.audio.delay_policy import MARGIN_S, Policy, Target
 from vistel.audio.levels import SILENT_DB
-from vistel.audio.mixer import Mixer
+from vistel.audio.mixer import Mixing, Panning
 from vistel.audio.need import Need
-from vistel.audio.opus import FRAME
-from vistel.audio.spatial import Ears
+from vistel.audio.opus import FRAME, FRAME_NS
+from vistel.audio.spatial import Place, Spatial
 from vistel.audio.stream import VoiceStream
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.v1.service_pb2 import ImageDelay
@@ -46,12 +47,14 @@ class Talker:
     def hear(self, message: Voice, received_ns: int) -> None:
         """A frame has come."""
         t_ns = message.header.t_ns
+        regained = self.stream.push(t_ns, message.opus, message.earlier)
+        for back in ([0] if message.opus else []) + regained:
+            # What comes only with its successors is waited for like what comes late.
+            self.need.observe(received_ns - t_ns + back * FRAME_NS, received_ns)
         if message.opus:
-            self.need.observe(received_ns - t_ns, received_ns)
             self.level_db = message.level_db
             if message.talking:
                 self._talked.append(t_ns)
-        self.stream.push(t_ns, message.opus)
 
     def needed_s(self, output_s: float) -> float:
         """The least delay at which nearly all frames are in time for the mixing that is heard `output_s` later."""
@@ -73,12 +76,12 @@ class Talker:
 class Hearing:
     """Voices in, blocks for two ears out."""
 
-    def __init__(self, site: str, policy: Policy, own: frozenset[str]) -> None:
+    def __init__(self, site: str, policy: Policy, own: frozenset[str], spatial: Spatial = "pan") -> None:
         """own: participants of this site, whom nobody here needs to hear through a loudspeaker."""
         self._site, self._policy, self._own = site, policy, own
         self._talkers: dict[str, Talker] = {}
-        self._mixer = Mixer()
-        self.ears: Mapping[str, Ears] = {}
+        self._mixing: Mixing = Binaural() if spatial == "hrtf" else Panning()
+        self.places: Mapping[str, Place | None] = {}
 
     def hear_voice(self, participant: str, message: Voice, received_ns: int) -> None:
         """A frame of somebody's voice."""
@@ -106,7 +109,7 @@ class Hearing:
             block = talker.stream.read(heard_ns, FRAME, talker.wanted_s * 1e9)
             if block is not None:
                 voices[name] = block
-        return self._mixer.mix(voices, self.ears)
+        return self._mixing.mix(voices, self.places)
 
     def spare_s(self, now_ns: int, output_s: float) -> float | None:
         """How much of the wanted delay is common to all and not needed for the network; None: nobody is there."""

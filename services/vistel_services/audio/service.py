@@ -75,17 +75,19 @@ class _Site:
             Speaker(
                 m.participant, Capture(m.participant, partial(open_input, m.source, clock)),
                 bus.publish(BY_NAME["voice"], participant=m.participant), config.bitrate, self._buttons[m.participant],
+                config.repeats,
             )
             for m in config.microphones
         ]  # fmt: skip
-        self._hearing = Hearing(config.site, config.policy, frozenset(m.participant for m in config.microphones))
+        self._hearing = Hearing(config.site, config.policy, frozenset(m.participant for m in config.microphones), config.spatial)
         self._loudspeaker = Loudspeaker(config.loudspeaker, clock)
         self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
         self._status = bus.publish(BY_NAME["sound_status"])
         self._voices = bus.subscribe(BY_NAME["voice"], queue_all=True, polled=True)
+        self._replies = bus.subscribe(BY_NAME["spoken_reply"], queue_all=True, polled=True, site=config.site)
         self._images = bus.subscribe(BY_NAME["image_delay"], polled=True, site=config.site)
         self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
-        self._heads = Heads(bus, config.listener) if config.spatial else None
+        self._heads = Heads(bus, config.listener) if config.spatial != "off" else None
         self._unit = DelayUnit(bus, config.delay_unit, config.site) if config.delay_unit else None
         self._places_ns = self._report_ns = 0
         self._heard_ns = 0.0
@@ -100,7 +102,7 @@ class _Site:
             self._play(now_ns, played_ns)
         if self._heads is not None and now_ns - self._places_ns >= _PLACES_NS:
             self._places_ns = now_ns
-            self._hearing.ears = self._heads.ears()
+            self._hearing.places = self._heads.places()
         talking = self._hearing.talking(self._heard_ns)
         if now_ns - self._report_ns >= _REPORT_NS or talking != self._shown:
             self._report_ns, self._shown = now_ns, talking
@@ -123,6 +125,8 @@ class _Site:
     def _take(self) -> None:
         for sample in self._voices.take():
             self._hearing.hear_voice(sample.names["participant"], sample.message, sample.received_ns)
+        for sample in self._replies.take():
+            self._hearing.hear_voice(f"reply-to-{sample.names['participant']}", sample.message, sample.received_ns)
         for sample in self._images.take():
             self._hearing.hear_image(sample.message)
         for sample in self._controls.take():
@@ -153,7 +157,7 @@ class _Site:
         for speaker in self._speakers:
             speaker.close()
         self._loudspeaker.close()
-        for subscription in (self._voices, self._images, self._controls):
+        for subscription in (self._voices, self._replies, self._images, self._controls):
             subscription.close()
         if self._heads is not None:
             self._heads.close()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
 from prometheus_client import Counter, Gauge
 
 from vistel.audio.levels import SILENT_DB, Level, Meter
-from vistel.audio.opus import Encoder
+from vistel.audio.opus import FRAME_NS, Encoder
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Publication
 from vistel_services.audio.buttons import Button
@@ -30,11 +31,15 @@ _CLIP_SHOWN_NS = 1_000_000_000
 class Speaker:
     """See the module. `step` is called every 20 ms."""
 
-    def __init__(self, participant: str, capture: Capture, publication: Publication, bitrate: int, button: Button) -> None:
+    def __init__(
+        self, participant: str, capture: Capture, publication: Publication, bitrate: int, button: Button, repeats: int = 0
+    ) -> None:
+        """repeats: how many of the frames before it each message carries once more."""
         self.participant, self.button = participant, button
         self.level = Level()
         self._capture, self._publication = capture, publication
         self._encoder = Encoder(1, bitrate)
+        self._sent: deque[tuple[int, bytes]] = deque(maxlen=repeats)
         self._meter = Meter()
         self._sounding = False
         self._clipped_ns: int | None = None
@@ -74,6 +79,10 @@ class Speaker:
             opus=packet, level_db=self.level.rms_db, clipped=self.level.clipped, talking=bool(packet) and self.level.talking
         )
         message.header.t_ns = t_ns
+        for back, (then_ns, earlier) in enumerate(self._sent, 1):
+            if t_ns - then_ns == back * FRAME_NS:
+                message.earlier.append(earlier)
+        self._sent.appendleft((t_ns, packet))
         self._publication.put(message)
 
     def _over_driven(self, t_ns: int) -> None:

@@ -70,6 +70,7 @@ class Config:
     people: tuple[Person, ...]
     props: tuple[TrackedProp, ...] = ()
     losses: Losses = "rare"
+    repeats: int = 0
     """How often single motions are lost on their way."""
 
 
@@ -110,4 +111,4 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         )
         for p in site.props
     )  # fmt: skip
-    return Config(site.name, tuple(people), props, conference.motion.losses)
+    return Config(site.name, tuple(people), props, conference.motion.losses, conference.motion.repeats)

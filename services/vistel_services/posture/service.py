@@ -142,7 +142,7 @@ class _Maker:
         self.face = FaceCapture()
         self._site = config.site
         self._bus = bus
-        self._encoder = MotionEncoder(losses=config.losses)
+        self._encoder = MotionEncoder(losses=config.losses, repeats=config.repeats)
         self._motion: Publication = bus.publish(BY_NAME["motion"], participant=person.name)
         self._about: Publication = bus.publish(BY_NAME["participant"], participant=person.name)
         self._silent: frozenset[str] = frozenset()

@@ -5,8 +5,9 @@ Every call comes from the thread that opened the surface.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from vistel.implicit.deform_plan import FramePlan
 from vistel.space.files.surfaces import Piece
 from vistel.space.tessellate import Surface3
+from vistel.wrinkle.shown import MOST_SETS
 from vistel_services.renderer.canvas import Canvas
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
@@ -40,6 +42,17 @@ _DARK, _OPEN = (0.05, 0.05, 0.06, 1.0), (0.62, 0.68, 0.74, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
+class Creases:
+    """Wrinkles on a figure's texture (`vistel.wrinkle.shown`). sets: (n, 4) of each channel the set near a vertex, counted from 1,
+    0 none; pull: (n, 4) how far its texture coordinate moves up. picture: makes the channels' light, (h, w, 4), first row at
+    the top."""
+
+    sets: U8
+    pull: F32
+    picture: Callable[[], U8]
+
+
+@dataclass(frozen=True, eq=False)
 class FigureModel:
     """What of a figure stays: uv (n, 2), material (n,) 0 cloth, 1 skin, 2 eye; triangles (m, 3) and those without the
     head (drawn for one's own body, seen through its eyes); texture (h, w, 3) sRGB, first row at the top."""
@@ -49,6 +62,7 @@ class FigureModel:
     triangles: I32
     headless: I32
     texture: U8
+    creases: Creases | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +83,8 @@ class Planned:
 
 @dataclass(frozen=True)
 class FigureView:
-    """A figure in a frame; limbs (P, 8): ends a, radius, b, radius [m]. own: without a head; shown: else only its shadow."""
+    """A figure in a frame; limbs (P, 8): ends a, radius, b, radius [m]. own: without a head; shown: else only its shadow.
+    folds: (S,) how much of each set of wrinkles is there, None for none of them."""
 
     name: str
     model: FigureModel
@@ -77,6 +92,7 @@ class FigureView:
     limbs: F32
     own: bool = False
     shown: bool = True
+    folds: F32 | None = None
 
 
 @dataclass(frozen=True)
@@ -97,18 +113,22 @@ class Frame:
     labels: Sequence[LabelView] = ()
 
 
+_Parts = tuple[moderngl.VertexArray, ...]
+
+
 @dataclass
 class _FigureBuffers:
-    """One level of detail of a figure."""
+    """One level of detail of a figure. plain, creased: how it is drawn without wrinkles and with them, whole and without a head;
+    each in parts."""
 
     dynamic: moderngl.Buffer
-    whole: moderngl.VertexArray
-    headless: moderngl.VertexArray
-    parts: list[moderngl.Buffer]
+    plain: tuple[_Parts, _Parts]
+    creased: tuple[_Parts, _Parts] | None
+    buffers: list[moderngl.Buffer]
     gpu: GpuSkin | None = None
 
     def release(self) -> None:
-        for part in (self.whole, self.headless, self.dynamic, *self.parts):
+        for part in (*sum(self.plain + (self.creased or ()), ()), self.dynamic, *self.buffers):
             part.release()
         if self.gpu is not None:
             self.gpu.release()
@@ -116,15 +136,17 @@ class _FigureBuffers:
 
 @dataclass
 class _Figure:
-    """A figure on the graphics side: one texture, buffers for each level of detail seen so far."""
+    """A figure on the graphics side: one texture, the light of its wrinkles, buffers for each level of detail seen so far."""
 
     painted: U8
     texture: moderngl.Texture
+    light: moderngl.Texture | None
     levels: dict[FigureModel, _FigureBuffers] = field(default_factory=dict)
 
     def release(self) -> None:
-        for part in (self.texture, *self.levels.values()):
-            part.release()
+        for part in (self.texture, self.light, *self.levels.values()):
+            if part is not None:
+                part.release()
 
 
 class Painter:
@@ -141,9 +163,10 @@ class Painter:
         self.software = surface.capability.software
         self.fine = not self.software if fine is None else fine
         self.saves_shadows = self.software and not self.fine
-        self._figure_texels = 1024 if self.software else 8192
+        self._figure_texels = 1300 if self.software else 8192
         light = ("FINE",) if self.fine else ("LIGHT_PER_VERTEX", "ONE_TAP") if self.software else ()
         self._figure_program = program(ctx, "figure", defines=light)
+        self._creased_program = program(ctx, "figure", defines=(*light, "WRINKLED", f"SETS {MOST_SETS + 1}"))
         self.shadow = ShadowMap(ctx, 2048 if self.fine else 1024)
         light = light if self.fine else ()
         self._shell = Shell(ctx, self.shadow, light, self.software)
@@ -253,11 +276,9 @@ class Painter:
         if self._mirrors is not None:
             shared |= self._mirrors.use(3)
         put(self._figure_program, albedo=0, **shared)
+        put(self._creased_program, albedo=0, wrinkle_light=4, **shared)
         for view in sorted(seen, key=lambda v: not v.own):
-            figure = self._figures[view.name]
-            figure.texture.use(0)
-            buffers = figure.levels[view.model]
-            (buffers.headless if view.own else buffers.whole).render()
+            self._figure_drawn(view)
         self._solids.draw([(as_gl(thing.matrix), solid) for thing, solid in things], 0.35, shared)
         if self._furniture is not None:
             self._solids.draw([(as_gl(np.eye(4)), self._furniture)], 0.12, shared)
@@ -266,6 +287,20 @@ class Painter:
         if self._occlusion is not None:
             self._occlusion.darken(self._canvas, sight, clip, box)
         self._names.draw(frame.labels, sight.camera.position, clip, box[2:])
+
+    def _figure_drawn(self, view: FigureView) -> None:
+        figure = self._figures[view.name]
+        buffers = figure.levels[view.model]
+        figure.texture.use(0)
+        drawn = buffers.plain
+        if buffers.creased is not None and figure.light is not None and view.folds is not None and view.folds.any():
+            drawn = buffers.creased
+            figure.light.use(4)
+            weights = np.zeros(MOST_SETS + 1, np.float32)
+            weights[1 : len(view.folds) + 1] = view.folds[:MOST_SETS]
+            put(self._creased_program, wrinkle=weights.tobytes())
+        for part in drawn[int(view.own)]:
+            part.render()
 
     def read_into(self, out: U8) -> None:
         """The picture as (height, width, 4) RGBA bytes, first row at the *bottom*."""
@@ -330,17 +365,39 @@ class Painter:
         if figure is None or figure.painted is not model.texture:
             self.drop_figure(view.name)
             texture = texture_of(ctx, model.texture, self.software, self._figure_texels)
-            figure = self._figures[view.name] = _Figure(model.texture, texture)
+            light = None
+            if model.creases is not None:
+                light = texture_of(ctx, model.creases.picture(), self.software, self._figure_texels)
+            figure = self._figures[view.name] = _Figure(model.texture, texture, light)
         if model in figure.levels:
             return figure.levels[model]
         dynamic = ctx.buffer(reserve=len(model.uv) * 24, dynamic=True)
         fixed = ctx.buffer(np.column_stack((model.uv, model.material)).astype(np.float32).tobytes())
         layout = [(dynamic, "3f 3f", "position", "normal"), (fixed, "2f 1f", "uv", "material")]
-        whole, headless = (ctx.buffer(t.astype(np.int32).tobytes()) for t in (model.triangles, model.headless))
-        figure.levels[model] = _FigureBuffers(
-            dynamic, ctx.vertex_array(self._figure_program, layout, whole),
-            ctx.vertex_array(self._figure_program, layout, headless), [fixed, whole, headless],
-        )  # fmt: skip
+        buffers = [fixed]
+
+        def part(by: moderngl.Program, triangles: I32, layout: Sequence[Any]) -> _Parts:
+            if len(triangles) == 0:
+                return ()
+            index = ctx.buffer(triangles.astype(np.int32).tobytes())
+            buffers.append(index)
+            return (ctx.vertex_array(by, layout, index),)
+
+        every = (model.triangles, model.headless)
+        plain = tuple(part(self._figure_program, t, layout) for t in every)
+        creased = None
+        if model.creases is not None:
+            sets, pull = (ctx.buffer(np.ascontiguousarray(a).tobytes()) for a in (model.creases.sets, model.creases.pull))
+            buffers += [sets, pull]
+            more = [*layout, (sets, "4u1", "sets"), (pull, "4f", "pull")]
+            # Only triangles that can crease pay for it.
+            can = np.asarray(model.creases.sets.any(axis=1))
+            whole, headless = (
+                part(self._creased_program, t[c], more) + part(self._figure_program, t[~c], layout)
+                for t, c in ((t, can[t].any(axis=1)) for t in every)
+            )
+            creased = whole, headless
+        figure.levels[model] = _FigureBuffers(dynamic, (plain[0], plain[1]), creased, buffers)
         return figure.levels[model]
 
 

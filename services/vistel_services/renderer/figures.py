@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -23,11 +23,17 @@ from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.space.tessellate import join, tessellate
 from vistel.space.things import Primitive
-from vistel_services.renderer.draw import Corners, FigureModel, Planned
+from vistel.wrinkle.dressing import dressed
+from vistel.wrinkle.shown import LevelWrinkles, shown
+from vistel.wrinkle.wardrobe import WrinkleSet
+from vistel_services.renderer.draw import Corners, Creases, FigureModel, Planned
 from vistel_services.renderer.gpu_deform import SkinShape
+from vistel_services.renderer.wearing import Wearing
 
 F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
+U8 = NDArray[np.uint8]
 
 CLOTH, SKIN, EYE = 0.0, 1.0, 2.0
 CASTER = 0.82
@@ -47,6 +53,8 @@ class Posed:
     skin: Corners | Planned
     joints: JointPose
     posed: PosedBody
+    folds: F32 | None = None
+    """(S,) how much of each set of the model's wrinkles is there."""
 
 
 class Shape(Protocol):
@@ -57,12 +65,13 @@ class Shape(Protocol):
     casters: tuple[I32, I32]
 
     def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False
-    ) -> Posed:
+        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False,
+        at_ns: int | None = None,
+    ) -> Posed:  # fmt: skip
         """The figure in `posture`, deformed by `ghosts`; what it returns is valid until its next `pose`.
 
         pixels_per_m: size in the picture, which decides how much detail is worth its time. planned: for the GPU to
-        pose and deform, if it is of that sort.
+        pose and deform, if it is of that sort. at_ns: when, for what cloth remembers; None: it remembers nothing.
         """
         ...
 
@@ -78,8 +87,11 @@ def is_skin(limb: str) -> bool:
     )
 
 
-def avatar_model(avatar: Avatar) -> FigureModel:
-    """Texture coordinates, materials and triangles of an avatar; eyeballs follow the skin's drawn vertices."""
+def avatar_model(
+    avatar: Avatar, wrinkles: LevelWrinkles | None = None, picture: Callable[[], U8] | None = None
+) -> FigureModel:
+    """Texture coordinates, materials and triangles of an avatar; eyeballs follow the skin's drawn vertices. picture: of the
+    wrinkles' light."""
     mesh = avatar.mesh
     names = avatar.body.names
     skin = np.array([SKIN if is_skin(n) else CLOTH for n in names], np.float32)
@@ -92,9 +104,13 @@ def avatar_model(avatar: Avatar) -> FigureModel:
         triangles.append(ball.corner_triangles + start)
         start += len(ball.uv)
     of_head = head[mesh.limb[mesh.triangles]].any(axis=1)
+    creases = None
+    if wrinkles is not None and picture is not None:
+        eyes = np.zeros((start - len(mesh.uv), wrinkles.sets.shape[1]), np.uint8)
+        creases = Creases(np.vstack((wrinkles.sets, eyes)), np.vstack((wrinkles.pull, eyes.astype(np.float32))), picture)
     return FigureModel(
         np.concatenate(uv).astype(np.float32), np.concatenate(material), np.concatenate(triangles).astype(np.int32),
-        np.ascontiguousarray(mesh.corner_triangles[~of_head]), avatar.albedo,
+        np.ascontiguousarray(mesh.corner_triangles[~of_head]), avatar.albedo, creases,
     )  # fmt: skip
 
 
@@ -124,8 +140,9 @@ class StandIn:
         )
 
     def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False
-    ) -> Posed:
+        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False,
+        at_ns: int | None = None,
+    ) -> Posed:  # fmt: skip
         """The limbs in `posture`, each stiff, whatever touches them."""
         joints = pose_joints(self.skeleton, posture)
         r = joints.rotation[self._joint].astype(np.float32)
@@ -141,12 +158,21 @@ class StandIn:
 
 
 class Person:
-    """An avatar's figure, drawn with as much detail as can be seen. layers: muscles and bones move its skin."""
+    """An avatar's figure, drawn with as much detail as can be seen. layers: muscles and bones move its skin. wears: sets of
+    wrinkles; its sleeves and trouser legs then get textures on which cloth can move."""
 
-    def __init__(self, avatar: Avatar, *, layers: bool = True) -> None:
+    def __init__(self, avatar: Avatar, *, layers: bool = True, wears: Sequence[WrinkleSet] = ()) -> None:
         self.skeleton, self.body, self.casters = avatar.skeleton, avatar.body, casters(avatar.body)
-        self._finest = _Level(avatar, None)
-        self._levels = [self._finest, *(_Level(a, self._finest.figure) for a in avatar.coarser)]
+        self.wearing: Wearing | None = None
+        worn: tuple[LevelWrinkles | None, ...] = (None,) * (1 + len(avatar.coarser))
+        if wears:
+            made = dressed(avatar)
+            whole = shown(made, wears)
+            avatar, worn, self.wearing = made.avatar, whole.levels, Wearing(whole)
+        picture = None if self.wearing is None else self.wearing.whole.picture
+        self._finest = _Level(avatar, None, worn[0], picture)
+        coarser = zip(avatar.coarser, worn[1:], strict=True)
+        self._levels = [self._finest, *(_Level(a, self._finest.figure, w, picture) for a, w in coarser)]
         if layers:
             anatomy = Anatomy.of(Places(avatar))
             for level in self._levels:
@@ -157,13 +183,21 @@ class Person:
         for level in self._levels:
             level.forget_layers()
 
+    def iron(self) -> None:
+        """Have no wrinkles from now on."""
+        self.wearing = None
+
     def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False
-    ) -> Posed:
+        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False,
+        at_ns: int | None = None,
+    ) -> Posed:  # fmt: skip
         """The figure in `posture`, deformed by its own limbs and by `ghosts`."""
         enough = sum(pixels_per_m <= limit for limit in COARSER_BELOW[: len(self._levels) - 1])
         level = self._levels[enough]
-        return level.plan(posture, ghosts) if planned else level.pose(posture, ghosts)
+        folds = None
+        if self.wearing is not None:
+            folds = self.wearing.weights(pose_joints(self.skeleton, posture), {}, at_ns)
+        return level.plan(posture, ghosts, folds) if planned else level.pose(posture, ghosts, folds)
 
     def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
         """This figure, posed, as ghosts for another."""
@@ -173,8 +207,12 @@ class Person:
 class _Level:
     """One level of detail."""
 
-    def __init__(self, avatar: Avatar, finest: Figure | None) -> None:
-        self.model = avatar_model(avatar)
+    def __init__(
+        self, avatar: Avatar, finest: Figure | None, wrinkles: LevelWrinkles | None = None,
+        picture: Callable[[], U8] | None = None,
+    ) -> None:  # fmt: skip
+        self._wrinkles = wrinkles
+        self.model = avatar_model(avatar, wrinkles, picture)
         self.figure = Figure(avatar, same_body=finest)
         self._planner: tuple[FigurePlanner, SkinShape] | None = None
         self._corners = [mesh.corner_vertex for mesh in (avatar.mesh, *avatar.eyeballs)]
@@ -185,9 +223,9 @@ class _Level:
         """Let the skin follow the joints alone from now on."""
         self.figure.layers, self._planner = None, None
 
-    def pose(self, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
-        """The figure in `posture`, deformed by its own limbs and by `ghosts`."""
-        state = self.figure.pose(posture, ghosts)
+    def pose(self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None) -> Posed:
+        """The figure in `posture`, deformed by its own limbs and by `ghosts`; folds: (S,) weights of its wrinkles."""
+        state = self.figure.pose(posture, ghosts, self._displacement(folds))
         start = 0
         for corner, (vertices, normals) in zip(
             self._corners, ((state.vertices, state.normals), *state.eyeballs), strict=True
@@ -196,16 +234,23 @@ class _Level:
             np.take(vertices, corner, axis=0, out=self._positions[start:end])
             np.take(normals, corner, axis=0, out=self._normals[start:end])
             start = end
-        return Posed(self.model, Corners(self._positions, self._normals), state.joints, state.posed)
+        return Posed(self.model, Corners(self._positions, self._normals), state.joints, state.posed, _shader_weights(folds))
 
-    def plan(self, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
+    def plan(self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None) -> Posed:
         """As `pose`, for the GPU to do."""
         if self._planner is None:
             planner = FigurePlanner(self.figure)
             self._planner = planner, SkinShape.of(planner)
         planner, shape = self._planner
-        now = planner.plan(posture, ghosts)
-        return Posed(self.model, Planned(shape, now.plan), now.joints, now.posed)
+        now = planner.plan(posture, ghosts, self._displacement(folds))
+        return Posed(self.model, Planned(shape, now.plan), now.joints, now.posed, _shader_weights(folds))
+
+    def _displacement(self, folds: F64 | None) -> F32 | None:
+        return None if folds is None or self._wrinkles is None else self._wrinkles.displacement(folds)
+
+
+def _shader_weights(folds: F64 | None) -> F32 | None:
+    return None if folds is None else folds.astype(np.float32)
 
 
 def casters(body: Body) -> tuple[I32, I32]:

@@ -27,7 +27,7 @@ from vistel_services.renderer.studio import Studio
 
 U8 = NDArray[np.uint8]
 
-TOPICS = ("participant", "motion", "world_state", "world_key")
+TOPICS = ("participant", "motion", "world_state", "world_key", "world_detail")
 """What of a log a film is made of."""
 _LOOK_S = 0.02
 
@@ -115,6 +115,8 @@ class _Told:
             self._stage.hear_motion(record.names["participant"], message, record.log_ns)
         elif record.topic.name == "world_key":
             self._backlog.key(message)
+        elif record.topic.name == "world_detail":
+            self._decoder.hear_detail(message)
         else:
             self._backlog.add(message)
             for now in self._steps(message):

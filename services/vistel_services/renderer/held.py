@@ -4,6 +4,9 @@ The world's word on a held thing comes after the motion it follows from, so the 
 hand alone holds is therefore drawn where that hand is shown (prediction), as long as the world's own places for it lie on
 the way the prediction took; where they do not, because the thing is pushed, pulled or taken, the world is followed. From the
 one to the other the picture goes by an offset that fades, never by a jump.
+
+A hand whose thing is not where it would have it, because others hold it too, furniture stops it or it has a tracker of its
+own, is drawn at the thing all the same, and its arm follows: it gives way rather than go through.
 """
 
 from __future__ import annotations
@@ -16,10 +19,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import JointPose, Posture
+from vistel.figure.posture import Posture
 from vistel.figure.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix, slerp
 from vistel.space.people import HAND_JOINT
-from vistel.v1 import world_pb2
+from vistel.v1 import geometry_pb2, world_pb2
+from vistel_services.renderer.giving_way import STILL, Shown, gives_way, moved_hand, towards
 from vistel_services.renderer.world_view import WorldView, quaternion, vector
 
 F64 = NDArray[np.float64]
@@ -34,18 +38,21 @@ AGREES, DIFFERS = 0.008, 0.020
 """The world's place for a thing this near to the way of the prediction agrees with it; one this far off does not [m]."""
 AT_FIRST = 0.15
 """The same in the first moments of a grasp, when the world's places lie before the beginning of the way [m]."""
-FINGERS_NS = 150_000_000
+FINGERS_S = 0.15
 """Time in which fingers come onto what they hold, and off it."""
 FORGOTTEN_NS = 400_000_000
 """A thing that no hand has held for so long is like any other."""
 
 
-@dataclass(frozen=True)
-class Shown:
-    """Somebody as shown: posture, and its joints in the room."""
+@dataclass
+class _Hand:
+    """A hand that holds, or did a moment ago. share: how far it has come, 0 to 1; fingers: (20,) on the thing; lies: where
+    that lies in it as it is drawn; off: by which it gives way, rotation vector (3,) and (3,) [m], room."""
 
-    posture: Posture
-    joints: JointPose
+    share: float
+    fingers: F64
+    lies: Pose
+    off: tuple[F64, F64] = STILL
 
 
 @dataclass
@@ -64,9 +71,10 @@ class HeldThings:
 
     def __init__(self) -> None:
         self._tracks: dict[str, _Track] = {}
-        self._fingers: dict[tuple[str, bool], tuple[float, F64]] = {}
+        self._hands: dict[tuple[str, bool], _Hand] = {}
         self._last_ns = 0
         self._last: Mapping[str, Pose] = {}
+        self._shown: Mapping[str, Shown] = {}
 
     def poses(self, now_ns: int, world: WorldView, people: Mapping[str, Shown]) -> WorldView:
         """The world with held things where they are drawn."""
@@ -84,29 +92,37 @@ class HeldThings:
             poses[thing] = _drawn(track, now_ns, poses[thing], _predicted(held.get(thing, []), people), held.get(thing, []))
             if now_ns - track.held_ns > FORGOTTEN_NS:
                 del self._tracks[thing]
-        self._last = poses
+        self._last, self._shown = poses, people
         return replace(world, poses=poses)
 
     def fingers(self, now_ns: int, world: WorldView, people: Mapping[str, Posture]) -> dict[str, Posture]:
-        """Postures with the fingers of hands that hold something on it."""
-        share = min(1.0, max(0.0, (now_ns - self._last_ns) / FINGERS_NS))
+        """Postures with the hands that hold something on it, after `poses` of the same picture."""
+        seconds = 1e-9 * max(0, now_ns - self._last_ns)
+        share = min(1.0, seconds / FINGERS_S)
         self._last_ns = now_ns
-        holds = {(g.participant, g.right): np.array(g.fingers, np.float64) * 1e-3 for g in world.grasps if len(g.fingers) == 20}
-        for hand in [*self._fingers]:
-            if hand not in holds:
-                u, at = self._fingers.pop(hand)
-                if u > share:
-                    self._fingers[hand] = u - share, at
-        for hand, wanted in holds.items():
-            u, at = self._fingers.get(hand, (0.0, wanted))
-            self._fingers[hand] = min(1.0, u + share), at + share * (wanted - at)
+        holds = {(g.participant, g.right): g for g in world.grasps if len(g.fingers) == 20}
+        for key in [*self._hands]:
+            if key not in holds:
+                hand = self._hands[key]
+                hand.share -= share
+                if hand.share <= 0.0:
+                    del self._hands[key]
+        for key, g in holds.items():
+            wanted, lies = np.array(g.fingers, np.float64) * 1e-3, _pose(g.seen if g.HasField("seen") else g.hold)
+            hand = self._hands.setdefault(key, _Hand(0.0, wanted, lies))
+            hand.share, hand.fingers = min(1.0, hand.share + share), hand.fingers + share * (wanted - hand.fingers)
+            hand.lies = towards(hand.lies, lies, seconds)
+            thing, shown = self._last.get(g.thing), self._shown.get(g.participant)
+            hand.off = STILL if thing is None or shown is None else gives_way(shown.joints, g.right, thing, hand.lies)
         out = dict(people)
-        for (who, right), (u, at) in self._fingers.items():
+        for (who, right), hand in self._hands.items():
             if who in out:
+                u = hand.share * hand.share * (3.0 - 2.0 * hand.share)
                 own = out[who].hands
                 hands = own.copy()
-                hands[int(right)] += u * u * (3.0 - 2.0 * u) * (at - own[int(right)])
-                out[who] = replace(out[who], hands=hands)
+                hands[int(right)] += u * (hand.fingers - own[int(right)])
+                posture = replace(out[who], hands=hands)
+                out[who] = moved_hand(self._shown[who], posture, right, u, hand.off) if who in self._shown else posture
         return out
 
 
@@ -117,8 +133,12 @@ def _predicted(grasps: list[world_pb2.Grasp], people: Mapping[str, Shown]) -> Po
     g = grasps[0]
     joints, j = people[g.participant].joints, HAND_JOINT[int(g.right)]
     r, p = joints.rotation[j], joints.position[j]
-    turn = multiply(np.ascontiguousarray(r), matrix_from_quaternion(quaternion(g.hold.rotation)))
-    return p + r @ vector(g.hold.position), quaternion_from_matrix(turn)
+    position, rotation = _pose(g.hold)
+    return p + r @ position, quaternion_from_matrix(multiply(np.ascontiguousarray(r), matrix_from_quaternion(rotation)))
+
+
+def _pose(p: geometry_pb2.Pose) -> Pose:
+    return vector(p.position), quaternion(p.rotation)
 
 
 def _drawn(track: _Track, now_ns: int, said: Pose, predicted: Pose | None, grasps: list[world_pb2.Grasp]) -> Pose:

@@ -14,6 +14,7 @@ import os
 import pickle
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,8 @@ from vistel.figure.avatar import Avatar
 from vistel.figure.avatar_builtin import by_turns, default_cache
 from vistel.figure.layers import skin
 from vistel.implicit.kernel_jit import stamp_of
+from vistel.wrinkle import shown
+from vistel.wrinkle.wardrobe import FOLDER, wardrobe
 from vistel_services.renderer import figures
 from vistel_services.renderer.figures import Person
 
@@ -32,31 +35,34 @@ MOST_KEPT = 1 << 30
 """Bytes of figures kept; those not used for longest go first."""
 
 
-def person_of(avatar: Avatar, cache: Path | None = None) -> Person:
-    """The figure of an avatar: read back if it was made before, else made and kept.
+def person_of(avatar: Avatar, cache: Path | None = None, wears: Sequence[str] = ()) -> Person:
+    """The figure of an avatar: read back if it was made before, else made and kept. wears: names of built-in wrinkles.
 
     Processes of a machine that want the same one take turns. A folder that cannot be used costs only the keeping.
     """
     folder = default_cache().parent / "figures" if cache is None else cache
-    path = folder / f"{_digest(avatar)}.pickle"
+    path = folder / f"{_digest(avatar, wears)}.pickle"
     if (kept := _read(path)) is not None:
         return kept
     with by_turns(path.with_suffix(".lock")):
         if (kept := _read(path)) is not None:
             return kept
-        person = Person(avatar)
+        person = Person(avatar, wears=wardrobe(wears) if wears else ())
         _write(path, person)
     return person
 
 
-def _digest(avatar: Avatar) -> str:
+def _digest(avatar: Avatar, wears: Sequence[str]) -> str:
     made_by = f"{sys.version} {np.__version__} {_CODE}"
+    if wears:
+        files = sorted(FOLDER.parent.rglob("*.toml"))
+        made_by += " ".join(wears) + "".join(f.read_text("utf-8") for f in files)
     return hashlib.blake2b(made_by.encode() + pickle.dumps(avatar, 5), digest_size=16).hexdigest()
 
 
 _CODE = " ".join(
     stamp_of(Path(inspect.getfile(module)), Path(inspect.getfile(module)).parents[depth])
-    for module, depth in ((figures, 2), (figure, 2), (skin, 3))
+    for module, depth in ((figures, 2), (figure, 2), (skin, 3), (shown, 2))
 )
 """The state of the code that figures are made by."""
 

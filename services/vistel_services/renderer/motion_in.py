@@ -35,7 +35,9 @@ class MotionReader:
     def __init__(self) -> None:
         self._decoder = MotionDecoder()
 
-    def read(self, message: motion_pb2.Motion) -> Heard | None:
-        """The posture, or None when the key frame it refers to was lost or the message is broken."""
-        frame = self._decoder.open(message)
-        return None if frame is None else Heard(frame)
+    def read(self, message: motion_pb2.Motion) -> list[tuple[int, Heard]]:
+        """Capture times and postures, oldest first: of the message, and of lost ones that it repeats. None when the key
+        frame it refers to was lost or it is broken."""
+        newest = self._decoder.open(message)
+        frames = [*self._decoder.regained(), *([] if newest is None else [newest])]
+        return [(frame.t_ns, Heard(frame)) for frame in frames]

@@ -16,6 +16,8 @@ from vistel_services.renderer.figures import Person
 from vistel_services.renderer.kept_figures import person_of
 from vistel_services.renderer.stage import About
 
+DRESSED = ("shirt", "trousers", "face")
+"""Wrinkles of the built-in people."""
 _NONE: Mapping[str, Path] = MappingProxyType({})
 
 
@@ -53,6 +55,7 @@ def load_avatar_of(about: About, files: Mapping[str, Path] = _NONE, parcel: Call
 
 def load_shape(about: About, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel) -> Person:
     """The deforming figure of a participant. Raises ValueError or OSError when the avatar cannot be had."""
-    person = person_of(load_avatar_of(about, files, parcel))
+    wears = DRESSED if about.avatar.startswith("builtin") else ()
+    person = person_of(load_avatar_of(about, files, parcel), wears=wears)
     person.pose(standing())  # kernels not yet compiled on this machine are compiled here, not between two pictures
     return person

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -22,6 +22,7 @@ from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
+from vistel.space.files.model import Model
 from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
@@ -33,6 +34,7 @@ from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.ready import decor_of
 from vistel_services.renderer.resolution import Resolution
+from vistel_services.renderer.room_deliveries import RoomDeliveries
 from vistel_services.renderer.screens import Screen, Stereo, picture_size
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio, View
@@ -59,8 +61,9 @@ _NO_GL_RETRY_S = 30.0
 class Config:
     """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
     seats: of the room; video: the MP4 to write, None for none; avatars: files of participants; sound: whether the site's
-    sound is streamed, for the MP4; room: what the conference file says of the room, where files hold some of it; whole:
-    every pixel is drawn, however long it takes."""
+    sound is streamed, for the MP4; room: what the conference file says of the room, where files hold some of it;
+    people: the site's participants, whose details of the room are listened to; whole: every pixel is drawn, however long
+    it takes."""
 
     site: str
     view: View
@@ -71,6 +74,7 @@ class Config:
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
     sound: bool = False
     room: RoomKeys | None = None
+    people: tuple[str, ...] = ()
     whole: bool = False
 
 
@@ -84,12 +88,13 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     width, height = picture_size(screens) if screens else (shown.width, shown.height)
     view = View(
         width, height, shown.view, viewer, shown.window, f"VISTEL {site.name}", shown.engine, shown.layers, screens,
-        Stereo(shown.stereo), shown.eye_distance, shown.convergence, shown.light,
+        Stereo(shown.stereo), shown.eye_distance, shown.convergence, shown.wrinkles, shown.light,
     )  # fmt: skip
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
         paths.video(site.name) if shown.video else None, files_of(conference), bool(site.audio and site.audio.stream),
-        conference.room if conference.room.from_files else None, shown.resolution == "full",
+        conference.room if conference.room.from_files else None, tuple(p.name for p in site.participants),
+        shown.resolution == "full",
     )  # fmt: skip
 
 
@@ -149,10 +154,12 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(config.delay_s * 1e9))
     deliveries = Deliveries(bus, stage)
-    inputs = _Inputs(bus, stage, clock, config.site)
+    models: dict[str, Model] = {}
+    furniture = RoomDeliveries(bus, clock, models)
+    inputs = _Inputs(bus, stage, clock, config.site, config.people)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     video = _open_video(config)
-    easel = _Easel(config, thread, deliveries)
+    easel = _Easel(config, thread, deliveries, models)
     period_ns = round(1e9 / config.rate)
     due_ns = clock.now_ns()
     filming = False
@@ -160,6 +167,8 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         while True:
             inputs.take()
             deliveries.take()
+            if easel.furnished:
+                furniture.want(stage.looks)
             for sound in inputs.sounds():
                 if video is not None:
                     video.put_sound(sound.header.t_ns, sound.opus)
@@ -178,6 +187,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         inputs.close()
         deliveries.close()
         await asyncio.shield(_wind_up(easel, video, thread))
+        furniture.close()
 
 
 async def _wind_up(easel: _Easel, video: VideoWriter | None, thread: ThreadPoolExecutor) -> None:
@@ -201,13 +211,13 @@ def _open_video(config: Config) -> VideoWriter | None:
 class _Inputs:
     """What the stage listens to."""
 
-    def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str) -> None:
+    def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str, people: Sequence[str]) -> None:
         self._stage = stage
         self._status = bus.subscribe(BY_NAME["sound_status"], polled=True, site=site)
         self._sound = bus.subscribe(BY_NAME["sound"], queue_all=True, polled=True, site=site)
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
-        self._world = WorldListener(bus, clock)
+        self._world = WorldListener(bus, clock, people)
 
     def take(self) -> None:
         """Hand everything that has arrived to the stage."""
@@ -232,8 +242,11 @@ class _Inputs:
 class _Easel:
     """The studio in its own thread; set up again when drawing fails (a graphics card lost, a window closed)."""
 
-    def __init__(self, config: Config, thread: ThreadPoolExecutor, deliveries: Deliveries) -> None:
-        self._config, self._thread = config, thread
+    def __init__(
+        self, config: Config, thread: ThreadPoolExecutor, deliveries: Deliveries, models: dict[str, Model]
+    ) -> None:  # fmt: skip
+        """models: what things look like; filled with those of this site's files."""
+        self._config, self._thread, self._models = config, thread, models
         self._load = partial(load_shape, files=config.avatars, parcel=deliveries.parcel)
         self._view = config.view
         self._resolution = None if config.whole else Resolution(config.rate, config.view.height)
@@ -255,6 +268,11 @@ class _Easel:
             return None
 
     @property
+    @property
+    def furnished(self) -> bool:
+        """What this site's files hold of the room is there."""
+        return self._studio is not None
+
     def stand_ins(self) -> int:
         """Figures whose own avatar is not there yet."""
         return self._studio.stand_ins if self._studio is not None else 0
@@ -272,7 +290,9 @@ class _Easel:
         if self._config.room is None:
             return None
         try:
-            return decor_of(self._config.room)
+            decor = decor_of(self._config.room)
+            self._models.update(decor.models)
+            return decor
         except RoomFileError as e:
             log.error("event=room_file_not_used reason=%r shown=built-in", str(e))
             return None
@@ -281,7 +301,7 @@ class _Easel:
         if self._studio is None:
             # Setting up takes a while: the instant is old when it is done, the next one is drawn.
             began = time.perf_counter()
-            self._studio = Studio(self._view, self._config.seats, self._load, self._decor())
+            self._studio = Studio(self._view, self._config.seats, self._load, self._decor(), self._models)
             found = self._studio.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",

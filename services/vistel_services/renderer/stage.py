@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from vistel.figure.posture import JointPose, Posture, pose_joints
+from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.proportions import Proportions
 from vistel.figure.skeleton import standard_skeleton
 from vistel.space.things import Thing
@@ -16,7 +16,8 @@ from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
 from vistel.wire.proportions import from_message
 from vistel.wire.world import RoomNow, Touch
-from vistel_services.renderer.held import HeldThings, Shown
+from vistel_services.renderer.giving_way import Shown
+from vistel_services.renderer.held import HeldThings
 from vistel_services.renderer.motion_in import Between, Heard, MotionReader
 from vistel_services.renderer.playout import Playout, Timing
 from vistel_services.renderer.world_view import Ghost, WorldView, between, ghosts_from, thing_of, view_of
@@ -82,6 +83,7 @@ class Stage:
         self._people: dict[str, _Person] = {}
         self._things: Mapping[str, Thing] = MappingProxyType({})
         self._told: Mapping[str, world_pb2.Thing] = MappingProxyType({})
+        self._looks: frozenset[str] = frozenset()
         self._touches: tuple[Touch, ...] = ()
         self._ghosts: tuple[Ghost, ...] = ()
         self._world: Playout[WorldView] = Playout(between, delay_ns)
@@ -121,14 +123,18 @@ class Stage:
             if person.about.parcel == digest and person.site == site:
                 person.about = replace(person.about, here=True)
 
+    @property
+    def looks(self) -> frozenset[str]:
+        """Digests of the polymeshes that things of the room look like."""
+        return self._looks
+
     def hear_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
         """What somebody did; before we heard who they are, they are shown under their key's name."""
         person = self._people.get(name)
         if person is None:
             person = self._people[name] = _Person(About(name, name), self._delay_ns)
-        heard = person.reader.read(message)
-        if heard is not None:
-            person.playout.push(message.header.t_ns, heard, received_ns)
+        for t_ns, heard in person.reader.read(message):
+            person.playout.push(t_ns, heard, received_ns)
 
     def hear_world(self, now: RoomNow, received_ns: int) -> None:
         """A step of the room."""
@@ -169,7 +175,7 @@ class Stage:
     def _in_hands(self, now_ns: int, people: list[PersonNow], world: WorldView) -> tuple[tuple[PersonNow, ...], WorldView]:
         """People with their fingers on what they hold, and the world with it in their hands."""
         holders = {g.participant for g in world.grasps}
-        shown = {p.about.name: Shown(p.posture, _joints(p)) for p in people if p.about.name in holders}
+        shown = {p.about.name: _shown(p) for p in people if p.about.name in holders}
         world = self._held.poses(now_ns, world, shown)
         postures = self._held.fingers(now_ns, world, {p.about.name: p.posture for p in people})
         return tuple(replace(p, posture=postures[p.about.name]) for p in people), world
@@ -187,12 +193,14 @@ class Stage:
                 log.error("event=bad_thing thing=%s reason=%r action=not_drawn", name, str(e))
         if things != dict(self._things):
             self._things = MappingProxyType(things)
+            self._looks = frozenset(k.model for t in things.values() for k in t.looks)
 
 
-def _joints(person: PersonNow) -> JointPose:
-    """A person's joints as they are shown."""
+def _shown(person: PersonNow) -> Shown:
+    """A person with their joints as they are shown."""
     limbs = person.about.proportions
-    return pose_joints(standard_skeleton(person.about.height) if limbs is None else limbs.skeleton, person.posture)
+    skeleton = standard_skeleton(person.about.height) if limbs is None else limbs.skeleton
+    return Shown(person.posture, pose_joints(skeleton, person.posture), skeleton)
 
 
 def _limbs(message: motion_pb2.Participant) -> Proportions | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -18,6 +18,7 @@ from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.ghost import GhostSource
 from vistel.space.files.interior import Interior
+from vistel.space.files.model import Model
 from vistel.space.files.surfaces import pieces_of
 from vistel.space.room import meeting_room
 from vistel.space.tessellate import join
@@ -63,9 +64,9 @@ NO_SIGNAL_NS = 1_500_000_000
 @dataclass(frozen=True)
 class View:
     """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". engine: what deforms
-    figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins. screens: in the room, the picture
-    holds all of theirs; none: a desktop. eye_distance, convergence: of stereo [m]. light: "fast", "fine" or, as the machine
-    can, "auto"."""
+    figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins. wrinkles: on clothes and faces. screens:
+    in the room, the picture holds all of theirs; none: a desktop. eye_distance, convergence: of stereo [m]. light: "fast",
+    "fine" or, as the machine can, "auto"."""
 
     width: int
     height: int
@@ -79,6 +80,7 @@ class View:
     stereo: Stereo = Stereo.MONO
     eye_distance: float = EYE_DISTANCE
     convergence: float = 1.0
+    wrinkles: bool = True
     light: str = "auto"
 
 
@@ -100,9 +102,11 @@ class Studio:
     """Owns the surface. Create, use and close it in one thread."""
 
     def __init__(
-        self, view: View, seats: int, load: Callable[[About], Shape] = load_shape, decor: Interior | None = None
+        self, view: View, seats: int, load: Callable[[About], Shape] = load_shape, decor: Interior | None = None,
+        models: Mapping[str, Model] | None = None,
     ) -> None:  # fmt: skip
-        """decor: what of the room does not come from the world, and the models of things; default: the built-in room."""
+        """decor: what of the room does not come from the world, and the models of things; default: the built-in room. models:
+        those of things in place of decor's; more may come while it draws."""
         self.view = view
         self._surface = open_surface(view.width, view.height, view.window, view.title)
         self.capability = self._surface.capability
@@ -110,7 +114,8 @@ class Studio:
         self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens, _FINE[view.light])
         self._scale, self._screens = 1.0, view.screens
         room = decor.room if decor else meeting_room(seats)
-        self._models = decor.models if decor else {}
+        self._models = models if models is not None else decor.models if decor else {}
+        self._lacking: set[str] = set()
         self._fixed = {t.id for t in drawn_with_room(room)}
         self.painter.set_room(*(build_room(room) if decor else take_room(seats)))
         self._detail = 0.6 if self.capability.software else 0.9
@@ -183,7 +188,8 @@ class Studio:
             own = name == self.view.eyes and (self.view.kind == "seat" or bool(self.view.screens))
             limbs = limb_rows(now.posed, cast.shape.casters)
             # Before a wall stands the viewer's own body: only its shadow is drawn.
-            figures.append(FigureView(name, now.model, now.skin, limbs, own, shown=not (own and self.view.screens)))
+            seen = not (own and self.view.screens)
+            figures.append(FigureView(name, now.model, now.skin, limbs, own, shown=seen, folds=now.folds))
             if not own:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
@@ -215,7 +221,7 @@ class Studio:
             ghosts.setdefault(name, []).extend(held)
         self._reshape(self._soft.reshaped(instant, shapes, bodies, to_things))
         names = [(p.about.name, p.posture) for p in instant.people]
-        return {name: self._pose_one(name, posture, ghosts.get(name, ())) for name, posture in names}
+        return {name: self._pose_one(name, posture, ghosts.get(name, ()), instant.now_ns) for name, posture in names}
 
     def _reshape(self, now: dict[str, Reshaped | None]) -> None:
         """Put the surfaces of soft things that have changed where they are drawn from."""
@@ -227,11 +233,11 @@ class Studio:
             self.painter.reshape_thing(thing_id, positions, normals)
         self._reshaped = now
 
-    def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource]) -> Posed:
+    def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource], now_ns: int) -> Posed:
         cast = self._cast[name]
         try:
             now = cast.shape.pose(
-                posture, ghosts, self._pixels_per_m(cast.at), planned=self._deformer is not None
+                posture, ghosts, self._pixels_per_m(cast.at), planned=self._deformer is not None, at_ns=now_ns
             )
             cast.at = now.joints.position[JOINT_INDEX["hips"]]
             return now
@@ -324,16 +330,23 @@ class Studio:
         return shape
 
     def _dressed(self, shape: Shape) -> Shape:
-        """A figure with muscles and bones under its skin, or without them, as the view says."""
-        if not self.view.layers and isinstance(shape, Person):
-            shape.bare()
+        """A figure with muscles and bones under its skin, and with wrinkles, or without them, as the view says."""
+        if isinstance(shape, Person):
+            if not self.view.layers:
+                shape.bare()
+            if not self.view.wrinkles:
+                shape.iron()
         return shape
 
     def _furnish(self, instant: Instant) -> None:
         """Make the pictures of things that are new or changed."""
         for thing_id, thing in instant.things.items():
-            if thing_id in self._fixed or self._things.get(thing_id) is thing or not (thing.primitives or thing.looks):
+            if thing_id in self._fixed or not (thing.primitives or thing.looks):
                 continue
+            complete = all(k.model in self._models for k in thing.looks)
+            if self._things.get(thing_id) is thing and not (complete and thing_id in self._lacking):
+                continue
+            (self._lacking.discard if complete else self._lacking.add)(thing_id)
             if gives_way(thing):
                 self._reshaped.pop(thing_id, None)
                 surface = self._soft.of(thing).surface
@@ -345,11 +358,12 @@ class Studio:
         for thing_id in set(self._things) - set(instant.things):
             self.painter.drop_thing(thing_id)
             del self._things[thing_id]
+            self._lacking.discard(thing_id)
 
     def _show(self, thing: Thing) -> None:
         """Make the picture of a thing that keeps its shape."""
-        if any(k.model not in self._models for k in thing.looks):
-            log.warning("event=model_missing thing=%s shown=what_is_felt_of_it", thing.id)
+        if thing.id in self._lacking:
+            log.info("event=model_awaited thing=%s shown=what_is_felt_of_it", thing.id)
         pieces = pieces_of(thing, self._models, self._detail)
         own = [p for p in pieces if not p.mesh]
         colours = np.repeat(

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import logging
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+
+log = logging.getLogger("vistel.renderer")
 
 U8 = NDArray[np.uint8]
 
@@ -13,9 +17,12 @@ U8 = NDArray[np.uint8]
 def texture_of(
     ctx: moderngl.Context, image: U8, software: bool, at_most: int = 8192, *, mipmaps: bool = True
 ) -> moderngl.Texture:
-    """A texture of `image` (h, w, 3 or 4), first row at the top, reduced to `at_most` texels each way. Without mipmaps it is
-    meant to be seen in its own size and ends at its edges."""
-    step = -(-max(image.shape[:2]) // at_most)
+    """A texture of `image` (h, w, 3 or 4), first row at the top, reduced to `at_most` texels each way; to fewer, which is told,
+    where OpenGL takes no more. Without mipmaps it is meant to be seen in its own size and ends at its edges."""
+    takes = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
+    step = -(-max(image.shape[:2]) // min(at_most, takes))
+    if takes < min(at_most, max(image.shape[:2])):
+        log.warning("event=picture_reduced width=%d height=%d by=%d opengl_takes=%d", image.shape[1], image.shape[0], step, takes)
     if step > 1:
         image = np.asarray(Image.fromarray(image).reduce(step))
     flipped = np.ascontiguousarray(image[::-1])

@@ -143,10 +143,13 @@ def bond_message(b: Bond) -> world_pb2.Bond:
 
 def grasp_message(h: GraspView) -> world_pb2.Grasp:
     """A hand that holds a thing."""
-    return world_pb2.Grasp(
+    out = world_pb2.Grasp(
         participant=h.participant, right=h.right, thing=h.thing, hold=_pose(h.position, h.rotation), since_ns=h.since_ns,
         fingers=np.rint(1e3 * h.fingers).astype(int).tolist(),
     )  # fmt: skip
+    if not (np.array_equal(h.position, h.seen_position) and np.array_equal(h.rotation, h.seen_rotation)):
+        out.seen.CopyFrom(_pose(h.seen_position, h.seen_rotation))
+    return out
 
 
 def _primitive(p: Primitive) -> world_pb2.Primitive:

@@ -21,7 +21,7 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world import Backlog
 from vistel_services.world import journal
 from vistel_services.world.decode import command_input, prop_input
-from vistel_services.world.encode import carries_state, command_result, hand_force, input_person, ownership
+from vistel_services.world.encode import bond_torn, carries_state, command_result, hand_force, input_person, ownership
 from vistel_services.world.intake import Arrived, Intake
 from vistel_services.world.store import Store
 from vistel_services.world.tell import Teller
@@ -102,8 +102,10 @@ class Room:
         self._teller, self._backlog = Teller(), Backlog()
         self._inputs = bus.publish(BY_NAME["world_inputs"])
         self._results: dict[str, Publication] = {}
+        self._torn = bus.publish(BY_NAME["bond_torn"])
         self._claims: dict[str, Publication] = {}
         self._forces: dict[tuple[str, bool], Publication] = {}
+        self._details: dict[str, Publication] = {}
         self._begins = True
         self._last_ns = world.t_ns or now_ns
         self._held: dict[str, tuple[str, ...]] = {}
@@ -134,6 +136,9 @@ class Room:
             self._answer(outcome, t_ns)
         for event in view.claims:
             self._tell_owner(event, view)
+        for torn in view.torn:
+            log.info("bond torn thing=%s body=%s force_n=%.2f gap_mm=%.1f", torn.thing, torn.body, torn.force, 1e3 * torn.gap)
+            self._torn.put(bond_torn(torn, view.step, view.t_ns))
         self._tell_of_grasps(view)
         self._begins, self._last_ns = False, t_ns
         _STEPS.inc()
@@ -153,6 +158,10 @@ class Room:
             self._wholes.put(told.whole)
             self._backlog.key(told.whole)
         if told.state is not None:
+            for who, detail in self._teller.details(self.world.eyes, view.t_ns).items():
+                if who not in self._details:
+                    self._details[who] = self._bus.publish(BY_NAME["world_detail"], participant=who)
+                self._details[who].put(detail)
             self._states.put(told.state)
             self._backlog.add(told.state)
 

@@ -7,6 +7,7 @@ import logging
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from prometheus_client import Counter
 
@@ -27,6 +28,10 @@ from vistel_services.world import store
 from vistel_services.world.authority import Authority, Start
 from vistel_services.world.room import SAVE_STEPS, STEP_NS, Ears, Room
 from vistel_services.world.store import Store
+
+if TYPE_CHECKING:
+    from vistel.space.files.interior import Interior
+    from vistel.wire.assets import AssetShelf
 
 log = logging.getLogger("vistel.world")
 
@@ -73,7 +78,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Take the room over from whoever leads it, or go on from the disk, or begin; step until cancelled."""
     began = time.perf_counter()
     await asyncio.to_thread(warm_up)
-    begins = await asyncio.to_thread(_begins, config)
+    interior = await asyncio.to_thread(_from_files, config)
+    begins = meeting_room(config.seats, config.extras) if interior is None else interior.room
+    shelf = None if interior is None else _shelf(bus, interior)
     warm = time.perf_counter()
     kept = Store(config.folder) if config.folder else None
     authority = Authority(bus)
@@ -96,6 +103,8 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
                 start = Start(found.world if newer else start.world, max(start.term, found.term + 1))
     finally:
         ears.close()
+        if shelf is not None:
+            shelf.close()
 
 
 async def _lead(
@@ -155,20 +164,27 @@ def _from_disk(kept: Store | None, begins: RoomShape, now_ns: int) -> Start:
     return Start(World(begins), kept.next_term() if kept is not None else 0)
 
 
-def _begins(config: Config) -> RoomShape:
-    """The room as it begins. A file that cannot be used is told, and the built-in room takes its place."""
-    if config.room is not None:
-        from vistel.conference.rooms import RoomFileError, interior_of  # noqa: PLC0415  only for who has files
+def _from_files(config: Config) -> Interior | None:
+    """The room as it begins, where files hold some of it. One that cannot be used is told, and the built-in room takes its
+    place."""
+    if config.room is None:
+        return None
+    from vistel.conference.rooms import RoomFileError, interior_of  # noqa: PLC0415  only for who has files
 
-        try:
-            interior = interior_of(config.room)
-        except RoomFileError as e:
-            log.error("room file not used reason=%r instead=built-in", str(e))
-        else:
-            for note in interior.notes:
-                log.info("room file note=%r", note)
-            return interior.room
-    return meeting_room(config.seats, config.extras)
+    try:
+        interior = interior_of(config.room)
+    except RoomFileError as e:
+        log.error("room file not used reason=%r instead=built-in", str(e))
+        return None
+    for note in interior.notes:
+        log.info("room file note=%r", note)
+    return interior
+
+
+def _shelf(bus: Bus, interior: Interior) -> AssetShelf:
+    from vistel_services.world.from_files import serve_interior  # noqa: PLC0415  only for who has files
+
+    return serve_interior(bus, interior)
 
 
 def _next_due(due_ns: int, now_ns: int) -> int:

@@ -9,19 +9,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from vistel.space.eyes import Eyes
 from vistel.space.things import Thing
 from vistel.space.view import GraspView, WorldView
-from vistel.v1.world_pb2 import Grasp, WorldState
+from vistel.v1.world_pb2 import Grasp, WorldDetail, WorldState
 from vistel.v1.world_pb2 import Thing as ThingMessage
 from vistel.wire.world import check_of, crc_of, crc_of_marks
-from vistel.wire.world_codec.frame import Book, Moves, Said, write_changes, write_key
-from vistel.wire.world_codec.poses import rounded
+from vistel.wire.world_codec.bits import FrameError
+from vistel.wire.world_codec.frame import MOST_TOLD, Book, Moves, Said, read_key, write_book, write_changes, write_key
+from vistel.wire.world_codec.poses import Pose, rounded
 from vistel.wire.world_codec.touches import Pair, Touch
 from vistel_services.world.encode import bond_message, dent_message, grasp_message, thing_message, world_state
+from vistel_services.world.near import Near
 from vistel_services.world.touching import Touching
 
 KEY_STEPS = 120
-"""Steps from one key frame to the next: two seconds."""
+"""Steps from one whole message to the next: two seconds."""
+MOST_KEYED = 100
+"""Things of a room whose key frames go to everybody as often. Of larger ones only those who ask hear the whole, so that what
+others hear does not grow with the room."""
 TOGETHER = 2
 """Steps in a message."""
 
@@ -35,11 +41,14 @@ class Told(NamedTuple):
 
 class Teller:
     """Tells the steps of one world. begins: the first step given is the first of a world that has just started; otherwise
-    nothing is told before the next step at which a key frame is due anyway."""
+    nothing is told before the next step at which a key frame is due anyway, or, in a large room, before `take_up`."""
 
     def __init__(self, begins: bool = True) -> None:
         self._begins, self._silent = begins, not begins
         self._book = Book()
+        self._near = Near()
+        self._newest: Mapping[int, Pose] = {}
+        self._steps = 0
         self._last = 0
         self._moves: list[Moves] = []
         self._fresh: set[int] = set()
@@ -58,14 +67,39 @@ class Teller:
         """What is said of a step."""
         due = view.step // KEY_STEPS > self._last // KEY_STEPS or self._begins
         self._last = view.step
-        if self._silent and (view.step % KEY_STEPS or view.changed):
+        if self._silent and (view.step % KEY_STEPS or view.changed or len(view.things) > MOST_KEYED):
             return Told()
         changed = view.things != self._things
         renamed = changed and [t.id for t in view.things] != [t.id for t in self._things]
-        key = due or renamed or self._silent
-        out = self._key(view, changed, renamed) if key else self._step(view, changed)
+        key = renamed or self._silent or (due and len(view.things) <= MOST_KEYED) or self._begins
+        out = self._key(view, changed, renamed) if key else self._step(view, changed, due)
         self._begins = self._silent = False
         return Told(out, self._whole(view, out) if due and out is not None else None)
+
+    @property
+    def silent(self) -> bool:
+        """Whether nothing has been told yet, because it did not begin with the world."""
+        return self._silent
+
+    def take_up(self, view: WorldView, whole: WorldState) -> None:
+        """Go on from a step at which somebody else has told the whole of a large room. Raises FrameError."""
+        book, _ = read_key(whole.frame, view.step)
+        if len(book.tracks) != len(view.things) or len(book.tracks) <= MOST_KEYED:
+            raise FrameError("a frame of another room")
+        self._book, self._last = book, view.step
+        self._begins = self._silent = False
+        self._describe(view, WorldState())
+        self._people = view.participants
+        self._say_grasps(view, WorldState())
+        self._touching.begin(view)
+        self._touches(view)
+        self._newest = {n: rounded(view.states[n].position, view.states[n].rotation) for n in book.moving}
+        book.crowded = len(book.moving) > MOST_TOLD
+        self._steps = 1
+
+    def details(self, eyes: Mapping[str, Eyes], t_ns: int) -> dict[str, WorldDetail]:
+        """What goes before the message of the step last told, by participant; eyes: of everybody."""
+        return self._near.tell(self._book, self._newest, self._steps, eyes, t_ns)
 
     # -- the two kinds -----------------------------------------------------------------------------------------
 
@@ -86,13 +120,13 @@ class Teller:
         self._remember_marks(view)
         return self._finish(view, out)
 
-    def _step(self, view: WorldView, changed: bool) -> WorldState | None:
+    def _step(self, view: WorldView, changed: bool, due: bool) -> WorldState | None:
         followed = set(self._book.moving)
         poses = {n: rounded(s.position, s.rotation) for n, s in enumerate(view.states) if s.moved or n in followed}
         self._moves.append(Moves(view.step, poses))
-        self._touching.step(view)
+        (self._touching.begin if due else self._touching.step)(view)
         self._remember_marks(view)
-        if not (changed or view.step % TOGETHER == 0 or len(self._moves) >= TOGETHER):
+        if not (due or changed or view.step % TOGETHER == 0 or len(self._moves) >= TOGETHER):
             return None
         out = WorldState(step=view.step)
         if changed:
@@ -101,19 +135,20 @@ class Teller:
         if people:
             self._people = view.participants
             out.participants.extend(view.participants)
-        grasps = _rough(view.grasps) != self._grasps
+        grasps = due or _rough(view.grasps) != self._grasps
         if grasps:
             self._say_grasps(view, out)
         out.frame = write_changes(self._book, self._moves, self._touches(view), Said(people, grasps))
-        return self._finish(view, out)
+        self._newest, self._steps = poses, len(self._moves)
+        return self._finish(view, out, due)
 
-    def _finish(self, view: WorldView, out: WorldState) -> WorldState:
+    def _finish(self, view: WorldView, out: WorldState, due: bool = False) -> WorldState:
         out.header.t_ns = view.t_ns
         out.dents.extend(dent_message(d) for d in view.dents if d.number in self._fresh)
         out.bonds.extend(bond_message(b) for b in view.bonds if b.number in self._fresh)
         out.gone.extend(sorted(self._gone))
         out.hash = self._hash
-        if out.key or self._hash:
+        if out.key or due or self._hash:
             dents = {d.number: dent_message(d) for d in view.dents}
             bonds = {b.number: bond_message(b) for b in view.bonds}
             out.check = check_of(
@@ -127,7 +162,8 @@ class Teller:
     def _whole(self, view: WorldView, said: WorldState) -> WorldState:
         """Everything, in words and as the frame of the message that goes beside it."""
         out = world_state(view, [self._described[t.id][1] for t in view.things])
-        out.frame, out.check, out.hash = said.frame, said.check, said.hash
+        out.frame = said.frame if said.key else write_book(self._book)
+        out.check, out.hash = said.check, said.hash
         return out
 
     # -- parts -------------------------------------------------------------------------------------------------
@@ -166,5 +202,9 @@ class Teller:
 def _rough(grasps: tuple[GraspView, ...]) -> tuple[object, ...]:
     """Grasps as far as anybody would notice a change."""
     return tuple(
-        (g.participant, g.right, g.thing, g.since_ns, rounded(g.position, g.rotation)) for g in grasps
+        (
+            g.participant, g.right, g.thing, g.since_ns, rounded(g.position, g.rotation),
+            rounded(g.seen_position, g.seen_rotation), g.fingers.tobytes(),
+        )
+        for g in grasps
     )

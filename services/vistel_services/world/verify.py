@@ -7,19 +7,23 @@ log the comparison goes on a second later; what could not be compared is counted
 
 from __future__ import annotations
 
+import contextlib
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from vistel.space.inputs import MotionInput, StepInputs
+from vistel.space.view import WorldView
 from vistel.space.world import World
-from vistel.v1.world_pb2 import HandForce, WorldInputs, WorldState
+from vistel.v1.world_pb2 import HandForce, WorldDetail, WorldInputs, WorldState
 from vistel.wire.motion import MotionDecoder
+from vistel.wire.world_codec.bits import FrameError
 from vistel_services.world.decode import command_input, motion_input, people_of, prop_input
 from vistel_services.world.encode import hand_force
 from vistel_services.world.tell import Teller
 
+_Told = WorldState | HandForce | WorldDetail
 Record = tuple[str, dict[str, str], Any, int]
 """Topic name, names in the key, message, log time [ns]."""
 
@@ -47,7 +51,7 @@ class VerifyReport:
 
 def verify(records: Iterable[Record]) -> VerifyReport:
     """Compare every WorldState of a log with a re-run. `records` in the order of the log; only the topics motion,
-    world_inputs, world_state, world_key and hand_force matter."""
+    world_inputs, world_state, world_key, world_detail and hand_force matter."""
     run = _Rerun()
     for topic, names, message, log_ns in records:
         run.take(topic, names, message, log_ns)
@@ -73,6 +77,7 @@ class _Rerun:
         self._states: dict[tuple[str, int, int], WorldState] = {}
         self._teller = Teller()
         self._forces: dict[tuple[int, int], list[HandForce]] = {}
+        self._details: dict[tuple[int, int], dict[str, WorldDetail]] = {}
         self._pending: deque[tuple[WorldInputs, int]] = deque()
 
     def take(self, topic: str, names: dict[str, str], message: Any, log_ns: int) -> None:
@@ -83,6 +88,8 @@ class _Rerun:
             self._states[topic, message.step, message.header.t_ns] = message
         elif topic == "hand_force":
             self._forces.setdefault((message.step, message.header.t_ns), []).append(message)
+        elif topic == "world_detail":
+            self._details.setdefault((message.step, message.header.t_ns), {})[names["participant"]] = message
         elif topic == "world_inputs":
             self._pending.append((message, log_ns))
         while self._pending and not self.difference and log_ns - self._pending[0][1] > SETTLE_NS:
@@ -106,6 +113,7 @@ class _Rerun:
     def _step(self, message: WorldInputs) -> None:
         recorded = [self._states.pop((topic, message.step, message.header.t_ns), None) for topic in TOLD]
         forces = self._forces.pop((message.step, message.header.t_ns), [])
+        details = self._details.pop((message.step, message.header.t_ns), {})
         begins = message.header.seq == 1
         if begins or (self._world is not None and message.header.seq != self._last_seq + 1):
             self._world = None  # another life, or a gap: go on from the next state in the log
@@ -130,13 +138,31 @@ class _Rerun:
         again = {(h.participant, h.right): hand_force(h, view.step, view.t_ns) for h in view.hands}
         for force in forces:
             self._compare_force(force, again.get((force.participant, force.right)))
-        for found, told in zip(recorded, self._teller.tell(view), strict=True):
-            if found is not None and told is not None:
-                self._compare(found, told)
-            elif told is not None:
+        if self._compare_told(view, recorded):
+            self._compare_details(view, details)
+
+    def _compare_told(self, view: WorldView, recorded: Sequence[WorldState | None]) -> bool:
+        """Whether a message went out with this step."""
+        if self._teller.silent and (whole := recorded[1]) is not None:
+            with contextlib.suppress(FrameError):
+                self._teller.take_up(view, whole)
+                return True
+        told = self._teller.tell(view)
+        for found, again in zip(recorded, told, strict=True):
+            if found is not None and again is not None:
+                self._compare(found, again)
+            elif again is not None:
                 self._skip("the state is not in the log")
             elif found is not None:
                 self._skip("before the first key frame after a gap")
+        return told.state is not None
+
+    def _compare_details(self, view: WorldView, recorded: dict[str, WorldDetail]) -> None:
+        assert self._world is not None
+        again = self._teller.details(self._world.eyes, view.t_ns)
+        for who, found in recorded.items():
+            if not self.difference and (who not in again or not _same(found, again[who])):
+                self.difference = f"step {view.step}: the detail that {who} got differs"
 
     def _begin(self, message: WorldInputs, begins: bool) -> bool:
         """Take the recorded state before this step, or compare with it; False when that is impossible."""
@@ -188,7 +214,7 @@ class _Rerun:
             self.difference = f"step {recorded.step}: what {hand} feels differs"
 
 
-def _same(recorded: WorldState | HandForce, again: WorldState | HandForce) -> bool:
+def _same(recorded: _Told, again: _Told) -> bool:
     """Equal but for the header, which is the bus's."""
     t_ns = again.header.t_ns
     again.header.CopyFrom(recorded.header)

@@ -59,6 +59,36 @@ def test_ten_per_cent_loss_with_jitter_leaves_no_gap_above_sixty_milliseconds(se
     assert longest_quiet_ms(sound[RATE // 2 : 5 * RATE], 0.03) <= 60.0
 
 
+@pytest.mark.parametrize("lost", [{60}, {60, 61}, {60, 90, 91, 120}])
+def test_frames_that_their_successors_carry_once_more_are_heard_as_if_nothing_had_been_lost(lost: set[int]) -> None:
+    whole, _ = heard(VoiceStream(), on_time(PACKETS), 200, lambda b: 130e6)
+    stream, out, at = VoiceStream(), [], 0
+    regained: list[int] = []
+    for block in range(200):
+        while at <= min(block - 2, len(PACKETS) - 1):
+            earlier = [packet for _, packet in reversed(PACKETS[max(0, at - 2) : at])]
+            if at not in lost:
+                regained += [at - back for back in stream.push(*PACKETS[at], earlier)]
+            at += 1
+        pcm = stream.read(float(START_NS + block * FRAME_NS), FRAME, 130e6)
+        out.append(np.zeros(FRAME, np.float32) if pcm is None else pcm)
+    assert set(regained) == lost
+    assert stream.counters.recovered == stream.counters.concealed == stream.counters.late == 0
+    assert np.array_equal(np.concatenate(out)[40 * FRAME :], whole[40 * FRAME :])
+
+
+def test_two_frames_in_a_row_that_one_message_repeats_by_halves_are_both_recovered() -> None:
+    """The second is there once more; in it is a coarse copy of the first."""
+    stream, recovered = VoiceStream(), 0
+    for k, (t_ns, packet) in enumerate(PACKETS[:100]):
+        if k not in (60, 61):
+            stream.push(t_ns, packet, [PACKETS[k - 1][1]] if k else [])
+        stream.read(float(t_ns), FRAME, 60e6)
+        recovered = max(recovered, stream.counters.recovered)
+    assert stream.counters.concealed == 0
+    assert recovered == 1
+
+
 def test_a_delay_that_moves_is_followed_without_a_click_and_without_a_change_of_pitch() -> None:
     stream = VoiceStream()
     sound, delays = heard(stream, on_time(PACKETS), 280, lambda b: 100e6 if b < 60 else 180e6 if b < 160 else 110e6)

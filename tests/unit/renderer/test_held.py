@@ -130,3 +130,35 @@ def test_rotation_is_predicted_too() -> None:
     view = HeldThings().poses(0, world(in_hand(0), GRASP), {"ann": shown(0)})
     r = matrix_from_quaternion(view.poses["baton"][1])
     assert r == pytest.approx(matrix_from_quaternion(TURN), abs=1e-9)
+
+
+def test_a_hand_is_drawn_where_what_it_cannot_move_lies_in_it() -> None:
+    held, j = HeldThings(), HAND_JOINT[1]
+    prop = Grasp()
+    prop.CopyFrom(GRASP)
+    prop.seen.CopyFrom(GRASP.hold)
+    prop.seen.position.y = -0.045  # out of the palm by 15 mm
+    hands = []
+    for k in range(30):
+        view = held.poses(k * FRAME, world(in_hand(0), prop), {"ann": shown(0)})
+        drawn = held.fingers(k * FRAME, view, {"ann": walking(0)})["ann"]
+        hands.append(pose_joints(SKELETON, drawn).position[j])
+    last = pose_joints(SKELETON, drawn)
+    lies = last.rotation[j].T @ (view.poses["baton"][0] - last.position[j])
+    assert lies == pytest.approx([-0.088, -0.045, 0.0], abs=4e-4)  # the arm hangs straight and reaches no further
+    # It comes there within a moment, and goes back when the hand lets go.
+    for k in range(30, 60):
+        view = held.poses(k * FRAME, world(in_hand(0)), {"ann": shown(0)})
+        hands.append(pose_joints(SKELETON, held.fingers(k * FRAME, view, {"ann": walking(0)})["ann"]).position[j])
+    assert np.linalg.norm(np.diff(hands, axis=0), axis=1).max() < 0.005
+    assert hands[-1] == pytest.approx(pose_joints(SKELETON, walking(0)).position[j])
+
+
+def test_a_hand_that_leads_what_it_holds_is_drawn_where_it_is() -> None:
+    held, j = HeldThings(), HAND_JOINT[1]
+    for k in range(60):
+        view = held.poses(k * FRAME, world(in_hand(k - BEHIND), GRASP), {"ann": shown(k)})
+        drawn = held.fingers(k * FRAME, view, {"ann": walking(k)})["ann"]
+        if k > 20:
+            at = pose_joints(SKELETON, drawn).position[j]
+            assert at == pytest.approx(pose_joints(SKELETON, walking(k)).position[j], abs=1e-3)

@@ -228,6 +228,25 @@ def test_taller_is_along_the_upright_axis_whatever_the_thing_lies_on() -> None:
     assert (ball.kind, ball.params[:3]) == ("superellipsoid", pytest.approx((0.038, 0.038, 0.076)))
 
 
+def test_thicker_is_across_the_longest_axis_and_a_ball_stays_as_long() -> None:
+    talk = Talk()
+    before = extent(solids([talk.thing("baton")]))
+    done(talk.say(ask.Scale(Which("baton"), 1.2, Along.GIRTH)))
+    grown = np.ptp(extent(solids([talk.thing("baton")])), axis=0) / np.ptp(before, axis=0)
+    longest = int(np.argmax(np.ptp(before, axis=0)))
+    assert abs(grown[longest] - 1.0) < 0.05
+    assert all(abs(grown[k] - 1.2) < 0.1 for k in {0, 1, 2} - {longest})
+    assert "one axis" in refused(talk.say(ask.Turn(Which("baton"), 0.5, Along.GIRTH)))
+
+
+def test_the_largest_and_the_smallest_of_several_are_meant() -> None:
+    talk = Talk()
+    large = done(talk.say(ask.Create("ball", 0.07)))
+    small = done(talk.say(ask.Create("ball", 0.02)))
+    assert done(talk.say(ask.Select(Which(shape="ball", size=ask.Size.LARGEST)))) == large
+    assert done(talk.say(ask.Select(Which(shape="ball", size=ask.Size.SMALLEST)))) == small
+
+
 @pytest.mark.parametrize("factor", [0.0, -1.0, 1e9, 1000.0, 0.001, math.nan, math.inf])
 def test_absurd_sizes_are_refused_and_the_thing_stays_as_it_was(factor: float) -> None:
     talk = Talk()

@@ -77,7 +77,7 @@ def test_however_a_thing_is_held_the_fingers_go_in_by_less_than_a_millimetre(hel
     for closing, yaw, low, to_palm in product((0.5, 1.0), (-0.3, 0.3), (0.015, 0.05), (False, True)):
         turn = matrix_from_rotvec(np.array([0.0, yaw, 0.0]))
         lying = part.moved(turn, BUILD.palm[1] - np.array([0.0, low, 0.0]))
-        found = fit(BUILD, True, OPEN + closing * (FIST - OPEN), (True,) * 4, lying, to_palm=to_palm, led=True)
+        found = fit(BUILD, True, OPEN + closing * (FIST - OPEN), (True,) * 4, lying, to_palm=to_palm)
         depth, _ = hand.depths(found.fingers, lying.moved(np.eye(3), found.shift))
         assert found.depth == depth.max() <= 0.001, (closing, yaw, low, to_palm)
 
@@ -88,7 +88,7 @@ def test_fingers_that_hold_are_drawn_on_until_they_touch() -> None:
     fingers = OPEN + 0.35 * (FIST - OPEN)  # not yet at it
     hand = hand_of(BUILD, True)
     assert hand.depths(fingers, lying)[0][hand.digit != PALM].max() < 0.02
-    found = fit(BUILD, True, fingers, (True,) * 4, lying, to_palm=True, led=True)
+    found = fit(BUILD, True, fingers, (True,) * 4, lying, to_palm=True)
     depth, _ = hand.depths(found.fingers, lying.moved(np.eye(3), found.shift))
     for digit in range(1, 5):
         assert 0.0 < depth[hand.digit == digit].max() <= 1.05 * PRESS

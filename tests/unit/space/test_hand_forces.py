@@ -36,11 +36,11 @@ PALMS = (15.0, 16.4)
 def felt(a: PrimitiveSet, b: PrimitiveSet, c_a: float = 1.0, c_b: float = 1.0) -> F64:
     found = find_contacts(a, b)
     rows = np.zeros((len(found), FELT))
-    arrays = [(s.kind, s.start, s.params, s.rotation, s.position) for s in (a, b)]
+    of_a, of_b = ((s.kind, s.start, s.params, s.rotation, s.position) for s in (a, b))
     feel(
-        np.stack([found.a, found.b], axis=1).astype(np.int64), found.point.copy(), found.normal.copy(),
-        found.field_depth.copy(), max(c_a, STIFFEST), max(c_b, STIFFEST), *arrays, 1.0, 0.0, 0.05,
-        np.zeros((len(a), 3)), np.zeros((len(b), 9)), rows,
+        np.array([0, len(found)]), np.stack([found.a, found.b], axis=1).astype(np.int64), found.point.copy(),
+        found.normal.copy(), found.field_depth.copy(), np.array([[max(c_a, STIFFEST), max(c_b, STIFFEST)]]), of_a, of_b, 1.0,
+        0.0, 0.05, np.zeros((len(found), 3)), np.zeros((len(found), 9)), rows,
     )  # fmt: skip
     return rows
 

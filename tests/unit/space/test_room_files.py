@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdPhysics
+from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
+from vistel.figure.making.read_gltf import linear
 from vistel.figure.making.source import Material
 from vistel.space.commands.reshape import curved, joined, painted, scaled, stretched
 from vistel.space.files import Interior, Model, RoomFileError, load_room, load_seats, load_things, save_usd
@@ -105,6 +106,35 @@ def test_other_programs_find_bodies_units_and_materials(tmp_path: Path) -> None:
     box = UsdGeom.Imageable(prim).ComputeWorldBound(Usd.TimeCode.Default(), "default").ComputeAlignedRange()
     assert box.GetMidpoint()[1] == pytest.approx(things[0].position[1], abs=1e-4)
     assert stage.GetPrimAtPath("/Room/Things/ball/Body").IsA(UsdGeom.Mesh)
+
+
+def test_every_face_has_a_material_with_its_colour_or_picture(tmp_path: Path) -> None:
+    model, room = block(), meeting_room(3)
+    still = np.array([0.0, 0.0, 0.0, 1.0])
+    both, _ = joined(room.thing("box"), (np.zeros(3), still), room.thing("can"), (np.array([0.08, 0.0, 0.0]), still))
+    things = (
+        room.thing("ball"), replace(both, id="both"), looking(replace(room.thing("box"), id="pictured"), model),
+        painted(looking(replace(room.thing("box"), id="painted"), model), 0xFF0000FF),
+    )  # fmt: skip
+    save_usd(Interior(Room((), ())).with_things(things, {model.digest: model}), tmp_path / "room.usda")
+    stage: Any = Usd.Stage.Open(str(tmp_path / "room.usda"))
+
+    def shown(path: str) -> Any:
+        material = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(path)).ComputeBoundMaterial()[0]
+        surface = material.ComputeSurfaceSource()[0]
+        assert surface.GetIdAttr().Get() == "UsdPreviewSurface"
+        colour = surface.GetInput("diffuseColor")
+        source = colour.GetConnectedSource()
+        return source[0].GetPrim().GetName() if source else [round(v, 3) for v in colour.Get()]
+
+    at = "/Room/Things"
+    assert shown(f"{at}/ball/Body") == [round(v, 3) for v in linear(np.array([0xE8, 0xB9, 0x23]) / 255.0).tolist()]
+    parts = [shown(f"{at}/both/Body/part_{n}") for n in range(2)]
+    assert len({tuple(p) for p in parts}) == 2
+    assert shown(f"{at}/pictured/Look_0/part_0") == "Texture"
+    assert shown(f"{at}/painted/Look_0") == [1.0, 0.0, 0.0]
+    faces = sum(len(UsdGeom.Subset(stage.GetPrimAtPath(f"{at}/both/Body/part_{n}")).GetIndicesAttr().Get()) for n in range(2))
+    assert faces == len(UsdGeom.Mesh(stage.GetPrimAtPath(f"{at}/both/Body")).GetFaceVertexCountsAttr().Get())
 
 
 def foreign(path: Path, *, unit: float | None, up: str, closed: bool = True, mass: float = 0.0) -> None:

@@ -128,6 +128,37 @@ def references(losses: Losses, count: int) -> list[int | None]:
 
 
 @pytest.mark.parametrize("losses", LOSSES)
+def test_what_is_lost_comes_with_the_next_messages_where_they_repeat_it(losses: Losses) -> None:
+    samples = random_motion(4, 199)
+    encoder, decoder = MotionEncoder(losses=losses, repeats=2), MotionDecoder()
+    heard: list[int] = []
+    for sample in samples:
+        message = over_the_wire(encoder.encode(sample))
+        assert len(message.earlier) == min(2, sample.seq - 1)
+        if sample.seq > 1 and sample.seq % 7 in (3, 4):  # two in a row
+            continue
+        newest = decoder.open(message)
+        assert newest is not None
+        heard += [frame.seq for frame in [*decoder.regained(), newest]]
+    assert heard == list(range(1, heard[-1] + 1))
+
+
+def test_repetitions_of_what_was_heard_and_of_another_life_of_the_sender_change_nothing() -> None:
+    samples = random_motion(5, 19)
+    encoder, decoder = MotionEncoder(repeats=1), MotionDecoder()
+    messages = [over_the_wire(encoder.encode(sample)) for sample in samples]
+    for message in messages:
+        assert decoder.open(message) is not None
+        assert decoder.regained() == []
+    again = MotionEncoder(repeats=1)
+    message = over_the_wire(again.encode(samples[0]))
+    assert not message.earlier
+    message.earlier.add(back=5, t_ns=message.header.t_ns + 1, frame=b"\x01\x02")
+    assert decoder.open(message) is not None
+    assert decoder.regained() == []
+
+
+@pytest.mark.parametrize("losses", LOSSES)
 def test_a_receiver_still_holds_what_a_frame_refers_to(losses: Losses) -> None:
     plan = PLANS[losses]
     keys = kept(plan)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -15,14 +16,18 @@ U8 = NDArray[np.uint8]
 
 LARGEST = 2048
 """Texels along a side of one picture at most."""
+MOST_TEXELS = 16384 * 16384
+"""Of a picture that is read at all."""
 WIDEST = 4096
 """Texels along a side of all together at most."""
+_STRIP = 256
+_LIMIT = threading.Lock()
 
 
 def read_picture(path: Path, notes: list[str]) -> U8 | None:
     """(H, W, 3) sRGB of a picture file; None and a note where it is missing or no picture."""
     try:
-        return decode(path.read_bytes())
+        return decode(path.read_bytes(), notes=notes, name=f"texture {path.name}")
     except OSError:
         notes.append(f"texture {path.name} is not there; a plain colour instead (put it beside the mesh, or --texture FILE)")
     except MakingError as fault:
@@ -30,23 +35,61 @@ def read_picture(path: Path, notes: list[str]) -> U8 | None:
     return None
 
 
-def decode(data: bytes, largest: int = LARGEST) -> U8:
-    """(H, W, 3) sRGB of an encoded picture, at most `largest` texels along a side. Raises MakingError."""
+def decode(data: bytes, largest: int = LARGEST, *, notes: list[str] | None = None, name: str = "picture") -> U8:
+    """(H, W, 3) sRGB of an encoded picture, at most `largest` texels along a side: a larger one is made smaller, which `notes`
+    tell by its `name`. Raises MakingError."""
     try:
-        with Image.open(io.BytesIO(data)) as picture:
-            picture.load()
-            flat = Image.new("RGB", picture.size, (128, 128, 128))
-            if picture.mode in ("RGBA", "LA", "PA") or "transparency" in picture.info:
-                whole = picture.convert("RGBA")
-                # What is transparent shows nothing: the colour there only bleeds in at edges.
-                flat.paste(whole.convert("RGB"))
-            else:
-                flat = picture.convert("RGB")
-            if max(flat.size) > largest:
-                flat.thumbnail((largest, largest), Image.Resampling.LANCZOS)
-            return np.asarray(flat, np.uint8)
-    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as fault:
+        with _opened(data) as picture:
+            width, height = picture.size
+            if width * height > MOST_TEXELS:
+                raise MakingError(f"{width} by {height}, expected at most {MOST_TEXELS:,} texels; make it smaller")
+            if max(width, height) > 2 * largest:
+                picture.draft("RGB", (2 * largest, 2 * largest))  # what can be read coarsely need not be read finely first
+            out = _coarse(picture, largest)
+            out.thumbnail((largest, largest), Image.Resampling.LANCZOS)
+    except MakingError:
+        raise
+    except MemoryError as fault:
+        raise MakingError("too large for this machine's memory; make it smaller") from fault
+    except Exception as fault:  # decoders of damaged pictures raise nearly anything
         raise MakingError(f"not a picture that can be read ({fault})") from fault
+    if notes is not None and out.size != (width, height):
+        notes.append(f"{name}: {width} by {height}, made {out.width} by {out.height}")
+    return np.asarray(out, np.uint8)
+
+
+def _opened(data: bytes) -> Image.Image:
+    """The picture, not read yet. Pillow's own limit is below what we take: ours stands in for it meanwhile."""
+    with _LIMIT:
+        before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            return Image.open(io.BytesIO(data))
+        finally:
+            Image.MAX_IMAGE_PIXELS = before
+
+
+def _coarse(picture: Image.Image, largest: int) -> Image.Image:
+    """RGB, by strips and with texels put together where it is more than twice as large as needed: so a huge one is in memory
+    only once, and as it was stored."""
+    picture.load()
+    width, height = picture.size
+    step = max(1, max(width, height) // (2 * largest))
+    out = Image.new("RGB", (-(-width // step), -(-height // step)))
+    for top in range(0, height, step * _STRIP):
+        strip = _rgb(picture.crop((0, top, width, min(height, top + step * _STRIP))))
+        out.paste(strip if step == 1 else strip.reduce(step), (0, top // step))
+    return out
+
+
+def _rgb(picture: Image.Image) -> Image.Image:
+    """In RGB with eight bits. What is transparent shows nothing: the colour there only bleeds in at edges."""
+    if picture.mode in ("RGBA", "LA", "PA") or "transparency" in picture.info:
+        return picture.convert("RGBA").convert("RGB")
+    if picture.mode.startswith("I"):  # sixteen bits of grey, which Pillow would cut off at 255
+        return Image.fromarray((np.clip(np.asarray(picture, np.int64), 0, 65535) >> 8).astype(np.uint8)).convert("RGB")
+    if picture.mode == "F":
+        return Image.fromarray(np.round(255.0 * np.clip(np.nan_to_num(np.asarray(picture)), 0.0, 1.0)).astype(np.uint8)).convert("RGB")
+    return picture.convert("RGB")
 
 
 def atlas(pictures: list[U8]) -> tuple[U8, NDArray[np.float64]]:

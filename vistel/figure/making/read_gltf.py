@@ -264,7 +264,7 @@ class _Reader:
                 self.notes.append(f"{where} is not there; a plain colour instead (put it beside the mesh, or --texture FILE)")
             else:
                 try:
-                    picture = decode(data)
+                    picture = decode(data, notes=self.notes, name=where)
                 except MakingError as fault:
                     self.notes.append(f"{where}: {fault}; a plain colour instead")
             self._pictures[info["index"]] = picture

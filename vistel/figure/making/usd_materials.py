@@ -112,7 +112,7 @@ class Materials:
             self._notes.append(f"{where} is not there; a plain colour instead (put it beside the mesh, or --texture FILE)")
         else:
             try:
-                picture = decode(bytes(opened.GetBuffer()))
+                picture = decode(bytes(opened.GetBuffer()), notes=self._notes, name=where)
             except MakingError as fault:
                 self._notes.append(f"{where}: {fault}; a plain colour instead")
         self._pictures[asset.path] = picture

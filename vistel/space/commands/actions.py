@@ -28,13 +28,20 @@ class Shown(Enum):
     HELD = "held"
 
 
+class Size(Enum):
+    """Which of several things, by how large they are."""
+
+    LARGEST = "largest"
+    SMALLEST = "smallest"
+
+
 @dataclass(frozen=True)
 class Which:
     """Which things are meant: all that is said must be true of them; what is empty or None says nothing.
 
     thing: id; name: as for people, or part of it; shape: "ball", ...; colour: the name of one; shown: how the speaker
-    shows it; every: all of them, not one. A Which that says nothing is "this": what is selected, held, pointed at or
-    looked at, in that order.
+    shows it; every: all of them, not one; size: of those of which all else is true, the one with the most or least extent.
+    A Which that says nothing is "this": what is selected, held, pointed at or looked at, in that order.
     """
 
     thing: str = ""
@@ -43,11 +50,12 @@ class Which:
     colour: str = ""
     shown: Shown | None = None
     every: bool = False
+    size: Size | None = None
 
     @property
     def is_this(self) -> bool:
         """Nothing was said of it."""
-        return not (self.thing or self.name or self.shape or self.colour or self.shown or self.every)
+        return not (self.thing or self.name or self.shape or self.colour or self.shown or self.every or self.size)
 
 
 THIS = Which()
@@ -65,12 +73,14 @@ class Towards(Enum):
 
 
 class Along(Enum):
-    """An axis of a thing: its longest, the one that is upright, and those that lie across and ahead for the speaker."""
+    """An axis of a thing: its longest, the one that is upright, and those that lie across and ahead for the speaker.
+    GIRTH: the two that are not its longest, for making it thicker or thinner."""
 
     LONGEST = "longest"
     UP = "up"
     ACROSS = "across"
     AHEAD = "ahead"
+    GIRTH = "girth"
 
 
 class Where(Enum):

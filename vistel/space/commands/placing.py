@@ -124,6 +124,8 @@ def turn(asked: Asked, action: ask.Turn) -> Answer:
     rows = asked.loose(action.which)
     if not 0.0 < abs(action.angle) <= 4.0 * math.pi:
         raise Refused("a thing can be turned by up to two turns, not by that much")
+    if action.about is ask.Along.GIRTH:
+        raise Refused("a thing is turned about one axis")
 
     def way(n: int) -> tuple[F64, F64]:
         x = asked.stood(n)

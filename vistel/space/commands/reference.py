@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX
-from vistel.space.commands.actions import Along, Refused, Shown, Towards, Which
+from vistel.space.commands.actions import Along, Refused, Shown, Size, Towards, Which
 from vistel.space.people import Posed
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
 from vistel.space.things import Thing
@@ -147,6 +147,9 @@ def meant(
         rows = [n for n in rows if n in chosen]
     if not rows:
         raise Refused(_nothing(which))
+    if which.size is not None:
+        loose = [n for n in rows if not things[n].fixed] or rows
+        rows = [(max if which.size is Size.LARGEST else min)(loose, key=lambda n: float(radii[n]))]
     if which.every:
         loose = [n for n in rows if not things[n].fixed]
         return loose or rows

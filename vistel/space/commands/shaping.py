@@ -43,6 +43,11 @@ def scale(asked: Asked, action: ask.Scale) -> Answer:
     along = action.along
 
     def longer(n: int) -> Thing:
+        if along is ask.Along.GIRTH:
+            thing = asked.state.things[n]
+            for k in {0, 1, 2} - {reshape.longest_axis(thing)}:
+                thing = reshape.stretched(thing, action.factor, np.eye(3)[k])
+            return thing
         r = matrix_from_quaternion(asked.state.motions.rotation[n])
         axis = r.T @ axis_in_room(asked, n, along)
         nearest = int(np.argmax(np.abs(axis)))  # along one of its own axes, so that a box stays a box
@@ -129,7 +134,7 @@ def attach(asked: Asked, action: ask.Attach) -> Answer:
     if posed is not None:  # who holds one of them now holds both
         pose = centre, x.rotation
         state = replace(state, grasps=tuple(
-            hands.lies(replace(g, thing=whole.id), posed, pose) if g.thing in (x.thing.id, y.thing.id) else g
+            hands.renamed(g, posed, whole.id, pose) if g.thing in (x.thing.id, y.thing.id) else g
             for g in state.grasps
         ))  # fmt: skip
     after = Stood(whole, centre, x.rotation)

@@ -23,6 +23,9 @@ from vistel.space.things import Axis, Look, Matter, Primitive, Thing
 
 F64 = NDArray[np.float64]
 
+OWN_LARGEST = 8192
+"""Texels along a side of a picture of ours, which is kept as it is: 200 MB at most."""
+
 
 def own_room(stage: Any) -> Any:
     """The prim of a room of VISTEL; None in files of others."""
@@ -171,7 +174,7 @@ class _Reader:
             self.notes.append(f"texture {asset} is not there; a plain colour instead (put it beside the file)")
             return None
         try:
-            return decode(bytes(opened.GetBuffer()), 16384)
+            return decode(bytes(opened.GetBuffer()), OWN_LARGEST, notes=self.notes, name=f"texture {asset}")
         except MakingError as fault:
             self.notes.append(f"texture {asset}: {fault}; a plain colour instead")
             return None

@@ -5,7 +5,7 @@
     /Room/Things/ID      Xform, kind component: a thing where it starts. vistel:... say what it is, UsdPhysics its mass
     /Room/Things/ID/Look_N   Mesh: what is drawn for it, with texture coordinates (st)
     /Room/Things/ID/Body     Mesh: its own primitives, for programs that know none
-    /Room/Materials      UsdPreviewSurface, pictures in the folder NAME_textures beside the file (inside a .usdz)
+    /Room/Materials      UsdPreviewSurface, for every face: colours, and pictures in the folder NAME_textures beside the file (inside a .usdz)
 """
 
 # pyright: basic, reportAttributeAccessIssue=false
@@ -27,6 +27,7 @@ from PIL import Image
 from vistel.figure.making.source import Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
+from vistel.space.files.surfaces import rgb
 from vistel.space.tessellate import join, tessellate_thing
 from vistel.space.thing_json import from_thing
 from vistel.space.things import Thing
@@ -186,20 +187,40 @@ class _Writer:
         self._bind(mesh, m, colour)
 
     def _bind(self, mesh: Any, m: Model, colour: int) -> None:
-        from pxr import Sdf, UsdGeom, UsdShade  # noqa: PLC0415
+        from pxr import Sdf  # noqa: PLC0415
 
         keep(mesh.GetPrim(), "materials", Sdf.ValueTypeNames.StringArray, [self._told(x) for x in m.materials])
         if colour:
-            mesh.CreateDisplayColorAttr([_linear(colour)])
+            self._paint(mesh, [colour], np.zeros(len(m.triangles), np.int32))
             return
-        binding = UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim())
-        made = [self._material(x) for x in m.materials]
+        self._share([self._material(x) for x in m.materials], mesh, m.material)
+
+    def _paint(self, mesh: Any, colours: list[int], of_face: NDArray[np.int32]) -> None:
+        """Plain colours, 0xRRGGBBAA, for programs that draw materials and for those that draw display colours."""
+        from pxr import UsdGeom  # noqa: PLC0415
+
+        numbers, number = np.unique(of_face, return_inverse=True)
+        used = [colours[n] for n in numbers.tolist()]
+        if len(used) == 1:
+            mesh.CreateDisplayColorAttr([_linear(used[0])])
+        else:
+            shown = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
+                "displayColor", mesh.GetDisplayColorAttr().GetTypeName(), UsdGeom.Tokens.uniform
+            )
+            shown.Set([_linear(c) for c in used])
+            shown.SetIndices(number.tolist())
+        self._share([self._material(Material("", rgb(c))) for c in used], mesh, number)
+
+    def _share(self, made: list[Any], mesh: Any, of_face: NDArray[np.integer[Any]]) -> None:
+        """Bind a material to each face; of_face: (F,) which of those `made`."""
+        from pxr import UsdGeom, UsdShade  # noqa: PLC0415
+
         if len(made) == 1:
-            binding.Bind(made[0])
+            UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(made[0])
             return
         UsdGeom.Subset.SetFamilyType(mesh, UsdShade.Tokens.materialBind, UsdGeom.Tokens.partition)
         for n, material in enumerate(made):
-            rows = np.flatnonzero(m.material == n).tolist()
+            rows = np.flatnonzero(of_face == n).tolist()
             subset = UsdGeom.Subset.CreateGeomSubset(mesh, f"part_{n}", UsdGeom.Tokens.face, rows, UsdShade.Tokens.materialBind)
             UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(material)
 
@@ -247,16 +268,18 @@ class _Writer:
 
     def _body(self, at: str, t: Thing) -> None:
         """What is drawn of its own primitives."""
-        drawn = t.curve.straight if t.curve else t
-        pieces = [s for s, p in zip(tessellate_thing(t, 0.7), drawn.primitives, strict=True) if p.seen]
-        if pieces:
-            surface = join(pieces)
-            mesh = self._mesh(at, surface.vertices, surface.triangles)
-            mesh.CreateDisplayColorAttr([_linear(t.colour)])
-            keep_body = mesh.GetPrim()
-            from pxr import Sdf  # noqa: PLC0415
+        from pxr import Sdf  # noqa: PLC0415
 
-            keep(keep_body, "body", Sdf.ValueTypeNames.Bool, True)
+        drawn = t.curve.straight if t.curve else t
+        seen = [(s, p.colour or t.colour) for s, p in zip(tessellate_thing(t, 0.7), drawn.primitives, strict=True) if p.seen]
+        if not seen:
+            return
+        surface = join([s for s, _ in seen])
+        mesh = self._mesh(at, surface.vertices, surface.triangles)
+        keep(mesh.GetPrim(), "body", Sdf.ValueTypeNames.Bool, True)
+        colours = list(dict.fromkeys(c for _, c in seen))
+        of_face = np.repeat([colours.index(c) for _, c in seen], [len(s.triangles) for s, _ in seen])
+        self._paint(mesh, colours, of_face.astype(np.int32))
 
     def _mesh(self, at: str, vertices: Any, triangles: Any) -> Any:
         from pxr import UsdGeom, UsdPhysics, Vt  # noqa: PLC0415

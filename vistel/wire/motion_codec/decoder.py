@@ -6,6 +6,8 @@ second has few of the sixty frames worked out, with those that they refer to.
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +25,8 @@ I64 = NDArray[np.int64]
 KEYS_KEPT = 8
 OLDEST_KEY_NS = 1_000_000_000
 """A frame never refers to a key frame older than this; one that says so is from another life of its sender."""
+HEARD_KEPT = 16
+"""Frames that are known to have been opened, so that their repetitions are left."""
 MOST_WAITING = 32
 """So many frames that refer to each other are left to be worked out, no more."""
 _NOTHING: I64 = np.zeros(NUMBERS, np.int64)
@@ -127,6 +131,8 @@ class MotionDecoder:
     def __init__(self) -> None:
         self._keys: dict[int, MotionFrame] = {}
         self._lists: dict[int, ListKey] = {}
+        self._opened: deque[int] = deque(maxlen=HEARD_KEPT)
+        self._regained: deque[MotionFrame] = deque(maxlen=HEARD_KEPT)
 
     def decode(self, message: Motion) -> MotionSample | None:
         """The sample, or None: its key frame has not arrived, or the message is broken."""
@@ -142,16 +148,29 @@ class MotionDecoder:
 
     def open(self, message: Motion) -> MotionFrame | ListFrame | None:
         """As `decode`, without the work; every message has to be opened, in the order they arrive."""
-        frame = message.frame
-        if not frame:
+        if not message.frame:
             return self._open_lists(message)
-        if len(frame) > MOST_BYTES or frame[-1] == 0:
+        header = message.header
+        for past in message.earlier:
+            seq = header.seq - past.back
+            if seq not in self._opened and past.t_ns < header.t_ns:
+                regained = self._open(past.frame, seq, past.t_ns)
+                if regained is not None:
+                    self._regained.append(regained)
+        return self._open(message.frame, header.seq, header.t_ns)
+
+    def regained(self) -> list[MotionFrame]:
+        """What later messages have brought of lost ones since the last call, oldest first; older than the newest opened."""
+        out = list(self._regained)
+        self._regained.clear()
+        return out
+
+    def _open(self, frame: bytes, seq: int, t_ns: int) -> MotionFrame | None:
+        if not frame or len(frame) > MOST_BYTES or frame[-1] == 0:
             return None
         data = np.frombuffer(bytearray(frame), np.uint8)  # not read-only: one kernel for both directions
         work = np.empty(k.WORK_SIZE, np.int64)
         k.begin_frame(data, work)
-        header = message.header
-        seq, t_ns = header.seq, header.t_ns
         reference = None
         if work[k.IS_FULL]:
             if work[k.VERSION] not in VERSIONS or work[k.HAS] >= MASKS:
@@ -161,6 +180,7 @@ class MotionDecoder:
             if reference is None or not reference.whole or not 0 <= t_ns - reference.t_ns <= OLDEST_KEY_NS:
                 return None
         opened = MotionFrame(seq, t_ns, data, work, reference)
+        self._opened.append(seq)
         if opened.waiting > MOST_WAITING:
             opened.numbers()
         if work[k.KEEP]:

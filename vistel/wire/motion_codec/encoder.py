@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -46,9 +47,12 @@ class MotionEncoder:
     anew.
     """
 
-    def __init__(self, *, grain: int = USUAL_GRAIN, losses: Losses = "rare", hold: float = HOLD) -> None:
+    def __init__(
+        self, *, grain: int = USUAL_GRAIN, losses: Losses = "rare", hold: float = HOLD, repeats: int = 0
+    ) -> None:
         """grain: index of `GRAINS_TENTHS`, finer or coarser steps as a whole. losses: how often single frames are expected
-        to be lost; the more, the less each loss costs and the larger the frames. hold: see HOLD."""
+        to be lost; the more, the less each loss costs and the larger the frames. hold: see HOLD. repeats: how many of the
+        frames before it each message carries once more."""
         self._grain, self._hold = grain, hold
         self._plan = PLANS[losses]
         self._kept = kept(self._plan)
@@ -58,6 +62,7 @@ class MotionEncoder:
         self._work = np.zeros(k.WORK_SIZE, np.int64)
         self._held = np.full(NUMBERS, np.nan)
         self._sent: list[_Sent] = []
+        self._recent: deque[tuple[int, int, bytes]] = deque(maxlen=repeats)
         self._full_ns = self._last_ns = self._mask = self._last_seq = 0
 
     def encode(self, sample: MotionSample) -> Motion:
@@ -86,6 +91,10 @@ class MotionEncoder:
         out = Motion()
         out.header.seq, out.header.t_ns = sample.seq, sample.t_ns
         out.frame = self._out[:size].tobytes()
+        for seq, t_ns, frame in self._recent:
+            if seq < sample.seq:
+                out.earlier.add(back=sample.seq - seq, t_ns=t_ns, frame=frame)
+        self._recent.append((sample.seq, sample.t_ns, out.frame))
         return out
 
     def _quantise(self, raw: F64) -> I64:

@@ -42,9 +42,18 @@ class BitWriter:
             digits = f"{(2 * value - 1 if value > 0 else -2 * value) + least:b}"
             add("0" * (len(digits) - 1 - order) + digits)
 
+    def coded(self, bits: str) -> None:
+        """What another writer has written."""
+        self._parts.append(bits)
+
+    @property
+    def bits(self) -> str:
+        """Everything, as noughts and ones."""
+        return "".join(self._parts)
+
     def to_bytes(self) -> bytes:
         """Everything, filled with zeros to a whole byte."""
-        text = "".join(self._parts)
+        text = self.bits
         size = (len(text) + 7) // 8
         return int(text.ljust(8 * size, "0"), 2).to_bytes(size, "big") if size else b""
 

@@ -14,9 +14,11 @@ MOST_THINGS = 1 << 16
 MOST_STEPS = 16
 STILL_STEPS = 12
 """A thing that has not moved for so long is no longer named."""
-MOST_TOLD = 16
-"""Things told of exactly in a step. When more move, those that are farthest from where readers foresee them go first, the
-others are left to foresight and cost nothing: what is said stays bounded, and who is left out is wrong by little and comes next."""
+MOST_TOLD = 12
+"""Things that move and are told of exactly in each step. When more do, those that are farthest from where readers foresee them go
+first, the others are left to foresight and cost nothing: what is said stays bounded, and who is left out comes next."""
+STEP_BITS = 400
+"""What is told of a step then."""
 MOST_TOUCHES = 16
 """Pairs of bodies that a frame tells of."""
 _NAME = 3
@@ -32,13 +34,14 @@ class Said(NamedTuple):
 @dataclass
 class Book:
     """What both ends know after a frame: step, the track of each thing by its number, which of them move, who touches
-    whom. touches_changed: by the last frame."""
+    whom. touches_changed: by the last frame; crowded: more moved than it told of."""
 
     step: int = 0
     tracks: list[Track] = field(default_factory=list[Track])
     moving: tuple[int, ...] = ()
     touches: dict[Pair, Touch] = field(default_factory=dict[Pair, Touch])
     touches_changed: bool = True
+    crowded: bool = False
 
 
 class Moves(NamedTuple):
@@ -67,6 +70,7 @@ def write_key(book: Book, step: int, poses: Sequence[Pose], moving: Sequence[int
         track.write_key(out, pose)
         out.flag(number in chosen)
     book.step, book.moving, book.touches, book.touches_changed = step, tuple(sorted(chosen)), {}, True
+    book.crowded = False
     write_touches(out, book.touches, touches)
     return out.to_bytes()
 
@@ -79,7 +83,7 @@ def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Tou
     before = book.step
     moved = {number for now in steps for number, pose in now.poses.items() if pose != book.tracks[number].pose}
     moving = frozenset(moved) | {n for n in book.moving if book.tracks[n].still < STILL_STEPS}
-    some = len(moving) > MOST_TOLD
+    some = book.crowded = len(moving) > MOST_TOLD
     out.count(len(steps) - 1 + (MOST_STEPS if some else 0))
     for now in steps:
         out.count(now.step - before - 1)
@@ -104,28 +108,35 @@ def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Tou
 def _write_some(out: BitWriter, book: Book, poses: Mapping[int, Pose], last: Mapping[int, Pose]) -> None:
     """A step in which more move than are told of: the numbers of those that are, where they are, and whether they have come to
     lie since `last`, the step before."""
-    told = _most_wrong(book, poses)
+    told: dict[int, str] = {}
+    left = STEP_BITS
+    for n in _most_wrong_first(book, poses):
+        track, one = book.tracks[n], BitWriter()
+        pose = poses.get(n, track.pose)
+        track.write(one, pose)
+        lies = n in last and pose == last[n]
+        one.flag(lies)
+        if lies:
+            track.begin()
+        told[n] = one.bits
+        left -= len(told[n])
+        if left <= 0:
+            break
     out.count(len(told))
     at, order = -1, _gap_order(book, len(told))
     for place, n in enumerate(book.moving):
-        track = book.tracks[n]
-        if n not in told:
-            track.go_on()
-            continue
-        out.count(place - at - 1, order)
-        at = place
-        pose = poses.get(n, track.pose)
-        track.write(out, pose)
-        lies = n in last and pose == last[n]
-        out.flag(lies)
-        if lies:
-            track.begin()
+        if n in told:
+            out.count(place - at - 1, order)
+            out.coded(told[n])
+            at = place
+        else:
+            book.tracks[n].go_on()
 
 
-def _most_wrong(book: Book, poses: Mapping[int, Pose]) -> frozenset[int]:
-    """The things that are told of exactly in a step."""
+def _most_wrong_first(book: Book, poses: Mapping[int, Pose]) -> list[int]:
+    """The things that are not where they are foreseen in a step."""
     wrong = {n: book.tracks[n].wrong(poses.get(n, book.tracks[n].pose)) for n in book.moving}
-    return frozenset(sorted((n for n in wrong if wrong[n]), key=lambda n: (-wrong[n], n))[:MOST_TOLD])
+    return sorted((n for n in wrong if wrong[n]), key=lambda n: (-wrong[n], n))
 
 
 def _gap_order(book: Book, told: int) -> int:
@@ -186,6 +197,7 @@ def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], Said
     some, gaps = _read_steps(bits)
     if newest - sum(gaps) != book.step:
         raise FrameError(f"a frame goes on from step {newest - sum(gaps)}, known is {book.step}")
+    book.crowded = some
     _read_toggles(bits, book)
     steps: list[Step] = []
     for gap in gaps:

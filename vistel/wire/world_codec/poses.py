@@ -106,7 +106,11 @@ class Track:
 
     def go_on(self) -> None:
         """A step of which nothing is told: the thing is where it is foreseen."""
-        self._take(tuple(self._foreseen), [0] * 7)
+        pose = tuple(self._foreseen)
+        self.still = self.still + 1 if pose == self.pose else 0
+        self.pose = pose
+        self._since += 1
+        self._foreseen = [n + ((v + 4) >> 3) for n, v in zip(pose, self._speed, strict=True)]
 
     def write_all(self, out: BitWriter, moving: bool) -> None:
         """All that both ends know of a thing; changes nothing."""
@@ -134,11 +138,20 @@ class Track:
         self._foreseen = [n + ((v + 4) >> 3) for n, v in zip(self.pose, self._speed, strict=True)]
         return True
 
+    @property
+    def untold(self) -> int:
+        """Steps since the thing was last told of."""
+        return self._since
+
+    def correction(self, pose: Pose) -> Pose:
+        """What to add to the pose that both ends know to be at `pose`."""
+        return tuple(map(sub, _same_side(pose, self.pose), self.pose))
+
     def wrong(self, pose: Pose) -> int:
         """How far from where it is foreseen a thing is a step later: half millimetres, and a step of turning counts as many as
-        it moves the edge of a thing the size of a hand."""
+        it moves the edge of a thing the size of a hand. 0 only where nothing is wrong."""
         x, y, z, i, j, k, w = map(sub, _same_side(pose, self.pose), self._foreseen)
-        return abs(x) + abs(y) + abs(z) + (abs(i) + abs(j) + abs(k) + abs(w)) // 4
+        return abs(x) + abs(y) + abs(z) + (abs(i) + abs(j) + abs(k) + abs(w) + 3) // 4
 
     def read(self, data: BitReader) -> None:
         """The other end of `write`."""

@@ -16,6 +16,11 @@ in vec3 p_room;
 in vec3 n_room;
 #endif
 in vec2 at;
+#ifdef WRINKLED
+uniform sampler2D wrinkle_light;
+in vec2 fold_at;
+in vec4 fold;
+#endif
 flat in float kind;  // 0 cloth and hair, 1 skin, 2 eye
 out vec4 colour;
 
@@ -30,6 +35,10 @@ Surface surface_of(vec3 base, float kind) {
 void main() {
     vec3 base = texture(albedo, at).rgb;
     base *= base;
+#ifdef WRINKLED
+    vec4 lit = 1.0 + fold * (texture(wrinkle_light, fold_at) * 2.0 - 256.0 / 255.0);
+    base *= max(lit.x * lit.y * lit.z * lit.w, 0.0);
+#endif
 #ifdef FINE
     colour = vec4(display(fine_light(surface_of(base, kind), p_room, normalize(n_room), 1.0)), 1.0);
 #else

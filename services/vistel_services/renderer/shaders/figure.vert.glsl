@@ -17,11 +17,23 @@ in vec3 position;
 in vec3 normal;
 in vec2 uv;
 in float material;
+#ifdef WRINKLED
+in uvec4 sets;               // of each channel the set of wrinkles near, 0 none
+in vec4 pull;                // how far the cloth moves up
+uniform float wrinkle[SETS];  // how much of each set is there; the first is 0
+out vec2 fold_at;
+out vec4 fold;
+#endif
 out vec2 at;
 flat out float kind;
 
 void main() {
     at = uv;
+#ifdef WRINKLED
+    fold = vec4(wrinkle[sets.x], wrinkle[sets.y], wrinkle[sets.z], wrinkle[sets.w]);
+    fold_at = uv;            // wrinkles stay at the joint while cloth moves through them
+    at.y += dot(fold, pull);
+#endif
     kind = material;
     gl_Position = clip_from_room * vec4(position, 1.0);
 #ifdef LIGHT_PER_VERTEX

@@ -1,0 +1,92 @@
+"""What is drawn of things from files that are not at this site: kept from before, or fetched from who has it."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.conference.room_assets import keep_asset, kept_model
+from vistel.space.files.model import Model
+from vistel.space.files.travel import pictures_in, unpack_model, unpack_picture
+from vistel.wire.assets import AssetRefusedError, fetch_asset
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel.wire.parcels import is_digest
+
+log = logging.getLogger("vistel.renderer")
+
+REPORT_NS = 2_000_000_000
+"""From one line about what is on its way to the next."""
+
+
+class RoomDeliveries:
+    """Fills `models`, by digest, with what is asked for and not there. Lives on the event loop."""
+
+    def __init__(self, bus: Bus, clock: Clock, models: dict[str, Model]) -> None:
+        self._bus, self._clock, self._models = bus, clock, models
+        self._pictures: dict[str, NDArray[np.uint8]] = {}
+        self._asked: set[str] = set()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._one = asyncio.Lock()
+        self._reported_ns = 0
+
+    def want(self, digests: Iterable[str]) -> None:
+        """Things with these polymeshes are in the room. Never waits."""
+        for digest in digests:
+            if digest in self._models or digest in self._asked:
+                continue
+            self._asked.add(digest)
+            task = asyncio.create_task(self._bring(digest))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+
+    def close(self) -> None:
+        """Fetch no more."""
+        for task in self._tasks:
+            task.cancel()
+
+    async def _bring(self, digest: str) -> None:
+        model = await asyncio.to_thread(kept_model, digest, self._pictures)
+        if model is None:
+            try:
+                async with self._one:  # one after the other: the first is seen sooner, and pictures come once
+                    model = await self._fetched(digest)
+            except ValueError as fault:
+                log.error("event=model_refused digest=%s reason=%r shown=what_is_felt_of_it", digest, str(fault))
+                return
+            log.info(
+                "event=model_arrived digest=%s triangles=%d awaited=%d", digest, len(model.triangles),
+                len(self._asked - self._models.keys()) - 1,
+            )  # fmt: skip
+        self._models[digest] = model
+
+    async def _fetched(self, digest: str) -> Model:
+        if not is_digest(digest):
+            raise AssetRefusedError("no digest")
+        data = await self._bytes_of(digest)
+        for name in await asyncio.to_thread(pictures_in, data):
+            if not is_digest(name):
+                raise AssetRefusedError("a picture with no digest")
+            if name not in self._pictures:
+                packed = await self._bytes_of(name)
+                self._pictures[name] = await asyncio.to_thread(unpack_picture, packed, name)
+                await asyncio.to_thread(keep_asset, name, packed)
+        model = await asyncio.to_thread(unpack_model, data, digest, self._pictures)
+        await asyncio.to_thread(keep_asset, digest, data)
+        return model
+
+    async def _bytes_of(self, digest: str) -> bytes:
+        return await fetch_asset(self._bus, digest, lambda have, of: self._report(digest, have, of))
+
+    def _report(self, digest: str, have: int, of: int) -> None:
+        now_ns = self._clock.now_ns()
+        if now_ns - self._reported_ns > REPORT_NS and have < of:
+            self._reported_ns = now_ns
+            log.info(
+                "event=model_arriving digest=%s kilobytes=%d of=%d awaited=%d", digest, have // 1000, of // 1000,
+                len(self._asked - self._models.keys()),
+            )  # fmt: skip

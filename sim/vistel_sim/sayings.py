@@ -1,0 +1,57 @@
+"""Sentences that a simulated talker says, one after the other, again and again."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.audio.resample import at_positions, reach
+from vistel.speech.synthesis import PLAIN, SynthesisError, synthesise
+
+F32 = NDArray[np.float32]
+log = logging.getLogger("vistel.sim")
+
+RATE = 48_000
+FIRST_S, EVERY_S = 4.0, 6.0
+"""When the first sentence begins, and how much later the next one each."""
+_LOUD = 0.12
+"""Root mean square of a sentence."""
+
+
+def said(text: str) -> F32:
+    """(n,) sound of a sentence at RATE, by espeak-ng; kana are Japanese, everything else is English. Raises SynthesisError."""
+    pcm, rate = synthesise(text, PLAIN["en" if text.isascii() else "ja"], words_per_minute=150)
+    step = rate / RATE
+    half = reach(step)
+    padded = np.concatenate([np.zeros(half, np.float32), pcm, np.zeros(half + 2, np.float32)])
+    out = at_positions(padded, float(half), step, int(len(pcm) / step))
+    return np.asarray(_LOUD / max(1e-6, float(np.sqrt(np.mean(out**2)))) * out, np.float32)
+
+
+class Sayings:
+    """Samples of sentences by number since the beginning. Those that cannot be said here are told of and left out."""
+
+    def __init__(self, sentences: Sequence[str]) -> None:
+        self._sounds: list[F32] = []
+        for text in sentences:
+            try:
+                self._sounds.append(said(text))
+            except SynthesisError as e:
+                log.warning("event=unsaid text=%r reason=%r", text, str(e))
+
+    def between(self, begin: int, end: int) -> F32:
+        """(end - begin,) samples."""
+        out = np.zeros(end - begin, np.float32)
+        first, every = round(FIRST_S * RATE), round(EVERY_S * RATE)
+        for n in {(begin - first) // every, (end - 1 - first) // every} if self._sounds else ():
+            if n < 0:
+                continue
+            start = first + n * every
+            sound = self._sounds[n % len(self._sounds)][:every]
+            low, high = max(begin, start), min(end, start + len(sound))
+            if low < high:
+                out[low - begin : high - begin] = sound[low - start : high - start]
+        return out

@@ -1,0 +1,33 @@
+"""Files kept on this machine so that they need not come again."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from pathlib import Path
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file, whole or not at all; its folder is made. Raises OSError."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+        os.replace(part, path)
+    except BaseException:
+        Path(part).unlink(missing_ok=True)
+        raise
+
+
+def make_room(folder: Path, pattern: str, most: int) -> None:
+    """Remove what of a folder's files was not used for longest, until there are no more than `most` bytes."""
+    found: list[tuple[int, int, Path]] = []
+    total = 0
+    with contextlib.suppress(OSError):  # another process makes room too
+        found += [(p.stat().st_mtime_ns, p.stat().st_size, p) for p in folder.glob(pattern)]
+        for _, size, path in sorted(found, reverse=True):
+            total += size
+            if total > most:
+                path.unlink(missing_ok=True)

@@ -1,0 +1,77 @@
+"""What is drawn of rooms that lie in files elsewhere, kept on this machine under its digest."""
+
+from __future__ import annotations
+
+import logging
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.conference.kept import make_room, write_whole
+from vistel.figure.avatar_builtin import default_cache
+from vistel.space.files.model import Model
+from vistel.space.files.travel import pictures_in, unpack_model, unpack_picture
+from vistel.wire.parcels import MOST_BYTES, is_digest
+
+U8 = NDArray[np.uint8]
+
+log = logging.getLogger("vistel.rooms")
+
+MOST_KEPT = 512 << 20
+"""Bytes of it on this machine; what was not used for longest goes first."""
+_ENDING = ".asset"
+
+
+def kept_asset(digest: str) -> bytes | None:
+    """The packed polymesh or picture, if it is kept here; that it is whole is seen when it is unpacked."""
+    path = _path(digest)
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            return None
+        data = path.read_bytes()
+        os.utime(path)
+    except OSError:
+        return None
+    return data
+
+
+def keep_asset(digest: str, data: bytes) -> None:
+    """Keep it, whole or not at all; a line in the log when the disk refuses."""
+    path = _path(digest)
+    try:
+        write_whole(path, data)
+    except OSError as fault:
+        log.warning("event=room_asset_not_kept path=%s reason=%r", path, fault.strerror or str(fault))
+        return
+    make_room(path.parent, f"*{_ENDING}", MOST_KEPT)
+
+
+def forget_asset(digest: str) -> None:
+    """One that turned out to be damaged."""
+    _path(digest).unlink(missing_ok=True)
+
+
+def kept_model(digest: str, pictures: dict[str, U8]) -> Model | None:
+    """The polymesh with its pictures, if all of it is kept here and whole. pictures: those read before; new ones are added."""
+    if not is_digest(digest) or (data := kept_asset(digest)) is None:
+        return None
+    try:
+        for name in pictures_in(data):
+            packed = kept_asset(name) if is_digest(name) and name not in pictures else None
+            if packed is not None:
+                pictures[name] = unpack_picture(packed, name)
+            if name not in pictures:
+                return None
+        return unpack_model(data, digest, pictures)
+    except ValueError as fault:
+        log.warning("event=room_asset_damaged digest=%s reason=%r action=fetched_again", digest, str(fault))
+        forget_asset(digest)
+        return None
+
+
+def _path(digest: str) -> Path:
+    if not is_digest(digest):
+        raise ValueError(f"asset: expected 32 hexadecimal digits, got {digest!r}")
+    return default_cache().parent / "assets" / f"{digest}{_ENDING}"

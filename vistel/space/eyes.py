@@ -1,0 +1,33 @@
+"""From where people look, and where to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.skeleton import JOINT_INDEX
+from vistel.space.people import Posed
+
+F64 = NDArray[np.float64]
+
+_HEAD, _LEFT, _RIGHT = JOINT_INDEX["head"], JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]
+
+
+@dataclass(frozen=True)
+class Eyes:
+    """position: (3,) midway between the eyes [m]; facing: (3,) unit vector out of the face. Room frame."""
+
+    position: F64
+    facing: F64
+
+
+def eyes_of(people: Iterable[Posed]) -> dict[str, Eyes]:
+    """By name, of everybody in the order given."""
+    out: dict[str, Eyes] = {}
+    for posed in people:
+        joints = posed.joints
+        out[posed.name] = Eyes(0.5 * (joints.position[_LEFT] + joints.position[_RIGHT]), joints.rotation[_HEAD][:, 2])
+    return out

@@ -1,0 +1,189 @@
+"""What somebody's sentences come to: what is done, asked back, waited for. One for each person who speaks.
+
+Time is an argument [ns].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+from vistel.space.commands import actions as ask
+from vistel.space.commands.actions import Action, Which
+from vistel.speech.grammar import Language, Said
+from vistel.speech.meaning import MeaningError, Remark, asked_for
+
+PATIENCE_NS = 10_000_000_000
+"""How long yes or no is waited for."""
+AWAKE_NS = 8_000_000_000
+"""How long sentences need no wake word after one."""
+ABSENT = 0.3
+"""By what a reading about things that are not in the room is believed less than one about things that are."""
+DOUBT = 0.5
+"""Between this share of what has to be believed, and that, one is asked back."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A thing in the room, as far as words can mean it."""
+
+    id: str
+    name: str
+    shape: str
+    colour: str
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way an utterance may be meant. said: None for none of the grammar."""
+
+    said: Said | None
+    confidence: float
+
+
+class Outcome(Enum):
+    """What comes of an utterance."""
+
+    IGNORED = "ignored"
+    REJECTED = "rejected"
+    ACT = "act"
+    QUESTION = "question"
+    NOTED = "noted"
+
+
+@dataclass(frozen=True)
+class Turn:
+    """What comes of an utterance. said: as understood; action: for the world; reply: to who spoke."""
+
+    outcome: Outcome
+    said: Said | None = None
+    confidence: float = 0.0
+    action: Action | None = None
+    reply: str = ""
+
+
+_REPLIES: dict[str, dict[Language, str]] = {
+    "again?": {"ja": "わかりませんでした", "en": "I did not understand"},
+    "meant": {"ja": "「{}」ですか？", "en": "did you mean “{}”?"},
+    "really": {"ja": "本当に「{}」？ はい／いいえ", "en": "really “{}”? yes or no"},
+    "dropped": {"ja": "やめました", "en": "left as it is"},
+    "what?": {"ja": "何のことですか", "en": "yes or no to what?"},
+    "nothing": {"ja": "まだ何もしていません", "en": "nothing has been done yet"},
+    "listening": {"ja": "はい", "en": "yes?"},
+    "done": {"ja": "はい", "en": "done"},
+    "refused": {"ja": "できません: {}", "en": "{}"},
+    "silent": {"ja": "返事がありません", "en": "the world does not answer"},
+}
+
+
+def reply(what: str, language: Language, *about: str) -> str:
+    """One line for a person."""
+    return _REPLIES[what][language].format(*about)
+
+
+def refers(action: Action) -> list[Which]:
+    """The things an action speaks of."""
+    return [w for w in (getattr(action, "which", None), getattr(action, "to", None)) if isinstance(w, Which)]
+
+
+def there(which: Which, things: Sequence[Known]) -> bool:
+    """Whether there is anything that may be meant."""
+    words = which.name.lower().split()
+    return any(
+        (not which.thing or t.id == which.thing)
+        and (not which.shape or t.shape == which.shape)
+        and (not which.colour or t.colour == which.colour)
+        and all(w in f"{t.id} {t.name} {t.shape} {t.colour}".lower().split() for w in words)
+        for t in things
+    )
+
+
+def grave(action: Action) -> bool:
+    """What is asked back before it is done: it takes away what others may need."""
+    return isinstance(action, ask.Reset) or (isinstance(action, ask.Delete) and action.which.every)
+
+
+@dataclass
+class Dialogue:
+    """accept: the confidence from which a sentence is done at once; wake: sentences need the wake word."""
+
+    language: Language
+    accept: float = 0.5
+    wake: bool = False
+    _last: Action | None = None
+    _pending: tuple[Action, Said, int] | None = field(default=None)
+    _awake_ns: int = -AWAKE_NS
+
+    def heard(self, readings: Sequence[Reading], things: Sequence[Known], now_ns: int) -> Turn:
+        """An utterance, its readings the likeliest first; things: in the room, empty when that is not known."""
+        found = self._best(readings, things)
+        if found is None:
+            return self._unheard(now_ns)
+        said, wanted, confidence = found
+        if self.wake and not said.means.get("wake") and now_ns - self._awake_ns > AWAKE_NS:
+            return Turn(Outcome.IGNORED, said, confidence)
+        if confidence < DOUBT * self.accept:
+            return Turn(Outcome.REJECTED, said, confidence, reply=self._say("again?"))
+        if self.wake and confidence >= self.accept:
+            self._awake_ns = now_ns
+        if isinstance(wanted, Remark):
+            if confidence < self.accept:
+                return Turn(Outcome.REJECTED, said, confidence, reply=self._say("again?"))
+            return self._remark(wanted, said, confidence, now_ns)
+        if confidence < self.accept or grave(wanted):
+            self._pending = wanted, said, now_ns
+            question = "really" if confidence >= self.accept else "meant"
+            return Turn(Outcome.QUESTION, said, confidence, reply=self._say(question, said.text))
+        return self._act(wanted, said, confidence)
+
+    def _best(
+        self, readings: Sequence[Reading], things: Sequence[Known]
+    ) -> tuple[Said, Action | Remark, float] | None:
+        """The likeliest of those that ask for something; of things that are there rather than others."""
+        able: list[tuple[float, int, Said, Action | Remark, float]] = []
+        for n, r in enumerate(readings):
+            if r.said is None:
+                continue
+            try:
+                wanted = asked_for(r.said.means)
+            except MeaningError:
+                continue
+            spoken_of = [] if isinstance(wanted, Remark) else refers(wanted)
+            weight = ABSENT if things and not all(there(w, things) for w in spoken_of) else 1.0
+            able.append((weight * r.confidence, -n, r.said, wanted, r.confidence))
+        if not able:
+            return None
+        _, place, said, wanted, confidence = max(able, key=lambda a: a[:2])
+        if place and readings[0].said is not None:  # the room decided between what sounded nearly alike
+            confidence = max(confidence, ABSENT * readings[0].confidence)
+        return said, wanted, confidence
+
+    def _unheard(self, now_ns: int) -> Turn:
+        if self.wake and now_ns - self._awake_ns > AWAKE_NS:
+            return Turn(Outcome.IGNORED)
+        return Turn(Outcome.REJECTED, reply=self._say("again?"))
+
+    def _remark(self, remark: Remark, said: Said, confidence: float, now_ns: int) -> Turn:
+        def noted(what: str) -> Turn:
+            return Turn(Outcome.NOTED, said, confidence, reply=self._say(what))
+
+        if remark is Remark.WAKE:
+            return noted("listening")
+        if remark is Remark.AGAIN:
+            return noted("nothing") if self._last is None else self._act(self._last, said, confidence)
+        pending, self._pending = self._pending, None
+        if pending is None or now_ns - pending[2] > PATIENCE_NS:
+            return noted("what?")
+        if remark is Remark.NO:
+            return noted("dropped")
+        return self._act(pending[0], pending[1], confidence)
+
+    def _act(self, action: Action, said: Said, confidence: float) -> Turn:
+        self._pending = None
+        if not isinstance(action, ask.Undo | ask.Redo | ask.Stop | ask.Reset):
+            self._last = action
+        return Turn(Outcome.ACT, said, confidence, action)
+
+    def _say(self, what: str, *about: str) -> str:
+        return reply(what, self.language, *about)

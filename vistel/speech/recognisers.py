@@ -1,0 +1,72 @@
+"""The recogniser of a language, from a grammar."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from vistel.speech.grammar import Grammar, Language
+from vistel.speech.grammar_file import Fault, load_grammar
+from vistel.speech.heard import Recogniser
+from vistel.speech.phones import kana_phones
+
+Maker = Callable[[Grammar, Path | None], Recogniser]
+
+
+class RecogniserError(RuntimeError):
+    """A language cannot be recognised here; one line that says why and how to mend it."""
+
+
+def recogniser(language: Language, grammar: Grammar, voice: Path | None = None) -> Recogniser:
+    """What hears `language`. voice: what `vistel speech enrol` learnt of who speaks. Raises RecogniserError."""
+    if not grammar.by_language.get(language):
+        raise RecogniserError(f"the grammar has no sentence in {NAMES[language]}")
+    return MAKERS[language](grammar, voice)
+
+
+def unrecognisable(language: Language, text: str) -> str | None:
+    """What keeps a word of a grammar from being recognised; None: nothing."""
+    if language == "ja":
+        try:
+            kana_phones(text)
+        except ValueError as e:
+            return str(e)
+        return None
+    # Loads pocketsphinx, which Japanese does without.
+    from vistel.speech.english import EnglishError, unknown_word  # noqa: PLC0415
+
+    try:
+        return unknown_word(text)
+    except EnglishError:
+        return None
+
+
+def checked_grammar(*extra: Path) -> tuple[Grammar, list[Fault]]:
+    """The room's grammar and `extra`, without words that no recogniser here knows how to hear."""
+    return load_grammar(*extra, known=unrecognisable)
+
+
+def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
+    from vistel.speech import acoustic, japanese  # noqa: PLC0415  as above
+    from vistel.speech.automaton import compile_automaton  # noqa: PLC0415
+    from vistel.speech.phones import PHONES  # noqa: PLC0415
+
+    try:
+        model = acoustic.japanese()
+        adaptation = acoustic.load_adaptation(voice) if voice is not None else None
+    except (OSError, ValueError) as e:
+        raise RecogniserError(f"Japanese cannot be recognised: {e}; `make speech-model` makes its model") from e
+    return japanese.JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), model, adaptation)
+
+
+def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
+    from vistel.speech.english import EnglishError, EnglishRecogniser  # noqa: PLC0415  as above
+
+    try:
+        return EnglishRecogniser(grammar)
+    except EnglishError as e:
+        raise RecogniserError(str(e)) from e
+
+
+NAMES: Mapping[Language, str] = {"ja": "Japanese", "en": "English"}
+MAKERS: dict[Language, Maker] = {"ja": _japanese, "en": _english}
