@@ -148,7 +148,9 @@ class RoomThing(Checked):
     recovery: float = Field(default=0.0, ge=0.0, le=3600.0)
     """viscoelastic: its time constant [s], default 0.5; plastic: seconds in which dents fade, 0 never."""
     sticky: float = Field(default=0.0, ge=0.0, le=0.1)
-    """How far it can be drawn out by a limb that touched it before it tears [m]; 0: nothing sticks."""
+    """How far it can be drawn out by what touched it before it tears [m]; 0: nothing sticks."""
+    bears: float = Field(default=0.5, ge=0.01, le=200.0)
+    """The force at which a place of it that sticks tears [N]."""
 
     @model_validator(mode="after")
     def _can_be(self) -> RoomThing:
@@ -166,7 +168,7 @@ class RoomThing(Checked):
         mass, rigidity = 0.2 if self.mass is None else self.mass, 0.3 if self.rigidity is None else self.rigidity
         return Extra(
             self.id, self.name or self.id, self.shape, self.size, mass, rigidity,
-            int((self.colour or "#b5a48f")[1:] + "ff", 16), *self.at, Matter(self.material, slow, self.sticky),
+            int((self.colour or "#b5a48f")[1:] + "ff", 16), *self.at, Matter(self.material, slow, self.sticky, self.bears),
         )  # fmt: skip
 
 

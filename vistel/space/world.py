@@ -7,7 +7,7 @@ from the same state give the same bytes; `World.snapshot` is that state, and `Wo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from hashlib import blake2b
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vistel.implicit.contact import ContactArray
 from vistel.space import grasp as hands
-from vistel.space import holding, ownership, snapshot
+from vistel.space import holding, ownership, snapshot, sticking
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.eyes import Eyes, eyes_of
@@ -28,7 +28,7 @@ from vistel.space.near import Bodies, placed
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.props import heard
 from vistel.space.room import ROOM_RADIUS, Extra, Room
-from vistel.space.sharing import with_pulls
+from vistel.space.sharing import Pull, with_pulls
 from vistel.space.solids import Solids, solids
 from vistel.space.state import State
 from vistel.space.thing_views import ThingViews
@@ -143,7 +143,9 @@ class World:
         heard = _heard(before, self._state)
         self._state = ownership.lapsed(before, self._state, heard)
         self._state = holding.let_go(before, self._state, solids_, posed, near)
-        self._state = holding.carry(self._state, solids_, posed, DT)
+        drawn = sticking.draws(self._state, solids_, posed) if self._state.bonds else []
+        anchors = sticking.anchors(drawn, self._state, solids_) if drawn else holding.NOTHING
+        self._state = holding.carry(self._state, solids_, posed, DT, anchors)
         self._state = holding.glide(self._state, DT)
         self._state = holding.take_hold(self._state, solids_, posed, near)
         self._state = holding.forget_let_go(self._state, solids_, near, posed)
@@ -152,12 +154,15 @@ class World:
         skin = {(names[a], names[b]): c for (a, b), c in bodies.with_each_other().items()}
         rest = dict(zip(names, bodies.with_things(self._solids.fixed_placed), strict=True))
         touches = self._touches(posed, seen(self._state, solids_, posed, near), rest, skin)
+        if drawn:
+            self._state = replace(self._state, motions=sticking.swung(self._state.motions, solids_, drawn, DT))
         self._advance(posed, near)
         self._bring_back()
-        self._state = remembered(self._state, self._solids, posed, DT)
+        self._state, torn = remembered(self._state, self._solids, posed, DT)
         reached = {name: Reached(rest[name], near[name]) for name in posed}
-        view = self._view(before, outcomes, touches, self._feel(posed, skin, reached))
-        return replace(view, claims=claims)
+        stuck = sticking.pulls(drawn, self._state, posed)
+        view = self._view(before, outcomes, touches, self._feel(posed, skin, reached, anchors, stuck))
+        return replace(view, claims=claims, torn=torn)
 
     # -- people ------------------------------------------------------------------------------------------------
 
@@ -229,14 +234,16 @@ class World:
         return out
 
     def _feel(
-        self, posed: dict[str, Posed], skin: dict[tuple[str, str], ContactArray], reached: dict[str, Reached]
-    ) -> tuple[HandForce, ...]:
-        """What hands feel now that everything is where it is."""
+        self, posed: dict[str, Posed], skin: dict[tuple[str, str], ContactArray], reached: dict[str, Reached],
+        anchors: Container[str], stuck: Sequence[Pull],
+    ) -> tuple[HandForce, ...]:  # fmt: skip
+        """What hands feel now that everything is where it is. anchors: things that stick to something; stuck: what they feel
+        of that themselves."""
         held = [(g.participant, g.right, g.thing) for g in self._state.grasps]
         let_go = [(e.participant, e.right, e.thing) for e in self._state.let_go]
         due = due_at(self._state.step, tuple(posed))
         hands_now = hand_forces(posed, skin, reached, self._solids, self._state.motions, held, let_go, due)
-        pulls = [p for p in holding.pulled(self._state, posed) if p.participant in due]
+        pulls = [p for p in (*holding.pulled(self._state, posed, anchors), *stuck) if p.participant in due]
         hands_now = with_pulls(hands_now, pulls, posed)
         felt = {(h.participant, h.right) for h in hands_now}
         waiting = {hand for hand in self._state.felt if hand[0] in posed and hand[0] not in due}
