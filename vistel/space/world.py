@@ -7,7 +7,7 @@ from the same state give the same bytes; `World.snapshot` is that state, and `Wo
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Sequence
 from dataclasses import replace
 from hashlib import blake2b
 
@@ -33,7 +33,7 @@ from vistel.space.solids import Solids, solids
 from vistel.space.state import State
 from vistel.space.thing_views import ThingViews
 from vistel.space.things import Thing
-from vistel.space.touch import Touch, contacts_of, ghosts_of, touch_of_people, touches_of_things
+from vistel.space.touch import touches
 from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, WorldView
 
 F64 = NDArray[np.float64]
@@ -153,7 +153,7 @@ class World:
         names = tuple(posed)
         skin = {(names[a], names[b]): c for (a, b), c in bodies.with_each_other().items()}
         rest = dict(zip(names, bodies.with_things(self._solids.fixed_placed), strict=True))
-        touches = self._touches(posed, seen(self._state, solids_, posed, near), rest, skin)
+        contacts, ghosts = touches(posed, skin, rest, seen(self._state, solids_, posed, near), solids_, MAX_CONTACTS)
         if drawn:
             self._state = replace(self._state, motions=sticking.swung(self._state.motions, solids_, drawn, DT))
         self._advance(posed, near)
@@ -161,7 +161,7 @@ class World:
         self._state, torn = remembered(self._state, self._solids, posed, DT)
         reached = {name: Reached(rest[name], near[name]) for name in posed}
         stuck = sticking.pulls(drawn, self._state, posed)
-        view = self._view(before, outcomes, touches, self._feel(posed, skin, reached, anchors, stuck))
+        view = self._view(before, outcomes, contacts, ghosts, self._feel(posed, skin, reached, anchors, stuck))
         return replace(view, claims=claims, torn=torn)
 
     # -- people ------------------------------------------------------------------------------------------------
@@ -217,21 +217,6 @@ class World:
         self._state = replace(self._state, motions=m, tracked=tracked)
 
     # -- contacts and motion -----------------------------------------------------------------------------------
-
-    def _touches(
-        self, posed: dict[str, Posed], near: Mapping[str, ContactArray], rest: dict[str, ContactArray],
-        skin: dict[tuple[str, str], ContactArray],
-    ) -> list[Touch]:  # fmt: skip
-        kinds = [(t.id, t.compliance) for t in self._solids.things]
-        names = sorted(posed)
-        out: list[Touch] = []
-        for i, name in enumerate(names):
-            for other in names[i + 1 :]:
-                if (name, other) in skin:
-                    out += touch_of_people(posed[name], posed[other], skin[name, other])
-            for found in (_renamed(rest[name], self._solids.fixed_rows), near[name]):
-                out += touches_of_things(posed[name], found, self._solids.owner, self._solids.first, kinds)
-        return out
 
     def _feel(
         self, posed: dict[str, Posed], skin: dict[tuple[str, str], ContactArray], reached: dict[str, Reached],
@@ -289,13 +274,11 @@ class World:
 
     # -- what is said ------------------------------------------------------------------------------------------
 
-    def _view(self, before: State, outcomes: tuple[Outcome, ...], touches: list[Touch], felt: tuple[HandForce, ...]) -> WorldView:
+    def _view(
+        self, before: State, outcomes: tuple[Outcome, ...], contacts: tuple[ContactView, ...], ghosts: tuple[GhostView, ...],
+        felt: tuple[HandForce, ...],
+    ) -> WorldView:  # fmt: skip
         s = self._state
-        contacts: list[ContactView] = []
-        ghosts: list[GhostView] = []
-        for touch in touches:
-            contacts += contacts_of(touch)
-            ghosts += ghosts_of(touch)
         grasps = tuple(
             GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns, g.fingers, *g.seen(s.t_ns)) for g in s.grasps
         )
@@ -304,7 +287,7 @@ class World:
             digest = int.from_bytes(blake2b(self.snapshot(), digest_size=8).digest(), "little")
         return WorldView(
             s.step, s.t_ns, s.things, s.things != before.things, self._said.states(before, s),
-            tuple(contacts[:MAX_CONTACTS]), tuple(ghosts), grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
+            contacts, ghosts, grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
             s.dents, s.bonds, *changes(before, s),
         )  # fmt: skip
 
