@@ -46,7 +46,7 @@ def process_token(label: str) -> str:
 
 async def run_process(conference: Conference, plan: ProcessPlan, paths: RunPaths, bus: Bus, clock: Clock) -> None:
     """Run the services of `plan` side by side; returns when cancelled, raises when one of them fails."""
-    site = next((s for s in conference.sites if s.name == plan.site), None)
+    site = next((s for s in conference.sites if s.name == (plan.place or plan.site)), None)
     began = time.perf_counter()
     async with asyncio.TaskGroup() as group:
         for name in plan.services:

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vistel.conference.model import Conference
+from vistel.conference.model import HUB_PLACE, Conference, Site
 
-HUB = "hub"
+HUB = HUB_PLACE
 """The site name of what belongs to no site: router, world, recorder."""
 
 
 @dataclass(frozen=True)
 class ProcessPlan:
-    """One process: `node` is "site/label", `services` are package names in vistel_services, in start order."""
+    """One process: `node` is "site/label", `services` are package names in vistel_services, in start order; `place`: the site
+    on whose machine a process of the hub runs, empty for the hub's own."""
 
     site: str
     label: str
     services: tuple[str, ...]
+    place: str = ""
 
     @property
     def node(self) -> str:
@@ -25,17 +27,32 @@ class ProcessPlan:
 
 
 def site_processes(conference: Conference, site: str) -> list[ProcessPlan]:
-    """The processes of one site, as the conference file groups its services."""
+    """The processes of one site, as the conference file groups its services, and a world if one is to run there."""
     for s in conference.sites:
         if s.name == site:
-            return [ProcessPlan(site, _label(group), group) for group in s.groups]
+            world = [ProcessPlan(HUB, f"world-{site}", ("world",), site)] if site in conference.world.all else []
+            return world + [ProcessPlan(site, _label(group), tuple(group)) for group in _groups(s)]
     names = ", ".join(s.name for s in conference.sites)
     raise ValueError(f"site: no site {site!r} in this conference; there are {names}")
 
 
+def _groups(site: Site) -> list[list[str]]:
+    """As the file groups them; a site with sound whose file names no process for it has one for it all the same."""
+    groups: list[list[str]] = [list(group) for group in site.groups]
+    if site.audio is None:
+        return groups
+    named = {service for group in groups for service in group}
+    missing = [n for n in ("audio", "delay") if n not in named and (n == "audio" or site.audio.equipment)]
+    if missing == ["delay"]:
+        next(group for group in groups if "audio" in group).append("delay")
+    elif missing:
+        groups.append(missing)
+    return groups
+
+
 def hub_processes(conference: Conference) -> list[ProcessPlan]:
-    """World, and recorder when the conference is recorded."""
-    plans = [ProcessPlan(HUB, "world", ("world",))]
+    """World, unless it runs at sites, and recorder when the conference is recorded."""
+    plans = [ProcessPlan(HUB, "world", ("world",))] if HUB in conference.world.all else []
     if conference.record:
         plans.append(ProcessPlan(HUB, "recorder", ("recorder",)))
     return plans

@@ -46,7 +46,8 @@ from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
 from vistel_sim.vrpn_server import SimulatedVrpn
 
 if TYPE_CHECKING:
-    from vistel_sim.delay_unit import SimulatedDelayUnit
+    from vistel.conference.sound import Equipment
+    from vistel_sim.modbus_unit import SimulatedUnit
 
 F64 = NDArray[np.float64]
 log = logging.getLogger("vistel.sim")
@@ -95,7 +96,7 @@ def simulated_devices(
     names |= {f"{p.name}-tracker" for p in _suite_owners(conference, site)}
     names |= {name for name, _, _ in _served(conference, site)}
     names |= {f"{p.name}-microphone" for p in _talkers(conference, site)}
-    names |= {name for name, _ in _delay_units(conference, site)}
+    names |= {name for name, _ in _equipment(conference, site)}
     for fault in faults:
         if fault.device not in names:
             raise ValueError(f"fault: no simulated device {fault.device!r}; there are {', '.join(sorted(names))}")
@@ -130,31 +131,33 @@ def _claps_of(motion: BodyMotion, participant: str, start_s: float, end_s: float
     return motion.claps(participant, start_s, end_s) if isinstance(motion, Clapper) else ()
 
 
-def _delay_units(conference: Conference, site: str | None) -> list[tuple[str, int]]:
-    """Names of simulated delay units, and on which channel their loudspeaker is."""
+def _equipment(conference: Conference, site: str | None) -> list[tuple[str, Equipment]]:
+    """Simulated devices of rooms on Modbus."""
     sites = [(s.name, s.audio) for s in conference.sites if site in (None, s.name)]
-    return [
-        (f"{name}-{e.name}", e.channel) for name, audio in sites if audio is not None
-        for e in audio.equipment if e.address == "sim"
-    ]  # fmt: skip
+    return [(f"{name}-{e.name}", e) for name, audio in sites if audio is not None for e in audio.equipment if e.simulated]
 
 
-def simulated_delay_units(
+def simulated_equipment(
     conference: Conference, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
     faults: Iterable[Fault] = (),
-) -> list[SimulatedDelayUnit]:  # fmt: skip
-    """The equipment whose address is "sim"."""
-    wanted, faults = _delay_units(conference, site), tuple(faults)
+) -> list[SimulatedUnit]:  # fmt: skip
+    """The equipment whose address is "sim" or "sim:rtu"."""
+    wanted, faults = _equipment(conference, site), tuple(faults)
     if not wanted:
         return []
     from vistel_sim.delay_unit import SimulatedDelayUnit  # noqa: PLC0415  few conferences load Modbus
+    from vistel_sim.room_device import SimulatedRoomDevice  # noqa: PLC0415
 
-    return [
-        SimulatedDelayUnit(
-            name, paths.device(name), clock, start_ns, faults, channels=max(2, channel), seed=device_seed(conference.seed, name)
-        )
-        for name, channel in wanted
-    ]
+    out: list[SimulatedUnit] = []
+    for name, e in wanted:
+        own, baud = device_seed(conference.seed, name), e.baud if e.address == "sim:rtu" else 0
+        at = (name, paths.device(name), clock, start_ns, faults)
+        if e.role == "delay":
+            channels = max(2, e.channel)
+            out.append(SimulatedDelayUnit(*at, channels=channels, baud=baud, device_id=e.device_id, seed=own))
+        else:
+            out.append(SimulatedRoomDevice(*at, registers=e.map(), baud=baud, device_id=e.device_id, seed=own))
+    return out
 
 
 def _phone_owners(conference: Conference, site: str | None) -> list[Participant]:
@@ -344,7 +347,7 @@ async def run_simulators(
     servers = simulated_servers(conference, motion, paths, clock, start_ns, site=site, faults=faults)
     cameras = simulated_cameras(conference, motion, paths, clock, start_ns, site=site, faults=faults)
     microphones = simulated_microphones(conference, motion, paths, site=site, faults=faults)
-    units = simulated_delay_units(conference, paths, clock, start_ns, site=site, faults=faults)
+    units = simulated_equipment(conference, paths, clock, start_ns, site=site, faults=faults)
     everything = (*devices, *senders, *servers, *cameras, *microphones, *units)
     log.info("simulated devices=%s", ",".join(d.name for d in everything))
     async with asyncio.TaskGroup() as group:

@@ -1,9 +1,9 @@
-"""The delay service against a simulated delay unit over Modbus TCP: what is asked, what is heard, what goes wrong."""
+"""The delay service against simulated equipment over Modbus, TCP and serial: what is asked, what is heard, what goes wrong."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,16 +18,25 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.delay import Config, Device, run
 from vistel_sim.delay_unit import OWN_LATENCY, RATE, DelayLine, SimulatedDelayUnit
 from vistel_sim.faults import Fault, Kind
+from vistel_sim.room_device import SimulatedRoomDevice
 
 S = EquipmentStatus
+LINES = pytest.mark.parametrize("baud", [0, 38400], ids=["tcp", "rtu"])
 
 
 class Room:
     """A unit, the service that keeps it, and what it says."""
 
-    def __init__(self, folder: Path, bus: MemoryBus, clock: SystemClock, device: Device | None = None) -> None:
+    def __init__(
+        self, folder: Path, bus: MemoryBus, clock: SystemClock, device: Device | None = None, baud: int = 0,
+        registers: Mapping[str, Register] | None = None,
+    ) -> None:  # fmt: skip
+        """baud: of a serial line, 0 for TCP. registers: of a device that is no delay unit."""
         self.clock, self.bus, self.start_ns = clock, bus, clock.now_ns()
-        self.unit = SimulatedDelayUnit("unit", folder / "unit", clock, self.start_ns)
+        at = ("unit", folder / "unit", clock, self.start_ns)
+        self.unit: Any = (
+            SimulatedDelayUnit(*at, baud=baud) if registers is None else SimulatedRoomDevice(*at, registers=registers, baud=baud)
+        )
         self.device = device or Device("delay", "sim", folder / "unit", 1, DELAY_UNIT, delay_channel=1)
         self._status = bus.subscribe(BY_NAME["equipment_status"])
         self.status = S()
@@ -51,10 +60,13 @@ class Room:
                 await asyncio.sleep(0.02)
 
 
-def with_room(tmp_path: Path, play: Callable[[Room], Coroutine[Any, Any, None]], device: Device | None = None) -> None:
+def with_room(
+    tmp_path: Path, play: Callable[[Room], Coroutine[Any, Any, None]], device: Device | None = None, baud: int = 0,
+    registers: Mapping[str, Register] | None = None,
+) -> None:  # fmt: skip
     async def main() -> None:
         clock = SystemClock()
-        room = Room(tmp_path, MemoryNetwork().bus("c", "tokyo", clock), clock, device)
+        room = Room(tmp_path, MemoryNetwork().bus("c", "tokyo", clock), clock, device, baud, registers)
         tasks = [asyncio.create_task(t) for t in (room.unit.run(), run(Config((room.device,)), room.bus, clock))]
         try:
             await play(room)
@@ -71,7 +83,8 @@ def holds(delay_s: float) -> Callable[[EquipmentStatus], bool]:
     return lambda s: s.delay_known and s.state == S.STATE_OBSERVED and abs(s.acoustic_s - wanted) < 2e-4
 
 
-def test_a_unit_goes_to_what_is_asked_says_what_it_does_and_is_heard_to_do_it(tmp_path: Path) -> None:
+@LINES
+def test_a_unit_goes_to_what_is_asked_says_what_it_does_and_is_heard_to_do_it(tmp_path: Path, baud: int) -> None:
     async def play(room: Room) -> None:
         await room.until(holds(0.0))
         room.ask(delay=0.02)
@@ -81,11 +94,14 @@ def test_a_unit_goes_to_what_is_asked_says_what_it_does_and_is_heard_to_do_it(tm
         heard = room.unit.hear(0, click)
         assert int(np.argmax(heard)) - 100 == pytest.approx((0.02 + 1e-4 * OWN_LATENCY) * RATE, abs=1)
 
-    with_room(tmp_path, play)
+    with_room(tmp_path, play, baud=baud)
 
 
+@LINES
 @pytest.mark.parametrize("kind", ["stall", "cut"])
-def test_without_good_answers_for_a_second_the_delay_is_unknown_until_they_return(tmp_path: Path, kind: Kind) -> None:
+def test_without_good_answers_for_a_second_the_delay_is_unknown_until_they_return(
+    tmp_path: Path, kind: Kind, baud: int
+) -> None:
     async def play(room: Room) -> None:
         room.ask(delay=0.01)
         await room.until(holds(0.01))
@@ -97,10 +113,11 @@ def test_without_good_answers_for_a_second_the_delay_is_unknown_until_they_retur
         back = await room.until(holds(0.01))
         assert back.reconnects >= 1
 
-    with_room(tmp_path, play)
+    with_room(tmp_path, play, baud=baud)
 
 
-def test_a_unit_that_comes_back_at_its_defaults_is_given_its_settings_again(tmp_path: Path) -> None:
+@LINES
+def test_a_unit_that_comes_back_at_its_defaults_is_given_its_settings_again(tmp_path: Path, baud: int) -> None:
     async def play(room: Room) -> None:
         room.ask(delay=0.015)
         await room.until(holds(0.015))
@@ -109,10 +126,11 @@ def test_a_unit_that_comes_back_at_its_defaults_is_given_its_settings_again(tmp_
         room.unit.strike()
         await room.until(holds(0.015))
 
-    with_room(tmp_path, play)
+    with_room(tmp_path, play, baud=baud)
 
 
-def test_exceptions_are_a_fault_with_their_meaning_and_end_when_the_unit_does_well(tmp_path: Path) -> None:
+@LINES
+def test_exceptions_are_a_fault_with_their_meaning_and_end_when_the_unit_does_well(tmp_path: Path, baud: int) -> None:
     async def play(room: Room) -> None:
         await room.until(holds(0.0))
         room.strike("garbage")
@@ -123,7 +141,7 @@ def test_exceptions_are_a_fault_with_their_meaning_and_end_when_the_unit_does_we
         room.unit.strike()
         await room.until(holds(0.0))
 
-    with_room(tmp_path, play)
+    with_room(tmp_path, play, baud=baud)
 
 
 def test_requests_that_make_no_sense_are_told_and_left_out(tmp_path: Path) -> None:
@@ -148,16 +166,65 @@ def test_a_device_that_is_no_delay_unit_is_named_as_such(tmp_path: Path) -> None
     with_room(tmp_path, play, device)
 
 
-def test_other_equipment_is_kept_by_a_map_of_ones_own(tmp_path: Path) -> None:
-    registers = {"volume": Register("holding", 9, "i16", 0.1, "dB"), "power": Register("coil", 9, "bit")}
-    device = Device("delay", "sim", tmp_path / "unit", 1, registers, settings={"volume": -6.0})
+AMPLIFIER = {
+    "volume": Register("holding", 4, unit="%", low=0.0, high=99.0), "mute": Register("coil", 2, "bit"),
+    "power": Register("coil", 0, "bit"), "treble": Register("holding", 120, "i16", 0.5, "dB", -12.0, 12.0),
+}  # fmt: skip
+PROJECTOR = {
+    "power": Register("coil", 16, "bit"), "shutter": Register("coil", 17, "bit"), "brightness": Register("holding", 0),
+    "hours": Register("input", 40, "u32", unit="h"), "lamp_fault": Register("discrete", 3, "bit"),
+}  # fmt: skip
+
+
+def shows(**values: float) -> Callable[[EquipmentStatus], bool]:
+    def check(status: EquipmentStatus) -> bool:
+        observed = {v.name: v.observed for v in status.values}
+        return status.state == S.STATE_OBSERVED and all(observed.get(n) == v for n, v in values.items())
+
+    return check
+
+
+def test_an_amplifier_holds_the_volume_of_the_file_obeys_and_has_it_again_after_it_was_off(tmp_path: Path) -> None:
+    device = Device("delay", "sim", tmp_path / "unit", 1, AMPLIFIER, settings={"volume": 40.0, "power": 1.0, "treble": -3.5})
 
     async def play(room: Room) -> None:
-        await room.until(lambda s: any(v.name == "volume" and v.observed == -6.0 for v in s.values))
-        room.ask(power=1.0)
-        await room.until(lambda s: any(v.name == "power" and v.observed == 1.0 for v in s.values))
+        await room.until(shows(volume=40.0, power=1.0, mute=0.0, treble=-3.5))
+        room.ask(volume=55.0, mute=1.0)
+        await room.until(shows(volume=55.0, mute=1.0))
+        assert room.unit.holds("volume") == 55.0
+        room.strike("unplug")
+        await room.until(lambda s: s.state == S.STATE_UNKNOWN)
+        assert room.unit.holds("volume") == 55.0
+        room.unit.strike()
+        await room.until(shows(volume=55.0, power=1.0, mute=1.0, treble=-3.5))
+        assert room.status.reconnects >= 1
 
-    with_room(tmp_path, play, device)
+    with_room(tmp_path, play, device, registers=AMPLIFIER)
+
+
+def test_a_projector_on_a_serial_line_is_switched_and_its_shutter_closed(tmp_path: Path) -> None:
+    device = Device("delay", "sim:rtu", tmp_path / "unit", 1, PROJECTOR, baud=9600, settings={"power": 1.0})
+
+    async def play(room: Room) -> None:
+        await room.until(shows(power=1.0, shutter=0.0, hours=0.0, lamp_fault=0.0))
+        room.ask(shutter=1.0)
+        await room.until(shows(power=1.0, shutter=1.0))
+        room.ask(power=0.0)
+        await room.until(shows(power=0.0, shutter=1.0))
+
+    with_room(tmp_path, play, device, baud=9600, registers=PROJECTOR)
+
+
+def test_a_register_that_the_device_does_not_have_is_named(tmp_path: Path) -> None:
+    wrong = AMPLIFIER | {"balance": Register("holding", 5, "i16")}
+    device = Device("delay", "sim", tmp_path / "unit", 1, wrong, settings={"balance": 3.0})
+
+    async def play(room: Room) -> None:
+        fault = await room.until(lambda s: s.state == S.STATE_FAULT)
+        assert "balance" in fault.detail
+        assert "no such register" in fault.detail
+
+    with_room(tmp_path, play, device, registers=AMPLIFIER)
 
 
 def test_a_ramp_of_the_delay_line_does_not_click() -> None:

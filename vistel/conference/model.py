@@ -148,7 +148,9 @@ class RoomThing(Checked):
     recovery: float = Field(default=0.0, ge=0.0, le=3600.0)
     """viscoelastic: its time constant [s], default 0.5; plastic: seconds in which dents fade, 0 never."""
     sticky: float = Field(default=0.0, ge=0.0, le=0.1)
-    """How far it can be drawn out by a limb that touched it before it tears [m]; 0: nothing sticks."""
+    """How far it can be drawn out by what touched it before it tears [m]; 0: nothing sticks."""
+    bears: float = Field(default=0.5, ge=0.01, le=200.0)
+    """The force at which a place of it that sticks tears [N]."""
 
     @model_validator(mode="after")
     def _can_be(self) -> RoomThing:
@@ -166,7 +168,7 @@ class RoomThing(Checked):
         mass, rigidity = 0.2 if self.mass is None else self.mass, 0.3 if self.rigidity is None else self.rigidity
         return Extra(
             self.id, self.name or self.id, self.shape, self.size, mass, rigidity,
-            int((self.colour or "#b5a48f")[1:] + "ff", 16), *self.at, Matter(self.material, slow, self.sticky),
+            int((self.colour or "#b5a48f")[1:] + "ff", 16), *self.at, Matter(self.material, slow, self.sticky, self.bears),
         )  # fmt: skip
 
 
@@ -210,6 +212,24 @@ class Room(Checked):
         return self.file is not None or any(t.file is not None for t in self.things)
 
 
+HUB_PLACE = "hub"
+"""Where the router and the recorder are; no site."""
+
+
+class WorldPlaces(Checked):
+    """Where the room is kept going. Each of these places has a world of the room with a disk of its own."""
+
+    on: Name = HUB_PLACE
+    """Whose world leads at first: a site, on whose machine it then runs, or "hub"."""
+    waiting: list[Name] = Field(default=[])
+    """Whose worlds wait, so that the room can be moved there while it runs (`vistel world move`)."""
+
+    @property
+    def all(self) -> list[str]:
+        """All places, the first one first."""
+        return [self.on, *self.waiting]
+
+
 class Playout(Checked):
     """When a renderer shows a motion."""
 
@@ -234,6 +254,7 @@ class Conference(Checked):
     seed: int = 1
     bus: BusConfig = BusConfig()
     room: Room = Room()
+    world: WorldPlaces = WorldPlaces()
     playout: Playout = Playout()
     motion: MotionStream = MotionStream()
     sites: list[Site] = Field(min_length=1)
@@ -255,6 +276,15 @@ class Conference(Checked):
         for key, thing in wanted.items():
             if thing not in loose:
                 raise ValueError(f"{key}: no such loose thing in the room; expected one of {', '.join(loose)}, got {thing!r}")
+        return self
+
+    @model_validator(mode="after")
+    def _worlds_have_places(self) -> Conference:
+        places = [HUB_PLACE, *(s.name for s in self.sites)]
+        for place in self.world.all:
+            if place not in places:
+                raise ValueError(f"world: no place {place!r}; expected one of {', '.join(places)}")
+        _no_twice("world", self.world.all)
         return self
 
     @model_validator(mode="after")

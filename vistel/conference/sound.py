@@ -50,8 +50,8 @@ class Equipment(Checked):
     role: Literal["delay", "other"] = "other"
     """delay: what is played at the site goes through it."""
     address: str = "sim"
-    """"tcp:HOST:PORT", "rtu:SERIAL PORT", "rtu+tcp:HOST:PORT" (a serial line behind a gateway), or "sim" for a simulated
-    delay unit."""
+    """"tcp:HOST:PORT", "rtu:SERIAL PORT", "rtu+tcp:HOST:PORT" (a serial line behind a gateway); "sim" for a simulated device
+    on TCP, "sim:rtu" for one on a serial line."""
     device_id: int = Field(default=1, ge=0, le=247)
     baud: int = 19200
     parity: Literal["N", "E", "O"] = "E"
@@ -65,14 +65,12 @@ class Equipment(Checked):
     @field_validator("address")
     @classmethod
     def _an_address(cls, address: str) -> str:
-        if not re.fullmatch(r"sim|rtu:.+|(tcp|rtu\+tcp):.+:\d{1,5}", address):
-            raise ValueError(f'expected "tcp:HOST:PORT", "rtu:SERIAL PORT", "rtu+tcp:HOST:PORT" or "sim", got {address!r}')
+        if not re.fullmatch(r"sim(:rtu)?|rtu:.+|(tcp|rtu\+tcp):.+:\d{1,5}", address):
+            raise ValueError(f'expected "tcp:HOST:PORT", "rtu:SERIAL PORT", "rtu+tcp:HOST:PORT", "sim" or "sim:rtu", got {address!r}')
         return address
 
     @model_validator(mode="after")
     def _can_be(self) -> Equipment:
-        if self.address == "sim" and self.role != "delay":
-            raise ValueError('address: only delay units are simulated; give "tcp:HOST:PORT" or "rtu:SERIAL PORT"')
         known = self.map()
         if not known:
             raise ValueError("registers: expected at least one; nothing is known of this device")
@@ -85,6 +83,11 @@ class Equipment(Checked):
             except ValueError as e:
                 raise ValueError(f"settings.{name}: {e}") from e
         return self
+
+    @property
+    def simulated(self) -> bool:
+        """Whether there is no such device."""
+        return self.address.startswith("sim")
 
     def map(self) -> dict[str, Register]:
         """Its registers by name."""

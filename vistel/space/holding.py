@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Set
+from collections.abc import Callable, Container, Mapping, Sequence, Set
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,9 @@ REFIT_STEPS = 15
 """Every so many steps fingers may be laid on a tracked thing anew."""
 PUSH_OUT = 0.05
 """Held things are kept out of the furniture by moving them this far at most [m]."""
+
+
+NOTHING: Mapping[str, Sequence[sharing.Anchor]] = MappingProxyType({})
 
 
 def tracked_things(state: State) -> frozenset[str]:
@@ -126,20 +130,24 @@ def _unsure(state: State, p: Posed, g: Grasp) -> bool:
     return bool(news) and state.t_ns - min(news[0], p.figure.t_ns) > LATELY_NS
 
 
-def carry(state: State, solids: Solids, posed: dict[str, Posed], dt: float) -> State:
-    """Held things go where the hand is that holds them, or where several balance, unless they have a tracker."""
+def carry(
+    state: State, solids: Solids, posed: dict[str, Posed], dt: float, anchors: Mapping[str, Sequence[sharing.Anchor]] = NOTHING
+) -> State:
+    """Held things go where the hand is that holds them, or where several balance, unless they have a tracker. anchors: what
+    some of them stick to."""
     m = state.motions.copy()
     strained: dict[tuple[str, bool], int] = {}
     for thing, holds in _holds(state, posed).items():
         n = state.rows[thing]
-        if len(holds) == 1:
+        back = anchors.get(thing, ())
+        if len(holds) == 1 and not back:
             (g, p), = holds
             position, rotation = hands.out_of_hand(p, g.right, g.lie(state.t_ns))
         else:
-            position, rotation = sharing.balance(holds, state.t_ns)
+            position, rotation = sharing.balance(holds, state.t_ns, back)
         position = position + out_of_furniture(solids, n, position, rotation)
         guide(m, n, position, rotation, dt)
-        if len(holds) > 1:
+        if len(holds) > 1 or back:
             for (g, _), pull in zip(holds, sharing.pulls(holds, position, rotation, state.t_ns), strict=True):
                 much = float(np.sqrt(pull.force @ pull.force)) > sharing.strength(g)
                 strained[g.key] = g.strained + 1 if much else 0
@@ -147,12 +155,12 @@ def carry(state: State, solids: Solids, posed: dict[str, Posed], dt: float) -> S
     return replace(state, motions=m, grasps=grasps)
 
 
-def pulled(state: State, posed: dict[str, Posed]) -> list[sharing.Pull]:
-    """What hands feel that hold a thing together with others."""
+def pulled(state: State, posed: dict[str, Posed], sticking: Container[str] = ()) -> list[sharing.Pull]:
+    """What hands feel that hold a thing together with others, or one of those that are sticking to something."""
     m = state.motions
     out: list[sharing.Pull] = []
     for thing, holds in _holds(state, posed).items():
-        if len(holds) > 1:
+        if len(holds) > 1 or thing in sticking:
             n = state.rows[thing]
             out += sharing.pulls(holds, m.position[n], m.rotation[n], state.t_ns)
     return out

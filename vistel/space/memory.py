@@ -10,25 +10,27 @@ from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contact import find_contacts
-from vistel.space.bonds import NEAR, Bond, Frame, Grip, stick
+from vistel.space.bonds import NEAR, Bond, Frame, Grip, Torn, glue_of, same_to_others, stick
 from vistel.space.dents import MOST_IN_ROOM, Dent, Press, deepest, remember
 from vistel.space.people import Posed
 from vistel.space.solids import Solids
 from vistel.space.state import State
+from vistel.space.sticking import frame_of, relieved
 from vistel.space.things import Primitive
 
 F64 = NDArray[np.float64]
-REACH, LEAST_REACH = 0.75, 0.012
-"""What a bond deforms round it: a share of the limb's two radii, at least so much [m]."""
+REACH, LEAST_REACH, MOST_REACH = 0.75, 0.012, 0.02
+"""What a bond deforms round it: a share of the limb's two radii, at least so much [m]; of things at most so much."""
 
 
-def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -> State:
-    """The state with dents pressed and recovered, bonds made, moved and torn, after everything has moved."""
+def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -> tuple[State, tuple[Torn, ...]]:
+    """The state with dents pressed and recovered, bonds made, moved and torn, after everything has moved; what has torn."""
     chosen = [n for n, t in enumerate(s.things) if t.matter.remembers and not t.fixed]
     if not chosen and not (state.dents or state.bonds):
-        return state
+        return state, ()
     dents: list[Dent] = []
     bonds: list[Bond] = []
+    torn: list[Torn] = []
     number = state.marks
     for n in chosen:
         thing = s.things[n]
@@ -40,17 +42,13 @@ def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -
             dents += more
         if thing.matter.sticky > 0.0:
             held = [b for b in state.bonds if b.thing == thing.id]
-
-            def frame_of(body: str, primitive: int) -> Frame | None:
-                p = posed.get(body)
-                if p is None or primitive >= len(p.build.body):
-                    return None
-                joint = int(p.build.body.joint[primitive])
-                return p.joints.rotation[joint], p.joints.position[joint]
-
-            stuck, number = stick(held, thing.id, thing.matter.sticky, frame, grips, frame_of, number, state.t_ns)
-            bonds += stuck
-    return replace(state, dents=deepest(dents, MOST_IN_ROOM), bonds=tuple(bonds), marks=number)
+            stuck = stick(
+                held, thing.id, lambda b, t=thing, size=float(s.radius[n]): glue_of(t, size, b.reach), frame, grips,
+                lambda body, primitive: frame_of(state, posed, body, primitive), number, state.t_ns, dt,
+            )  # fmt: skip
+            number, bonds, torn = stuck.next_number, [*bonds, *stuck.bonds], [*torn, *stuck.torn]
+    state = replace(state, dents=deepest(dents, MOST_IN_ROOM), bonds=tuple(bonds), marks=number)
+    return relieved(state, posed, frozenset(x for t in torn for x in (t.thing, t.body))), tuple(torn)
 
 
 def changes(before: State, now: State) -> tuple[frozenset[int], tuple[int, ...]]:
@@ -59,8 +57,14 @@ def changes(before: State, now: State) -> tuple[frozenset[int], tuple[int, ...]]
         return frozenset(), ()
     old = {mark.number: mark for mark in (*before.dents, *before.bonds)}
     new = {mark.number: mark for mark in (*now.dents, *now.bonds)}
-    fresh = frozenset(k for k, mark in new.items() if old.get(k) is not mark)
+    fresh = frozenset(k for k, mark in new.items() if not _told(old.get(k), mark))
     return fresh, tuple(sorted(old.keys() - new.keys()))
+
+
+def _told(old: Dent | Bond | None, mark: Dent | Bond) -> bool:
+    if isinstance(old, Bond) and isinstance(mark, Bond):
+        return same_to_others(old, mark)
+    return old is mark
 
 
 def _touches(
@@ -82,15 +86,18 @@ def _touches(
             if depth > 0.0:
                 presses.append(Press(name, i, Primitive("cone_sphere", ends), depth))
             grips.append(Grip(name, i, c.point[k], max(LEAST_REACH, REACH * float(b.radius_a[i] + b.radius_b[i]))))
+    sticky = s.things[n].matter.sticky > 0.0
     for m, other in enumerate(s.things):
-        if m == n or other.fixed or _far(state, m, n) > s.radius[m] + s.radius[n]:
+        if m == n or (other.fixed and not sticky) or _far(state, m, n) > s.radius[m] + s.radius[n] + NEAR:
             continue
         turn = matrix_from_quaternion(state.motions.rotation[m])
-        c = find_contacts(s.part(m).moved(turn, state.motions.position[m]), body)
+        c = find_contacts(s.part(m).moved(turn, state.motions.position[m]), body, margin=NEAR if sticky else 0.0)
         for k in _deepest(c.a, c.field_depth):
-            i = int(c.a[k])
-            shape = _seen_from(other.primitives[i], turn, state.motions.position[m], frame)
-            presses.append(Press(other.id, i, shape, float(c.field_depth[k])))
+            i, depth = int(c.a[k]), float(c.field_depth[k])
+            if depth > 0.0 and not other.fixed:
+                presses.append(Press(other.id, i, _seen_from(other.primitives[i], turn, state.motions.position[m], frame), depth))
+            if sticky and not (m < n and other.matter.sticky > 0.0):  # of two that stick the first one's glue counts
+                grips.append(Grip(other.id, i, c.point[k], min(MOST_REACH, max(LEAST_REACH, REACH * float(s.bound[s.first[n]])))))
     return presses, grips
 
 

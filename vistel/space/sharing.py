@@ -1,4 +1,5 @@
-"""Several hands on one thing: it goes where they balance, and each feels how far it is drawn from where it would have it.
+"""Several hands on one thing, or one that sticks: it goes where all balance, and each hand feels how far it is drawn from
+where it would have it.
 
 A hand holds the thing by a spring between its palm and the point of the thing that lay there, and one against turning.
 Their balance is a Procrustes problem, solved by polar decomposition. What a hand cannot bear slips out of it.
@@ -33,25 +34,38 @@ STRAINED_STEPS = 6
 
 @dataclass(frozen=True)
 class Pull:
-    """What a hand feels of the others: force on it (3,) [N] at `point` (3,) [m], room frame."""
+    """What a hand feels of the others, or of what sticks to a digit of it: force on it (3,) [N] at `point` (3,) [m], room frame."""
 
     participant: str
     right: bool
     thing: str
     point: F64
     force: F64
+    digit: int = PALM
 
 
-def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int) -> tuple[F64, F64]:
-    """Position (3,) and rotation (4,) of a thing that several hands hold."""
+@dataclass(frozen=True)
+class Anchor:
+    """What holds a thing back: its point `own` (3,), in its frame, is drawn to `at` (3,) [m, room]. stiffness [N/m]."""
+
+    own: F64
+    at: F64
+    stiffness: float
+
+
+def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int, anchors: Sequence[Anchor] = ()) -> tuple[F64, F64]:
+    """Position (3,) and rotation (4,) of a thing that hands hold and anchors hold back."""
     poses = [out_of_hand(p, g.right, g.lie(t_ns)) for g, p in holds]
     turns = [matrix_from_quaternion(q) for _, q in poses]
     palms = [_palm(g, p) for g, p in holds]
     own = [r.T @ (h - x) for h, r, (x, _) in zip(palms, turns, poses, strict=True)]
-    h, c = sum(palms, np.zeros(3)) / len(holds), sum(own, np.zeros(3)) / len(holds)
-    moment = np.zeros((3, 3))
-    for there, here, r in zip(palms, own, turns, strict=True):
-        moment += np.outer(there - h, here - c) + BREADTH**2 * r
+    weight = [1.0] * len(holds) + [a.stiffness / STIFFNESS for a in anchors]
+    there, here = [*palms, *(a.at for a in anchors)], [*own, *(a.own for a in anchors)]
+    h = sum((w * x for w, x in zip(weight, there, strict=True)), np.zeros(3)) / sum(weight)
+    c = sum((w * x for w, x in zip(weight, here, strict=True)), np.zeros(3)) / sum(weight)
+    moment = BREADTH**2 * sum(turns, np.zeros((3, 3)))
+    for w, x, y in zip(weight, there, here, strict=True):
+        moment += w * np.outer(x - h, y - c)
     rotation = _rotation(moment)
     return h - rotation @ c, quaternion_from_matrix(rotation)
 
@@ -69,7 +83,7 @@ def pulls(holds: Sequence[tuple[Grasp, Posed]], position: F64, rotation: F64, t_
 
 
 def with_pulls(felt: Sequence[HandForce], drawn: Sequence[Pull], posed: Mapping[str, Posed]) -> tuple[HandForce, ...]:
-    """What hands feel, with what others pull at them: it acts on the palm."""
+    """What hands feel, with what others and what sticks pull at them."""
     out = {(h.participant, h.right): h for h in felt}
     for pull in drawn:
         hand = pull.participant, pull.right
@@ -78,12 +92,12 @@ def with_pulls(felt: Sequence[HandForce], drawn: Sequence[Pull], posed: Mapping[
         size = float(np.sqrt(pull.force @ pull.force))
         if size < LEAST:
             continue
-        old = next((t for t in h.touches if (t.digit, t.body) == (PALM, pull.thing)), None)
+        old = next((t for t in h.touches if (t.digit, t.body) == (pull.digit, pull.thing)), None)
         if old is None:
             way = -pull.force / size
-            old = DigitTouch(PALM, pull.thing, pull.point, way, np.zeros(3), 0.0, 0.0, 0.0, 0.0, 0.0)
+            old = DigitTouch(pull.digit, pull.thing, pull.point, way, np.zeros(3), 0.0, 0.0, 0.0, 0.0, 0.0)
         new = replace(old, force=old.force + pull.force, normal_force=old.normal_force + size)
-        others = [t for t in h.touches if (t.digit, t.body) != (PALM, pull.thing)]
+        others = [t for t in h.touches if (t.digit, t.body) != (pull.digit, pull.thing)]
         out[hand] = replace(
             h, force=h.force + pull.force, torque=h.torque + np.cross(pull.point - joint, pull.force),
             touches=tuple(sorted([*others, new], key=lambda t: (t.digit, t.body))), pull=h.pull + pull.force,

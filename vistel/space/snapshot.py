@@ -31,7 +31,7 @@ from vistel.space.thing_json import from_primitive, from_thing, to_primitive, to
 from vistel.space.things import Matter, Thing
 from vistel.space.view import Outcome
 
-VERSION = 7
+VERSION = 8
 """Of this format; a world refuses any other."""
 
 F64 = NDArray[np.float64]
@@ -166,13 +166,13 @@ def _to_room(d: Any) -> Room:
 
 def _from_extra(e: Extra) -> list[Any]:
     m = e.matter
-    matter = m.material, m.recovery, m.sticky
+    matter = m.material, m.recovery, m.sticky, m.bears
     return [e.id, e.name, e.shape, e.size, e.mass, e.rigidity, e.colour, e.x, e.z, *matter]
 
 
 def _to_extra(d: Any) -> Extra:
-    name, what, shape, size, mass, rigidity, colour, x, z, material, recovery, sticky = d
-    matter = Matter(str(material), float(recovery), float(sticky))
+    name, what, shape, size, mass, rigidity, colour, x, z, material, recovery, sticky, bears = d
+    matter = Matter(str(material), float(recovery), float(sticky), float(bears))
     numbers = float(size), float(mass), float(rigidity), int(colour), float(x), float(z)
     return Extra(str(name), str(what), str(shape), *numbers, matter)
 
@@ -229,14 +229,14 @@ def _to_dent(d: Any) -> Dent:
 
 def _from_bond(b: Bond) -> list[Any]:
     points = b.point_thing.tolist(), b.point_body.tolist()
-    return [b.number, b.thing, b.body, b.primitive, *points, b.reach, b.torn_ns]
+    return [b.number, b.thing, b.body, b.primitive, *points, b.reach, b.torn_ns, b.torn_force, b.rest]
 
 
 def _to_bond(d: Any) -> Bond:
-    number, thing, body, primitive, at_thing, at_body, reach, torn_ns = d
+    number, thing, body, primitive, at_thing, at_body, reach, torn_ns, force, rest = d
     points = _rows(at_thing, 1, 3)[0], _rows(at_body, 1, 3)[0]
-    reach = float(_rows(reach, 1, 1)[0, 0])
-    return Bond(int(number), str(thing), str(body), int(primitive), *points, reach, int(torn_ns))
+    reach, force, rest = _rows([reach, force, rest], 1, 3)[0].tolist()
+    return Bond(int(number), str(thing), str(body), int(primitive), *points, reach, int(torn_ns), force, rest)
 
 
 def _from_tracked(t: Tracked) -> list[Any]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.arc import Arc
-from vistel.space.things import Axis, Curve, Look, Matter, Part, Primitive, Thing
+from vistel.space.things import BEARS, Axis, Curve, Look, Matter, Part, Primitive, Thing
 
 F64 = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def from_thing(t: Thing) -> dict[str, Any]:
         "mass": t.mass, "compliance": t.compliance, "colour": t.colour, "position": t.position.tolist(),
         "rotation": t.rotation.tolist(),
         "axes": [[a.point.tolist(), a.direction.tolist(), a.radius] for a in t.axes],
-        "matter": [m.material, m.recovery, m.sticky],
+        "matter": [m.material, m.recovery, m.sticky] + ([m.bears] if m.bears != BEARS else []),
         "parts": [[from_thing(p.thing), p.position.tolist(), p.rotation.tolist()] for p in t.parts],
         "curve": t.curve and [from_thing(t.curve.straight), *_from_arc(t.curve.arc)],
     }  # fmt: skip
@@ -34,13 +34,13 @@ def from_thing(t: Thing) -> dict[str, Any]:
 
 def to_thing(d: Any) -> Thing:
     """The thing. Raises ValueError, TypeError or KeyError for what is none."""
-    material, recovery, sticky = d["matter"]
+    material, recovery, sticky, *bears = d["matter"]
     curve, inertia = d["curve"], d.get("inertia")
     return Thing(
         str(d["id"]), str(d["name"]), str(d["shape"]), tuple(to_primitive(p) for p in d["primitives"]), float(d["mass"]),
         float(d["compliance"]), int(d["colour"]), _numbers(d["position"], 3), _numbers(d["rotation"], 4),
         tuple(Axis(_numbers(p, 3), _numbers(u, 3), float(r)) for p, u, r in d["axes"]),
-        Matter(str(material), float(recovery), float(sticky)),
+        Matter(str(material), float(recovery), float(sticky), *map(float, bears)),
         tuple(Part(to_thing(t), _numbers(p, 3), _numbers(q, 4)) for t, p, q in d["parts"]),
         Curve(to_thing(curve[0]), _to_arc(curve[1:])) if curve else None,
         tuple(Look(str(k), _numbers(m, 9).reshape(3, 3), _numbers(o, 3), int(c)) for k, m, o, c in d.get("looks", ())),

@@ -107,6 +107,9 @@ class Axis:
     radius: float
 
 
+BEARS = 0.5
+"""What a place of a sticky thing bears if nothing is said [N]: about what a strip of sticky tape as wide as a finger does when
+it is peeled off."""
 MATERIALS = ("elastic", "plastic", "viscoelastic")
 
 
@@ -116,18 +119,21 @@ class Matter:
 
     material: "elastic" springs back at once, "plastic" keeps its dents, "viscoelastic" recovers slowly; recovery: time
     constant of that, or in which a plastic thing's dents fade, 0 never [s]; sticky: how far what has touched it draws
-    it out before the bond tears [m], 0: nothing sticks.
+    it out before the bond tears [m], 0: nothing sticks; bears: the force at which it does, of each place that sticks [N].
     """
 
     material: str = "elastic"
     recovery: float = 0.0
     sticky: float = 0.0
+    bears: float = BEARS
 
     def __post_init__(self) -> None:
         if self.material not in MATERIALS:
             raise ValueError(f"material: expected one of {', '.join(MATERIALS)}, got {self.material!r}")
         if not (0.0 <= self.recovery < 1e4 and 0.0 <= self.sticky <= 0.2):
             raise ValueError("matter: expected recovery of 0 to 10,000 s and sticky of 0 to 0.2 m")
+        if not 0.01 <= self.bears <= 200.0:
+            raise ValueError("bears: expected 0.01 to 200 N, which a place that sticks bears before it tears")
         if self.material == "viscoelastic" and self.recovery <= 0.0:
             raise ValueError("recovery: a viscoelastic thing needs a time constant above 0 s")
 

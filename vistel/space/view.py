@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.space.bonds import Bond
+from vistel.space.bonds import Bond, Torn
 from vistel.space.claims import ClaimEvent
 from vistel.space.dents import Dent
 from vistel.space.things import Thing
@@ -127,7 +127,8 @@ class WorldView:
 
     things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0;
     hands: what hands feel, and once those that have stopped to; dents, bonds: what things remember; fresh: numbers of
-    those that are new or changed; gone: of those that were there a step before; claims: what has become of some.
+    those that are new or changed; gone: of those that were there a step before; claims: what has become of some; torn: bonds
+    that have torn.
     """
 
     step: int
@@ -147,3 +148,6 @@ class WorldView:
     fresh: frozenset[int] = frozenset()
     gone: tuple[int, ...] = ()
     claims: tuple[ClaimEvent, ...] = ()
+    selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    """Which things, by id, people have selected."""
+    torn: tuple[Torn, ...] = ()

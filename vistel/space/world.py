@@ -7,7 +7,7 @@ from the same state give the same bytes; `World.snapshot` is that state, and `Wo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Sequence
 from dataclasses import replace
 from hashlib import blake2b
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vistel.implicit.contact import ContactArray
 from vistel.space import grasp as hands
-from vistel.space import holding, ownership, snapshot
+from vistel.space import holding, ownership, snapshot, sticking
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.eyes import Eyes, eyes_of
@@ -28,12 +28,12 @@ from vistel.space.near import Bodies, placed
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.props import heard
 from vistel.space.room import ROOM_RADIUS, Extra, Room
-from vistel.space.sharing import with_pulls
+from vistel.space.sharing import Pull, with_pulls
 from vistel.space.solids import Solids, solids
 from vistel.space.state import State
 from vistel.space.thing_views import ThingViews
 from vistel.space.things import Thing
-from vistel.space.touch import Touch, contacts_of, ghosts_of, touch_of_people, touches_of_things
+from vistel.space.touch import touches
 from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, WorldView
 
 F64 = NDArray[np.float64]
@@ -143,7 +143,9 @@ class World:
         heard = _heard(before, self._state)
         self._state = ownership.lapsed(before, self._state, heard)
         self._state = holding.let_go(before, self._state, solids_, posed, near)
-        self._state = holding.carry(self._state, solids_, posed, DT)
+        drawn = sticking.draws(self._state, solids_, posed) if self._state.bonds else []
+        anchors = sticking.anchors(drawn, self._state, solids_) if drawn else holding.NOTHING
+        self._state = holding.carry(self._state, solids_, posed, DT, anchors)
         self._state = holding.glide(self._state, DT)
         self._state = holding.take_hold(self._state, solids_, posed, near)
         self._state = holding.forget_let_go(self._state, solids_, near, posed)
@@ -151,13 +153,16 @@ class World:
         names = tuple(posed)
         skin = {(names[a], names[b]): c for (a, b), c in bodies.with_each_other().items()}
         rest = dict(zip(names, bodies.with_things(self._solids.fixed_placed), strict=True))
-        touches = self._touches(posed, seen(self._state, solids_, posed, near), rest, skin)
+        contacts, ghosts = touches(posed, skin, rest, seen(self._state, solids_, posed, near), solids_, MAX_CONTACTS)
+        if drawn:
+            self._state = replace(self._state, motions=sticking.swung(self._state.motions, solids_, drawn, DT))
         self._advance(posed, near)
         self._bring_back()
-        self._state = remembered(self._state, self._solids, posed, DT)
+        self._state, torn = remembered(self._state, self._solids, posed, DT)
         reached = {name: Reached(rest[name], near[name]) for name in posed}
-        view = self._view(before, outcomes, touches, self._feel(posed, skin, reached))
-        return replace(view, claims=claims)
+        stuck = sticking.pulls(drawn, self._state, posed)
+        view = self._view(before, outcomes, contacts, ghosts, self._feel(posed, skin, reached, anchors, stuck))
+        return replace(view, claims=claims, torn=torn)
 
     # -- people ------------------------------------------------------------------------------------------------
 
@@ -213,30 +218,17 @@ class World:
 
     # -- contacts and motion -----------------------------------------------------------------------------------
 
-    def _touches(
-        self, posed: dict[str, Posed], near: Mapping[str, ContactArray], rest: dict[str, ContactArray],
-        skin: dict[tuple[str, str], ContactArray],
-    ) -> list[Touch]:  # fmt: skip
-        kinds = [(t.id, t.compliance) for t in self._solids.things]
-        names = sorted(posed)
-        out: list[Touch] = []
-        for i, name in enumerate(names):
-            for other in names[i + 1 :]:
-                if (name, other) in skin:
-                    out += touch_of_people(posed[name], posed[other], skin[name, other])
-            for found in (_renamed(rest[name], self._solids.fixed_rows), near[name]):
-                out += touches_of_things(posed[name], found, self._solids.owner, self._solids.first, kinds)
-        return out
-
     def _feel(
-        self, posed: dict[str, Posed], skin: dict[tuple[str, str], ContactArray], reached: dict[str, Reached]
-    ) -> tuple[HandForce, ...]:
-        """What hands feel now that everything is where it is."""
+        self, posed: dict[str, Posed], skin: dict[tuple[str, str], ContactArray], reached: dict[str, Reached],
+        anchors: Container[str], stuck: Sequence[Pull],
+    ) -> tuple[HandForce, ...]:  # fmt: skip
+        """What hands feel now that everything is where it is. anchors: things that stick to something; stuck: what they feel
+        of that themselves."""
         held = [(g.participant, g.right, g.thing) for g in self._state.grasps]
         let_go = [(e.participant, e.right, e.thing) for e in self._state.let_go]
         due = due_at(self._state.step, tuple(posed))
         hands_now = hand_forces(posed, skin, reached, self._solids, self._state.motions, held, let_go, due)
-        pulls = [p for p in holding.pulled(self._state, posed) if p.participant in due]
+        pulls = [p for p in (*holding.pulled(self._state, posed, anchors), *stuck) if p.participant in due]
         hands_now = with_pulls(hands_now, pulls, posed)
         felt = {(h.participant, h.right) for h in hands_now}
         waiting = {hand for hand in self._state.felt if hand[0] in posed and hand[0] not in due}
@@ -282,13 +274,11 @@ class World:
 
     # -- what is said ------------------------------------------------------------------------------------------
 
-    def _view(self, before: State, outcomes: tuple[Outcome, ...], touches: list[Touch], felt: tuple[HandForce, ...]) -> WorldView:
+    def _view(
+        self, before: State, outcomes: tuple[Outcome, ...], contacts: tuple[ContactView, ...], ghosts: tuple[GhostView, ...],
+        felt: tuple[HandForce, ...],
+    ) -> WorldView:  # fmt: skip
         s = self._state
-        contacts: list[ContactView] = []
-        ghosts: list[GhostView] = []
-        for touch in touches:
-            contacts += contacts_of(touch)
-            ghosts += ghosts_of(touch)
         grasps = tuple(
             GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns, g.fingers, *g.seen(s.t_ns)) for g in s.grasps
         )
@@ -297,7 +287,7 @@ class World:
             digest = int.from_bytes(blake2b(self.snapshot(), digest_size=8).digest(), "little")
         return WorldView(
             s.step, s.t_ns, s.things, s.things != before.things, self._said.states(before, s),
-            tuple(contacts[:MAX_CONTACTS]), tuple(ghosts), grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
+            contacts, ghosts, grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
             s.dents, s.bonds, *changes(before, s),
         )  # fmt: skip
 

@@ -56,7 +56,7 @@ class Look(_message.Message):
     def __init__(self, model: _Optional[str] = ..., matrix: _Optional[_Iterable[float]] = ..., offset: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., colour: _Optional[int] = ...) -> None: ...
 
 class Thing(_message.Message):
-    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky", "curve", "looks")
+    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky", "bears", "curve", "looks")
     ID_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PRIMITIVES_FIELD_NUMBER: _ClassVar[int]
@@ -67,6 +67,7 @@ class Thing(_message.Message):
     SHAPE_FIELD_NUMBER: _ClassVar[int]
     MATERIAL_FIELD_NUMBER: _ClassVar[int]
     STICKY_FIELD_NUMBER: _ClassVar[int]
+    BEARS_FIELD_NUMBER: _ClassVar[int]
     CURVE_FIELD_NUMBER: _ClassVar[int]
     LOOKS_FIELD_NUMBER: _ClassVar[int]
     id: str
@@ -79,9 +80,10 @@ class Thing(_message.Message):
     shape: str
     material: str
     sticky: float
+    bears: float
     curve: Curve
     looks: _containers.RepeatedCompositeFieldContainer[Look]
-    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ..., material: _Optional[str] = ..., sticky: _Optional[float] = ..., curve: _Optional[_Union[Curve, _Mapping]] = ..., looks: _Optional[_Iterable[_Union[Look, _Mapping]]] = ...) -> None: ...
+    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ..., material: _Optional[str] = ..., sticky: _Optional[float] = ..., bears: _Optional[float] = ..., curve: _Optional[_Union[Curve, _Mapping]] = ..., looks: _Optional[_Iterable[_Union[Look, _Mapping]]] = ...) -> None: ...
 
 class Dent(_message.Message):
     __slots__ = ("number", "thing", "shape", "depth", "left_ns", "fade_s")
@@ -118,6 +120,28 @@ class Bond(_message.Message):
     reach: float
     torn_ns: int
     def __init__(self, number: _Optional[int] = ..., thing: _Optional[str] = ..., body: _Optional[str] = ..., primitive: _Optional[int] = ..., point_thing: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., point_body: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., reach: _Optional[float] = ..., torn_ns: _Optional[int] = ...) -> None: ...
+
+class BondTorn(_message.Message):
+    __slots__ = ("header", "step", "number", "thing", "body", "primitive", "point", "force", "gap")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    NUMBER_FIELD_NUMBER: _ClassVar[int]
+    THING_FIELD_NUMBER: _ClassVar[int]
+    BODY_FIELD_NUMBER: _ClassVar[int]
+    PRIMITIVE_FIELD_NUMBER: _ClassVar[int]
+    POINT_FIELD_NUMBER: _ClassVar[int]
+    FORCE_FIELD_NUMBER: _ClassVar[int]
+    GAP_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    step: int
+    number: int
+    thing: str
+    body: str
+    primitive: int
+    point: _geometry_pb2.Vec3
+    force: float
+    gap: float
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., number: _Optional[int] = ..., thing: _Optional[str] = ..., body: _Optional[str] = ..., primitive: _Optional[int] = ..., point: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., force: _Optional[float] = ..., gap: _Optional[float] = ...) -> None: ...
 
 class ThingState(_message.Message):
     __slots__ = ("id", "pose", "velocity", "spin", "holders", "resting")
@@ -351,7 +375,7 @@ class WorldSnapshot(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., state: _Optional[_Union[WorldState, _Mapping]] = ..., private_state: _Optional[bytes] = ..., since: _Optional[_Iterable[_Union[WorldState, _Mapping]]] = ...) -> None: ...
 
 class WorldHandoverRequest(_message.Message):
-    __slots__ = ("phase", "term")
+    __slots__ = ("phase", "term", "place")
     class Phase(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         PHASE_UNSPECIFIED: _ClassVar[WorldHandoverRequest.Phase]
@@ -362,9 +386,11 @@ class WorldHandoverRequest(_message.Message):
     PHASE_TAKE: WorldHandoverRequest.Phase
     PHASE_FIELD_NUMBER: _ClassVar[int]
     TERM_FIELD_NUMBER: _ClassVar[int]
+    PLACE_FIELD_NUMBER: _ClassVar[int]
     phase: WorldHandoverRequest.Phase
     term: int
-    def __init__(self, phase: _Optional[_Union[WorldHandoverRequest.Phase, str]] = ..., term: _Optional[int] = ...) -> None: ...
+    place: str
+    def __init__(self, phase: _Optional[_Union[WorldHandoverRequest.Phase, str]] = ..., term: _Optional[int] = ..., place: _Optional[str] = ...) -> None: ...
 
 class WorldHandover(_message.Message):
     __slots__ = ("header", "private_state", "term", "due_ns")

@@ -22,13 +22,14 @@ _ASK = ["declare_subscriber", "query", "declare_liveliness_subscriber", "livelin
 
 
 def access_rules(
-    conference: str, sites: Sequence[str], *, observers: Sequence[str] = (), world: str = WORLD_NAME,
-    hub: str = HUB_NAME,
+    conference: str, sites: Sequence[str], *, observers: Sequence[str] = (), worlds: Sequence[str] = (),
+    world: str = WORLD_NAME, hub: str = HUB_NAME,
 ) -> dict[str, Any]:  # fmt: skip
     """The `access_control` section of a Zenoh router's configuration.
 
     sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the
-    console of a conference, so it may say what the world says; a `world` of its own may say only that.
+    console of a conference, so it may say what the world says; a `world` of its own may say only that. worlds: those of
+    the sites on whose machines a world runs.
     Everybody listed may listen; everything else is denied, silently as far as the one denied can see.
     """
     rules: list[dict[str, Any]] = [
@@ -38,20 +39,25 @@ def access_rules(
     policies: list[dict[str, Any]] = []
     subjects: list[dict[str, Any]] = []
 
-    def allow(name: str, keys: list[str]) -> None:
+    def allow(name: str, keys: list[str], *present_as: str) -> None:
         mine: list[str] = []
         if keys:
             rules.append(_rule(f"{name}-say", "ingress", _SAY, keys))
-            rules.append(_rule(f"{name}-alive", "ingress", _PRESENCE, [f"vistel/{conference}/alive/{name}/**"]))
+            present = [f"vistel/{conference}/alive/{n}/**" for n in (name, *present_as)]
+            rules.append(_rule(f"{name}-alive", "ingress", _PRESENCE, present))
             mine = [f"{name}-say", f"{name}-alive"]
         subjects.append({"id": name, "cert_common_names": [name]})
         policies.append({"rules": [*mine, "listen", "hear"], "subjects": [name]})
 
-    for site in sites:
-        allow(site, _keys(Publisher.SITE, conference, site))
     world_keys = _keys(Publisher.WORLD, conference, world)
-    allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"))
     hub_site = _keys(Publisher.SITE, conference, hub, "heartbeat", "clock_offset")
+    for site in sites:
+        own = _keys(Publisher.SITE, conference, site)
+        if site in worlds:
+            allow(site, own + world_keys + hub_site, hub)
+        else:
+            allow(site, own)
+    allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"))
     allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site)
     for observer in observers:
         allow(observer, [])

@@ -138,6 +138,8 @@ TOPICS: tuple[Topic, ...] = (
           "what became of a command"),
     Topic("ownership", f"{_WORLD}/ownership/{{participant}}", world_pb2.Ownership, 0, _R, _W, True,
           "what became of a participant's claims to things that are held"),
+    Topic("bond_torn", f"{_WORLD}/bond_torn", world_pb2.BondTorn, 0, _R, _W, True,
+          "what stuck and has been torn off, and with what force"),
     Topic("world_snapshot", f"{_WORLD}/snapshot", world_pb2.WorldSnapshot, 0, _Q, _W, True,
           "the whole room, for late joiners"),
     Topic("world_handover", f"{_WORLD}/handover", world_pb2.WorldHandover, 0, _Q, _W, False,

@@ -22,10 +22,12 @@ from vistel_cli import (
     scanline,
     sim,
     site,
+    speech,
     trace,
     up,
     voice,
     world,
+    world_move,
     world_serve,
     wrinkle,
 )
@@ -54,8 +56,11 @@ app.add_typer(wrinkle.app, name="wrinkle")
 app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(site.app, name="site")
 app.add_typer(voice.app, name="voice")
+app.add_typer(speech.app, name="speech")
 app.add_typer(log.app, name="log")
 world.app.command("serve")(world_serve.serve)
+world.app.command("where")(world_move.where)
+world.app.command("move")(world_move.move)
 app.add_typer(world.app, name="world")
 
 

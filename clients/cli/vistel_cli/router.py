@@ -28,7 +28,8 @@ async def _run(conference: Conference, listen: str, seconds: float) -> int:
     if listen.startswith("tls/") and tls is None:
         fail("--listen tls/...: needs certificates; name them under [bus.tls] in the conference file", USAGE)
     files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls and listen.startswith("tls/") else None
-    access = access_rules(conference.name, [s.name for s in conference.sites], hub=HUB) if files else None
+    sites = [s.name for s in conference.sites]
+    access = access_rules(conference.name, sites, worlds=conference.world.all, hub=HUB) if files else None
     try:
         router = Router.open(listen, tls=files, access=access)
     except BusError as e:

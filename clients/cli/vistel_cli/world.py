@@ -58,7 +58,7 @@ def edit(
 ) -> None:
     """Change a room on file, whole or not at all.
 
-    set THING|all KEY=VALUE ...  with mass, density, rigidity, elasticity, recovery, sticky, colour, shape, name, id;
+    set THING|all KEY=VALUE ...  with mass, density, rigidity, elasticity, recovery, sticky, bears, colour, shape, name, id;
     move THING to=X,Y,Z by=X,Y,Z turn=DEGREES;  add ID shape=ball|lump|bar or file=PATH, at=X,Z ...;  remove THING ...;
     seat N|new at=X,Z heading=DEGREES.  `then` stands between several.
 

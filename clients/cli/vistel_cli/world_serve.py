@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +20,7 @@ from vistel.wire.zenoh_bus import BusError, ZenohBus
 from vistel.wire.zenoh_config import TlsFiles
 from vistel_cli.hub import endpoint_of
 from vistel_cli.terminal import USAGE, fail, load_conference, out
+from vistel_cli.world_move import check_place
 from vistel_services import logs
 from vistel_services.plan import HUB
 
@@ -31,6 +33,8 @@ def serve(
     files: Annotated[list[Path], typer.Argument(help="Conference files, one for each room.")],
     hub: Annotated[str | None, typer.Option(help="Router of all of them; default from each file.")] = None,
     keep: Annotated[Path, typer.Option(help="Folder for snapshots and journals.")] = Path("out/rooms"),
+    at: Annotated[str, typer.Option(help="What this place is called, for `vistel world move`.")] = "hub",
+    wait: Annotated[bool, typer.Option("--wait", help="Take no room over before it is moved here.")] = False,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
     """Run the worlds of conferences here. A room that another world leads is taken over from it while it runs.
@@ -42,7 +46,10 @@ def serve(
       vistel world serve conference.toml --hub tls/hub.example.org:7447
 
       vistel world serve monday.toml tuesday.toml --hub tcp/127.0.0.1:7447
+
+      vistel world serve conference.toml --hub tls/hub.example.org:7447 --at osaka --wait
     """
+    check_place(at)
     conferences = [load_conference(file) for file in files]
     names = [c.name for c in conferences]
     for name in names:
@@ -51,16 +58,16 @@ def serve(
     endpoints = [endpoint_of(c, hub) for c in conferences]
     logs.configure("hub/worlds")
     try:
-        event_loop.run(_serve(list(zip(conferences, endpoints, strict=True)), keep, seconds))
+        event_loop.run(_serve(list(zip(conferences, endpoints, strict=True)), keep, seconds, at, wait))
     except BusError as e:
         fail(str(e))
 
 
-async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds: float) -> None:
+async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds: float, at: str, wait: bool) -> None:
     # The world's kernels take a second to load.
     from vistel_services.world.rooms import Served, serve  # noqa: PLC0415
 
-    rooms = [Served(c.name, *_room(c, endpoint, keep)) for c, endpoint in conferences]
+    rooms = [Served(c.name, *_room(c, endpoint, keep, at, wait)) for c, endpoint in conferences]
     for room, (_, endpoint) in zip(rooms, conferences, strict=True):
         out.print(f"room {room.name} at {endpoint}, kept in {room.config.folder}")
     stop = asyncio.Event()
@@ -75,7 +82,7 @@ async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds:
     await asyncio.gather(serving, return_exceptions=True)
 
 
-def _room(conference: Conference, endpoint: str, keep: Path) -> tuple[Config, Clock, Open, Beside]:
+def _room(conference: Conference, endpoint: str, keep: Path, at: str, wait: bool) -> tuple[Config, Clock, Open, Beside]:
     """What one room needs."""
     from vistel_services import world  # noqa: PLC0415
 
@@ -90,4 +97,5 @@ def _room(conference: Conference, endpoint: str, keep: Path) -> tuple[Config, Cl
         await follow_hub(bus, clock, "worlds")
 
     folder = keep / conference.name
-    return world.configure(conference, None, RunPaths(folder, folder)), clock, door, keep_time
+    config = replace(world.configure(conference, None, RunPaths(folder, folder)), place=at, waits=wait)
+    return config, clock, door, keep_time

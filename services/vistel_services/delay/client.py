@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import termios
 from collections.abc import Mapping
 from typing import Any
 
@@ -60,7 +61,8 @@ class ModbusDevice:
             return
         try:
             connected = await self._client.connect()
-        except (OSError, ModbusException, ValueError) as e:
+        except (OSError, ModbusException, ValueError, termios.error) as e:
+            # A serial port that cannot be set as asked fails only here, and pymodbus passes on what it says.
             raise NoAnswerError(f"{self.address}: cannot be reached: {e}") from e
         if not connected:
             raise NoAnswerError(f"{self.address}: nobody is there")

@@ -46,7 +46,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         return Config()
     return Config(tuple(
         Device(
-            e.name, e.address, paths.device(equipment_device(site.name, e.name)) if e.address == "sim" else None,
+            e.name, e.address, paths.device(equipment_device(site.name, e.name)) if e.simulated else None,
             e.device_id, MappingProxyType(e.map()), e.baud, e.parity, e.channel if e.role == "delay" else 0,
             MappingProxyType(dict(e.settings)),
         )

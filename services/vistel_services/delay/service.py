@@ -190,7 +190,8 @@ class _Keeper:
             if self._modbus is not None:
                 self._modbus.close()
             d = self._device
-            self._modbus = ModbusDevice(address, d.device_id, d.registers, d.baud, d.parity)
+            parity = d.parity if d.announce is None else "N"  # a simulated line is a pseudo-terminal and knows no parity
+            self._modbus = ModbusDevice(address, d.device_id, d.registers, d.baud, parity)
             self._told_refusals = 0
         return self._modbus
 

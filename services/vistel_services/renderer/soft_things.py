@@ -5,27 +5,29 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import PosedBody
 from vistel.figure.posture import JointPose
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.constraint import Constraint, Pull
 from vistel.implicit.deform import Deformer
 from vistel.implicit.deformable import Deformable
-from vistel.implicit.embedding import Limbs, embed
+from vistel.implicit.embedding import embed
 from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.implicit.ghost_terms import decay_quartic
 from vistel.implicit.kinds import primitive_of
 from vistel.implicit.mesh_ghosts import faded, pulled
 from vistel.space.bonds import FADE_NS
 from vistel.space.dents import imprints
-from vistel.space.tessellate import Surface3, fine_cone_sphere
+from vistel.space.files.model import Model
 from vistel.space.things import Primitive, Thing
 from vistel.v1 import world_pb2
 from vistel_services.renderer.figures import Shape
+from vistel_services.renderer.soft_skin import limbs_in, nearest_limb, skin_of
 from vistel_services.renderer.stage import Instant
 from vistel_services.renderer.world_view import primitive_from, vector
 
@@ -36,8 +38,6 @@ F64 = NDArray[np.float64]
 
 SOFT_FROM = 0.1
 """Compliance under which nobody would see a thing give way."""
-SPACING = 0.0028
-"""Between vertices, at least, where a dent is as wide as a finger [m]."""
 DRAWN = 0.004
 """How far a bond is drawn out before it shows in full [m]."""
 PLATEAU = 0.3
@@ -46,23 +46,26 @@ PLATEAU = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Reshaped:
-    """A thing's drawn vertices now: positions and normals (n, 3), in the room if `in_room`, else in its own frame."""
+    """A thing's drawn vertices now: positions and normals (n, 3), in the room if `in_room`, else in its own frame; turn: (3, 3)
+    from its frame to that; bent: (n,) whose normals are not those at rest."""
 
     positions: F32
     normals: F32
     in_room: bool
+    turn: F64
+    bent: NDArray[np.bool_]
 
 
 def gives_way(thing: Thing) -> bool:
-    """Whether a thing is drawn deformed: soft, and one ball or cone-sphere."""
-    kinds = [p.kind for p in thing.primitives]
-    return thing.compliance >= SOFT_FROM and kinds in (["sphere"], ["cone_sphere"])
+    """Whether a thing is drawn deformed: so soft that it shows, and felt."""
+    return thing.compliance >= SOFT_FROM and bool(thing.primitives)
 
 
 def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: tuple[F64, F64], limb: Primitive, at: F64, t_ns: int) -> list[Pull]:
     """What a bond does to the thing (target "thing") and to the limb (target "limb") at `t_ns`.
 
-    pose: the thing's position and quaternion; limb: the body's primitive in the room; at: (3,) where it is held [m].
+    pose: the thing's position and quaternion; limb: a primitive of the body or of the other thing, in the room; at:
+    (3,) where that is held [m].
     """
     (position, rotation), p = pose, thing.primitives[0]
     held_at = matrix_from_quaternion(np.ascontiguousarray(rotation)) @ vector(bond.point_thing) + position
@@ -71,7 +74,8 @@ def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: tuple[F64, F64], limb: 
         return []
     own = primitive_of(p.kind, p.params).moved(_three(p.position), _four(p.rotation))
     a = Deformable("thing", own, thing.compliance, _three(position), _four(rotation))
-    b = Deformable("limb", primitive_of(limb.kind, limb.params), 1.0)
+    there = primitive_of(limb.kind, limb.params).moved(_three(limb.position), _four(limb.rotation))
+    b = Deformable("limb", there, 1.0)
     torn = bond.torn_ns * 1e-9 if bond.torn_ns else None
     held = Constraint(
         "thing", "limb", _three(vector(bond.point_thing)), _three(at), bond.reach, bond.reach, PLATEAU, torn_at=torn,
@@ -89,17 +93,14 @@ def smoothly(u: float) -> float:
 class SoftThing:
     """One thing's surface and what deforms it. Not for two threads at once."""
 
-    def __init__(self, thing: Thing) -> None:
+    def __init__(self, thing: Thing, models: Mapping[str, Model] = MappingProxyType({})) -> None:
+        """models: what its looks need; without them its primitives are drawn."""
         self.thing = thing
-        p = thing.primitives[0]
-        q = (0.0,) * 6 + (p.params[0],) * 2 if p.kind == "sphere" else p.params
-        spacing = max(SPACING, max(q[6:8]) / 24.0)
-        self.surface = _welded(fine_cone_sphere(q, spacing).moved(p.position, p.rotation))
-        v = self.surface.vertices
-        ends = np.array([q[0:3], q[3:6]]) @ matrix_from_quaternion(p.rotation).T + p.position
-        limbs = Limbs(ends[:1], ends[1:], np.array([q[6]]), np.array([q[7]]), np.zeros(1, np.int32))
-        self._a, self._b = ends[:1], ends[1:]
-        self._deformer = Deformer(self.surface.triangles, embed(v, np.zeros(len(v), np.int32), limbs))
+        self.skin = skin_of(thing, models)
+        self.surface = self.skin.surface
+        v, limbs = self.surface.vertices, limbs_in(thing.primitives)
+        self._a, self._b = limbs.a, limbs.b
+        self._deformer = Deformer(self.surface.triangles, embed(v, nearest_limb(v, limbs), limbs))
         self._kept: tuple[object, Reshaped] | None = None
 
     def reshape(
@@ -122,8 +123,9 @@ class SoftThing:
     def _deform(self, sources: Sequence[GhostSource], r: F64, at: F64, in_room: bool) -> Reshaped:
         positions = (self.surface.vertices @ r.T + at).astype(np.float32)
         normals = np.ascontiguousarray(self.surface.normals @ r.T, np.float32)
+        rest = normals.copy()
         self._deformer.deform(positions, normals, self._a @ r.T + at, self._b @ r.T + at, sources)
-        return Reshaped(positions, normals, in_room)
+        return Reshaped(positions, normals, in_room, r, (normals != rest).any(axis=1))
 
     def _dents(self, dents: Sequence[world_pb2.Dent], r: F64, at: F64, t_ns: int) -> list[GhostSource]:
         whole = [d for d in dents if _share(d, t_ns) == 1.0]
@@ -151,12 +153,18 @@ class SoftThings:
     def __init__(self) -> None:
         self._things: dict[str, SoftThing] = {}
 
-    def of(self, thing: Thing) -> SoftThing:
-        """The soft side of a thing for which `gives_way` holds."""
-        known = self._things.get(thing.id)
-        if known is None or known.thing is not thing:
-            known = self._things[thing.id] = SoftThing(thing)
-        return known
+    def make(self, thing: Thing, models: Mapping[str, Model]) -> SoftThing:
+        """The soft side of a thing for which `gives_way` holds, made anew."""
+        made = self._things[thing.id] = SoftThing(thing, models)
+        return made
+
+    def of(self, thing_id: str) -> SoftThing:
+        """What `make` has made of it. Raises KeyError."""
+        return self._things[thing_id]
+
+    def drop(self, thing_id: str) -> None:
+        """It is not soft, or not there, any more."""
+        self._things.pop(thing_id, None)
 
     def reshaped(
         self, instant: Instant, shapes: Mapping[str, Shape], posed: Mapping[str, PosedBody],
@@ -174,11 +182,11 @@ class SoftThings:
         for name, some in pulls.items():
             live.setdefault(name, []).extend(pulled(ghosts_of(imprints([limb])), [pull]) for limb, pull in some)
         out: dict[str, Reshaped | None] = {}
-        for name, thing in instant.things.items():
-            if gives_way(thing) and name in instant.world.poses:
+        for name, soft in self._things.items():
+            if name in instant.things and name in instant.world.poses:
                 pose = instant.world.poses[name]
                 try:
-                    out[name] = self.of(thing).reshape(dents.get(name, ()), live.get(name, ()), pose, instant.now_ns)
+                    out[name] = soft.reshape(dents.get(name, ()), live.get(name, ()), pose, instant.now_ns)
                 except ValueError as e:  # a dent that is none must not take the picture away
                     log.error("event=bad_dent thing=%s reason=%r shown=undented", name, str(e))
                     out[name] = None
@@ -194,9 +202,11 @@ def pulls_of(
     for number in sorted(instant.world.bonds):
         b = instant.world.bonds[number]
         thing, pose, body = instant.things.get(b.thing), instant.world.poses.get(b.thing), posed.get(b.body)
-        if thing is None or pose is None or body is None or b.primitive >= len(body.radius_a):
+        if thing is None or pose is None or [p.kind for p in thing.primitives] not in (["sphere"], ["cone_sphere"]):
             continue
-        if [p.kind for p in thing.primitives] not in (["sphere"], ["cone_sphere"]):
+        if b.body in instant.things:
+            to_things.setdefault(b.thing, []).extend(_by_thing(b, instant, thing, pose))
+        if body is None or b.primitive >= len(body.radius_a):
             continue
         i, joint = int(b.primitive), int(shapes[b.body].body.joint[b.primitive])
         ends = (*body.a[i].tolist(), *body.b[i].tolist(), float(body.radius_a[i]), float(body.radius_b[i]))
@@ -215,21 +225,23 @@ def pulls_of(
     return to_things, to_figures
 
 
+def _by_thing(b: world_pb2.Bond, instant: Instant, thing: Thing, pose: tuple[F64, F64]) -> list[tuple[Primitive, Pull]]:
+    """How a bond with another thing, the table as it may be, draws the sticky one out."""
+    other, at = instant.things[b.body], instant.world.poses.get(b.body)
+    if at is None or b.primitive >= len(other.primitives):
+        return []
+    p, turn = other.primitives[b.primitive], matrix_from_quaternion(np.ascontiguousarray(at[1]))
+    rotation = quaternion_from_matrix(np.ascontiguousarray(turn @ matrix_from_quaternion(np.ascontiguousarray(p.rotation))))
+    there = Primitive(p.kind, p.params, at[0] + turn @ p.position, rotation)
+    held = at[0] + turn @ vector(b.point_body)
+    return [(there, pull) for pull in bond_pulls(b, thing, pose, there, held, instant.now_ns) if pull.target == "thing"]
+
+
 def _share(d: world_pb2.Dent, t_ns: int) -> float:
     """What is left of a dent."""
     if d.left_ns == 0 or d.fade_s <= 0.0:
         return 1.0
     return decay_quartic(max(0, t_ns - d.left_ns) * 1e-9, d.fade_s)
-
-
-def _welded(s: Surface3) -> Surface3:
-    """The surface with vertices that coincide made one, so that normals are smooth where its ends close."""
-    _, first, back = np.unique(np.round(s.vertices, 6), axis=0, return_index=True, return_inverse=True)
-    triangles = back.reshape(-1)[s.triangles].astype(np.int32)
-    whole = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
-    return Surface3(
-        np.ascontiguousarray(s.vertices[first]), np.ascontiguousarray(s.normals[first]), np.ascontiguousarray(triangles[whole])
-    )
 
 
 def _three(v: F64) -> tuple[float, float, float]:

@@ -1,9 +1,10 @@
 """Which of several worlds leads a room, and how it goes from one to another.
 
-A world is present on the bus under a token that holds its term. One that starts asks whoever leads for the room and takes
-it over, step for step; one that is overtaken, or has given the room away, falls silent and waits. When it sees nobody of a
-higher term any more, it leads again. Receivers drop what a lower term says once a higher one has spoken (`vistel.wire.fence`),
-so that a world that was frozen and wakes does no harm.
+A world is present on the bus under a token that holds its term. One that starts, or is asked to, asks whoever leads for the
+room and takes it over, step for step; one that is overtaken, or has given the room away, falls silent and waits. When it sees
+nobody of a higher term any more, it leads again, if it has the newest steps: if those lie on the disk of a world that is not
+there, it waits for that one. Receivers drop what a lower term says once a higher one has spoken (`vistel.wire.fence`), so
+that a world that was frozen and wakes does no harm.
 """
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
-import re
 import secrets
 from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from dataclasses import dataclass
@@ -21,9 +21,10 @@ from google.protobuf.message import DecodeError
 
 from vistel.space.room import Room
 from vistel.space.world import World
-from vistel.v1.world_pb2 import WorldHandover, WorldHandoverRequest
+from vistel.v1.world_pb2 import WorldHandover, WorldHandoverRequest, WorldMoveReply, WorldMoveRequest
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME, Publisher
+from vistel.wire.world_presence import LEADS, LEAVING, WAITS, WorldToken, world_token
 
 log = logging.getLogger("vistel.world")
 
@@ -31,8 +32,6 @@ ASK_S = 1.0
 """How long a world that starts waits for whoever leads: one that is there answers in milliseconds."""
 SUCCESSOR_S = 1.0
 """Who was given the room and is not heard of for so long has failed; the room goes back."""
-
-_TOKEN = re.compile(r"world-(\d{1,9})-([0-9a-f]{8})(-leaving)?")
 
 Listen = Callable[[Sequence[str]], Awaitable[None]]
 
@@ -46,22 +45,35 @@ class Start:
     due_ns: int = 0
 
 
+@dataclass(frozen=True)
+class Here:
+    """What a world that waits can go on from. complete: all steps up to the last that was told under its term; heard: the newest
+    state that who leads has told of since."""
+
+    complete: Callable[[], Start]
+    heard: Callable[[], World | None]
+
+
 class Authority:
     """One world's place among the worlds of a room. Terms and presence; the steps are the service's."""
 
-    def __init__(self, bus: Bus) -> None:
-        self._bus = bus
+    def __init__(self, bus: Bus, place: str = "hub", on_given: Callable[[int, str], None] = lambda _term, _to: None) -> None:
+        """place: where this world is; on_given: called with the term and place of who is given the room, before they get it."""
+        self._bus, self._place, self._on_given = bus, place, on_given
         self._me = secrets.token_hex(4)
         self._alive: set[tuple[str, str]] = set()
         self._changed = asyncio.Event()
         self._listener: Callable[[str, str, bool], None] | None = None
         self._leading: World | None = None
         self._due_ns = 0
-        self._term = 0
+        self._term = -1
         self._given = 0
         self._served = False
         self._over = asyncio.Event()
         self._leave_by = math.inf
+        self._wanted = self._forced = False
+        self._waits = False
+        self._behind = ""
         bus.watch_presence(self._seen)
 
     def listen(self, listener: Callable[[str, str, bool], None]) -> None:
@@ -75,13 +87,12 @@ class Authority:
     def lead(self, start: Start) -> None:
         """Speak for the room from now on."""
         self._leading, self._term, self._given = start.world, start.term, 0
+        self._waits, self._behind, self._wanted, self._forced = False, "", False, False
         self._over.clear()
         self._bus.fence.own = start.term
-        self._bus.announce(self._token(start.term))
-        if not self._served:
-            self._served = True
-            self._bus.serve(BY_NAME["world_handover"], self._answer)
-        log.info("world leads term=%d step=%d", start.term, start.world.step_number)
+        self._announce(LEADS)
+        self._serve()
+        log.info("world leads term=%d step=%d place=%s", start.term, start.world.step_number, self._place)
 
     def next_step(self, due_ns: int) -> None:
         """When the step after the last one is about."""
@@ -90,7 +101,7 @@ class Authority:
     @property
     def leads(self) -> bool:
         """Whether this world still speaks for the room."""
-        return self._leading is not None and not any(rank > (self._term, self._me) for rank in self._others())
+        return self._leading is not None and not self.outranked
 
     def retire(self) -> None:
         """Speak no more. What was said last is no longer repeated to who comes late: another world does that."""
@@ -105,7 +116,7 @@ class Authority:
     def leave(self, within_s: float) -> None:
         """Tell those who wait that they may take the room over."""
         self._leave_by = asyncio.get_running_loop().time() + within_s
-        self._bus.announce(f"{self._token(self._term)}-leaving")
+        self._announce(LEAVING)
 
     @property
     def late(self) -> bool:
@@ -134,7 +145,9 @@ class Authority:
         if asked.phase == WorldHandoverRequest.PHASE_TAKE:
             if asked.term <= self._term:
                 return None
-            log.info("room given away term=%d to_term=%d step=%d", self._term, asked.term, self._leading.step_number)
+            log.info("room given away term=%d to_term=%d to=%s step=%d", self._term, asked.term, asked.place,
+                     self._leading.step_number)  # fmt: skip
+            self._on_given(asked.term, asked.place)
             self._leading, self._given = None, asked.term
             self._over.set()
         return out
@@ -165,29 +178,87 @@ class Authority:
         log.info("room taken over term=%d step=%d", first.term + 1, world.step_number)
         return Start(world, first.term + 1, last.due_ns)
 
-    async def follow(self, own: World, begins: Room, listen: Listen) -> Start:
-        """Wait until this world is to lead; `own`: its state when it fell silent."""
-        if self._given and not await self._within(SUCCESSOR_S, lambda: any(t >= self._given for t, _ in self._others())):
+    def resume(self, term: int) -> None:
+        """This world has all steps that were told under `term`: it counts as having led then."""
+        self._term = max(self._term, term)
+
+    @property
+    def outranked(self) -> bool:
+        """Whether a world of a higher term is there, leading or not."""
+        return any(rank > (self._term, self._me) for rank in self._ranks())
+
+    async def somebody(self, within_s: float) -> bool:
+        """Wait until another world leads or waits; False when none has come within that time, or this one is asked to lead."""
+        self._wait()
+        await self._within(within_s, lambda: self._wanted or bool(self._ranks()))
+        return bool(self._ranks())
+
+    async def follow(self, here: Here, begins: Room, listen: Listen, newest: tuple[int, str] = (-1, "")) -> Start:
+        """Wait until this world is to lead. newest: highest term that is known of, and where it was led."""
+        if self._given and not await self._within(SUCCESSOR_S, lambda: any(t >= self._given for t, _ in self._ranks())):
             log.error("the world that took the room over is not there; leading again term=%d", self._given + 1)
-            return Start(own, self._given + 1)
-        log.info("world waits term=%d", self._term)
-        highest = self._term
+            return Start(here.complete().world, self._given + 1)
+        newest = max(newest, (self._given, ""))
+        self._wait()
+        log.info("world waits term=%d place=%s", self._term, self._place)
         while True:
-            above = [rank for rank in self._others() if rank > (self._term, self._me)]
-            highest = max([highest, *(term for term, _ in above)])
-            if not above:
-                return Start(own, highest + 1)
-            if any(token == f"world-{t}-{name}-leaving" for t, name in above for _, token in self._alive):
-                taken = await self.take_over(begins, listen)
-                if taken is not None:
-                    return taken
+            above = sorted(t for t in self._others() if t[:2] > (self._term, self._me) and t[2] != WAITS)
+            if above:
+                newest, self._behind = max(newest, (above[-1][0], above[-1][3])), ""
+                if self._wanted or any(doing == LEAVING for _, _, doing, _ in above):
+                    taken = await self.take_over(begins, listen)
+                    if taken is not None:
+                        return taken
+                    self._wanted = False
+            else:
+                found = here.complete()
+                if found.term >= newest[0]:
+                    return Start(found.world, max(found.term, self._term) + 1)
+                if self._forced:
+                    world = max(found.world, here.heard() or found.world, key=lambda w: w.step_number)
+                    log.error("leading by force term=%d step=%d; all later steps, at %s, are lost", newest[0] + 1,
+                              world.step_number, newest[1])  # fmt: skip
+                    return Start(world, newest[0] + 1)
+                self._fall_behind(newest, found.world.step_number)
             self._changed.clear()
             await self._changed.wait()
 
+    def _fall_behind(self, newest: tuple[int, str], step: int) -> None:
+        """Say once that this world has not the newest steps."""
+        if not self._behind:
+            self._behind = (
+                f"the newest steps are at {newest[1] or 'another place'} (term {newest[0]}), where no world is; "
+                f"here is step {step}"
+            )
+            log.error("room waits reason=%r mend='start the world there again, or move the room here by force'", self._behind)
+
+    def _wait(self) -> None:
+        if not self._waits:
+            self._waits = True
+            self._announce(WAITS)
+            self._serve()
+
+    def _moved(self, request: bytes) -> WorldMoveReply | None:
+        """Somebody wants the room to be here."""
+        try:
+            asked = WorldMoveRequest.FromString(request)
+        except DecodeError:
+            return None
+        if asked.place != self._place:
+            return None
+        if self._leading is not None and self.leads:
+            return WorldMoveReply(outcome=WorldMoveReply.OUTCOME_LEADS, step=self._leading.step_number)
+        if not self._waits:
+            return None
+        if self._behind and not asked.force:
+            return WorldMoveReply(outcome=WorldMoveReply.OUTCOME_BEHIND, reason=self._behind)
+        self._wanted, self._forced = True, asked.force
+        self._changed.set()
+        return WorldMoveReply(outcome=WorldMoveReply.OUTCOME_MOVING)
+
     async def _ask(self, phase: WorldHandoverRequest.Phase, term: int) -> WorldHandover | None:
-        return await self._bus.query(
-            BY_NAME["world_handover"], WorldHandoverRequest(phase=phase, term=term), timeout_s=ASK_S
-        )
+        request = WorldHandoverRequest(phase=phase, term=term, place=self._place)
+        return await self._bus.query(BY_NAME["world_handover"], request, timeout_s=ASK_S)
 
     async def _within(self, seconds: float, true: Callable[[], bool]) -> bool:
         try:
@@ -199,10 +270,16 @@ class Authority:
             return False
         return True
 
-    def _others(self) -> list[tuple[int, str]]:
-        """Term and name of the other worlds that are present: those of this side's own site."""
-        found = [_TOKEN.fullmatch(token) for site, token in self._alive if site == self._bus.site]
-        return [(int(m[1]), m[2]) for m in found if m is not None and m[2] != self._me]
+    # -- presence ----------------------------------------------------------------------------------------------
+
+    def _others(self) -> list[tuple[int, str, str, str]]:
+        """Term, name, what they do and place of the other worlds that are present: those of this side's own site."""
+        found = [world_token(token) for site, token in self._alive if site == self._bus.site]
+        return [(t.term, t.name, t.doing, t.place) for t in found if t is not None and t.name != self._me]
+
+    def _ranks(self) -> list[tuple[int, str]]:
+        """Term and name of those that lead or have led."""
+        return [(term, name) for term, name, doing, _ in self._others() if doing != WAITS]
 
     def _seen(self, site: str, token: str, alive: bool) -> None:
         (self._alive.add if alive else self._alive.discard)((site, token))
@@ -210,5 +287,11 @@ class Authority:
         if self._listener is not None:
             self._listener(site, token, alive)
 
-    def _token(self, term: int) -> str:
-        return f"world-{term}-{self._me}"
+    def _announce(self, doing: str) -> None:
+        self._bus.announce(WorldToken(max(0, self._term), self._me, doing, self._place).text)
+
+    def _serve(self) -> None:
+        if not self._served:
+            self._served = True
+            self._bus.serve(BY_NAME["world_handover"], self._answer)
+            self._bus.serve(BY_NAME["world_move"], self._moved)

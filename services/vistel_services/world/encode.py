@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.space.bonds import Bond
+from vistel.space.bonds import Bond, Torn
 from vistel.space.claims import ClaimEvent, What
 from vistel.space.dents import Dent
 from vistel.space.inputs import Person
@@ -58,6 +58,16 @@ def world_state(view: WorldView, things: Sequence[world_pb2.Thing] | None = None
     out.dents.extend(dent_message(d) for d in view.dents)
     out.bonds.extend(bond_message(b) for b in view.bonds)
     out.grasps.extend(grasp_message(h) for h in view.grasps)
+    if view.selected:
+        out.selections.CopyFrom(selections(view))
+    return out
+
+
+def selections(view: WorldView) -> world_pb2.Selections:
+    """Which things people have selected."""
+    out = world_pb2.Selections()
+    for who, things in view.selected:
+        out.of.add(participant=who, things=things)
     return out
 
 
@@ -108,6 +118,7 @@ def thing_message(t: Thing) -> world_pb2.Thing:
     out = world_pb2.Thing(
         id=t.id, name=t.name, primitives=[_primitive(p) for p in t.primitives], mass_kg=t.mass,
         compliance=t.compliance, colour=t.colour, shape=t.shape, sticky=t.matter.sticky,
+        bears=t.matter.bears if t.matter.sticky else 0.0,
         material="" if t.matter.material == "elastic" else t.matter.material,
     )  # fmt: skip
     for k in t.looks:
@@ -139,6 +150,16 @@ def bond_message(b: Bond) -> world_pb2.Bond:
         number=b.number, thing=b.thing, body=b.body, primitive=b.primitive, point_thing=_vec3(b.point_thing),
         point_body=_vec3(b.point_body), reach=b.reach, torn_ns=b.torn_ns,
     )  # fmt: skip
+
+
+def bond_torn(t: Torn, step: int, t_ns: int) -> world_pb2.BondTorn:
+    """A bond that has torn in a step."""
+    out = world_pb2.BondTorn(
+        step=step, number=t.number, thing=t.thing, body=t.body, primitive=t.primitive, point=_vec3(t.point), force=t.force,
+        gap=t.gap,
+    )  # fmt: skip
+    out.header.t_ns = t_ns
+    return out
 
 
 def grasp_message(h: GraspView) -> world_pb2.Grasp:

@@ -51,6 +51,9 @@ class Ears:
 
     def __init__(self, bus: Bus) -> None:
         self._inboxes = [bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in TOPICS]
+        self._inputs = bus.subscribe(BY_NAME["world_inputs"], polled=True)
+        self.newest_state = b""
+        """The newest state that another world has told of: where to go on by force, if all else is lost."""
         self.intake = Intake()
         self._recent: deque[Arrived] = deque(maxlen=RECENT)
 
@@ -66,6 +69,8 @@ class Ears:
         while True:
             await asyncio.sleep(IDLE_S)
             self._look(clock)
+            for sample in self._inputs.take():
+                self.newest_state = sample.message.private_state or self.newest_state
 
     def _look(self, clock: Clock) -> None:
         self.take()
@@ -73,6 +78,7 @@ class Ears:
 
     def adopt(self, world: World, now_ns: int) -> None:
         """From now on all that arrives is for `world`."""
+        self._inputs.close()
         self.intake.adopt(world.heard, self._recent, now_ns)
         self._recent.clear()
 
@@ -85,7 +91,7 @@ class Ears:
 
     def close(self) -> None:
         """Listen no more."""
-        for inbox in self._inboxes:
+        for inbox in (*self._inboxes, self._inputs):
             inbox.close()
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from prometheus_client import Counter
 
-from vistel.conference.model import Conference, Site
+from vistel.conference.model import HUB_PLACE, Conference, Site
 from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import standing
@@ -25,7 +25,7 @@ from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel_services.world import store
-from vistel_services.world.authority import Authority, Start
+from vistel_services.world.authority import Authority, Here, Start
 from vistel_services.world.room import SAVE_STEPS, STEP_NS, Ears, Room
 from vistel_services.world.store import Store
 
@@ -40,6 +40,8 @@ CATCH_UP_STEPS = 6
 FROZEN_NS = 1_000_000_000
 """A world that was late by so much may have been taken for dead: it looks round before it speaks."""
 LOOK_ROUND_S = 0.05
+ALONE_S = 20.0
+"""How long a world that is to wait does so when nobody leads: those that are to lead may still be starting."""
 LEAVING_S = 1.0
 """How long a world that is told to stop waits for another one to take the room over."""
 
@@ -49,18 +51,31 @@ _SKIPPED = Counter("vistel_world_steps_skipped_total", "Steps left out because t
 @dataclass(frozen=True)
 class Config:
     """seats: of the room; folder: what the world goes on from after a crash, None to keep nothing; extras: things
-    that were put into the room; room: what the conference file says of it, where files hold some of it."""
+    that were put into the room; room: what the conference file says of it, where files hold some of it; place: where
+    this world is; waits: it leads only when it is asked to, or nobody else does."""
 
     seats: int
     folder: Path | None = None
     extras: tuple[Extra, ...] = ()
     room: RoomKeys | None = None
+    place: str = HUB_PLACE
+    waits: bool = False
+
+
+@dataclass
+class _Led:
+    """The room as this world leads it, or led it last; it is asked for by who comes late."""
+
+    room: Room | None = None
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
-    """The world of a conference; it belongs to no site."""
+    """The world of a conference. site: on whose machine it is, None at the hub."""
     room = conference.room
-    return Config(room.seats, paths.run / "world", room.extras(), room if room.from_files else None)
+    place = site.name if site is not None else HUB_PLACE
+    folder = paths.run / (f"world-{place}" if site is not None else "world")
+    waits = place != conference.world.on
+    return Config(room.seats, folder, room.extras(), room if room.from_files else None, place, waits)
 
 
 def preload(conference: Conference) -> None:
@@ -83,38 +98,86 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     shelf = None if interior is None else _shelf(bus, interior)
     warm = time.perf_counter()
     kept = Store(config.folder) if config.folder else None
-    authority = Authority(bus)
-    ears = Ears(bus)
+    given = (lambda term, place: kept.gave(term, place, clock.now_ns())) if kept is not None else (lambda _term, _to: None)
+    authority = Authority(bus, config.place, given)
+    ears, led = Ears(bus), _Led()
+    bus.serve(BY_NAME["world_snapshot"], lambda request: led.room.answer(request) if led.room and authority.leads else None)
     try:
-        start = await authority.take_over(begins, lambda people: ears.tune_in(people, clock))
-        start = start or _from_disk(kept, begins, clock.now_ns())
+        start = await _start(config, authority, ears, kept, begins, clock)
         log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)
         while True:
-            world = await _lead(start, authority, ears, kept, bus, clock)
+            world = await _lead(start, authority, ears, kept, bus, clock, led)
             ears.close()
             ears = Ears(bus)
-            listening = asyncio.create_task(ears.listen(clock))
-            try:
-                start = await authority.follow(world, begins, lambda people, e=ears: e.tune_in(people, clock))
-            finally:
-                listening.cancel()
-            if kept is not None and not start.due_ns and (found := kept.load(begins, clock.now_ns())) is not None:
-                newer = found.world.step_number > start.world.step_number
-                start = Start(found.world if newer else start.world, max(start.term, found.term + 1))
+            start = await _follow(Start(world, start.term), authority, ears, kept, begins, clock)
     finally:
         ears.close()
         if shelf is not None:
             shelf.close()
 
 
+async def _start(
+    config: Config, authority: Authority, ears: Ears, kept: Store | None, begins: RoomShape, clock: Clock
+) -> Start:  # fmt: skip
+    """From where to lead, at the earliest moment at which this world is to."""
+    found = kept.load(begins, clock.now_ns()) if kept is not None else None
+    if found is not None:
+        authority.resume(found.term)
+    if config.waits:
+        if await authority.somebody(ALONE_S):
+            return await _follow(None, authority, ears, kept, begins, clock, _away(kept, clock))
+        log.warning("nobody leads the room; not waiting any longer place=%s", config.place)
+    start = await authority.take_over(begins, lambda people: ears.tune_in(people, clock))
+    if start is not None:
+        return start
+    away = _away(kept, clock)
+    if authority.outranked or (away[0] >= 0 and (found is None or away[0] > found.term)):
+        return await _follow(None, authority, ears, kept, begins, clock, away)
+    if found is not None:
+        return Start(found.world, found.term)
+    return Start(World(begins), kept.next_term() if kept is not None else 0)
+
+
+def _away(kept: Store | None, clock: Clock) -> tuple[int, str]:
+    """Highest term under which the room is known to have been led elsewhere, and where."""
+    return (kept.away(clock.now_ns()) if kept is not None else None) or (-1, "")
+
+
+async def _follow(
+    own: Start | None, authority: Authority, ears: Ears, kept: Store | None, begins: RoomShape, clock: Clock,
+    newest: tuple[int, str] = (-1, ""),
+) -> Start:  # fmt: skip
+    """Wait, listening, until this world is to lead. own: its state when it fell silent, None if it never had one."""
+
+    def complete() -> Start:
+        found = kept.load(begins, clock.now_ns()) if kept is not None else None
+        if found is not None and (own is None or (found.term, found.world.step_number) > (own.term, own.world.step_number)):
+            return Start(found.world, found.term)
+        return own if own is not None else Start(World(begins), -1)
+
+    def heard() -> World | None:
+        try:
+            return World.restore(ears.newest_state) if ears.newest_state else None
+        except ValueError as e:
+            log.error("state heard of is not used reason=%s", e)
+            return None
+
+    listening = asyncio.create_task(ears.listen(clock))
+    try:
+        here = Here(complete, heard)
+        return await authority.follow(here, begins, lambda people: ears.tune_in(people, clock), newest)
+    finally:
+        listening.cancel()
+
+
 async def _lead(
-    start: Start, authority: Authority, ears: Ears, kept: Store | None, bus: Bus, clock: Clock
+    start: Start, authority: Authority, ears: Ears, kept: Store | None, bus: Bus, clock: Clock, led: _Led
 ) -> World:  # fmt: skip
     """Step until another world leads; the state then. Cancelled, it gives the room to one that waits, or keeps it on disk."""
     room = Room(start.world, bus, ears, kept, clock.now_ns())
     authority.listen(lambda site, token, alive: ears.intake.presence(site, token, alive, clock.now_ns()))
     authority.lead(start)
-    bus.serve(BY_NAME["world_snapshot"], lambda request: room.answer(request) if authority.leads else None)
+    led.room = room
     if kept is not None:
         kept.begin(room.world, start.term)
     saving: asyncio.Task[None] | None = None
@@ -154,14 +217,6 @@ async def _lead(
                 kept.leave()
         authority.retire()
         log.info("world stopped step=%d", room.world.step_number)
-
-
-def _from_disk(kept: Store | None, begins: RoomShape, now_ns: int) -> Start:
-    """The room as the last world left it, or as it begins."""
-    found = kept.load(begins, now_ns) if kept is not None else None
-    if found is not None:
-        return Start(found.world, found.term)
-    return Start(World(begins), kept.next_term() if kept is not None else 0)
 
 
 def _from_files(config: Config) -> Interior | None:

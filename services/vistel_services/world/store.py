@@ -1,7 +1,8 @@
 """What a room keeps on disk: snapshots, and between them a journal of every step, so that a world that was killed goes on
 where it was.
 
-Files are TERM-STEP.snapshot and TERM-STEP.journal: the state after a step, and what went into the steps after it. A file is
+Files are TERM-STEP.snapshot and TERM-STEP.journal: the state after a step, and what went into the steps after it; TERM.away says
+that a world elsewhere was given the room under that term, so that nobody goes on from what is old here. A file is
 never written to twice by two worlds, because each speaks under a term of its own, and none is changed once it is done;
 those older than the last two snapshots go.
 """
@@ -75,6 +76,17 @@ class Store:
             return Found(world, last_term)
         return None
 
+    def away(self, now_ns: int) -> tuple[int, str] | None:
+        """Under which term, and where, the room was led when it left this disk, if that is not known to be over."""
+        for path in sorted(self._folder.glob("*.away"), reverse=True):
+            try:
+                place, since = path.read_text("utf-8").split()
+                if -1_000_000_000 < now_ns - int(since) < OLDEST_NS:
+                    return int(path.stem), place
+            except (OSError, ValueError) as e:
+                log.error("note of who leads not read path=%s reason=%s", path, e)
+        return None
+
     def next_term(self) -> int:
         """A term under which nothing stands in the folder yet; 0 when it is empty."""
         terms = [term for kind in ("snapshot", "journal") for term, _ in self._files(kind)]
@@ -122,6 +134,16 @@ class Store:
         """A world begins to lead under `term`: its state, and a journal of what follows."""
         self._term = term
         self._resume(world)
+        for path in self._folder.glob("*.away"):
+            with contextlib.suppress(OSError):
+                path.unlink()
+
+    def gave(self, term: int, place: str, now_ns: int) -> None:
+        """The room leaves this disk: from now on its newest steps are at `place`."""
+        try:
+            (self._folder / f"{term:06d}.away").write_text(f"{place or '-'} {now_ns}", "utf-8")
+        except OSError as e:
+            self._tell(e, "note of who leads")
 
     def append(self, data: bytes) -> None:
         """One step, before what came of it is said (`journal.record`)."""

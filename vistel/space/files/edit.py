@@ -25,7 +25,7 @@ F64 = NDArray[np.float64]
 Changed = tuple[Interior, str]
 
 USAGE = """\
-set THING|all KEY=VALUE ...   mass, density, rigidity, elasticity, recovery, sticky, colour, shape, name, id
+set THING|all KEY=VALUE ...   mass, density, rigidity, elasticity, recovery, sticky, bears, colour, shape, name, id
 move THING [to=X,Y,Z] [by=X,Y,Z] [turn=DEGREES]
 add ID [shape=ball|lump|bar] [size=M] [at=X,Z] [mass=KG] [rigidity=R] [colour=#rrggbb] [elasticity=E] [name=TEXT]
 add ID file=PATH [at=X,Z] [turn=DEGREES] [fixed=yes|no] [mass=KG] [rigidity=R] [colour=#rrggbb] [name=TEXT]
@@ -205,6 +205,7 @@ _KEYS: dict[str, Callable[[Thing, str, Interior], Thing]] = {
     "elasticity": lambda t, v, _: replace(t, matter=_matter(t.matter, v)),
     "recovery": lambda t, v, _: replace(t, matter=replace(t.matter, recovery=_number(v, 0.0, 3600.0))),
     "sticky": lambda t, v, _: replace(t, matter=replace(t.matter, sticky=_number(v, 0.0, 0.1))),
+    "bears": lambda t, v, _: replace(t, matter=replace(t.matter, bears=_number(v, 0.01, 200.0))),
     "colour": lambda t, v, _: painted(t, _colour(v)),
     "shape": lambda t, v, _: replace(t, shape=v),
     "name": lambda t, v, _: replace(t, name=v),

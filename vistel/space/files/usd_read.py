@@ -19,7 +19,7 @@ from vistel.space.files.model import Model
 from vistel.space.files.usd_write import FORMAT
 from vistel.space.room import Room, Seat
 from vistel.space.thing_json import from_thing, to_thing
-from vistel.space.things import Axis, Look, Matter, Primitive, Thing
+from vistel.space.things import BEARS, Axis, Look, Matter, Primitive, Thing
 
 F64 = NDArray[np.float64]
 
@@ -78,7 +78,8 @@ class _Reader:
             exact = _get(prim, "compliance", None)
             if exact is not None and abs(exact - compliance) < 1e-12:
                 compliance = float(exact)
-            matter = Matter(str(_get(prim, "elasticity")), float(_get(prim, "recovery")), float(_get(prim, "sticky")))
+            glue = float(_get(prim, "sticky")), float(_get(prim, "bears", BEARS))
+            matter = Matter(str(_get(prim, "elasticity")), float(_get(prim, "recovery")), *glue)
             inertia = _get(prim, "inertia", None)
             looks = [child for child in prim.GetChildren() if child.HasAttribute("vistel:model")]
             thing = Thing(

@@ -30,7 +30,7 @@ from vistel.space.files.model import Model
 from vistel.space.files.surfaces import rgb
 from vistel.space.tessellate import join, tessellate_thing
 from vistel.space.thing_json import from_thing
-from vistel.space.things import Thing
+from vistel.space.things import BEARS, Thing
 
 USD_ENDINGS = (".usda", ".usdc", ".usd", ".usdz")
 FORMAT = 1
@@ -131,8 +131,9 @@ class _Writer:
         text = (("id", t.id), ("name", t.name), ("shape", t.shape), ("colour", f"#{t.colour:08x}"))
         for key, value in (*text, ("elasticity", t.matter.material)):
             keep(prim, key, types.String, value)
-        numbers = (("mass", t.mass), ("rigidity", 1.0 - t.compliance), ("recovery", t.matter.recovery), ("sticky", t.matter.sticky))
-        for key, value in numbers:
+        m = t.matter
+        numbers = [("mass", t.mass), ("rigidity", 1.0 - t.compliance), ("recovery", m.recovery), ("sticky", m.sticky)]
+        for key, value in [*numbers, ("bears", m.bears)] if m.bears != BEARS else numbers:
             keep(prim, key, types.Double, value)
         if 1.0 - (1.0 - t.compliance) != t.compliance:  # its last bit
             keep(prim, "compliance", types.Double, t.compliance)

@@ -1,0 +1,61 @@
+"""Any other device of a room on Modbus, by the registers it is configured to have: an amplifier, a projector, shutters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from pymodbus.constants import ExcCodes
+
+from vistel.protocol.equipment import Register
+from vistel.wire.clock import Clock
+from vistel_sim.faults import Fault
+from vistel_sim.modbus_unit import COILS, DISCRETE, HOLDING, INPUT, SimulatedUnit, Tables
+
+_FUNCTIONS = {"coil": COILS, "discrete": DISCRETE, "holding": HOLDING, "input": INPUT}
+
+
+class SimulatedRoomDevice(SimulatedUnit):
+    """Holds what is written, within the limits of its map; knows no other registers; forgets it all when switched off. What
+    can only be read is 0."""
+
+    product = "SIM-ROOM"
+
+    def __init__(
+        self, name: str, path: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (), *,
+        registers: Mapping[str, Register], baud: int = 0, device_id: int = 1, seed: int = 0,
+    ) -> None:  # fmt: skip
+        super().__init__(name, path, clock, start_ns, faults, baud=baud, device_id=device_id, seed=seed)
+        self._registers = registers
+        self._written = {
+            (_FUNCTIONS[r.table], r.address + i): r for r in registers.values() if r.writable for i in range(r.words)
+        }  # fmt: skip
+
+    def holds(self, name: str) -> float:
+        """A register's value, in its unit."""
+        r = self._registers[name]
+        table = _table(self.tables, _FUNCTIONS[r.table])
+        return r.value(table[r.address : r.address + r.words])
+
+    def reset(self) -> None:
+        size = 1 + max((r.address + r.words for r in self._registers.values()), default=0)
+        self.tables = Tables([False] * size, [False] * size, [0] * size, [0] * size)
+
+    def refusal(self, table: int, address: int, values: Sequence[int | bool]) -> ExcCodes | None:
+        for at, value in enumerate(values, address):
+            register = self._written.get((table, at))
+            if register is None:
+                return ExcCodes.ILLEGAL_ADDRESS
+            if register.words > 1:
+                continue
+            meant = register.value([value])
+            if (register.low is not None and meant < register.low) or (register.high is not None and meant > register.high):
+                return ExcCodes.ILLEGAL_VALUE
+        return None
+
+    def tick(self) -> None:
+        """Nothing in it moves by itself."""
+
+
+def _table(tables: Tables, function: int) -> list[bool] | list[int]:
+    return {COILS: tables.coils, DISCRETE: tables.discrete, HOLDING: tables.holding, INPUT: tables.inputs}[function]
