@@ -17,6 +17,7 @@ from vistel.implicit.deform_plan import FramePlan
 from vistel.space.files.surfaces import Piece
 from vistel.space.tessellate import Surface3
 from vistel.wrinkle.shown import MOST_SETS
+from vistel_services.renderer.captions import Caption
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
 from vistel_services.renderer.overlays import LabelView, Names, Pane, Projectors
@@ -25,6 +26,7 @@ from vistel_services.renderer.room import Furniture, Panel
 from vistel_services.renderer.screens import Box, Screen, Sight
 from vistel_services.renderer.shadow import ShadowMap
 from vistel_services.renderer.solid_things import Solid, SolidThings
+from vistel_services.renderer.subtitles import Subtitles
 from vistel_services.renderer.textures import texture_of
 
 F32 = NDArray[np.float32]
@@ -107,6 +109,7 @@ class Frame:
     figures: Sequence[FigureView] = ()
     things: Sequence[ThingView] = ()
     labels: Sequence[LabelView] = ()
+    captions: Sequence[Caption] = ()
 
 
 _Parts = tuple[moderngl.VertexArray, ...]
@@ -182,6 +185,7 @@ class Painter:
         self._furniture: Solid | None = None
         self._pane = Pane(ctx)
         self._names = Names(ctx, self._pane, max(12, round(height * 0.052)))
+        self._subtitles = Subtitles(ctx, self._pane, max(14, round(height * 0.06)))
         self._projectors = Projectors(ctx, screens)
         self._drawn = 0
 
@@ -282,6 +286,7 @@ class Painter:
             vao.render()
         _, _, width, height = sight.box or self._whole
         self._names.draw(frame.labels, sight.camera.position, clip, (width, height))
+        self._subtitles.draw(frame.captions, (width, height))
 
     def _figure_drawn(self, view: FigureView) -> None:
         figure = self._figures[view.name]

@@ -9,19 +9,21 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel_services.renderer.captions import Caption, paint_caption
 from vistel_services.renderer.labels import Label, paint_label
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.screens import Screen, boxes
 from vistel_services.renderer.textures import texture_of
 
 F64 = NDArray[np.float64]
+U8 = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
 class LabelView:
-    """A name over the room point `place` (3,)."""
+    """A name, or what was said, over the room point `place` (3,)."""
 
-    label: Label
+    label: Label | Caption
     place: F64
 
 
@@ -43,7 +45,7 @@ class Names:
 
     def __init__(self, ctx: moderngl.Context, pane: Pane, line: int) -> None:
         self._ctx, self._pane, self._line = ctx, pane, line
-        self._textures: dict[Label, moderngl.Texture] = {}
+        self._textures: dict[Label | Caption, moderngl.Texture] = {}
 
     def draw(self, labels: Sequence[LabelView], eye: F64, clip: F64, size: tuple[int, int]) -> None:
         """Those in sight of `eye` (3,), the farthest first, into a picture of `size` pixels; clip: (4, 4) from the room."""
@@ -67,10 +69,13 @@ class Names:
         for label in set(self._textures) - {view.label for view in labels}:
             self._textures.pop(label).release()
 
-    def _texture(self, label: Label) -> moderngl.Texture:
+    def _texture(self, label: Label | Caption) -> moderngl.Texture:
         if label not in self._textures:
-            self._textures[label] = texture_of(self._ctx, paint_label(label, self._line), False, mipmaps=False)
+            self._textures[label] = texture_of(self._ctx, self._paint(label), False, mipmaps=False)
         return self._textures[label]
+
+    def _paint(self, label: Label | Caption) -> U8:
+        return paint_caption(label, round(0.7 * self._line)) if isinstance(label, Caption) else paint_label(label, self._line)
 
 
 class Projectors:
