@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,8 @@ from vistel.implicit.contact import ContactArray
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.space.axes import axes_of
 from vistel.space.fitting import fit
-from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion
+from vistel.space.people import DIGITS, HAND_JOINT, Posed, flexion
+from vistel.space.reach_kernels import REACHED, reached  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.things import Thing
 
 F64 = NDArray[np.float64]
@@ -120,34 +122,18 @@ class Reach:
 
 def reaches(posed: Posed, near: ContactArray, owner: I64, right: bool) -> list[Reach]:
     """What one hand is near to, in order of things. near: the figure's contacts with all primitives of things."""
-    digit = posed.build.digit[near.a] - (DIGITS if right else 0)
-    mine = (digit >= 0) & (digit < DIGITS)
-    mine[mine] &= _inside(posed, near, np.flatnonzero(mine), digit)
-    out: list[Reach] = []
-    for thing in np.unique(owner[near.b[mine]]):
-        chosen = np.flatnonzero(mine & (owner[near.b] == thing))
-        touching = chosen[near.depth[chosen] > -TOUCH]
-        d = digit[touching]
-        engaged = tuple(bool((d == f).any()) for f in range(1, 5))
-        thumb, palm = bool((d == THUMB).any()), bool((d == PALM).any())
-        opposed = _opposed(near, touching, d, OPPOSED) and (thumb or sum(engaged) >= 2)
-        around = opposed or _opposed(near, chosen, digit[chosen], ASIDE)
-        out.append(Reach(int(thing), engaged, opposed, palm, -float(near.depth[chosen].max()), around))
-    return out
-
-
-def _opposed(near: ContactArray, rows: I64, digit: I64, least: float) -> bool:
-    """A finger has the thing on one side and thumb or palm have it on the other. digit: of each of the rows."""
-    other = (digit == THUMB) | (digit == PALM)
-    cosines = near.normal[rows[~other]] @ near.normal[rows[other]].T
-    return bool((cosines < least).any())
-
-
-def _inside(posed: Posed, near: ContactArray, rows: I64, digit: I64) -> NDArray[np.bool_]:
-    """(rows,) whether fingers and palm are near the thing with their inner side, -Y of their joint; the thumb always."""
-    joint = posed.build.body.joint[near.a[rows]]
-    facing = -np.einsum("ni,ni->n", posed.joints.rotation[joint, :, 1], near.normal[rows])
-    return (facing > np.where(digit[rows] == PALM, 0.0, VOLAR)) | (digit[rows] == THUMB)
+    if len(near) == 0:
+        return []
+    build, out = posed.build, np.empty((len(near), REACHED))
+    a, b, normal, depth = (np.ascontiguousarray(x) for x in (near.a, near.b, near.normal, near.depth))
+    count: Any = reached(
+        a, b, normal, depth, owner, build.digit, build.body.joint, posed.joints.rotation, DIGITS if right else 0, TOUCH,
+        OPPOSED, ASIDE, VOLAR, out,
+    )  # fmt: skip
+    return [
+        Reach(int(thing), (one > 0, two > 0, three > 0, four > 0), opposed > 0, palm > 0, nearest, around > 0)
+        for thing, one, two, three, four, opposed, palm, nearest, around in out[:count].tolist()
+    ]
 
 
 def closes(posed: Posed, right: bool, reach: Reach) -> bool:

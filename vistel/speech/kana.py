@@ -38,6 +38,21 @@ def reading(text: str) -> str:
     return out
 
 
+_ROMAJI = {kana: romaji for romaji, kana in reversed(_SYLLABLES.items())} | {"ん": "n", "ー": "-", "し": "shi", "ち": "chi"}
+
+
+def to_romaji(text: str) -> str:
+    """Kana in Hepburn's letters, for where no Japanese can be drawn; everything else stays."""
+    rest, out = hiragana(text), ""
+    while rest:
+        size = next((n for n in (2, 1) if rest[:n] in _ROMAJI), 0)
+        if rest[0] == "っ" and rest[1:2] in _ROMAJI:
+            out, rest = out + _ROMAJI[rest[1]][0], rest[1:]
+        else:
+            out, rest = out + (_ROMAJI[rest[:size]] if size else rest[0]), rest[max(1, size) :]
+    return out
+
+
 def from_romaji(text: str) -> str:
     """Hiragana of romaji (Hepburn or Kunrei; ī, ii and i- are long alike). Raises ValueError at what is none."""
     long = {"ā": "aa", "ī": "ii", "ū": "uu", "ē": "ee", "ō": "ou"}

@@ -25,7 +25,7 @@ _sym_db = _symbol_database.Default()
 from vistel.v1 import envelope_pb2 as vistel_dot_v1_dot_envelope__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16vistel/v1/speech.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\"\xea\x03\n\tUtterance\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x13\n\x0bparticipant\x18\x03 \x01(\t\x12\x10\n\x08language\x18\x04 \x01(\t\x12\x0c\n\x04text\x18\x05 \x01(\t\x12\x12\n\nconfidence\x18\x06 \x01(\x02\x12\x10\n\x08start_ns\x18\x07 \x01(\x06\x12\x0e\n\x06\x65nd_ns\x18\x08 \x01(\x06\x12)\n\x05state\x18\t \x01(\x0e\x32\x1a.vistel.v1.Utterance.State\x12\r\n\x05reply\x18\n \x01(\t\x12\x0f\n\x07\x63ommand\x18\x0b \x01(\t\x12\x0e\n\x06things\x18\x0c \x03(\t\x12.\n\x08readings\x18\r \x03(\x0b\x32\x1c.vistel.v1.Utterance.Reading\x1a+\n\x07Reading\x12\x0c\n\x04text\x18\x01 \x01(\t\x12\x12\n\nconfidence\x18\x02 \x01(\x02\"\x8a\x01\n\x05State\x12\x15\n\x11STATE_UNSPECIFIED\x10\x00\x12\x12\n\x0eSTATE_REJECTED\x10\x01\x12\x0e\n\nSTATE_SENT\x10\x02\x12\x0e\n\nSTATE_DONE\x10\x03\x12\x11\n\rSTATE_REFUSED\x10\x04\x12\x12\n\x0eSTATE_QUESTION\x10\x05\x12\x0f\n\x0bSTATE_NOTED\x10\x06\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16vistel/v1/speech.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\"\xfa\x03\n\tUtterance\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x13\n\x0bparticipant\x18\x03 \x01(\t\x12\x10\n\x08language\x18\x04 \x01(\t\x12\x0c\n\x04text\x18\x05 \x01(\t\x12\x12\n\nconfidence\x18\x06 \x01(\x02\x12\x10\n\x08start_ns\x18\x07 \x01(\x06\x12\x0e\n\x06\x65nd_ns\x18\x08 \x01(\x06\x12)\n\x05state\x18\t \x01(\x0e\x32\x1a.vistel.v1.Utterance.State\x12\r\n\x05reply\x18\n \x01(\t\x12\x0f\n\x07\x63ommand\x18\x0b \x01(\t\x12\x0e\n\x06things\x18\x0c \x03(\t\x12.\n\x08readings\x18\r \x03(\x0b\x32\x1c.vistel.v1.Utterance.Reading\x12\x0e\n\x06spoken\x18\x0e \x01(\t\x1a+\n\x07Reading\x12\x0c\n\x04text\x18\x01 \x01(\t\x12\x12\n\nconfidence\x18\x02 \x01(\x02\"\x8a\x01\n\x05State\x12\x15\n\x11STATE_UNSPECIFIED\x10\x00\x12\x12\n\x0eSTATE_REJECTED\x10\x01\x12\x0e\n\nSTATE_SENT\x10\x02\x12\x0e\n\nSTATE_DONE\x10\x03\x12\x11\n\rSTATE_REFUSED\x10\x04\x12\x12\n\x0eSTATE_QUESTION\x10\x05\x12\x0f\n\x0bSTATE_NOTED\x10\x06\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -33,9 +33,9 @@ _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'vistel.v1.speech_pb2', _glo
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
   _globals['_UTTERANCE']._serialized_start=64
-  _globals['_UTTERANCE']._serialized_end=554
-  _globals['_UTTERANCE_READING']._serialized_start=370
-  _globals['_UTTERANCE_READING']._serialized_end=413
-  _globals['_UTTERANCE_STATE']._serialized_start=416
-  _globals['_UTTERANCE_STATE']._serialized_end=554
+  _globals['_UTTERANCE']._serialized_end=570
+  _globals['_UTTERANCE_READING']._serialized_start=386
+  _globals['_UTTERANCE_READING']._serialized_end=429
+  _globals['_UTTERANCE_STATE']._serialized_start=432
+  _globals['_UTTERANCE_STATE']._serialized_end=570
 # @@protoc_insertion_point(module_scope)

@@ -9,7 +9,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Utterance(_message.Message):
-    __slots__ = ("header", "id", "participant", "language", "text", "confidence", "start_ns", "end_ns", "state", "reply", "command", "things", "readings")
+    __slots__ = ("header", "id", "participant", "language", "text", "confidence", "start_ns", "end_ns", "state", "reply", "command", "things", "readings", "spoken")
     class State(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         STATE_UNSPECIFIED: _ClassVar[Utterance.State]
@@ -46,6 +46,7 @@ class Utterance(_message.Message):
     COMMAND_FIELD_NUMBER: _ClassVar[int]
     THINGS_FIELD_NUMBER: _ClassVar[int]
     READINGS_FIELD_NUMBER: _ClassVar[int]
+    SPOKEN_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     id: str
     participant: str
@@ -59,4 +60,5 @@ class Utterance(_message.Message):
     command: str
     things: _containers.RepeatedScalarFieldContainer[str]
     readings: _containers.RepeatedCompositeFieldContainer[Utterance.Reading]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., language: _Optional[str] = ..., text: _Optional[str] = ..., confidence: _Optional[float] = ..., start_ns: _Optional[int] = ..., end_ns: _Optional[int] = ..., state: _Optional[_Union[Utterance.State, str]] = ..., reply: _Optional[str] = ..., command: _Optional[str] = ..., things: _Optional[_Iterable[str]] = ..., readings: _Optional[_Iterable[_Union[Utterance.Reading, _Mapping]]] = ...) -> None: ...
+    spoken: str
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., language: _Optional[str] = ..., text: _Optional[str] = ..., confidence: _Optional[float] = ..., start_ns: _Optional[int] = ..., end_ns: _Optional[int] = ..., state: _Optional[_Union[Utterance.State, str]] = ..., reply: _Optional[str] = ..., command: _Optional[str] = ..., things: _Optional[_Iterable[str]] = ..., readings: _Optional[_Iterable[_Union[Utterance.Reading, _Mapping]]] = ..., spoken: _Optional[str] = ...) -> None: ...

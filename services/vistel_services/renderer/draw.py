@@ -18,6 +18,7 @@ from vistel.space.files.surfaces import Piece
 from vistel.space.tessellate import Surface3
 from vistel.wrinkle.shown import MOST_SETS
 from vistel_services.renderer.canvas import Canvas
+from vistel_services.renderer.captions import Caption
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
 from vistel_services.renderer.occlusion import Occlusion
@@ -28,6 +29,7 @@ from vistel_services.renderer.screens import Box, Screen, Sight
 from vistel_services.renderer.shadow import ShadowMap
 from vistel_services.renderer.shell import Shell
 from vistel_services.renderer.solid_things import Solid, SolidThings
+from vistel_services.renderer.subtitles import Subtitles
 from vistel_services.renderer.surroundings import Mirrors, open_air, surroundings
 from vistel_services.renderer.textures import texture_of
 
@@ -111,6 +113,7 @@ class Frame:
     figures: Sequence[FigureView] = ()
     things: Sequence[ThingView] = ()
     labels: Sequence[LabelView] = ()
+    captions: Sequence[Caption] = ()
 
 
 _Parts = tuple[moderngl.VertexArray, ...]
@@ -179,6 +182,7 @@ class Painter:
         self._furniture: Solid | None = None
         self._pane = Pane(ctx)
         self._names = Names(ctx, self._pane)
+        self._subtitles = Subtitles(ctx, self._pane)
         self._projectors = Projectors(ctx)
         self._drawn = 0
         self._occlusion = Occlusion(ctx) if self.fine else None
@@ -202,6 +206,7 @@ class Painter:
         width, height = self.size
         self._whole: Box = (0, 0, width, height)
         self._names.line = max(12, round(height * 0.052))
+        self._subtitles.line = max(14, round(height * 0.06))
         self._projectors.screens = screens
 
     # -- what is drawn -------------------------------------------------------------------------------------------
@@ -287,6 +292,7 @@ class Painter:
         if self._occlusion is not None:
             self._occlusion.darken(self._canvas, sight, clip, box)
         self._names.draw(frame.labels, sight.camera.position, clip, box[2:])
+        self._subtitles.draw(frame.captions, box[2:])
 
     def _figure_drawn(self, view: FigureView) -> None:
         figure = self._figures[view.name]

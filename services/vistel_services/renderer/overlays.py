@@ -9,19 +9,21 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel_services.renderer.captions import Caption, paint_caption
 from vistel_services.renderer.labels import Label, paint_label
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.screens import Screen, boxes
 from vistel_services.renderer.textures import texture_of
 
 F64 = NDArray[np.float64]
+U8 = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
 class LabelView:
-    """A name over the room point `place` (3,)."""
+    """A name, or what was said, over the room point `place` (3,)."""
 
-    label: Label
+    label: Label | Caption
     place: F64
 
 
@@ -44,7 +46,7 @@ class Names:
     def __init__(self, ctx: moderngl.Context, pane: Pane) -> None:
         self._ctx, self._pane = ctx, pane
         self.line = 12
-        self._textures: dict[tuple[Label, int], moderngl.Texture] = {}
+        self._textures: dict[tuple[Label | Caption, int], moderngl.Texture] = {}
 
     def draw(self, labels: Sequence[LabelView], eye: F64, clip: F64, size: tuple[int, int]) -> None:
         """Those in sight of `eye` (3,), the farthest first, into a picture of `size` pixels; clip: (4, 4) from the room."""
@@ -68,11 +70,14 @@ class Names:
         for known in set(self._textures) - {(view.label, self.line) for view in labels}:
             self._textures.pop(known).release()
 
-    def _texture(self, label: Label) -> moderngl.Texture:
+    def _texture(self, label: Label | Caption) -> moderngl.Texture:
         key = label, self.line
         if key not in self._textures:
-            self._textures[key] = texture_of(self._ctx, paint_label(label, self.line), False, mipmaps=False)
+            self._textures[key] = texture_of(self._ctx, self._paint(label), False, mipmaps=False)
         return self._textures[key]
+
+    def _paint(self, label: Label | Caption) -> U8:
+        return paint_caption(label, round(0.7 * self.line)) if isinstance(label, Caption) else paint_label(label, self.line)
 
 
 class Projectors:

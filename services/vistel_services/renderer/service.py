@@ -216,6 +216,7 @@ class _Inputs:
         self._status = bus.subscribe(BY_NAME["sound_status"], polled=True, site=site)
         self._sound = bus.subscribe(BY_NAME["sound"], queue_all=True, polled=True, site=site)
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
+        self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
         self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
         self._world = WorldListener(bus, clock, people)
 
@@ -229,13 +230,15 @@ class _Inputs:
             self._stage.hear_world(now, received_ns)
         for sample in self._status.take():
             self._stage.hear_sound(sample.message)
+        for sample in self._said.take():
+            self._stage.captions.hear(sample.message, sample.received_ns)
 
     def sounds(self) -> list[audio_pb2.Sound]:
         """What has been heard here since the last call."""
         return [sample.message for sample in self._sound.take()]
 
     def close(self) -> None:
-        for subscription in (self._about, self._motion, self._world, self._status, self._sound):
+        for subscription in (self._about, self._motion, self._world, self._status, self._sound, self._said):
             subscription.close()
 
 
@@ -268,11 +271,11 @@ class _Easel:
             return None
 
     @property
-    @property
     def furnished(self) -> bool:
         """What this site's files hold of the room is there."""
         return self._studio is not None
 
+    @property
     def stand_ins(self) -> int:
         """Figures whose own avatar is not there yet."""
         return self._studio.stand_ins if self._studio is not None else 0

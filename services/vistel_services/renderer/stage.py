@@ -16,6 +16,7 @@ from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
 from vistel.wire.proportions import from_message
 from vistel.wire.world import RoomNow, Touch
+from vistel_services.renderer.captions import Caption, Captions
 from vistel_services.renderer.giving_way import Shown
 from vistel_services.renderer.held import HeldThings
 from vistel_services.renderer.motion_in import Between, Heard, MotionReader
@@ -58,6 +59,7 @@ class Instant:
     """Everything that is shown at one instant; now_ns: conference time at which it is drawn.
 
     coming: who has been announced and has not moved yet, so that their figures can be made ready. talking: who is heard.
+    captions: what was said to the room lately.
     """
 
     now_ns: int
@@ -66,6 +68,7 @@ class Instant:
     things: Mapping[str, Thing] = field(default_factory=lambda: MappingProxyType({}))
     coming: tuple[About, ...] = ()
     talking: frozenset[str] = frozenset()
+    captions: tuple[Caption, ...] = ()
 
 
 class _Person:
@@ -90,6 +93,7 @@ class Stage:
         self._arrived: set[str] = set()
         self._held = HeldThings()
         self._talking: frozenset[str] = frozenset()
+        self.captions = Captions()
 
     def hear_about(self, message: motion_pb2.Participant) -> None:
         """Who somebody is."""
@@ -170,7 +174,8 @@ class Stage:
                 continue
             people.append(PersonNow(person.about, shown.posture, timing))
         world = self._world.sample(now_ns) or WorldView()
-        return Instant(now_ns, *self._in_hands(now_ns, people, world), self._things, tuple(coming), self._talking)
+        captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
+        return Instant(now_ns, *self._in_hands(now_ns, people, world), self._things, tuple(coming), self._talking, captions)
 
     def _in_hands(self, now_ns: int, people: list[PersonNow], world: WorldView) -> tuple[tuple[PersonNow, ...], WorldView]:
         """People with their fingers on what they hold, and the world with it in their hands."""

@@ -203,7 +203,11 @@ class Studio:
                     matrix[:3, :3] = matrix_from_quaternion(rotation)
                     matrix[:3, 3] = position
                 things.append(ThingView(thing_id, matrix))
-        return Frame(self._from, figures, things, labels)
+        labels += [
+            LabelView(c.over_things, instant.world.poses[t][0] + np.array((0.0, 0.16, 0.0)))
+            for c in instant.captions for t in c.things if t in instant.world.poses
+        ]  # fmt: skip
+        return Frame(self._from, figures, things, labels, instant.captions)
 
     def _pose(self, instant: Instant) -> dict[str, Posed]:
         """Everybody in the posture of this instant; who touches somebody deforms."""

@@ -169,7 +169,8 @@ class Listener:
             return
         utterance = Utterance(
             id=secrets.token_hex(8), participant=self._speaker.participant, language=language,
-            text=turn.said.text if turn.said else "", confidence=turn.confidence or heard[0].confidence,
+            text=turn.said.text if turn.said else "", spoken=turn.said.spoken if turn.said else "",
+            confidence=turn.confidence or heard[0].confidence,
             start_ns=max(0, begin_ns), end_ns=max(0, end_ns),
         )  # fmt: skip
         for r in readings:

@@ -1,0 +1,280 @@
+"""`vistel speech`: try, score and check spoken commands, and let the room learn a voice."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+import signal
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+
+from vistel_cli.terminal import FAILED, USAGE, fail, out
+
+if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --help` need not
+    from vistel.speech.grammar import Grammar, Language
+    from vistel.speech.heard import Heard, Recogniser
+
+app = typer.Typer(help="Spoken commands: try them, score recordings, check grammars.", no_args_is_help=True)
+
+SOUNDS = (".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a")
+
+Extra = Annotated[list[Path] | None, typer.Option("--grammar", help="File of further words and sentences; may be repeated.")]
+Tongue = Annotated[str, typer.Option(help="ja or en.")]
+Voice = Annotated[Path | None, typer.Option(help="What `vistel speech enrol` learnt.")]
+Accept = Annotated[float, typer.Option(help="Confidence from which a sentence is done.", min=0.0, max=1.0)]
+
+
+@app.command()
+def grammar(
+    files: Annotated[list[Path] | None, typer.Argument(help="Files of further words and sentences.")] = None,
+    language: Tongue = "",
+    read: Annotated[str | None, typer.Option(help="Show what a sentence means.")] = None,
+    jsgf: Annotated[bool, typer.Option("--jsgf", help="Print it in Java Speech Grammar Format.")] = False,
+    examples: Annotated[int, typer.Option(help="Print so many sentences.", min=0)] = 0,
+) -> None:
+    """Print and check what can be said; what is wrong in a file is named, with exit code 1.
+
+    [bold]Examples[/bold]
+
+      vistel speech grammar
+
+      vistel speech grammar --read 赤い箱を右に動かして
+
+      vistel speech grammar own.toml --language en --examples 10
+    """
+    import random  # noqa: PLC0415
+
+    from vistel.speech.grammar_file import phrase_table  # noqa: PLC0415
+    from vistel.speech.recognisers import NAMES, checked_grammar  # noqa: PLC0415
+
+    known, faults = checked_grammar(*(files or ()))
+    for fault in faults:
+        out.print(f"[red]{escape(str(fault))}[/]", highlight=False, soft_wrap=True)
+    tongues = [_language(language)] if language else list(known.languages)
+    if read is not None:
+        _show_meaning(known, read)
+    elif jsgf:
+        for tongue in tongues:
+            print(known.jsgf(tongue))
+    elif examples:
+        rng = random.Random(1)
+        for tongue in tongues:
+            for _ in range(examples):
+                out.print(known.pick(tongue, rng).text, highlight=False)
+    else:
+        for tongue in tongues:
+            count = len(known.by_language[tongue])
+            out.print(f"[bold]{NAMES[tongue]}[/]: {len(known.words(tongue))} words, {count} patterns", highlight=False)
+            for name, words in phrase_table(known, tongue).items():
+                out.print(f"  {name:10} {' · '.join(w.written for w in words)}", highlight=False, soft_wrap=True)
+    if faults:
+        raise typer.Exit(FAILED)
+
+
+def _show_meaning(known: Grammar, text: str) -> None:
+    from vistel.speech.meaning import MeaningError, asked_for  # noqa: PLC0415
+
+    said = known.read(text)
+    if said is None:
+        fail(f"{text}: no sentence of the grammar", FAILED)
+    try:
+        wanted = asked_for(said.means)
+    except MeaningError as e:
+        fail(f"{text}: {e}", FAILED)
+    out.print(f"{said.text}  ({said.spoken})", highlight=False)
+    out.print(", ".join(f"{k} = {v}" for k, v in said.means.items()), highlight=False)
+    out.print(escape(str(wanted)), highlight=False, soft_wrap=True)
+
+
+@app.command("try")
+def try_(
+    sound: Annotated[str, typer.Argument(help='A recording, "default" for the microphone, or a part of its name.')] = "default",
+    language: Tongue = "ja", extra: Extra = None, voice: Voice = None, accept: Accept = 0.5,
+    seconds: Annotated[float, typer.Option(help="How long to listen to a microphone; 0: until Ctrl-C.", min=0.0)] = 0.0,
+) -> None:  # fmt: skip
+    """Listen, and show what was understood.
+
+    [bold]Examples[/bold]
+
+      vistel speech try
+
+      vistel speech try said.wav --language en
+    """
+    known, hears, tongue = _prepared(language, extra, voice)
+    count = 0
+    if Path(sound).suffix.lower() in SOUNDS:
+        for heard in _understood(Path(sound), hears):
+            count += 1
+            _show(known, tongue, heard, accept)
+    else:
+        out.print("listening; Ctrl-C ends it", style="dim")
+        for heard in _live(sound, hears, seconds):
+            count += 1
+            _show(known, tongue, heard, accept)
+    if not count:
+        out.print("nothing was heard that could be speech")
+
+
+def _show(known: Grammar, tongue: Language, heard: tuple[Heard, ...], accept: float) -> None:
+    best = heard[0]
+    said = known.said(best.words, tongue) if best.words else None
+    when = f"{best.start_s:6.2f}–{best.end_s:.2f} s"
+    if said is None:
+        out.print(f"{when}  [yellow]no command[/]", highlight=False)
+        return
+    mark = "[green]✓[/]" if best.confidence >= accept else "[yellow]?[/]"
+    means = ", ".join(f"{k} = {v}" for k, v in said.means.items())
+    out.print(f"{when}  {mark} [bold]{said.text}[/]  {best.confidence:.2f}  [dim]{escape(means)}[/]", highlight=False)
+    for other in heard[1:3]:
+        also = known.said(other.words, tongue)
+        if also is not None:
+            out.print(f"{'':16}  [dim]or {also.text}  {other.confidence:.2f}[/]", highlight=False)
+
+
+def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Heard, ...]]:
+    from vistel.speech.features import Resampler  # noqa: PLC0415
+    from vistel.wire.clock import SystemClock  # noqa: PLC0415
+    from vistel_services.audio.inputs import CardInput, InputError  # noqa: PLC0415
+
+    stopped = False
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        nonlocal stopped
+        stopped = True
+
+    before = {s: signal.signal(s, stop) for s in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        microphone = CardInput(name, SystemClock())
+        resampler = Resampler(microphone.rate_hz)
+        until = time.monotonic() + seconds if seconds else float("inf")
+        with contextlib.closing(microphone):
+            while not stopped and time.monotonic() < until:
+                for samples, _ in microphone.take():
+                    yield from hears.feed(resampler.feed(samples))
+                time.sleep(0.02)
+            yield from hears.flush()
+    except InputError as e:
+        fail(str(e), FAILED)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _understood(path: Path, hears: Recogniser) -> list[tuple[Heard, ...]]:
+    """The utterances of a recording."""
+    import numpy as np  # noqa: PLC0415
+
+    from vistel.speech.features import Resampler  # noqa: PLC0415
+    from vistel_services.audio.inputs import InputError, read_recording  # noqa: PLC0415
+
+    try:
+        samples, rate = read_recording(path)
+    except InputError as e:
+        fail(str(e), FAILED)
+    hears.reset()
+    quiet = 1e-4 * np.random.default_rng(1).standard_normal(int(0.5 * rate)).astype(np.float32)
+    sound = Resampler(rate).feed(np.concatenate([quiet, samples, quiet, quiet]))
+    found: list[tuple[Heard, ...]] = []
+    for at in range(0, len(sound), 1600):
+        found += hears.feed(sound[at : at + 1600])
+    return found + hears.flush()
+
+
+@dataclass(frozen=True)
+class Score:
+    """A recording: what was said, what was understood, whether it asks for the same and is believed."""
+
+    file: str
+    said: str
+    understood: str
+    confidence: float
+    right: bool
+    accepted: bool
+
+
+@app.command("test")
+def test_(
+    folder: Annotated[Path, typer.Argument(help="Recordings; NAME.txt says what NAME.wav says, or the name itself does.")],
+    language: Tongue = "ja", extra: Extra = None, voice: Voice = None, accept: Accept = 0.5,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object per recording, and one for all.")] = False,
+) -> None:  # fmt: skip
+    """Score a folder of recordings: right, and right and accepted. A text that is no sentence of the grammar is other talk:
+    right is to accept nothing of it.
+
+    [bold]Example[/bold]
+
+      vistel speech test recordings --language en
+    """
+    known, hears, tongue = _prepared(language, extra, voice)
+    files = sorted(p for p in folder.glob("*") if p.suffix.lower() in SOUNDS) if folder.is_dir() else []
+    if not files:
+        fail(f"{folder}: holds no recordings ({', '.join(SOUNDS)})", USAGE)
+    scores = [_scored(path, known, hears, tongue, accept) for path in files]
+    commands = [s for s in scores if s.said]
+    others = [s for s in scores if not s.said]
+    total = {
+        "commands": len(commands), "right": sum(s.right for s in commands),
+        "right_and_accepted": sum(s.right and s.accepted for s in commands),
+        "other_talk": len(others), "false_accepts": sum(s.accepted for s in others),
+    }  # fmt: skip
+    if as_json:
+        for s in scores:
+            print(json.dumps(asdict(s), ensure_ascii=False))
+        print(json.dumps(total))
+        return
+    for s in scores:
+        mark = "[green]✓[/]" if s.right else "[red]✗[/]"
+        believed = f"{s.confidence:.2f}" + ("" if s.accepted else " not accepted")
+        heard = s.understood if s.understood != s.said else ""
+        out.print(f"{mark} {s.file:24} {s.said or '(other talk)'}  [dim]{believed}[/] {heard and '→ ' + heard}", highlight=False)
+    out.print(
+        f"{total['right']} of {len(commands)} commands right, {total['right_and_accepted']} right and accepted; "
+        f"{total['false_accepts']} of {len(others)} others accepted"
+    )
+
+
+def _scored(path: Path, known: Grammar, hears: Recogniser, tongue: Language, accept: float) -> Score:
+    from vistel.speech.meaning import asked_for  # noqa: PLC0415
+
+    beside = path.with_suffix(".txt")
+    text = beside.read_text("utf-8").strip() if beside.is_file() else re.sub(r"[-_]+", " ", path.stem)
+    said = known.read(text) or known.read(re.sub(r"[ 0-9]+$", "", text))
+    heard = max(_understood(path, hears), key=lambda h: h[0].confidence, default=None)
+    best = heard[0] if heard else None
+    understood = known.said(best.words, tongue) if best and best.words else None
+    confidence = best.confidence if best and understood else 0.0
+    accepted = confidence >= accept
+    same = understood is not None and said is not None and asked_for(understood.means) == asked_for(said.means)
+    right = same if said is not None else not accepted
+    return Score(
+        path.name, said.text if said else "", understood.text if understood else "", round(confidence, 3), right, accepted
+    )  # fmt: skip
+
+
+def _prepared(language: str, extra: list[Path] | None, voice: Path | None) -> tuple[Grammar, Recogniser, Language]:
+    from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser  # noqa: PLC0415
+
+    tongue = _language(language)
+    known, faults = checked_grammar(*(extra or ()))
+    for fault in faults:
+        out.print(f"[yellow]{escape(str(fault))}[/]", highlight=False, soft_wrap=True)
+    try:
+        return known, recogniser(tongue, known, voice), tongue
+    except RecogniserError as e:
+        fail(str(e), FAILED)
+
+
+def _language(text: str) -> Language:
+    if text == "ja":
+        return "ja"
+    if text == "en":
+        return "en"
+    fail(f"--language {text}: expected ja or en", USAGE)

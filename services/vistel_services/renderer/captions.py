@@ -1,0 +1,145 @@
+"""What people said to the room and what it answered, at the foot of the picture and over the things it was about."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from vistel.speech.kana import to_romaji
+from vistel.v1.speech_pb2 import Utterance
+
+U8 = NDArray[np.uint8]
+log = logging.getLogger("vistel.renderer")
+
+SHOWN_NS = 5_000_000_000
+"""How long a caption stays; a question stays twice as long."""
+MOST = 3
+_LONGEST = 64
+_STATES = {
+    Utterance.STATE_REJECTED: ("?", (255, 196, 120)), Utterance.STATE_SENT: ("…", (235, 235, 235)),
+    Utterance.STATE_DONE: ("✓", (140, 245, 165)), Utterance.STATE_REFUSED: ("✗", (255, 150, 130)),
+    Utterance.STATE_QUESTION: ("?", (255, 226, 120)), Utterance.STATE_NOTED: ("·", (235, 235, 235)),
+}  # fmt: skip
+_FONTS = (
+    "NotoSansCJK-Regular.ttc", "NotoSansCJKjp-Regular.otf", "ipagp.ttf", "ipag.ttf", "ipaexg.ttf", "TakaoPGothic.ttf",
+    "VL-PGothic-Regular.ttf", "DroidSansFallbackFull.ttf", "Hiragino Sans GB.ttc", "YuGothM.ttc", "msgothic.ttc",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Caption:
+    """speaker: as people know them; text, spoken: what they said and how it sounds; reply: of the room; things: ids of what
+    it was done to; mark, colour: how it went."""
+
+    speaker: str
+    text: str
+    spoken: str
+    reply: str
+    things: tuple[str, ...]
+    mark: str
+    colour: tuple[int, int, int]
+
+    @property
+    def over_things(self) -> Caption:
+        """The same as it stands over them."""
+        return replace(self, speaker="", things=())
+
+
+class Captions:
+    """Keeps what was said lately."""
+
+    def __init__(self) -> None:
+        self._said: dict[str, tuple[Utterance, int]] = {}
+
+    def hear(self, message: Utterance, now_ns: int) -> None:
+        """Something was said, or answered. What was over before one came is not shown."""
+        if message.state not in _STATES or now_ns - message.header.t_ns > SHOWN_NS:
+            return
+        self._said[message.participant] = message, now_ns
+
+    def shown(self, now_ns: int, names: dict[str, str]) -> tuple[Caption, ...]:
+        """The newest of each speaker, oldest first; names: of people, by participant."""
+        for who, (message, heard_ns) in list(self._said.items()):
+            if now_ns - heard_ns > SHOWN_NS * (2 if message.state == Utterance.STATE_QUESTION else 1):
+                del self._said[who]
+        newest = sorted(self._said.values(), key=lambda said: said[1])[-MOST:]
+        return tuple(
+            Caption(
+                names.get(m.participant, m.participant), m.text, m.spoken,
+                "" if m.state in (Utterance.STATE_DONE, Utterance.STATE_SENT) else m.reply,
+                tuple(m.things) if m.state == Utterance.STATE_DONE else (), *_STATES[m.state],
+            )
+            for m, _ in newest
+        )  # fmt: skip
+
+
+@lru_cache
+def _japanese_font(size: int) -> ImageFont.FreeTypeFont | None:
+    for name in _FONTS:
+        try:
+            return ImageFont.truetype(name, size)
+        except OSError:
+            continue
+    log.warning("event=no_japanese_font shown=romaji reason='install one, such as fonts-ipafont-gothic'")
+    return None
+
+
+@lru_cache
+def _latin_font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    try:
+        return ImageFont.truetype("DejaVuSans.ttf", size)
+    except OSError:
+        return ImageFont.load_default(size)
+
+
+def paint_caption(caption: Caption, line_height: int) -> U8:
+    """(h, w, 4) RGBA, first row at the top; one line of `line_height` pixels, or two with a reply."""
+    size = max(9, round(0.62 * line_height))
+    speaker = f"{caption.speaker}: " if caption.speaker else ""
+    mark = f" {caption.mark}" if caption.text else caption.mark
+    said = (speaker, (178, 220, 255)), (_short(caption.text, caption.spoken, size), (255, 255, 255)), (mark, caption.colour)
+    rows = [list(said)]
+    if caption.reply:
+        rows.append([(_short(caption.reply, caption.reply, size), caption.colour)])
+    widths = [sum(_length(text, size) for text, _ in row) for row in rows]
+    pad = round(0.5 * line_height)
+    image = Image.new("RGBA", (round(max(widths)) + 2 * pad, line_height * len(rows) + 4), (12, 16, 20, 0))
+    draw = ImageDraw.Draw(image)
+    draw.rounded_rectangle((0, 0, image.width - 1, image.height - 1), radius=round(0.3 * line_height), fill=(12, 16, 20, 185))
+    for n, (row, width) in enumerate(zip(rows, widths, strict=True)):
+        x = 0.5 * (image.width - width)
+        for text, colour in row:
+            for part, font in _runs(text, size):
+                draw.text((x, 2 + (n + 0.5) * line_height), part, font=font, fill=(*colour, 255), anchor="lm")
+                x += font.getlength(part)
+    return np.asarray(image, np.uint8)
+
+
+def _short(text: str, spoken: str, size: int) -> str:
+    """What can be drawn here of a text, in one line."""
+    if not text.isascii() and any("\u3040" <= c <= "\u9fff" for c in text) and _japanese_font(size) is None:
+        text = to_romaji(spoken)
+    text = " ".join(text.split())
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+
+
+def _runs(text: str, size: int) -> list[tuple[str, ImageFont.FreeTypeFont | ImageFont.ImageFont]]:
+    """Pieces of a text, each with a font that has its letters."""
+    japanese = _japanese_font(size) if any("\u3000" <= c <= "\uffef" for c in text) else None
+    out: list[tuple[str, ImageFont.FreeTypeFont | ImageFont.ImageFont]] = []
+    for c in text:
+        font = japanese if japanese is not None and "\u3000" <= c <= "\uffef" else _latin_font(size)
+        if out and out[-1][1] is font:
+            out[-1] = out[-1][0] + c, font
+        else:
+            out.append((c, font))
+    return out
+
+
+def _length(text: str, size: int) -> float:
+    return sum(font.getlength(part) for part, font in _runs(text, size))
