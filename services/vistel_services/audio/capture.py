@@ -13,12 +13,15 @@ from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.audio.resample import at_positions, reach
 from vistel.audio.tape import Tape
-from vistel_services.audio.inputs import Input, InputError
+from vistel_services.audio.cards import InputError
+from vistel_services.audio.inputs import Input
 
 F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
 
 _RETRY_NS = 1_000_000_000
+_SOON_NS = 200_000_000
+"""After it was lost: others may only have had all cards looked for."""
 _SILENT_NS = 1_000_000_000
 _CLOSE_S, _JUMP_S = 0.0005, 0.06
 _STEER = 0.002
@@ -100,7 +103,7 @@ class Capture:
     def _lose(self, reason: str, now_ns: int) -> None:
         log.warning("event=microphone_lost participant=%s reason=%r", self._name, reason)
         self.close()
-        self.detail, self._retry_ns = reason, now_ns + _RETRY_NS
+        self.detail, self._retry_ns = reason, now_ns + _SOON_NS
 
     def _heard(self, samples: F32, seen_ns: int) -> None:
         good = samples if np.isfinite(np.dot(samples, samples)) else np.nan_to_num(samples, nan=0.0, posinf=1.0, neginf=-1.0)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from vistel.audio.opus import RATE
 from vistel.wire.clock import Clock
+from vistel_services.audio.cards import InputError, closed, find_card, opened, sound_cards, with_card
 
 F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
@@ -24,10 +25,6 @@ _LOWEST, _HIGHEST = 8_000, 96_000
 _LONGEST_S = 900.0
 _QUEUED_MOST = 200
 """Blocks of a sound card that nobody fetches."""
-
-
-class InputError(Exception):
-    """A microphone that cannot be used now; one line for a person."""
 
 
 class Input(Protocol):
@@ -151,52 +148,20 @@ class RecordingInput:
         pass
 
 
-def sound_cards() -> Any:
-    """The `sounddevice` module. Raises InputError where this machine has no PortAudio."""
-    try:
-        import sounddevice  # noqa: PLC0415  PortAudio is looked for when it is loaded
-    except ImportError as e:
-        raise InputError("no sound card can be used: sounddevice is not installed (pip install 'vistel[audio]')") from e
-    except OSError as e:
-        raise InputError("no sound card can be used: PortAudio is missing (apt-get install libportaudio2)") from e
-    return sounddevice
-
-
-def find_card(name: str, direction: str) -> int | None:
-    """Its number in PortAudio, None for the system's own choice. direction: "input" or "output". Raises InputError."""
-    cards = sound_cards()
-    try:
-        able = [d for d in cards.query_devices() if d[f"max_{direction}_channels"] > 0]
-    except Exception as e:  # PortAudio's errors have no common ancestor over its versions
-        raise InputError(f"sound cards cannot be listed: {e}") from e
-    if not able:
-        raise InputError(f"no sound card with {direction}s is attached")
-    if name in ("default", "auto"):
-        return None
-    for device in able:
-        if name.lower() in device["name"].lower():
-            return int(device["index"])
-    raise InputError(f"{name}: no sound card with {direction}s is called so; there are " + ", ".join(d["name"] for d in able))
-
-
-def rescan_cards() -> None:
-    """Have PortAudio look again at what is plugged in; it does so only when it begins."""
-    cards = sound_cards()
-    cards._terminate()
-    cards._initialize()
-
-
 class CardInput:
     """A sound card, read in PortAudio's thread; at 48 kHz, or where it refuses that, at its own rate."""
 
     def __init__(self, name: str, clock: Clock) -> None:
-        cards = sound_cards()
-        rescan_cards()
-        device = find_card(name, "input")
         self._clock = clock
         self._blocks: list[tuple[F32, int]] = []
         self._lock = threading.Lock()
         self._stream: Any = None
+        with_card(lambda: self._open(name), clock.now_ns())
+        opened(self)
+
+    def _open(self, name: str) -> None:
+        cards = sound_cards()
+        device = find_card(name, "input")
         try:
             known = cards.query_devices(device, "input")
             rate = float(RATE)
@@ -223,14 +188,18 @@ class CardInput:
             del self._blocks[:-_QUEUED_MOST]
 
     def take(self) -> list[tuple[F32, int]]:
-        if not self._stream.active:
+        if self._stream is None or not self._stream.active:
             raise InputError(f"{self.about}: the microphone is gone")
         with self._lock:
             out, self._blocks = self._blocks, []
         return out
 
     def close(self) -> None:
+        closed(self)
+        stream, self._stream = self._stream, None
+        if stream is None:
+            return
         try:
-            self._stream.close()
+            stream.close()
         except Exception as e:
             log.debug("event=microphone_close reason=%r", str(e))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import Clock
-from vistel_services.audio.inputs import InputError, find_card, rescan_cards, sound_cards
+from vistel_services.audio.cards import InputError, closed, find_card, opened, sound_cards, with_card
 
 F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
@@ -24,6 +24,8 @@ _AHEAD_BLOCKS = 3
 """Blocks that wait for the sound card: this program may be late by so much."""
 _BEHIND_NS = 1_000_000_000
 _RETRY_NS = 3_000_000_000
+_SOON_NS = 200_000_000
+"""After it was lost: others may only have had all cards looked for."""
 
 
 class Output(Protocol):
@@ -102,9 +104,6 @@ class CardOutput:
     its drift."""
 
     def __init__(self, name: str, clock: Clock) -> None:
-        cards = sound_cards()
-        rescan_cards()
-        device = find_card(name, "output")
         self._conference = clock
         self._clock = DeviceClock(RATE)
         self._queue: deque[F32] = deque()
@@ -112,6 +111,13 @@ class CardOutput:
         self._played = 0
         self._handed = 0
         self.missed = 0
+        self._stream: Any = None
+        with_card(lambda: self._open(name), clock.now_ns())
+        opened(self)
+
+    def _open(self, name: str) -> None:
+        cards = sound_cards()
+        device = find_card(name, "output")
         try:
             self._stream = cards.OutputStream(
                 device=device, channels=2, samplerate=RATE, blocksize=FRAME, dtype="float32", latency="low",
@@ -136,7 +142,7 @@ class CardOutput:
         out[:] = 0.0 if block is None or len(block) != frames else block
 
     def due(self, now_ns: int) -> float | None:
-        if not self._stream.active:
+        if self._stream is None or not self._stream.active:
             raise InputError(f"{self.about}: the loudspeaker is gone")
         with self._lock:
             if self._played == 0 or len(self._queue) >= _AHEAD_BLOCKS:
@@ -148,8 +154,12 @@ class CardOutput:
             self._queue.append(np.zeros((FRAME, 2), np.float32) if block is None else block)
 
     def close(self) -> None:
+        closed(self)
+        stream, self._stream = self._stream, None
+        if stream is None:
+            return
         try:
-            self._stream.close()
+            stream.close()
         except Exception as e:
             log.debug("event=loudspeaker_close reason=%r", str(e))
 
@@ -212,4 +222,4 @@ class Loudspeaker:
         log.warning("event=loudspeaker_lost reason=%r", reason)
         self._output.close()
         self._output = PacedOutput()
-        self.detail, self._retry_ns = reason, now_ns + _RETRY_NS
+        self.detail, self._retry_ns = reason, now_ns + _SOON_NS

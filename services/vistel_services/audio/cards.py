@@ -1,0 +1,98 @@
+"""PortAudio's sound cards, and who of this process has one open.
+
+PortAudio looks at what is plugged in only when it begins, and beginning anew ends every open stream. So it does that
+freely while none is open, and else now and then, when a card that is wanted is not there: the others open theirs again.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any, Protocol
+
+log = logging.getLogger("vistel.audio")
+
+_LOOK_NS = 15_000_000_000
+"""As seldom are others' cards interrupted to look for one."""
+
+
+class InputError(Exception):
+    """A microphone or a loudspeaker that cannot be used now; one line for a person."""
+
+
+class Open(Protocol):
+    """Who has a card open."""
+
+    def close(self) -> None: ...
+
+
+_open: list[Open] = []
+_looked_ns: list[int] = []
+
+
+def sound_cards() -> Any:
+    """The `sounddevice` module. Raises InputError where this machine has no PortAudio."""
+    try:
+        import sounddevice  # noqa: PLC0415  PortAudio is looked for when it is loaded
+    except ImportError as e:
+        raise InputError("no sound card can be used: sounddevice is not installed (pip install 'vistel[audio]')") from e
+    except OSError as e:
+        raise InputError("no sound card can be used: PortAudio is missing (apt-get install libportaudio2)") from e
+    return sounddevice
+
+
+def find_card(name: str, direction: str) -> int | None:
+    """Its number in PortAudio, None for the system's own choice. direction: "input" or "output". Raises InputError."""
+    cards = sound_cards()
+    try:
+        able = [d for d in cards.query_devices() if d[f"max_{direction}_channels"] > 0]
+    except Exception as e:  # PortAudio's errors have no common ancestor over its versions
+        raise InputError(f"sound cards cannot be listed: {e}") from e
+    if not able:
+        raise InputError(f"no sound card with {direction}s is attached")
+    if name in ("default", "auto"):
+        return None
+    for device in able:
+        if name.lower() in device["name"].lower():
+            return int(device["index"])
+    raise InputError(f"{name}: no sound card with {direction}s is called so; there are " + ", ".join(d["name"] for d in able))
+
+
+def look_again(now_ns: int) -> bool:
+    """Have PortAudio look at what is plugged in now. False: not now, others have cards open and were interrupted lately."""
+    if _open:
+        if _looked_ns and now_ns - _looked_ns[0] < _LOOK_NS:
+            return False
+        log.info("event=sound_cards_looked_for interrupted=%d", len(_open))
+        for other in list(_open):
+            other.close()
+    _looked_ns[:] = [now_ns]
+    cards = sound_cards()
+    cards._terminate()
+    cards._initialize()
+    return True
+
+
+def with_card(open_it: Callable[[], None], now_ns: int) -> None:
+    """Open a card; where that fails, look again at what is plugged in and try once more. Raises InputError."""
+    if not _open:
+        look_again(now_ns)
+        open_it()
+        return
+    try:
+        open_it()
+    except InputError:
+        if not look_again(now_ns):
+            raise
+        open_it()
+
+
+def opened(who: Open) -> None:
+    """`who` has a card open now."""
+    _open.append(who)
+
+
+def closed(who: Open) -> None:
+    """`who` has none any more."""
+    if who in _open:
+        _open.remove(who)
