@@ -288,7 +288,7 @@ class World:
         return WorldView(
             s.step, s.t_ns, s.things, s.things != before.things, self._said.states(before, s),
             contacts, ghosts, grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
-            s.dents, s.bonds, *changes(before, s),
+            s.dents, s.bonds, *changes(before, s), selected=s.selected,
         )  # fmt: skip
 
     # -- small things ------------------------------------------------------------------------------------------

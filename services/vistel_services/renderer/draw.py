@@ -20,6 +20,7 @@ from vistel.wrinkle.shown import MOST_SETS
 from vistel_services.renderer.captions import Caption
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
+from vistel_services.renderer.outlines import Outline, Outlines
 from vistel_services.renderer.overlays import LabelView, Names, Pane, Projectors
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.room import Furniture, Panel
@@ -111,6 +112,7 @@ class Frame:
     labels: Sequence[LabelView] = ()
     captions: Sequence[Caption] = ()
 
+    outlines: Sequence[Outline] = ()
 
 _Parts = tuple[moderngl.VertexArray, ...]
 
@@ -186,6 +188,7 @@ class Painter:
         self._pane = Pane(ctx)
         self._names = Names(ctx, self._pane, max(12, round(height * 0.052)))
         self._subtitles = Subtitles(ctx, self._pane, max(14, round(height * 0.06)))
+        self._outlines = Outlines(ctx)
         self._projectors = Projectors(ctx, screens)
         self._drawn = 0
 
@@ -216,10 +219,10 @@ class Painter:
             solids.insert(0, self._solids.plain(surface, tint))
         self._things[thing_id] = solids
 
-    def reshape_thing(self, thing_id: str, positions: F32, normals: F32) -> None:
-        """New places and normals (n, 3) of the vertices of a thing's plain surface."""
-        solid = self._things[thing_id][0]
-        solid.buffers[0].write(np.hstack((positions, normals, solid.tint)).astype(np.float32, copy=False))
+    def reshape_thing(self, thing_id: str, parts: Sequence[tuple[F32, F32]]) -> None:
+        """New places and normals (n, 3) of a thing's vertices: of its plain surface if it has one, then of each piece."""
+        for solid, (positions, normals) in zip(self._things[thing_id], parts, strict=True):
+            solid.buffers[0].write(np.hstack((positions, normals, solid.more)).astype(np.float32, copy=False))
 
     def drop_thing(self, thing_id: str) -> None:
         """Forget a thing."""
@@ -276,7 +279,8 @@ class Painter:
         put(self._creased_program, albedo=0, wrinkle_light=2, **shared)
         for view in sorted(seen, key=lambda v: not v.own):
             self._figure_drawn(view)
-        self._solids.draw([(_matrix(thing.matrix), solid) for thing, solid in things], 0.35, shared)
+        marked = {o.thing: o.colours for o in frame.outlines}
+        self._solids.draw([(_matrix(thing.matrix), solid) for thing, solid in things if thing.id not in marked], 0.35, shared)
         if self._furniture is not None:
             self._solids.draw([(_matrix(np.eye(4)), self._furniture)], 0.12, shared)
         for variant in self._room_programs.values():
@@ -287,6 +291,11 @@ class Painter:
         _, _, width, height = sight.box or self._whole
         self._names.draw(frame.labels, sight.camera.position, clip, (width, height))
         self._subtitles.draw(frame.captions, (width, height))
+        # A selected thing comes after its lines, and these after all they may be seen against.
+        for name, colours in marked.items():
+            solids = [(_matrix(thing.matrix), solid) for thing, solid in things if thing.id == name]
+            self._outlines.draw(solids, colours, shared, (width, height))
+        self._solids.draw([(_matrix(thing.matrix), solid) for thing, solid in things if thing.id in marked], 0.35, shared)
 
     def _figure_drawn(self, view: FigureView) -> None:
         figure = self._figures[view.name]
