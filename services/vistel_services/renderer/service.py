@@ -148,9 +148,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     await asyncio.to_thread(motion.warm_up)
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(config.delay_s * 1e9))
-    deliveries = Deliveries(bus, stage)
     models: dict[str, Model] = {}
     furniture = RoomDeliveries(bus, clock, models)
+    deliveries = Deliveries(bus, stage)
     inputs = _Inputs(bus, stage, clock, config.site, config.people)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     video = _open_video(config)
@@ -162,9 +162,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         while True:
             inputs.take()
             deliveries.take()
-            for sound in inputs.sounds():
             if easel.furnished:
                 furniture.want(stage.looks)
+            for sound in inputs.sounds():
                 if video is not None:
                     video.put_sound(sound.header.t_ns, sound.opus)
             instant = stage.instant(clock.now_ns())
@@ -181,8 +181,8 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     finally:
         inputs.close()
         deliveries.close()
-        await asyncio.shield(_wind_up(easel, video, thread))
         furniture.close()
+        await asyncio.shield(_wind_up(easel, video, thread))
 
 
 async def _wind_up(easel: _Easel, video: VideoWriter | None, thread: ThreadPoolExecutor) -> None:
@@ -265,11 +265,11 @@ class _Easel:
             return None
 
     @property
-    @property
     def furnished(self) -> bool:
         """What this site's files hold of the room is there."""
         return self._studio is not None
 
+    @property
     def stand_ins(self) -> int:
         """Figures whose own avatar is not there yet."""
         return self._studio.stand_ins if self._studio is not None else 0
