@@ -25,7 +25,7 @@ REACH, LEAST_REACH, MOST_REACH = 0.75, 0.012, 0.02
 
 def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -> tuple[State, tuple[Torn, ...]]:
     """The state with dents pressed and recovered, bonds made, moved and torn, after everything has moved; what has torn."""
-    chosen = [n for n, t in enumerate(s.things) if t.matter.remembers and not t.fixed]
+    chosen = s.remembering
     if not chosen and not (state.dents or state.bonds):
         return state, ()
     dents: list[Dent] = []

@@ -52,6 +52,16 @@ class Build:
         """Which primitives belong to the hands."""
         return np.flatnonzero(self.digit >= 0)
 
+    @cached_property
+    def _shapes(self) -> PrimitiveSet:
+        return PrimitiveSet.of_cone_spheres(self.body.a, self.body.b, self.body.radius_a, self.body.radius_b)
+
+    def primitives(self, body: PosedBody) -> PrimitiveSet:
+        """The body's primitives, as `PrimitiveSet.of_cone_spheres` gives them."""
+        params = self._shapes.params.reshape(-1, 8).copy()
+        params[:, 0:3], params[:, 3:6] = body.a, body.b
+        return replace(self._shapes, params=params.reshape(-1))
+
 
 @lru_cache(maxsize=64)
 def build_of(height: float, girth: float) -> Build:
@@ -182,7 +192,7 @@ def pose_figure(figure: Figure, t_ns: int, last: Posed | None = None) -> Posed |
     else:
         joints = pose_joints(build.skeleton, figure.posture)
         body = pose_body(build.body, joints)
-        primitives = PrimitiveSet.of_cone_spheres(body.a, body.b, body.radius_a, body.radius_b)
+        primitives = build.primitives(body)
     velocity = np.zeros((len(build.body), 3))
     gap_ns = figure.t_ns - figure.before_t_ns
     if figure.before is not None and 0 < gap_ns < SILENT_NS and t_ns - figure.t_ns < SILENT_NS:

@@ -61,6 +61,11 @@ class Solids:
         return YIELD * np.array(soft, np.float64) * np.array(least, np.float64)
 
     @cached_property
+    def remembering(self) -> tuple[int, ...]:
+        """Which things keep dents or stick."""
+        return tuple(n for n, t in enumerate(self.things) if t.matter.remembers and not t.fixed)
+
+    @cached_property
     def fixed_rows(self) -> I64:
         """Which primitives belong to fixed things."""
         return np.flatnonzero(self.inverse_mass[self.owner] == 0.0)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,22 +83,27 @@ def tessellate_thing(thing: Thing, detail: float = 1.0) -> list[Surface3]:
 
 def _divided(s: Surface3, longest: float) -> Surface3:
     """The surface with every edge longer than `longest` halved, again and again (at most four times)."""
-    vertices, normals, triangles = s.vertices, s.normals, s.triangles
-    for _ in range(4):
-        ends = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-        edges, which = np.unique(ends, axis=0, return_inverse=True)
-        long = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1) > longest
-        if not long.any():
+    both, triangles = finer(np.hstack((s.vertices, s.normals)), s.triangles, longest, times=4)
+    normals = both[:, 3:] / np.maximum(np.linalg.norm(both[:, 3:], axis=1, keepdims=True), 1e-12)
+    return Surface3(both[:, :3], normals, triangles)
+
+
+def finer(
+    columns: NDArray[Any], triangles: I32, longest: float, most: int = 1 << 31, times: int = 12
+) -> tuple[NDArray[Any], I32]:  # fmt: skip
+    """Triangles with every edge longer than `longest` [m] halved, again and again, while there are no more than `most`. columns:
+    (n, 3 and more), places and whatever else vertices have, of which new ones have the mean."""
+    for _ in range(times):
+        edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        edges, which = np.unique(edges, axis=0, return_inverse=True)
+        ends = columns[edges]
+        long = np.linalg.norm(ends[:, 1, :3] - ends[:, 0, :3], axis=1) > longest
+        middle = np.where(long, len(columns) + np.cumsum(long) - 1, -1)[which.reshape(-1)].reshape(-1, 3)
+        if not long.any() or len(triangles) + np.count_nonzero(middle >= 0) > most:
             break
-        number = np.full(len(edges), -1)
-        number[long] = len(vertices) + np.arange(long.sum())
-        middle = number[which].reshape(3, -1).T  # of the edges 01, 12, 20 of each triangle
-        both = normals[edges[long, 0]] + normals[edges[long, 1]]
-        both /= np.maximum(np.linalg.norm(both, axis=1, keepdims=True), 1e-12)
-        vertices = np.concatenate([vertices, 0.5 * (vertices[edges[long, 0]] + vertices[edges[long, 1]])])
-        normals = np.concatenate([normals, both])
+        columns = np.concatenate([columns, ends[long].mean(axis=1)]).astype(columns.dtype)
         triangles = np.array([t for c, m in zip(triangles.tolist(), middle.tolist(), strict=True) for t in _split(c, m)], np.int32)
-    return Surface3(vertices, normals, triangles)
+    return columns, triangles
 
 
 def _split(c: list[int], m: list[int]) -> list[tuple[int, int, int]]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Sequence
 from dataclasses import replace
-from hashlib import blake2b
 
 import numpy as np
 from numpy.typing import NDArray
@@ -282,13 +281,11 @@ class World:
         grasps = tuple(
             GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns, g.fingers, *g.seen(s.t_ns)) for g in s.grasps
         )
-        digest = 0
-        if s.step % HASH_STEPS == 0:
-            digest = int.from_bytes(blake2b(self.snapshot(), digest_size=8).digest(), "little")
+        digest = snapshot.digest(self._room, s) if s.step % HASH_STEPS == 0 else 0
         return WorldView(
             s.step, s.t_ns, s.things, s.things != before.things, self._said.states(before, s),
             contacts, ghosts, grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
-            s.dents, s.bonds, *changes(before, s),
+            s.dents, s.bonds, *changes(before, s), selected=s.selected,
         )  # fmt: skip
 
     # -- small things ------------------------------------------------------------------------------------------

@@ -56,6 +56,8 @@ class RoomNow:
     participants: tuple[str, ...] = ()
     dents: Mapping[int, Dent] = field(default_factory=dict[int, Dent])
     bonds: Mapping[int, Bond] = field(default_factory=dict[int, Bond])
+    selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    """Ids of the things that people have selected, by participant."""
 
     def holders(self, thing: str) -> tuple[str, ...]:
         """Who holds a thing; the first carries it."""
@@ -206,8 +208,9 @@ class WorldDecoder:
         grasps = tuple(message.grasps) if said.grasps else before.grasps
         moving = moving if names == moving else names
         return replace(
-            before, things=things, participants=people, touches=touches, dents=dents, bonds=bonds, moving=moving, grasps=grasps
-        )
+            before, things=things, participants=people, touches=touches, dents=dents, bonds=bonds, moving=moving, grasps=grasps,
+            selected=_selected(message, before),
+        )  # fmt: skip
 
     def _things(self, message: WorldState, whole: bool) -> Mapping[str, Thing]:
         if not (message.things or message.order):
@@ -264,7 +267,7 @@ class WorldDecoder:
             m.step, m.header.t_ns, {t.id: t for t in m.things} if m.key and m.things else before.things, poses,
             frozenset(s.id for s in m.states if not s.resting),
             tuple(Touch(g.target, g.source, tuple(g.target_primitives), force.get((g.target, g.source), 0.0)) for g in m.ghosts),
-            tuple(m.grasps), tuple(m.participants), dents, bonds,
+            tuple(m.grasps), tuple(m.participants), dents, bonds, _selected(m, before),
         )  # fmt: skip
         return [self.now]
 
@@ -274,6 +277,12 @@ def _set_of(bits: int) -> tuple[int, ...]:
 
 
 class Backlog:
+def _selected(message: WorldState, before: RoomNow) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    if not (message.key or message.HasField("selections")):
+        return before.selected
+    return tuple((s.participant, tuple(s.things)) for s in message.selections.of)
+
+
     """What the one who tells the room keeps for late joiners: the last whole message, and all since."""
 
     def __init__(self) -> None:

@@ -113,6 +113,7 @@ class Frame:
     figures: Sequence[FigureView] = ()
     things: Sequence[ThingView] = ()
     labels: Sequence[LabelView] = ()
+    outlines: Sequence[Outline] = ()
     captions: Sequence[Caption] = ()
 
 
@@ -181,6 +182,7 @@ class Painter:
         self._things: dict[str, list[Solid]] = {}
         self._furniture: Solid | None = None
         self._pane = Pane(ctx)
+        self._outlines = Outlines(ctx)
         self._names = Names(ctx, self._pane)
         self._subtitles = Subtitles(ctx, self._pane)
         self._projectors = Projectors(ctx)
@@ -289,6 +291,11 @@ class Painter:
             self._solids.draw([(as_gl(np.eye(4)), self._furniture)], 0.12, shared)
         self._shell.draw(shared)
         box = sight.box or self._whole
+        # A selected thing comes after its lines, and these after all they may be seen against.
+        for name, colours in marked.items():
+            solids = [(as_gl(thing.matrix), solid) for thing, solid in things if thing.id == name]
+            self._outlines.draw(solids, colours, shared, box[2:])
+        self._solids.draw([(as_gl(thing.matrix), solid) for thing, solid in things if thing.id in marked], 0.35, shared)
         if self._occlusion is not None:
             self._occlusion.darken(self._canvas, sight, clip, box)
         self._names.draw(frame.labels, sight.camera.position, clip, box[2:])

@@ -26,6 +26,8 @@ class Label:
     remark: str = ""
     warning: bool = False
     talking: bool = False
+    frame: tuple[int, int, int] | None = None
+    """Of the colour of somebody who has selected a thing: then smaller, over the thing."""
 
 
 @lru_cache(maxsize=8)
@@ -44,6 +46,8 @@ def _short(text: str) -> str:
 
 def paint_label(label: Label, line_height: int) -> U8:
     """(h, w, 4) RGBA, first row at the top; the name's line is `line_height` pixels high."""
+    line_height = round(0.72 * line_height) if label.frame else line_height
+    frame: _Ink | None = (*label.frame, 255) if label.frame else _TALKING if label.talking else None
     ink = _TALKING if label.talking else (255, 255, 255, 255)
     lines: list[tuple[str, _Font, _Ink, int]] = [(_short(label.name), _font(max(8, round(0.66 * line_height))), ink, line_height)]
     if label.remark:
@@ -57,7 +61,7 @@ def paint_label(label: Label, line_height: int) -> U8:
     draw = ImageDraw.Draw(image)
     draw.rounded_rectangle(
         (0, 0, width - 1, height - 1), radius=round(0.4 * line_height), fill=(12, 16, 20, 190 if label.talking else 150),
-        outline=_TALKING if label.talking else None, width=max(1, round(0.07 * line_height)),
+        outline=frame, width=max(1, round(0.07 * line_height)),
     )  # fmt: skip
     y = 1.0
     for text, font, colour, h in lines:

@@ -153,9 +153,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     await asyncio.to_thread(motion.warm_up)
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(config.delay_s * 1e9))
-    deliveries = Deliveries(bus, stage)
     models: dict[str, Model] = {}
     furniture = RoomDeliveries(bus, clock, models)
+    deliveries = Deliveries(bus, stage)
     inputs = _Inputs(bus, stage, clock, config.site, config.people)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     video = _open_video(config)
@@ -186,8 +186,8 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     finally:
         inputs.close()
         deliveries.close()
-        await asyncio.shield(_wind_up(easel, video, thread))
         furniture.close()
+        await asyncio.shield(_wind_up(easel, video, thread))
 
 
 async def _wind_up(easel: _Easel, video: VideoWriter | None, thread: ThreadPoolExecutor) -> None:

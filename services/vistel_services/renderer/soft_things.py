@@ -37,7 +37,7 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
 SOFT_FROM = 0.1
-"""Compliance under which nobody would see a thing give way."""
+"""Compliance up to which nobody would see a thing give way."""
 DRAWN = 0.004
 """How far a bond is drawn out before it shows in full [m]."""
 PLATEAU = 0.3
@@ -58,7 +58,7 @@ class Reshaped:
 
 def gives_way(thing: Thing) -> bool:
     """Whether a thing is drawn deformed: so soft that it shows, and felt."""
-    return thing.compliance >= SOFT_FROM and bool(thing.primitives)
+    return thing.compliance > SOFT_FROM and bool(thing.primitives)
 
 
 def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: tuple[F64, F64], limb: Primitive, at: F64, t_ns: int) -> list[Pull]:

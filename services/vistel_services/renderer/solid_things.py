@@ -20,17 +20,18 @@ U8 = NDArray[np.uint8]
 
 @dataclass
 class Solid:
-    """A surface on the graphics side; tint: (n, 4) of its vertices, empty where a picture says them."""
+    """A surface on the graphics side; more: (n, 4) tint of its vertices, or (n, 2) their places in the picture."""
 
     vao: moderngl.VertexArray
     shadow: moderngl.VertexArray
     buffers: list[moderngl.Buffer]
-    tint: F32
+    more: F32
     picture: moderngl.Texture | None = None
+    silhouette: moderngl.VertexArray | None = None
 
     def release(self) -> None:
         """Give it back."""
-        for part in (self.vao, self.shadow, *self.buffers):
+        for part in (self.vao, self.shadow, *([self.silhouette] if self.silhouette else []), *self.buffers):
             part.release()
 
 
@@ -62,7 +63,7 @@ class SolidThings:
         vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(s.triangles.astype(np.int32).tobytes())
         vao = self.ctx.vertex_array(self._pictured, [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo)
         shadow = self._shadow.solid(vbo, "3f 20x", ibo)
-        return Solid(vao, shadow, [vbo, ibo], np.zeros((0, 4), np.float32), self._texture(picture))
+        return Solid(vao, shadow, [vbo, ibo], uv, self._texture(picture))
 
     def draw(self, views: Sequence[tuple[bytes, Solid]], gloss: float, shared: dict[str, object]) -> None:
         """Draw solids at matrices (as OpenGL reads them) with what all shaders share."""

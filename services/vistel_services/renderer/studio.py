@@ -14,18 +14,14 @@ from numpy.typing import NDArray
 
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.posture import JointPose, Posture, pose_joints, standing
-from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.ghost import GhostSource
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
-from vistel.space.files.surfaces import pieces_of
 from vistel.space.room import meeting_room
-from vistel.space.tessellate import join
-from vistel.space.things import Thing
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
-from vistel_services.renderer.draw import FigureView, Frame, Painter, ThingView
+from vistel_services.renderer.draw import FigureView, Frame, Painter
 from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
 from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
@@ -34,7 +30,7 @@ from vistel_services.renderer.labels import Label
 from vistel_services.renderer.overlays import LabelView
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
-from vistel_services.renderer.room import build_room, drawn_with_room, linear
+from vistel_services.renderer.room import build_room, drawn_with_room
 from vistel_services.renderer.screens import (
     EYE_DISTANCE,
     Screen,
@@ -46,8 +42,9 @@ from vistel_services.renderer.screens import (
     sights_of_desktop,
     sights_of_screens,
 )
-from vistel_services.renderer.soft_things import Reshaped, SoftThings, gives_way, pulls_of
+from vistel_services.renderer.soft_things import pulls_of
 from vistel_services.renderer.stage import About, Instant, PersonNow
+from vistel_services.renderer.things_shown import ThingsShown
 
 log = logging.getLogger("vistel.renderer")
 
@@ -114,19 +111,15 @@ class Studio:
         self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens, _FINE[view.light])
         self._scale, self._screens = 1.0, view.screens
         room = decor.room if decor else meeting_room(seats)
-        self._models = models if models is not None else decor.models if decor else {}
-        self._lacking: set[str] = set()
-        self._fixed = {t.id for t in drawn_with_room(room)}
         self.painter.set_room(*(build_room(room) if decor else take_room(seats)))
-        self._detail = 0.6 if self.capability.software else 0.9
+        looks = models if models is not None else decor.models if decor else {}
+        detail = 0.6 if self.capability.software else 0.9
+        self._furnishing = ThingsShown(self.painter, looks, detail, (t.id for t in drawn_with_room(room)))
         self._camera = SeatCamera()
         self._from: list[Sight] = []
         self._drawn = 0
         self._eyes = eyes_before(view.screens, view.eye_distance)
         self._cast: dict[str, _Cast] = {}
-        self._things: dict[str, Thing] = {}
-        self._soft = SoftThings()
-        self._reshaped: dict[str, Reshaped | None] = {}
         self._ghosts = Ghosts()
         self._load = load
         self._loader = ThreadPoolExecutor(1, thread_name_prefix="avatars")
@@ -139,7 +132,7 @@ class Studio:
     def render(self, instant: Instant) -> U8:
         """The picture of an instant, (height, width, 4) RGBA, first row at the bottom."""
         self._meet(instant)
-        self._furnish(instant)
+        self._furnishing.meet(instant)
         self.painter.draw(self._frame(instant))
         drawn, shown = self.painter.size, (self.view.width, self.view.height)
         out = np.empty((drawn[1], drawn[0], 4), np.uint8)
@@ -194,20 +187,12 @@ class Studio:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
                 labels.append(LabelView(self._label(instant, person, cast), crown + np.array((0.0, 0.07, 0.0))))
-        things: list[ThingView] = []
-        for thing_id, (position, rotation) in instant.world.poses.items():
-            if thing_id in self._things:
-                matrix = np.eye(4, dtype=np.float32)
-                shape = self._reshaped.get(thing_id)
-                if shape is None or not shape.in_room:
-                    matrix[:3, :3] = matrix_from_quaternion(rotation)
-                    matrix[:3, 3] = position
-                things.append(ThingView(thing_id, matrix))
-        labels += [
+        outlines, names = self._furnishing.selections(instant)
+        said = [
             LabelView(c.over_things, instant.world.poses[t][0] + np.array((0.0, 0.16, 0.0)))
             for c in instant.captions for t in c.things if t in instant.world.poses
         ]  # fmt: skip
-        return Frame(self._from, figures, things, labels, instant.captions)
+        return Frame(self._from, figures, self._furnishing.views(instant), [*labels, *names, *said], outlines, instant.captions)
 
     def _pose(self, instant: Instant) -> dict[str, Posed]:
         """Everybody in the posture of this instant; who touches somebody deforms."""
@@ -223,19 +208,9 @@ class Studio:
         to_things, to_figures = pulls_of(instant, bodies, joints, shapes)
         for name, held in to_figures.items():
             ghosts.setdefault(name, []).extend(held)
-        self._reshape(self._soft.reshaped(instant, shapes, bodies, to_things))
+        self._furnishing.reshape(instant, shapes, bodies, to_things)
         names = [(p.about.name, p.posture) for p in instant.people]
         return {name: self._pose_one(name, posture, ghosts.get(name, ()), instant.now_ns) for name, posture in names}
-
-    def _reshape(self, now: dict[str, Reshaped | None]) -> None:
-        """Put the surfaces of soft things that have changed where they are drawn from."""
-        for thing_id, shape in now.items():
-            if shape is self._reshaped.get(thing_id) or thing_id not in self._things:
-                continue
-            rest = self._soft.of(self._things[thing_id]).surface
-            positions, normals = (rest.vertices, rest.normals) if shape is None else (shape.positions, shape.normals)
-            self.painter.reshape_thing(thing_id, positions, normals)
-        self._reshaped = now
 
     def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource], now_ns: int) -> Posed:
         cast = self._cast[name]
@@ -341,39 +316,3 @@ class Studio:
             if not self.view.wrinkles:
                 shape.iron()
         return shape
-
-    def _furnish(self, instant: Instant) -> None:
-        """Make the pictures of things that are new or changed."""
-        for thing_id, thing in instant.things.items():
-            if thing_id in self._fixed or not (thing.primitives or thing.looks):
-                continue
-            complete = all(k.model in self._models for k in thing.looks)
-            if self._things.get(thing_id) is thing and not (complete and thing_id in self._lacking):
-                continue
-            (self._lacking.discard if complete else self._lacking.add)(thing_id)
-            if gives_way(thing):
-                self._reshaped.pop(thing_id, None)
-                surface = self._soft.of(thing).surface
-                colour = linear(thing.primitives[0].colour or thing.colour)
-                self.painter.set_thing(thing_id, surface, np.tile(np.array(colour, np.float32), (len(surface.vertices), 1)))
-            else:
-                self._show(thing)
-            self._things[thing_id] = thing
-        for thing_id in set(self._things) - set(instant.things):
-            self.painter.drop_thing(thing_id)
-            del self._things[thing_id]
-            self._lacking.discard(thing_id)
-
-    def _show(self, thing: Thing) -> None:
-        """Make the picture of a thing that keeps its shape."""
-        if thing.id in self._lacking:
-            log.info("event=model_awaited thing=%s shown=what_is_felt_of_it", thing.id)
-        pieces = pieces_of(thing, self._models, self._detail)
-        own = [p for p in pieces if not p.mesh]
-        colours = np.repeat(
-            np.array([linear(p.colour[0] << 24 | p.colour[1] << 16 | p.colour[2] << 8) for p in own], np.float32).reshape(-1, 3),
-            [len(p.surface.vertices) for p in own], axis=0,
-        )  # fmt: skip
-        self.painter.set_thing(
-            thing.id, join([p.surface for p in own]) if own else None, colours, [p for p in pieces if p.mesh]
-        )

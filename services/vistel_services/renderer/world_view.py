@@ -39,6 +39,8 @@ class WorldView:
     grasps: tuple[world_pb2.Grasp, ...] = ()
     dents: Mapping[int, world_pb2.Dent] = field(default_factory=dict[int, world_pb2.Dent])
     bonds: Mapping[int, world_pb2.Bond] = field(default_factory=dict[int, world_pb2.Bond])
+    selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    """Ids of the things that people have selected, by participant."""
 
 
 def vector(v: geometry_pb2.Vec3) -> F64:
@@ -55,7 +57,7 @@ def quaternion(q: geometry_pb2.Quaternion) -> F64:
 
 def view_of(now: RoomNow, ghosts: tuple[Ghost, ...]) -> WorldView:
     """What is shown of a step."""
-    return WorldView(now.step, now.poses, ghosts, now.grasps, now.dents, now.bonds)
+    return WorldView(now.step, now.poses, ghosts, now.grasps, now.dents, now.bonds, now.selected)
 
 
 def ghosts_from(touches: Iterable[Touch], things: Mapping[str, world_pb2.Thing]) -> tuple[Ghost, ...]:
@@ -86,7 +88,7 @@ def between(a: WorldView, b: WorldView, u: float) -> WorldView:
     near = a if u < 0.5 else b
     if near.poses.keys() != poses.keys():
         poses = {k: v for k, v in poses.items() if k in near.poses}
-    return WorldView(near.step, poses, b.ghosts, near.grasps, near.dents, near.bonds)
+    return WorldView(near.step, poses, b.ghosts, near.grasps, near.dents, near.bonds, near.selected)
 
 
 def thing_of(message: world_pb2.Thing) -> Thing:

@@ -19,7 +19,7 @@ from vistel.wire.world_codec.bits import FrameError
 from vistel.wire.world_codec.frame import MOST_TOLD, Book, Moves, Said, read_key, write_book, write_changes, write_key
 from vistel.wire.world_codec.poses import Pose, rounded
 from vistel.wire.world_codec.touches import Pair, Touch
-from vistel_services.world.encode import bond_message, dent_message, grasp_message, thing_message, world_state
+from vistel_services.world.encode import bond_message, dent_message, grasp_message, selections, thing_message, world_state
 from vistel_services.world.near import Near
 from vistel_services.world.touching import Touching
 
@@ -62,6 +62,7 @@ class Teller:
         self._grasps: tuple[object, ...] = ()
         self._said_grasps: list[Grasp] = []
         self._touching = Touching()
+        self._selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
     def tell(self, view: WorldView) -> Told:
         """What is said of a step."""
@@ -89,7 +90,7 @@ class Teller:
         self._book, self._last = book, view.step
         self._begins = self._silent = False
         self._describe(view, WorldState())
-        self._people = view.participants
+        self._people, self._selected = view.participants, view.selected
         self._say_grasps(view, WorldState())
         self._touching.begin(view)
         self._touches(view)
@@ -111,7 +112,9 @@ class Teller:
                 out.order.extend(t.id for t in view.things)
         if self._silent:
             del out.things[:]  # they were told before
-        self._people = view.participants
+        self._people, self._selected = view.participants, view.selected
+        if view.selected:
+            out.selections.CopyFrom(selections(view))
         self._say_grasps(view, out)
         self._touching.begin(view)
         poses = [rounded(s.position, s.rotation) for s in view.states]
@@ -151,6 +154,9 @@ class Teller:
         if out.key or due or self._hash:
             dents = {d.number: dent_message(d) for d in view.dents}
             bonds = {b.number: bond_message(b) for b in view.bonds}
+        if view.selected != self._selected:
+            self._selected = view.selected
+            out.selections.CopyFrom(selections(view))
             out.check = check_of(
                 self._things_crc, crc_of_marks(dents, bonds), self._book, self._said_grasps, view.participants
             )

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from vistel.figure.making.source import Material
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.ghost import ghosts_of
+from vistel.space.files.model import Model
 from vistel.space.room import Extra
-from vistel.space.things import Matter, Primitive, Thing
+from vistel.space.things import Look, Matter, Primitive, Thing
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel_services.renderer.soft_things import SoftThing, bond_pulls, gives_way
 
@@ -104,12 +107,65 @@ def test_a_dent_that_fades_goes_smoothly_and_wholly() -> None:
     assert (np.diff(deep) < 1e-5).all()
 
 
-def test_what_is_hard_or_no_ball_is_drawn_as_it_is() -> None:
+def test_what_is_hard_is_drawn_as_it_is() -> None:
     assert gives_way(lump())
     assert gives_way(lump("ball"))
     assert not gives_way(lump(rigidity=1.0))
-    box = Thing("b", "b", "box", (Primitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2)),), 1.0, 1.0, 0, np.zeros(3))
-    assert not gives_way(box)
+    assert gives_way(solid(Primitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))))
+    assert not gives_way(replace(solid(Primitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))), compliance=0.05))
+    assert not gives_way(replace(solid(Primitive("sphere", (0.1,))), primitives=()))
+
+
+def solid(*primitives: Primitive) -> Thing:
+    return Thing("clay", "clay", "thing", primitives, 1.0, 0.9, 0xB5A48FFF, np.zeros(3))
+
+
+LYING = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])
+SHAPES = {
+    "box": (Primitive("superellipsoid", (0.12, 0.04, 0.09, 0.2, 0.2)),),
+    "slab": (Primitive("superellipsoid", (0.2, 0.04, 0.2, 0.2, 0.2)),),
+    "polygon": (Primitive("rounded_polygon", (0.04, -0.1, 0.0, -0.1, 0.1, 0.0, -0.1, 0.1, 0.0, 0.1, -0.1, 0.0, 0.1)),),
+    "two": (Primitive("sphere", (0.04,), np.array([-0.03, 0.0, 0.0])), Primitive("sphere", (0.04,), np.array([0.03, 0.0, 0.0]))),
+    "ring": (Primitive("supertoroid", (0.04, 0.04, 0.04, 2.0, 1.0, 1.0), np.array([-0.05, 0.0, 0.0]), LYING),),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_finger_dents_every_shape_where_it_is_and_nowhere_else(shape: str) -> None:
+    soft = SoftThing(solid(*SHAPES[shape]))
+    v = soft.surface.vertices
+    over = np.flatnonzero(np.hypot(v[:, 0] - 0.03, v[:, 2]) < 0.012)
+    top = float(v[over, 1].max())
+    now = soft.reshape([dent(x=0.03, at=top - 0.002)], [], STILL, 0)
+    assert now is not None
+    sunk = below(soft, now.positions)
+    assert 0.004 < sunk[over].max() < 0.015, sunk[over].max()
+    away = np.linalg.norm(v - (0.03, top, 0.0), axis=1) > 0.08
+    assert np.array_equal(now.positions[away], v[away])
+    assert np.isfinite(now.positions).all() and np.linalg.norm(now.normals, axis=1) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_polymesh_is_dented_with_its_picture_and_its_edges_stay_sharp() -> None:
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64) * (0.15, 0.05, 0.12)
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32)
+    picture = np.zeros((4, 4, 3), np.uint8)
+    places = np.tile(np.array((0, 1, 2), np.int32), (12, 1))
+    uv = np.array(((0, 0), (1, 0), (1, 1)), np.float32)
+    model = Model(corners.astype(np.float32), faces, uv, places, np.zeros(12, np.int32), (Material("m", None, picture),))
+    felt = Primitive("superellipsoid", (0.15, 0.05, 0.12, 0.2, 0.2), colour=0x80808000)
+    soft = SoftThing(replace(solid(felt), looks=(Look(model.digest),)), {model.digest: model})
+    (piece,) = soft.skin.pieces
+    assert piece.mesh and piece.uv is not None and piece.picture is picture
+    assert len(piece.surface.triangles) > 3000
+    assert np.allclose(soft.surface.vertices[soft.skin.back[0]], piece.surface.vertices, atol=1e-5)
+    assert len(soft.surface.vertices) < len(piece.surface.vertices)
+    now = soft.reshape([dent(x=0.0, at=0.048)], [], STILL, 0)
+    assert now is not None
+    assert below(soft, now.positions).max() > 0.004
+    edge = np.abs(piece.surface.vertices[:, 0]) > 0.149
+    assert not now.bent[soft.skin.back[0]][edge].any()
+    assert set(np.round(np.abs(piece.surface.normals[edge]).max(axis=1), 3).tolist()) == {1.0}
 
 
 @pytest.mark.parametrize("params", [[0, R, 0, 0, R, 0, 0.008, 0.008], [0, 0, 0, 0, 0, 0, 0.2, 0.2], [0, 9, 0, 0, 9, 0, 0.01, 0.01]])

@@ -17,7 +17,7 @@ from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.space.commands.actions import Delete, Move, Release, Reset, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
-from vistel.space.snapshot import VERSION
+from vistel.space.snapshot import VERSION, decode, digest
 from vistel.space.view import WorldView
 from vistel.space.world import World
 
@@ -198,6 +198,22 @@ def test_a_restored_world_goes_on_bit_for_bit() -> None:
         view = play.step(posture, CommandInput(str(k), "ann", Release(Which("ball"))))
         assert other.step(play.inputs[-1]).hash == view.hash
         assert other.snapshot() == play.world.snapshot()
+
+
+def test_the_hash_is_the_same_for_what_was_restored_and_another_for_the_least_change() -> None:
+    play = Play("ann")
+    take_baton(play)
+    room, state = decode(play.world.snapshot())
+    once, again = (digest(*decode(World.restore(play.world.snapshot()).snapshot())) for _ in range(2))
+    assert once == again == digest(room, state)
+    moved = state.motions.copy()
+    moved.velocity[2, 1] = np.nextafter(moved.velocity[2, 1], 1.0)
+    bent = replace(state.figures[0], opened=np.nextafter(state.figures[0].opened, 9.0))
+    others = [
+        replace(state, motions=moved), replace(state, figures=(bent,)), replace(state, marks=state.marks + 1),
+        replace(state, grasps=()), replace(state, selected=(("ann", (BATON,)),)),
+    ]  # fmt: skip
+    assert len({digest(room, other) for other in [state, *others]}) == len(others) + 1
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,116 @@
+"""What somebody selects is told to every site, and drawn with a line and their name."""
+
+from __future__ import annotations
+
+import time
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from vistel.figure.posture import standing
+from vistel.space.commands import actions as ask
+from vistel.space.commands.actions import Action, Which
+from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
+from vistel.space.room import meeting_room
+from vistel.space.world import World
+from vistel.wire.world import Backlog, WorldDecoder
+from vistel_services.renderer.camera import look_at
+from vistel_services.renderer.outlines import HUES, colours_of
+from vistel_services.renderer.stage import Instant
+from vistel_services.renderer.studio import Studio, View
+from vistel_services.renderer.world_view import WorldView, view_of
+from vistel_services.world.tell import Teller
+
+STEP_NS = 16_666_667
+
+
+class Told:
+    """A world, its teller, who hears all of it, and what a late joiner is given."""
+
+    def __init__(self) -> None:
+        self.world, self.teller = World(meeting_room(2)), Teller()
+        self.hears, self.backlog = WorldDecoder(), Backlog()
+        self.step()
+
+    def step(self, *commands: CommandInput, left: tuple[str, ...] = ()) -> None:
+        k = self.world.step_number + 1
+        people = tuple(Person(n) for n in ("ann", "bob")) if k == 1 else ()
+        motions = tuple(MotionInput(n, standing(), k, k * STEP_NS) for n in ("ann", "bob") if n not in left)
+        said = self.teller.tell(self.world.step(StepInputs(k, k * STEP_NS, people, motions, left, commands)))
+        if said.whole is not None:
+            self.backlog.key(said.whole)
+            self.hears.begin(self.backlog.snapshot())
+        if said.state is not None:
+            self.backlog.add(said.state)
+            self.hears.read(said.state)
+
+    def say(self, who: str, action: Action) -> None:
+        self.step(CommandInput(f"{who}{self.world.step_number}", who, action))
+        self.step()
+
+    def late(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        decoder = WorldDecoder()
+        decoder.begin(self.backlog.snapshot())
+        return decoder.now.selected
+
+
+def test_everybody_hears_what_is_selected_late_ones_too() -> None:
+    told = Told()
+    told.say("ann", ask.Select(Which("box")))
+    told.say("bob", ask.Select(Which(colour="green")))
+    both = (("ann", ("box",)), ("bob", ("can",)))
+    assert told.hears.now.selected == both == told.late()
+    for _ in range(250):  # over two key frames
+        told.step()
+    assert told.hears.now.selected == both == told.late()
+    assert view_of(told.hears.now, ()).selected == both
+
+
+def test_an_end_of_it_is_heard_too() -> None:
+    told = Told()
+    told.say("ann", ask.Select(Which("box")))
+    told.say("bob", ask.Select(Which("can")))
+    told.say("ann", ask.Select(nothing=True))
+    assert told.hears.now.selected == (("bob", ("can",)),)
+    told.step(left=("bob",))
+    told.step()
+    assert told.hears.now.selected == () == told.late()
+
+
+def test_colours_are_the_same_at_every_site_and_nobody_shares_one() -> None:
+    names = ["chidi", "aiko", "bruno", "dora"]
+    assert colours_of(names) == colours_of(reversed(names))
+    assert len(set(colours_of(f"p{n}" for n in range(HUES)).values())) == HUES
+    assert len(colours_of(f"p{n}" for n in range(40))) == 40
+
+
+@pytest.mark.gl
+def test_a_line_in_their_colour_goes_round_it_and_the_thing_stays_as_it_is() -> None:
+    things = {t.id: t for t in meeting_room(2).things}
+    poses = {t.id: (t.position, t.rotation) for t in things.values()}
+    studio = Studio(View(480, 270, "room", "", False), 2)
+    studio.camera = look_at(np.array([0.5, 1.3, 0.9]), things["ball"].position, 0.4)
+    try:
+        while not studio.complete:
+            time.sleep(0.01)
+
+        def drawn(selected: tuple[tuple[str, tuple[str, ...]], ...]) -> np.ndarray:
+            view = WorldView(1, poses, selected=selected)
+            return studio.render(Instant(1, (), view, MappingProxyType(things)))[..., :3].astype(int)
+
+        def share(picture: np.ndarray, who: str) -> int:
+            return int((np.abs(picture - colours_of(["aiko", "bruno"])[who]).max(axis=2) < 40).sum())
+
+        drawn(())
+        bare = drawn(())
+        ball = (("aiko", ("ball",)),)
+        one, both = drawn(ball), drawn((*ball, ("bruno", ("ball",))))
+        assert share(one, "aiko") > share(bare, "aiko") + 50
+        assert share(both, "bruno") > share(one, "bruno") + 50
+        middle = np.abs(one - bare)[130:140, 235:245].max()
+        assert middle < 8
+        assert np.array_equal(drawn(()), bare)
+        drawn((("ann", ("gone", "table")),))
+    finally:
+        studio.close()
