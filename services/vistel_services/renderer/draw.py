@@ -110,9 +110,9 @@ class Frame:
     figures: Sequence[FigureView] = ()
     things: Sequence[ThingView] = ()
     labels: Sequence[LabelView] = ()
+    outlines: Sequence[Outline] = ()
     captions: Sequence[Caption] = ()
 
-    outlines: Sequence[Outline] = ()
 
 _Parts = tuple[moderngl.VertexArray, ...]
 
@@ -186,9 +186,9 @@ class Painter:
         self._casters: list[moderngl.VertexArray] = []
         self._furniture: Solid | None = None
         self._pane = Pane(ctx)
+        self._outlines = Outlines(ctx)
         self._names = Names(ctx, self._pane, max(12, round(height * 0.052)))
         self._subtitles = Subtitles(ctx, self._pane, max(14, round(height * 0.06)))
-        self._outlines = Outlines(ctx)
         self._projectors = Projectors(ctx, screens)
         self._drawn = 0
 
@@ -289,13 +289,13 @@ class Painter:
             texture.use(0)
             vao.render()
         _, _, width, height = sight.box or self._whole
-        self._names.draw(frame.labels, sight.camera.position, clip, (width, height))
-        self._subtitles.draw(frame.captions, (width, height))
         # A selected thing comes after its lines, and these after all they may be seen against.
         for name, colours in marked.items():
             solids = [(_matrix(thing.matrix), solid) for thing, solid in things if thing.id == name]
             self._outlines.draw(solids, colours, shared, (width, height))
         self._solids.draw([(_matrix(thing.matrix), solid) for thing, solid in things if thing.id in marked], 0.35, shared)
+        self._names.draw(frame.labels, sight.camera.position, clip, (width, height))
+        self._subtitles.draw(frame.captions, (width, height))
 
     def _figure_drawn(self, view: FigureView) -> None:
         figure = self._figures[view.name]
