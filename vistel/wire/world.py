@@ -272,17 +272,17 @@ class WorldDecoder:
         return [self.now]
 
 
-def _set_of(bits: int) -> tuple[int, ...]:
-    return tuple(i for i in range(bits.bit_length()) if bits >> i & 1)
-
-
-class Backlog:
 def _selected(message: WorldState, before: RoomNow) -> tuple[tuple[str, tuple[str, ...]], ...]:
     if not (message.key or message.HasField("selections")):
         return before.selected
     return tuple((s.participant, tuple(s.things)) for s in message.selections.of)
 
 
+def _set_of(bits: int) -> tuple[int, ...]:
+    return tuple(i for i in range(bits.bit_length()) if bits >> i & 1)
+
+
+class Backlog:
     """What the one who tells the room keeps for late joiners: the last whole message, and all since."""
 
     def __init__(self) -> None:

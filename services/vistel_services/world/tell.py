@@ -61,8 +61,8 @@ class Teller:
         self._people: tuple[str, ...] = ()
         self._grasps: tuple[object, ...] = ()
         self._said_grasps: list[Grasp] = []
-        self._touching = Touching()
         self._selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
+        self._touching = Touching()
 
     def tell(self, view: WorldView) -> Told:
         """What is said of a step."""
@@ -138,6 +138,9 @@ class Teller:
         if people:
             self._people = view.participants
             out.participants.extend(view.participants)
+        if view.selected != self._selected:
+            self._selected = view.selected
+            out.selections.CopyFrom(selections(view))
         grasps = due or _rough(view.grasps) != self._grasps
         if grasps:
             self._say_grasps(view, out)
@@ -154,9 +157,6 @@ class Teller:
         if out.key or due or self._hash:
             dents = {d.number: dent_message(d) for d in view.dents}
             bonds = {b.number: bond_message(b) for b in view.bonds}
-        if view.selected != self._selected:
-            self._selected = view.selected
-            out.selections.CopyFrom(selections(view))
             out.check = check_of(
                 self._things_crc, crc_of_marks(dents, bonds), self._book, self._said_grasps, view.participants
             )
