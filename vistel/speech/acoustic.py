@@ -1,0 +1,143 @@
+"""How well each sound of Japanese fits what is heard right now: a small feed-forward net over a window of frames.
+
+The weights are one file in the package (`data/japanese.npz`; `data/japanese.md` beside it says how they were made).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.speech.features import BANDS
+from vistel.speech.phones import PHONES
+
+F32 = NDArray[np.float32]
+
+VERSION = 1
+"""Of the weight file: other arrays or another meaning get another number."""
+STATES = 2 * len(PHONES) - 1
+"""Of the sounds: the pause is one, every other phone has a beginning and an end. 0 is the pause."""
+PAST, FUTURE = 9, 6
+"""Frames the net sees before and after the one it judges."""
+FILE = Path(__file__).with_name("data") / "japanese.npz"
+
+
+def state_of(phone: int, part: float) -> int:
+    """State of a phone (an index into PHONES) when `part` of it, 0 to 1, has passed."""
+    return 0 if phone == 0 else 2 * phone - 1 + (part >= 0.5)
+
+
+@dataclass(frozen=True)
+class Model:
+    """A trained net and what the decoder needs beside it.
+
+    start_mean, scale: (BANDS,) mean of the frames before any is heard, and one over their spread after it is taken off.
+    weights, biases: of the layers; all but the last are followed by max(0, x). (in, out) and (out,) float32.
+    log_prior: (STATES,) logarithm of how often each state was trained on.
+    stay: (STATES,) probability that a state lasts another frame.
+    belief: (5,) weights of what `confidence.py` makes a confidence of.
+    """
+
+    start_mean: F32
+    scale: F32
+    weights: tuple[F32, ...]
+    biases: tuple[F32, ...]
+    log_prior: F32
+    stay: F32
+    belief: F32
+
+    def log_posteriors(self, windows: F32) -> F32:
+        """(n, STATES) for (n, (PAST + 1 + FUTURE) * BANDS) normalised and scaled frames, oldest first."""
+        x = windows
+        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            x = np.maximum(x @ weight + bias, 0.0)
+        x = x @ self.weights[-1] + self.biases[-1]
+        x -= x.max(1, keepdims=True)
+        return x - np.log(np.exp(x).sum(1, keepdims=True))
+
+
+def save(model: Model, path: Path) -> None:
+    """Writes a model; weights become bytes with a scale for each output (under 0.7 MB)."""
+    arrays: dict[str, NDArray[np.generic]] = {
+        "version": np.array(VERSION),
+        "phones": np.array(PHONES),
+        "start_mean": model.start_mean,
+        "scale": model.scale,
+        "log_prior": model.log_prior,
+        "stay": model.stay,
+        "belief": model.belief,
+    }
+    for k, (weight, bias) in enumerate(zip(model.weights, model.biases, strict=True)):
+        step = np.maximum(np.abs(weight).max(0), 1e-12) / 127.0
+        arrays[f"weight{k}"] = np.rint(weight / step).astype(np.int8)
+        arrays[f"step{k}"] = step.astype(np.float32)
+        arrays[f"bias{k}"] = bias.astype(np.float32)
+    with path.open("wb") as file:
+        np.savez_compressed(file, **arrays)  # pyright: ignore[reportArgumentType]
+
+
+def load(path: Path = FILE) -> Model:
+    """Raises ValueError, one line, where the file is not a model of this version and these phones."""
+    try:
+        with np.load(path) as data:
+            arrays = dict(data)
+    except (OSError, ValueError, EOFError) as error:
+        raise ValueError(f"speech model {path}: cannot be read ({error}); make it anew with: make speech-model") from None
+    version = int(arrays.get("version", np.array(0)))
+    if version != VERSION or tuple(arrays["phones"].tolist()) != PHONES:
+        raise ValueError(
+            f"speech model {path}: is of version {version} or other phones, expected version {VERSION}; "
+            "make it anew with: make speech-model"
+        )
+    layers = range(sum(name.startswith("weight") for name in arrays))
+    weights = tuple(arrays[f"weight{k}"].astype(np.float32) * arrays[f"step{k}"] for k in layers)
+    widths = [(PAST + 1 + FUTURE) * BANDS, *(w.shape[1] for w in weights)]
+    if [w.shape[0] for w in weights] != widths[:-1] or widths[-1] != STATES:
+        raise ValueError(f"speech model {path}: layers of {widths} do not fit; make it anew with: make speech-model")
+    biases = tuple(arrays[f"bias{k}"] for k in layers)
+    return Model(arrays["start_mean"], arrays["scale"], weights, biases, arrays["log_prior"], arrays["stay"], arrays["belief"])
+
+
+@cache
+def japanese() -> Model:
+    """The model of this package, loaded once."""
+    return load()
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """What a voice's frames go through before the net: frames @ turn + shift, both (BANDS, ...), of scaled frames."""
+
+    turn: F32
+    shift: F32
+
+
+class Acoustic:
+    """The net over a stream of normalised frames. Its answer lags FUTURE frames behind them."""
+
+    def __init__(self, model: Model, adaptation: Adaptation | None = None) -> None:
+        self._model = model
+        self._adaptation = adaptation
+        self._kept = np.zeros((PAST, BANDS), np.float32)
+
+    def feed_all(self, frames: F32) -> F32:
+        """(n, STATES) log posteriors of all n frames of a whole recording; after its end there is quiet."""
+        return self.feed(np.concatenate([frames, np.repeat(frames.min(0, keepdims=True), FUTURE, 0)]))
+
+    def feed(self, frames: F32) -> F32:
+        """(m, STATES) log posteriors of the next m frames of the stream; before its beginning there is quiet."""
+        scaled = frames * self._model.scale
+        if self._adaptation is not None:
+            scaled = scaled @ self._adaptation.turn + self._adaptation.shift
+        scaled = np.concatenate([self._kept, scaled])
+        width = PAST + 1 + FUTURE
+        count = max(0, len(scaled) - width + 1)
+        self._kept = scaled[count:].copy()
+        if count == 0:
+            return np.zeros((0, STATES), np.float32)
+        windows = np.lib.stride_tricks.sliding_window_view(scaled.reshape(-1), width * BANDS)[::BANDS][:count]
+        return self._model.log_posteriors(np.asarray(windows, np.float32))

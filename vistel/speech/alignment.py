@@ -1,0 +1,46 @@
+"""When each phone was said, for speech of which the phones are known (forced alignment)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.speech.acoustic import state_of
+from vistel.speech.phones import PAUSE, PHONES
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+
+
+def chain_of(phones: Sequence[str]) -> tuple[I32, I32]:
+    """(state, phone) of every step through the phones, one after the other."""
+    states: list[int] = []
+    owner: list[int] = []
+    for i, phone in enumerate(phones):
+        for part in (0.0,) if phone == PAUSE else (0.0, 0.5):
+            states.append(state_of(PHONES.index(phone), part))
+            owner.append(i)
+    return np.array(states, np.int32), np.array(owner, np.int32)
+
+
+def align(scores: F32, states: I32) -> tuple[I32, float]:
+    """The step of the chain `states` at each frame of `scores` (frames, STATES), by the best path through all of them;
+    and the mean score of a frame along it, minus infinity where there are fewer frames than steps."""
+    count = len(states)
+    best = np.full(count, -np.inf, np.float32)
+    if len(scores) < count:
+        return np.zeros(0, np.int32), -np.inf
+    best[0] = scores[0, states[0]]
+    moved = np.zeros((len(scores), count), bool)
+    for t in range(1, len(scores)):
+        before = np.concatenate([[np.float32(-np.inf)], best[:-1]])
+        moved[t] = before > best
+        best = np.maximum(best, before) + scores[t, states]
+    path = np.zeros(len(scores), np.int32)
+    step = count - 1
+    for t in range(len(scores) - 1, -1, -1):
+        path[t] = step
+        step -= int(moved[t, step])
+    return path, float(best[-1]) / len(scores)

@@ -1,0 +1,32 @@
+"""How far a recognised sentence is to be believed: how much worse than its words any sounds at all would fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.speech.decoder import Sentence
+
+FEATURES = 5
+
+
+def evidence(sentence: Sentence, runner_up: float | None, garbage: Sequence[float]) -> NDArray[np.float64]:
+    """(FEATURES,) what speaks for a sentence, each of the order of 1.
+
+    runner_up: score of the next best sentence; garbage: best score of the garbage loop after each number of frames.
+    """
+    frames = max(1, sum(b - a for a, b in sentence.bounds))
+    whole = (sentence.score - garbage[-1]) / frames
+    words = [
+        (score - (garbage[b] - garbage[a])) / max(1, b - a)
+        for (a, b), score in zip(sentence.bounds, sentence.word_scores, strict=True)
+    ]
+    lead = 1.0 if runner_up is None else min(1.0, (sentence.score - runner_up) / 30.0)
+    return np.array([1.0, 4.0 * whole, 2.0 * min(words, default=-4.0), lead, np.log(frames / 100.0)])
+
+
+def confidence(belief: NDArray[np.float32], features: NDArray[np.float64]) -> float:
+    """0 to 1; `belief` (FEATURES,) weighs them (logistic regression)."""
+    return float(1.0 / (1.0 + np.exp(-np.clip(features @ belief, -30.0, 30.0))))

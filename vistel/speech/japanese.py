@@ -1,0 +1,126 @@
+"""The Japanese recogniser: features, net, endpoints and decoder in a row. A `Recogniser` of `heard.py`."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.speech.acoustic import FUTURE, Acoustic, Adaptation, Model, japanese
+from vistel.speech.automaton import Automaton
+from vistel.speech.confidence import confidence, evidence
+from vistel.speech.decoder import Decoder, Sentence, network
+from vistel.speech.endpoint import Endpointer
+from vistel.speech.features import BANDS, FRAME_S, LogMel, Normaliser, as_float
+from vistel.speech.heard import Heard, Hypotheses, Samples
+
+F32 = NDArray[np.float32]
+
+ACCEPT = 0.5
+"""The confidence from which a sentence is to be believed, unless somebody decides otherwise."""
+_BEFORE = 40
+"""Frames before speech was noticed that belong to the utterance."""
+_ENOUGH, _LONG = 17, 50
+"""Silent frames that end an utterance: after a whole sentence, and otherwise."""
+_WHOLE = 20.0
+"""How far [log] a whole sentence may be behind the best beginning of another and still be what was said."""
+_LONGEST = 1000
+_PIECE = 160 * 10
+_PRIOR = 0.9
+"""How much of the priors of training is taken off again."""
+_WORD_COST = 3.0
+
+
+class JapaneseRecogniser:
+    """Hears sentences of an automaton in a stream at 16 kHz.
+
+    Other talk comes out as the sentence it is most like, with a low confidence, or not at all. Neither silence nor talk
+    without end makes it grow: an utterance ends after 10 s at the latest.
+    """
+
+    def __init__(
+        self, automaton: Automaton, model: Model | None = None, adaptation: Adaptation | None = None, most: int = 5
+    ) -> None:
+        self._model = model or japanese()
+        self._adaptation = adaptation
+        self._network = network(automaton, self._model, _WORD_COST)
+        self._most = most
+        self._normaliser = Normaliser(self._model.start_mean)
+        self._prior = np.float32(_PRIOR) * self._model.log_prior
+        self.reset()
+
+    def reset(self) -> None:
+        """Forgets the utterance under way and starts counting time anew; what was learnt of room and voice stays."""
+        self._mel = LogMel()
+        self._acoustic = Acoustic(self._model, self._adaptation)
+        self._endpointer = Endpointer()
+        self._before: deque[F32] = deque(maxlen=_BEFORE)
+        self._decoder: Decoder | None = None
+        self._frame = 0
+        self._start = 0
+
+    def feed(self, samples: Samples) -> list[Hypotheses]:
+        """Takes the next samples, any number of them; returns the utterances that ended in them, oldest first."""
+        sound = as_float(samples)
+        found: list[Hypotheses] = []
+        for at in range(0, len(sound), _PIECE):
+            frames = self._normaliser.feed(self._mel.feed(sound[at : at + _PIECE]))
+            for row in self._acoustic.feed(frames):
+                self._hear(row, found)
+        return found
+
+    def flush(self) -> list[Hypotheses]:
+        """Ends the utterance that is under way (push to talk let go, end of a file); returns it, if it was one."""
+        found: list[Hypotheses] = []
+        quiet = np.full((FUTURE, BANDS), -6.0, np.float32)
+        for row in self._acoustic.feed(quiet):
+            self._hear(row, found)
+        self._finish(found)
+        return found
+
+    def _hear(self, row: F32, found: list[Hypotheses]) -> None:
+        self._frame += 1
+        scores = np.asarray(row - self._prior, np.float32)
+        began = self._endpointer.feed(float(np.exp(row[0])))
+        if self._decoder is not None:
+            self._decoder.feed(scores)
+            if self._over(self._decoder):
+                self._finish(found)
+            return
+        self._before.append(scores)
+        if began:
+            self._decoder = Decoder(self._network)
+            self._start = self._frame - len(self._before)
+            for each in self._before:
+                self._decoder.feed(each)
+            self._before.clear()
+
+    def _over(self, decoder: Decoder) -> bool:
+        silent = self._endpointer.silent
+        if silent >= _LONG or decoder.time >= _LONGEST:
+            return True
+        return silent >= _ENOUGH and decoder.behind < _WHOLE
+
+    def _finish(self, found: list[Hypotheses]) -> None:
+        self._endpointer.end()
+        decoder, self._decoder = self._decoder, None
+        if decoder is None:
+            return
+        sentences = decoder.sentences(self._most)
+        if not sentences:
+            return
+        scores = [each.score for each in sentences]
+        heard: list[Heard] = []
+        for place, each in enumerate(sentences):
+            rival = max((s for k, s in enumerate(scores) if k != place), default=None)
+            features = evidence(each, rival, decoder.garbage)
+            if place == 0:
+                self.last_evidence = features
+            heard.append(self._heard(each, confidence(self._model.belief, features)))
+        found.append(tuple(heard))
+
+    def _heard(self, sentence: Sentence, belief: float) -> Heard:
+        begin = sentence.bounds[0][0] if sentence.bounds else 0
+        end = sentence.bounds[-1][1] if sentence.bounds else 0
+        return Heard(sentence.words, belief, (self._start + begin) * FRAME_S, (self._start + end) * FRAME_S)
