@@ -22,6 +22,7 @@ from vistel_services.renderer.captions import Caption
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
 from vistel_services.renderer.occlusion import Occlusion
+from vistel_services.renderer.outlines import Outline, Outlines
 from vistel_services.renderer.overlays import LabelView, Names, Pane, Projectors
 from vistel_services.renderer.programs import as_gl, program, put
 from vistel_services.renderer.room import Furniture, Panel
@@ -229,10 +230,10 @@ class Painter:
             solids.insert(0, self._solids.plain(surface, tint))
         self._things[thing_id] = solids
 
-    def reshape_thing(self, thing_id: str, positions: F32, normals: F32) -> None:
-        """New places and normals (n, 3) of the vertices of a thing's plain surface."""
-        solid = self._things[thing_id][0]
-        solid.buffers[0].write(np.hstack((positions, normals, solid.tint)).astype(np.float32, copy=False))
+    def reshape_thing(self, thing_id: str, parts: Sequence[tuple[F32, F32]]) -> None:
+        """New places and normals (n, 3) of a thing's vertices: of its plain surface if it has one, then of each piece."""
+        for solid, (positions, normals) in zip(self._things[thing_id], parts, strict=True):
+            solid.buffers[0].write(np.hstack((positions, normals, solid.more)).astype(np.float32, copy=False))
 
     def drop_thing(self, thing_id: str) -> None:
         """Forget a thing."""
@@ -286,7 +287,8 @@ class Painter:
         put(self._creased_program, albedo=0, wrinkle_light=4, **shared)
         for view in sorted(seen, key=lambda v: not v.own):
             self._figure_drawn(view)
-        self._solids.draw([(as_gl(thing.matrix), solid) for thing, solid in things], 0.35, shared)
+        marked = {o.thing: o.colours for o in frame.outlines}
+        self._solids.draw([(as_gl(thing.matrix), solid) for thing, solid in things if thing.id not in marked], 0.35, shared)
         if self._furniture is not None:
             self._solids.draw([(as_gl(np.eye(4)), self._furniture)], 0.12, shared)
         self._shell.draw(shared)
