@@ -28,7 +28,7 @@ from vistel.v1.motion_pb2 import Participant
 from vistel.wire import motion
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
-from vistel.wire.motion import MotionEncoder, MotionSample
+from vistel.wire.motion import Losses, MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, run
 from vistel_services.renderer.playout import Timing
@@ -75,6 +75,19 @@ class Link:
     loss: float
 
 
+@dataclass(frozen=True)
+class Sending:
+    """As the conference file says it: `[motion] losses` and `repeats`, `[sites.audio] repeats`."""
+
+    losses: Losses
+    motions: int
+    voices: int
+
+
+FOR_LOSSES, PLAIN = Sending("many", 2, 1), Sending("rare", 0, 0)
+"""For links that lose messages; and as little as possible on the wire."""
+
+
 @dataclass
 class Meeting:
     """What was seen and heard of one clap, in conference time [s]; nan: nothing."""
@@ -92,13 +105,15 @@ class _Seen:
     apart: list[float] = field(default_factory=list)
 
 
-def clapping(link: Link, policy: Policy, claps: int, seed: int) -> list[Meeting]:
+def clapping(link: Link, policy: Policy, claps: int, seed: int, sending: Sending = FOR_LOSSES) -> list[Meeting]:
     """The settled claps of a conference long enough for `claps` of them."""
     with tempfile.TemporaryDirectory() as folder:
-        return asyncio.run(_conference(link, policy, claps, seed, Path(folder)))
+        return asyncio.run(_conference(link, policy, claps, seed, Path(folder), sending))
 
 
-async def _conference(link: Link, policy: Policy, claps: int, seed: int, folder: Path) -> list[Meeting]:
+async def _conference(
+    link: Link, policy: Policy, claps: int, seed: int, folder: Path, sending: Sending
+) -> list[Meeting]:
     motion.warm_up()
     clock = SimulatedClock(START_NS)
     there, here = MemoryNetwork(), MemoryNetwork()
@@ -110,11 +125,11 @@ async def _conference(link: Link, policy: Policy, claps: int, seed: int, folder:
     studio = _studio()
     tasks = [
         asyncio.create_task(run_microphones([microphone], clock, START_NS)),
-        asyncio.create_task(run(Config("there", "aiko", (Microphone("aiko", str(pipe)),), stream=False),
+        asyncio.create_task(run(Config("there", "aiko", (Microphone("aiko", str(pipe)),), stream=False, repeats=sending.voices),
                                 there.bus("bench", "there", clock), clock)),
         asyncio.create_task(run(Config("here", "ben", (), str(heard), policy, stream=False),
                                 here.bus("bench", "here", clock), clock)),
-        asyncio.create_task(_move(there.bus("bench", "there", clock), clock, source)),
+        asyncio.create_task(_move(there.bus("bench", "there", clock), clock, source, sending)),
         asyncio.create_task(_draw(here.bus("bench", "here", clock), clock, studio, seen, np.random.default_rng((seed, 2)))),
     ]  # fmt: skip
     relay = _Relay(link, there.bus("bench", "hub", clock), here.bus("bench", "there", clock), np.random.default_rng(seed))
@@ -187,11 +202,11 @@ def _own(names: dict[str, str]) -> dict[str, str]:
     return {key: value for key, value in names.items() if key != "conference"}
 
 
-async def _move(bus: MemoryBus, clock: SimulatedClock, source: Clapping) -> None:
+async def _move(bus: MemoryBus, clock: SimulatedClock, source: Clapping, sending: Sending) -> None:
     """Sixty motions a second, each when it is done."""
     bus.publish(BY_NAME["participant"], participant="aiko").put(PEOPLE[0])
     publication = bus.publish(BY_NAME["motion"], participant="aiko")
-    encoder = MotionEncoder(losses="many", repeats=2)
+    encoder = MotionEncoder(losses=sending.losses, repeats=sending.motions)
     number = 0
     while True:
         number += 1

@@ -73,6 +73,32 @@ def matrices(quaternions, out):
 
 
 @compiled
+def nearest_rotation(m):
+    """The rotation (3, 3) nearest to a matrix of positive determinant: Newton's polar decomposition (Higham 1986), written
+    out so that it gives the same bytes on every machine. A matrix that is nearly flat gives the identity's nearest try."""
+    x = m / max(1e-12, math.sqrt((m * m).sum()))
+    new = np.empty((3, 3))
+    for _ in range(40):
+        for i in range(3):
+            a, b = x[(i + 1) % 3], x[(i + 2) % 3]
+            for k in range(3):
+                p, q = (k + 1) % 3, (k + 2) % 3
+                new[i, k] = a[p] * b[q] - a[q] * b[p]
+        det = x[0, 0] * new[0, 0] + x[0, 1] * new[0, 1] + x[0, 2] * new[0, 2]
+        if det < 1e-9:
+            return np.eye(3)
+        most = 0.0
+        for i in range(3):
+            for k in range(3):
+                better = 0.5 * (x[i, k] + new[i, k] / det)
+                most = max(most, abs(better - x[i, k]))
+                x[i, k] = better
+        if most < 1e-12:
+            break
+    return x
+
+
+@compiled
 def _relative(c, a, b, velocity, spin, axis):
     """Velocity of a against b at the contact, along c[axis : axis + 3]. Pointers, but for a, b and axis."""
     v, w = at(velocity, 3 * a), at(spin, 3 * a)

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.grasp import Grasp, out_of_hand
+from vistel.space.kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.people import HAND_JOINT, PALM, Posed
 from vistel.space.view import DigitTouch, HandForce
 
@@ -66,7 +68,7 @@ def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int, anchors: Sequence[A
     moment = BREADTH**2 * sum(turns, np.zeros((3, 3)))
     for w, x, y in zip(weight, there, here, strict=True):
         moment += w * np.outer(x - h, y - c)
-    rotation = _rotation(moment)
+    rotation: Any = nearest_rotation(moment)
     return h - rotation @ c, quaternion_from_matrix(rotation)
 
 
@@ -114,20 +116,3 @@ def _palm(g: Grasp, p: Posed) -> F64:
     """(3,) of the palm that holds."""
     joint = HAND_JOINT[int(g.right)]
     return p.joints.position[joint] + p.joints.rotation[joint] @ p.build.palm[int(g.right)]
-
-
-def _rotation(m: F64) -> F64:
-    """The rotation (3, 3) nearest to a matrix of positive determinant: Newton's polar decomposition (Higham 1986), written
-    out so that it gives the same bytes on every machine. A matrix that is nearly flat gives the identity's nearest try."""
-    x = m / max(1e-12, float(np.sqrt((m * m).sum())))
-    for _ in range(40):
-        cofactors = np.stack([np.cross(x[1], x[2]), np.cross(x[2], x[0]), np.cross(x[0], x[1])])
-        det = float(x[0] @ cofactors[0])
-        if det < 1e-9:
-            return np.eye(3)
-        new = 0.5 * (x + cofactors / det)
-        done = float(np.abs(new - x).max()) < 1e-12
-        x = new
-        if done:
-            break
-    return np.ascontiguousarray(x)

@@ -362,6 +362,12 @@ class WorldInputs(_message.Message):
     props: _containers.RepeatedCompositeFieldContainer[_motion_pb2.Prop]
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., motions: _Optional[_Iterable[_Union[WorldInputs.Used, _Mapping]]] = ..., command_ids: _Optional[_Iterable[str]] = ..., people: _Optional[_Iterable[_Union[WorldInputs.Person, _Mapping]]] = ..., commands: _Optional[_Iterable[_Union[_command_pb2.Command, _Mapping]]] = ..., private_state: _Optional[bytes] = ..., props: _Optional[_Iterable[_Union[_motion_pb2.Prop, _Mapping]]] = ...) -> None: ...
 
+class WorldSnapshotRequest(_message.Message):
+    __slots__ = ("state_only",)
+    STATE_ONLY_FIELD_NUMBER: _ClassVar[int]
+    state_only: bool
+    def __init__(self, state_only: _Optional[bool] = ...) -> None: ...
+
 class WorldSnapshot(_message.Message):
     __slots__ = ("header", "state", "private_state", "since")
     HEADER_FIELD_NUMBER: _ClassVar[int]

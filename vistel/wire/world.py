@@ -105,6 +105,8 @@ class WorldDecoder:
         """Something is missing: a snapshot is needed, or the next key frame."""
         self.missed, self.differed = 0, 0
         """How often a message was missing, and how often what was known was not what the sender knew."""
+        self.agreed = 0
+        """How often it was."""
         self.now = RoomNow()
         self._book: Book | None = None
         self._order: tuple[str, ...] = ()
@@ -132,9 +134,12 @@ class WorldDecoder:
             self._lose(message)
             self.missed += 1
             return []
-        if out and message.check and self._check() != message.check:
-            self.differed += 1
-            self.lost = True
+        if out and message.check:
+            if self._check() == message.check:
+                self.agreed += 1
+            else:
+                self.differed += 1
+                self.lost = True
         return out
 
     def begin(self, snapshot: WorldSnapshot) -> RoomNow | None:

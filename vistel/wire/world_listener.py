@@ -6,6 +6,7 @@ import asyncio
 import logging
 from collections.abc import Sequence
 
+from vistel.v1.world_pb2 import WorldSnapshotRequest
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -49,6 +50,11 @@ class WorldListener:
         self._look_after()
         return out
 
+    @property
+    def right(self) -> bool:
+        """Whether the sender has confirmed what is known, and it never differed."""
+        return self._decoder.agreed > 0 and self._decoder.differed == 0
+
     def close(self) -> None:
         """Stop listening."""
         if self._asking is not None:
@@ -66,7 +72,7 @@ class WorldListener:
 
     async def _ask(self) -> None:
         try:
-            snapshot = await self._bus.query(BY_NAME["world_snapshot"], None, PATIENCE_S)
+            snapshot = await self._bus.query(BY_NAME["world_snapshot"], WorldSnapshotRequest(state_only=True), PATIENCE_S)
             now = self._decoder.begin(snapshot) if snapshot is not None else None
             if now is not None:
                 self._caught_up.append((now, self._clock.now_ns()))

@@ -58,7 +58,7 @@ def grammar(
     known, faults = checked_grammar(*(files or ()))
     for fault in faults:
         out.print(f"[red]{escape(str(fault))}[/]", highlight=False, soft_wrap=True)
-    tongues = [_language(language)] if language else list(known.languages)
+    tongues: list[Language] = [_language(language)] if language else list(known.languages)
     if read is not None:
         _show_meaning(known, read)
     elif jsgf:

@@ -8,17 +8,17 @@ import time
 from collections import deque
 from collections.abc import Sequence
 
+from google.protobuf.message import DecodeError
 from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.space.claims import ClaimEvent
 from vistel.space.inputs import StepInputs
 from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World
-from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot
+from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot, WorldSnapshotRequest
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world import Backlog
 from vistel_services.world import journal
 from vistel_services.world.decode import command_input, prop_input
 from vistel_services.world.encode import bond_torn, carries_state, command_result, hand_force, input_person, ownership
@@ -105,7 +105,7 @@ class Room:
         ears.adopt(world, now_ns)
         self._bus = bus
         self._states, self._wholes = bus.publish(BY_NAME["world_state"]), bus.publish(BY_NAME["world_key"])
-        self._teller, self._backlog = Teller(), Backlog()
+        self._teller = Teller()
         self._inputs = bus.publish(BY_NAME["world_inputs"])
         self._results: dict[str, Publication] = {}
         self._torn = bus.publish(BY_NAME["bond_torn"])
@@ -153,8 +153,10 @@ class Room:
 
     def answer(self, request: bytes) -> WorldSnapshot:
         """The whole room, for who has just come."""
-        out = self._backlog.snapshot()
-        out.private_state = self.world.snapshot()
+        state_only = _state_only(request)
+        out = WorldSnapshot(state=self._teller.now(words=not state_only))
+        if not state_only:
+            out.private_state = self.world.snapshot()
         out.header.t_ns = self._last_ns
         return out
 
@@ -162,14 +164,12 @@ class Room:
         told = self._teller.tell(view)
         if told.whole is not None:
             self._wholes.put(told.whole)
-            self._backlog.key(told.whole)
         if told.state is not None:
             for who, detail in self._teller.details(self.world.eyes, view.t_ns).items():
                 if who not in self._details:
                     self._details[who] = self._bus.publish(BY_NAME["world_detail"], participant=who)
                 self._details[who].put(detail)
             self._states.put(told.state)
-            self._backlog.add(told.state)
 
     def _answer(self, outcome: Outcome, t_ns: int) -> None:
         _COMMANDS.labels("done" if outcome.done else "refused").inc()
@@ -202,6 +202,13 @@ class Room:
             if held.get(thing) != self._held.get(thing):
                 log.info("thing=%s held_by=%s", thing, ",".join(held.get(thing, ())) or "nobody")
         self._held = held
+
+
+def _state_only(request: bytes) -> bool:
+    try:
+        return WorldSnapshotRequest.FromString(request).state_only
+    except DecodeError:
+        return False
 
 
 def inputs_message(inputs: StepInputs, arrived: Arrived | None = None) -> WorldInputs:

@@ -19,7 +19,14 @@ from vistel.wire.world_codec.bits import FrameError
 from vistel.wire.world_codec.frame import MOST_TOLD, Book, Moves, Said, read_key, write_book, write_changes, write_key
 from vistel.wire.world_codec.poses import Pose, rounded
 from vistel.wire.world_codec.touches import Pair, Touch
-from vistel_services.world.encode import bond_message, dent_message, grasp_message, selections, thing_message, world_state
+from vistel_services.world.encode import (
+    bond_message,
+    dent_message,
+    grasp_message,
+    selections,
+    thing_message,
+    world_state,
+)
 from vistel_services.world.near import Near
 from vistel_services.world.touching import Touching
 
@@ -49,6 +56,7 @@ class Teller:
         self._near = Near()
         self._newest: Mapping[int, Pose] = {}
         self._steps = 0
+        self._told: WorldView | None = None
         self._last = 0
         self._moves: list[Moves] = []
         self._fresh: set[int] = set()
@@ -97,6 +105,27 @@ class Teller:
         self._newest = {n: rounded(view.states[n].position, view.states[n].rotation) for n in book.moving}
         book.crowded = len(book.moving) > MOST_TOLD
         self._steps = 1
+
+    def now(self, words: bool) -> WorldState | None:
+        """All that has been told so far, in a message that refers to no other, for who asks; None before anything was.
+        words: also in words, which a `WorldDecoder` does not need. Nothing changes."""
+        view = self._told
+        if view is None:
+            return None
+        things = [message for _, message in self._described.values()]
+        if words:
+            out = world_state(view, things)
+            del out.grasps[:]
+        else:
+            out = WorldState(step=view.step, key=True, things=things, participants=view.participants)
+            out.header.t_ns = view.t_ns
+            out.dents.extend(dent_message(d) for d in view.dents)
+            out.bonds.extend(bond_message(b) for b in view.bonds)
+            if view.selected:
+                out.selections.CopyFrom(selections(view))
+        out.grasps.extend(self._said_grasps)
+        out.frame, out.check, out.hash = write_book(self._book), self._check(view), 0
+        return out
 
     def details(self, eyes: Mapping[str, Eyes], t_ns: int) -> dict[str, WorldDetail]:
         """What goes before the message of the step last told, by participant; eyes: of everybody."""
@@ -155,15 +184,16 @@ class Teller:
         out.gone.extend(sorted(self._gone))
         out.hash = self._hash
         if out.key or due or self._hash:
-            dents = {d.number: dent_message(d) for d in view.dents}
-            bonds = {b.number: bond_message(b) for b in view.bonds}
-            out.check = check_of(
-                self._things_crc, crc_of_marks(dents, bonds), self._book, self._said_grasps, view.participants
-            )
-        self._moves, self._hash = [], 0
+            out.check = self._check(view)
+        self._moves, self._hash, self._told = [], 0, view
         self._fresh.clear()
         self._gone.clear()
         return out
+
+    def _check(self, view: WorldView) -> int:
+        dents = {d.number: dent_message(d) for d in view.dents}
+        bonds = {b.number: bond_message(b) for b in view.bonds}
+        return check_of(self._things_crc, crc_of_marks(dents, bonds), self._book, self._said_grasps, view.participants)
 
     def _whole(self, view: WorldView, said: WorldState) -> WorldState:
         """Everything, in words and as the frame of the message that goes beside it."""
