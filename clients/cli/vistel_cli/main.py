@@ -26,6 +26,7 @@ from vistel_cli import (
     trace,
     up,
     voice,
+    wall,
     world,
     world_move,
     world_serve,
@@ -50,6 +51,7 @@ app.command("trace")(trace.trace)
 app.command("scanline")(scanline.scanline)
 app.command("bench")(bench.bench)
 app.command("ask")(ask.ask)
+app.command("wall")(wall.wall)
 app.command("polygonise")(polygonise.polygonise)
 app.add_typer(avatar.app, name="avatar")
 app.add_typer(wrinkle.app, name="wrinkle")

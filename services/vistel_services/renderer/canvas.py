@@ -42,6 +42,11 @@ class Canvas:
         """The resolved picture as (height, width, 4) RGBA bytes, first row at the bottom."""
         self._plain.read_into(out, components=4, alignment=1)
 
+    def write(self, picture: U8) -> None:
+        """Put a picture (height, width, 3) into `colour`, first row at the top."""
+        opaque = np.full((*picture.shape[:2], 1), 255, np.uint8)
+        self.colour.write(np.ascontiguousarray(np.concatenate((picture[::-1], opaque[::-1]), axis=2)).tobytes())
+
     def release(self) -> None:
         """Give everything back."""
         for part in self._parts:

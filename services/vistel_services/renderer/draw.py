@@ -328,6 +328,10 @@ class Painter:
         self.read_into(out)
         return np.ascontiguousarray(out[::-1, :, :3])
 
+    def hang(self, picture: U8) -> None:
+        """A finished picture of its size (h, w, 3), first row at the top, in place of a drawn one."""
+        self._canvas.write(picture)
+
     def show(self) -> bool:
         """Put the picture on the surface's window; False when it was closed."""
         width, height = self.surface.window_size()

@@ -1,0 +1,78 @@
+"""`vistel wall`: the picture by which a wall of screens is set up."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from PIL import Image
+
+from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+def wall(
+    file: Annotated[Path, typer.Argument(help="A conference file (TOML) with [[sites.display.screens]].")],
+    site: Annotated[str | None, typer.Option(help="Whose wall; default: the first site that has one.")] = None,
+    output: Annotated[Path, typer.Option("--out", "-o", help="Where the picture goes.")] = Path("wall.png"),
+    show: Annotated[bool, typer.Option("--show", help="Show it in a window until that is closed.")] = False,
+) -> None:
+    """Draw the calibration picture of a wall of screens, for eyes 1.2 m over the viewer's seat.
+
+    A decimetre grid and a ring on each screen show its size, steps of grey and colours its light; the lines that run over all
+    screens are straight across the seams only where the corners in the file are right.
+
+    [bold]Examples[/bold]
+
+      vistel wall examples/conferences/v-wall.toml -o wall.png
+
+      vistel wall examples/conferences/v-wall.toml --site tokyo --show
+    """
+    from vistel.conference.paths import RunPaths  # noqa: PLC0415  loads the mathematics
+    from vistel_services.renderer.calibration import eyes_at, pattern  # noqa: PLC0415
+    from vistel_services.renderer.service import configure  # noqa: PLC0415
+
+    conference = load_conference(file)
+    walls = [s for s in conference.sites if s.display.screens]
+    if site is not None and site not in [s.name for s in conference.sites]:
+        fail(f"--site {site}: not in {file}; there are {', '.join(s.name for s in conference.sites)}", USAGE)
+    chosen = next((s for s in walls if site in (None, s.name)), None)
+    if chosen is None:
+        fail(f"{file}: {site or 'no site'} has {'no ' if site else ''}[[sites.display.screens]]; see how-to/wall-of-screens", USAGE)
+    view = configure(conference, chosen, RunPaths(Path(), Path())).view
+    seat = conference.room.place(conference.seat_of(view.eyes))
+    picture = pattern(view.screens, eyes_at(*seat, view.eye_distance), view.stereo)
+    if show:
+        _show(picture, f"VISTEL {chosen.name}: wall")
+        return
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        Image.fromarray(picture).save(output)
+    except (OSError, ValueError) as e:
+        fail(f"{output}: cannot be written: {e}", FAILED)
+    out.print(f"  {output}  {chosen.name}: {len(view.screens)} screens, {picture.shape[1]}x{picture.shape[0]}", soft_wrap=True)
+
+
+def _show(picture: NDArray[np.uint8], title: str) -> None:
+    import time  # noqa: PLC0415
+
+    from vistel_services.renderer.draw import Painter  # noqa: PLC0415  loads the mathematics
+    from vistel_services.renderer.gl_context import NoOpenGlError, open_surface  # noqa: PLC0415
+
+    height, width = picture.shape[:2]
+    try:
+        surface = open_surface(width, height, window=True, title=title)
+    except NoOpenGlError as e:
+        fail(str(e), FAILED)
+    if surface.window is None:
+        surface.close()
+        fail("no window could be opened here; without --show the picture goes into a file", FAILED)
+    painter = Painter(surface, width, height)
+    painter.hang(picture)
+    while painter.show():
+        time.sleep(0.05)
+    surface.close()
