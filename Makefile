@@ -4,10 +4,10 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check fuzz bench proto lock docs clean
+.PHONY: help setup demo test check fuzz bench speech-model proto lock docs clean
 
 help:  ## list the targets
-	@awk -F':.*##' '/^[a-z]+:.*##/ {printf "  make %-8s %s\n", $$1, $$2}' Makefile
+	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-12s %s\n", $$1, $$2}' Makefile
 
 setup:  ## make .venv and install VISTEL
 	@./scripts/setup.sh
@@ -30,6 +30,10 @@ fuzz: setup  ## long fuzzing of parsers and graphs
 
 bench: setup  ## every benchmark, one JSON object per line
 	@$(VENV)/bin/vistel bench --all --json
+
+speech-model: setup  ## make the Japanese acoustic model anew (docs/explanation/speech.md)
+	@OPENBLAS_NUM_THREADS=1 $(PY) -m scripts.speech_model.make
+	@$(PY) -m scripts.speech_model.believe
 
 proto:  ## generate Python from proto/, after a check for breaking changes
 	$(PY) proto/check.py --accept

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from benchmarks import speech_english
+from benchmarks import speech_english, speech_japanese
 from benchmarks.row import Row
 
 
 def run() -> Iterator[Row]:
     """Rows as they come; each language where its synthesisers and its model are here."""
+    yield from speech_japanese.rows()
     yield from speech_english.rows()

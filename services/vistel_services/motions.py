@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import Posture, Stance
-from vistel.wire.motion import MotionSample
+from vistel.wire.motion import MotionSample, StalePart
 
 F64 = NDArray[np.float64]
 
@@ -24,7 +24,10 @@ def posture_of(sample: MotionSample) -> Posture:
             joints |= dict(zip(names, np.reshape(rotations, (-1, 3)), strict=True))
     gaze = np.zeros(2) if sample.gaze is None else sample.gaze
     stance = Stance(sample.stance[:3], float(sample.stance[3]))
-    return Posture(sample.body, sample.hands, stance, gaze, joints)
+    # A face that is not seen any more is not known: the last grimace must not stay.
+    face = None if sample.face is None or sample.stale & StalePart.FACE else np.reshape(sample.face, (-1, 2))
+    lids = None if sample.stale & StalePart.GAZE else sample.lids
+    return Posture(sample.body, sample.hands, stance, gaze, joints, face, lids)
 
 
 def rotations_of(posture: Posture, names: tuple[str, ...]) -> F64 | None:

@@ -78,7 +78,8 @@ class Posture:
     dofs: (25,), hands: (2, 20), stance; gaze: (2,) yaw (left positive) and pitch (up positive) of both eyes
     relative to the head [rad]. joints: rotation vectors (3,) of single joints relative to their parents, by name, from a
     source that knows more of the body than the 25 (each leg, a collar bone, the jaw): they replace what the others say of
-    these joints, and what hangs on them goes along.
+    these joints, and what hangs on them goes along. face: (13, 2) marks as of `vistel.figure.face_marks` [m]; lids: (2,) opening
+    of the left and the right eye, 0 closed .. 1 as at rest; None where nothing is known of them.
     """
 
     dofs: F64 = field(default_factory=lambda: np.zeros(DOF_COUNT))
@@ -86,6 +87,8 @@ class Posture:
     stance: Stance = field(default_factory=Stance)
     gaze: F64 = field(default_factory=lambda: np.zeros(2))
     joints: Mapping[str, F64] = field(default_factory=dict[str, F64])
+    face: F64 | None = None
+    lids: F64 | None = None
 
 
 @dataclass(frozen=True)
@@ -145,7 +148,15 @@ def interpolate(a: Posture, b: Posture, t: float) -> Posture:
     joints = dict(a.joints if t < 0.5 else b.joints)
     for name in a.joints.keys() & b.joints.keys():
         joints[name] = rotvec_from_quaternion(slerp(_quaternion(a.joints[name]), _quaternion(b.joints[name]), t))
-    return Posture(dofs, a.hands + t * (b.hands - a.hands), stance, a.gaze + t * (b.gaze - a.gaze), joints)
+    face, lids = _between(a.face, b.face, t), _between(a.lids, b.lids, t)
+    return Posture(dofs, a.hands + t * (b.hands - a.hands), stance, a.gaze + t * (b.gaze - a.gaze), joints, face, lids)
+
+
+def _between(a: F64 | None, b: F64 | None, t: float) -> F64 | None:
+    """What only one of two postures tells is told in its half."""
+    if a is None or b is None:
+        return a if t < 0.5 else b
+    return a + t * (b - a)
 
 
 def _quaternion(rotvec: F64) -> F64:

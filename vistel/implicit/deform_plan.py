@@ -102,6 +102,11 @@ class Planner(Deformer):
         return self._middles
 
     @property
+    def order(self) -> I32:
+        """(V,) the vertices in the order of `places`."""
+        return self._vertex
+
+    @property
     def index(self) -> I32:
         """(NB, LANES) vertices of each block, the last repeated."""
         return self._index

@@ -79,6 +79,11 @@ class JapaneseRecogniser:
         self._finish(found)
         return found
 
+    @property
+    def pending_frames(self) -> int:
+        """Frames kept of the utterance under way."""
+        return 0 if self._decoder is None else self._decoder.time
+
     def _hear(self, row: F32, found: list[Hypotheses]) -> None:
         self._frame += 1
         scores = np.asarray(row - self._prior, np.float32)

@@ -27,7 +27,8 @@ def advance(
     """Moves the tokens of every word (first[w] to first[w + 1] - 1) by one frame.
 
     state, stay, move: of each position; cost: of entering each word; now: (STATES,) scores of the frame;
-    before: (junctions,) at the last time; score, entered: tokens, changed in place; top: (words,) the best score in each word; best: of all at the last time.
+    before: (junctions,) at the last time; score, entered: tokens, changed in place; top: (words,) the best score in each
+    word; best: of all at the last time.
     """
     least = best - beam
     for w in range(len(first) - 1):

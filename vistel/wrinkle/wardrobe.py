@@ -38,9 +38,12 @@ class SetEntry(Entry):
     memory: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     """Share of the wrinkles that stays for a while when what drives them is gone."""
 
+    mouth: bool = False
+    """What is seen between the lips, where they are painted on closed skin."""
+
     @model_validator(mode="after")
     def _is_complete(self) -> SetEntry:
-        if not self.wrinkles and not self.pull:
+        if not self.wrinkles and not self.pull and not self.mouth:
             raise ValueError("has neither wrinkles nor pull")
         at = [v for v, _ in self.pull]
         if any(b <= a for a, b in pairwise(at)):

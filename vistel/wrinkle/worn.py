@@ -19,6 +19,7 @@ from vistel.figure.posture import JointPose
 from vistel.wrinkle.displacement import Map, displacement_map
 from vistel.wrinkle.dressing import Chart
 from vistel.wrinkle.drives import Drives
+from vistel.wrinkle.opening import between_the_lips
 from vistel.wrinkle.region import Tube, sides_of, tube
 from vistel.wrinkle.sheet import instances
 from vistel.wrinkle.texture import Lighting, encoded, linear, shading, smoothed
@@ -157,6 +158,8 @@ class Worn:
             height = most * np.tanh(height / most)
         moved = np.abs(height) > 1e-6
         texel, light = (np.zeros(0, np.int64), np.zeros(0, np.float32)) if of is None else self._lit(of, around, entry.material)
+        if entry.mouth and self._texels is not None:
+            texel, light = self._texels.between_the_lips(self.avatar)
         drawn, shift = self._shifted(entry, around, scale)
         return WornSet(side + entry.name, each, side, vertex[moved], height[moved], texel, light, drawn, shift)
 
@@ -195,6 +198,10 @@ class _Texels:
         owner, weight = rasterise(uv, avatar.mesh.corner_triangles.astype(np.int64), size)
         self._owner, weight = owner[:height, :width].ravel(), weight[:height, :width].reshape(-1, 2)
         self._weight = np.concatenate((weight, 1.0 - weight.sum(axis=1, keepdims=True)), axis=1)
+
+    def between_the_lips(self, avatar: Avatar) -> tuple[I64, F32]:
+        """See `vistel.wrinkle.opening`."""
+        return between_the_lips(avatar, self._owner, self._weight.astype(np.float32))
 
     @property
     def covered(self) -> NDArray[np.bool_]:

@@ -7,12 +7,27 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vistel.v1.audio_pb2 import EquipmentStatus, SoundStatus
+from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME
+
+_SHOWN_NS = 5_000_000_000
+_MARKS = {
+    Utterance.STATE_SENT: "…", Utterance.STATE_DONE: "✓", Utterance.STATE_REFUSED: "✗", Utterance.STATE_QUESTION: "?",
+    Utterance.STATE_REJECTED: "?",
+}  # fmt: skip
+
+
+def caption(message: Utterance) -> str:
+    """What somebody said to the room and what came of it, in a line."""
+    answer = "" if message.state in (Utterance.STATE_SENT, Utterance.STATE_DONE) or not message.reply else f" {message.reply}"
+    said = f"“{message.text}” " if message.text else ""
+    return f"{message.participant}: {said}{_MARKS.get(message.state, '')}{answer}"
 
 
 @dataclass
 class _Voice:
+    target_s: list[float] = field(default_factory=list)
     to_ear_s: list[float] = field(default_factory=list)
     skew_s: list[float] = field(default_factory=list)
     frames: int = 0
@@ -25,6 +40,8 @@ class SoundWatch:
     def __init__(self, bus: Bus) -> None:
         self._status = bus.subscribe(BY_NAME["sound_status"], queue_all=True, polled=True)
         self._equipment = bus.subscribe(BY_NAME["equipment_status"], polled=True)
+        self._utterances = bus.subscribe(BY_NAME["utterance"], queue_all=True, polled=True)
+        self._said: dict[str, dict[str, Utterance]] = {}
         self._newest: dict[str, SoundStatus] = {}
         self._voices: dict[tuple[str, str], _Voice] = {}
         self._devices: dict[tuple[str, str], EquipmentStatus] = {}
@@ -38,9 +55,14 @@ class SoundWatch:
                 voice = self._voices.setdefault((message.site, s.participant), _Voice())
                 voice.frames, voice.concealed = s.frames, s.concealed
                 if s.talking:
+                    voice.target_s.append(s.target_s)
                     voice.to_ear_s.append(s.actual_s)
                     if s.image_s:
                         voice.skew_s.append(s.skew_s)
+        for sample in self._utterances.take():
+            said = self._said.setdefault(sample.names["site"], {})
+            said.pop(sample.message.id, None)
+            said[sample.message.id] = sample.message
         for sample in self._equipment.take():
             self._devices[sample.names["site"], sample.message.equipment] = sample.message
 
@@ -49,12 +71,14 @@ class SoundWatch:
         status = self._newest.get(site)
         if status is None:
             return ""
-        speaking = [f"{s.participant} {s.skew_s * 1e3:+.0f} ms" for s in status.streams if s.talking]
+        speaking = [_heard(s) for s in status.streams if s.talking]
         warnings = [f"{m.participant}: no microphone" for m in status.microphones if not m.open and not m.muted]
         warnings += [f"{m.participant} muted" for m in status.microphones if m.muted]
         warnings += [f"{m.participant} too loud" for m in status.microphones if m.clipped]
         warnings += [] if status.acoustic_known else ["acoustic delay unknown"]
-        return ", ".join([*(f"♪ {s}" for s in speaking), *warnings])
+        said = list(self._said.get(site, {}).values())[-1:]
+        captions = [caption(m) for m in said if status.header.t_ns - m.header.t_ns < _SHOWN_NS]
+        return ", ".join([*(f"♪ {s}" for s in speaking), *captions, *warnings])
 
     def report(self, sites: Sequence[str]) -> dict[str, Any]:
         """Of the whole run, as JSON-ready data, by site; seconds."""
@@ -67,6 +91,7 @@ class SoundWatch:
                 "policy": status.policy,
                 "loudspeaker": status.loudspeaker_detail or status.loudspeaker,
                 "voices": {who: _figures(v) for (where, who), v in sorted(self._voices.items()) if where == site},
+                "said_to_the_room": [caption(m) for m in self._said.get(site, {}).values()],
                 "microphones": {m.participant: m.detail or m.source for m in status.microphones},
                 "equipment": {
                     name: EquipmentStatus.State.Name(d.state).removeprefix("STATE_").lower() + (f": {d.detail}" if d.detail else "")
@@ -76,9 +101,17 @@ class SoundWatch:
         return out
 
 
+def _heard(s: SoundStatus.Stream) -> str:
+    """How late somebody is heard, how late they should be where that differs, and how far from their picture."""
+    wanted = f" (wanted {s.target_s * 1e3:.0f})" if abs(s.target_s - s.actual_s) >= 0.005 else ""
+    skew = f" {s.skew_s * 1e3:+.0f}" if s.image_s else ""
+    return f"{s.participant} {s.actual_s * 1e3:.0f}{wanted}{skew} ms"
+
+
 def _figures(voice: _Voice) -> dict[str, Any]:
     early, late = (_share(voice.skew_s, 0.01), _share(voice.skew_s, 0.99)) if voice.skew_s else (None, None)
     return {
+        "target_s_median": _share(voice.target_s, 0.5) if voice.target_s else None,
         "mouth_to_ear_s_median": _share(voice.to_ear_s, 0.5) if voice.to_ear_s else None,
         "skew_s_median": _share(voice.skew_s, 0.5) if voice.skew_s else None,
         "skew_s_p1": early, "skew_s_p99": late, "frames": voice.frames, "concealed": voice.concealed,

@@ -41,6 +41,8 @@ def show(
     from vistel_cli.trace import picture_size  # noqa: PLC0415
 
     pixels = picture_size(size) or (960, 540)
+    if picture is not None and not picture.parent.is_dir():
+        fail(f"--picture {escape(str(picture))}: there is no directory {escape(str(picture.parent))}", USAGE)
     interior = opened(file, show=not as_json)
     if as_json:
         print(json.dumps(_facts(interior)))
@@ -168,7 +170,7 @@ def _draw(interior: Interior, picture: Path, pixels: tuple[int, int], show: bool
     except NoOpenGlError as fault:
         fail(f"nothing to draw with: {escape(str(fault))}; `vistel doctor` says what is missing", FAILED)
     except (OSError, ValueError) as fault:
-        fail(f"--picture {escape(str(picture))}: cannot be written ({escape(str(fault))})", FAILED)
+        fail(f"--picture {escape(str(picture))}: cannot be written ({escape(getattr(fault, 'strerror', None) or str(fault))})", FAILED)
 
 
 def _row(t: Thing, interior: Interior) -> dict[str, Any]:

@@ -78,10 +78,12 @@ class Corners:
 
 @dataclass(frozen=True, eq=False)
 class Planned:
-    """A figure that the GPU poses and deforms: what of it never changes, and the frame."""
+    """A figure that the GPU poses and deforms: what of it never changes, and the frame; offsets: (V, 3) what its face does, in
+    the order of the shape, room frame [m]; None: nothing."""
 
     shape: SkinShape
     plan: FramePlan
+    offsets: F32 | None = None
 
 
 @dataclass(frozen=True)
@@ -365,7 +367,7 @@ class Painter:
             if self._deformer is None:
                 raise ValueError(f"figure {view.name}: planned for the GPU, and this painter has no deformer")
             buffers.gpu = GpuSkin(self._deformer, skin.shape)
-        buffers.gpu.run(skin.plan, buffers.dynamic)
+        buffers.gpu.run(skin.plan, buffers.dynamic, skin.offsets)
 
     def _shadows(self, frame: Frame, things: Sequence[tuple[ThingView, Solid]]) -> None:
         # Shadows move slowly: every other frame is enough where the CPU draws.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,13 +13,17 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
+from vistel.figure.face.countenance import Countenance
+from vistel.figure.face.landmarks import landmarks_of
+from vistel.figure.face.shape import Expression
+from vistel.figure.face.skin import FaceSkin
 from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.skin import Anatomy, SkinLayers
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.proportions import Proportions
-from vistel.figure.skeleton import Skeleton, standard_skeleton
+from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.space.tessellate import join, tessellate
@@ -43,6 +48,9 @@ COARSER_BELOW = (800.0, 260.0)
 0.4 and 1.6 mm at half of the places, hence by less than half a pixel."""
 _PHALANX = ("metacarpal", "proximal", "intermediate", "distal")
 _HEAD = ("neck", "skull", "face")
+_HEAD_JOINT = JOINT_INDEX["head"]
+
+log = logging.getLogger("vistel.renderer")
 
 
 @dataclass(frozen=True)
@@ -66,12 +74,13 @@ class Shape(Protocol):
 
     def pose(
         self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False,
-        at_ns: int | None = None,
+        at_ns: int | None = None, level_db: float | None = None,
     ) -> Posed:  # fmt: skip
         """The figure in `posture`, deformed by `ghosts`; what it returns is valid until its next `pose`.
 
         pixels_per_m: size in the picture, which decides how much detail is worth its time. planned: for the GPU to
-        pose and deform, if it is of that sort. at_ns: when, for what cloth remembers; None: it remembers nothing.
+        pose and deform, if it is of that sort. at_ns: when, for what cloth remembers and faces follow; None: they remember
+        nothing. level_db: how loud they speak, where that is known.
         """
         ...
 
@@ -141,7 +150,7 @@ class StandIn:
 
     def pose(
         self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False,
-        at_ns: int | None = None,
+        at_ns: int | None = None, level_db: float | None = None,
     ) -> Posed:  # fmt: skip
         """The limbs in `posture`, each stiff, whatever touches them."""
         joints = pose_joints(self.skeleton, posture)
@@ -173,10 +182,23 @@ class Person:
         self._finest = _Level(avatar, None, worn[0], picture)
         coarser = zip(avatar.coarser, worn[1:], strict=True)
         self._levels = [self._finest, *(_Level(a, self._finest.figure, w, picture) for a, w in coarser)]
+        self._countenance: Countenance | None = None
+        self._face_of(avatar)
         if layers:
             anatomy = Anatomy.of(Places(avatar))
             for level in self._levels:
                 level.figure.layers = SkinLayers(level.figure, anatomy)
+
+    def _face_of(self, avatar: Avatar) -> None:
+        """Let the levels have faces that move, where there is one."""
+        try:
+            marks = landmarks_of(avatar)
+        except ValueError as fault:
+            log.info("event=face_stays_still avatar=%s reason=%r", avatar.name, str(fault))
+            return
+        self._countenance = Countenance()
+        for level in self._levels:
+            level.face = FaceSkin(level.figure.avatar.mesh, marks)
 
     def bare(self) -> None:
         """Let the skin follow the joints alone from now on."""
@@ -189,15 +211,19 @@ class Person:
 
     def pose(
         self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False,
-        at_ns: int | None = None,
+        at_ns: int | None = None, level_db: float | None = None,
     ) -> Posed:  # fmt: skip
         """The figure in `posture`, deformed by its own limbs and by `ghosts`."""
         enough = sum(pixels_per_m <= limit for limit in COARSER_BELOW[: len(self._levels) - 1])
         level = self._levels[enough]
-        folds = None
+        folds, expression, actions = None, None, {}
+        if self._countenance is not None:
+            shown = self._countenance.step(posture, at_ns, level_db)
+            actions, expression = shown.actions, None if shown.expression.still else shown.expression
         if self.wearing is not None:
-            folds = self.wearing.weights(pose_joints(self.skeleton, posture), {}, at_ns)
-        return level.plan(posture, ghosts, folds) if planned else level.pose(posture, ghosts, folds)
+            folds = self.wearing.weights(pose_joints(self.skeleton, posture), actions, at_ns)
+        now = level.plan if planned else level.pose
+        return now(posture, ghosts, folds, expression)
 
     def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
         """This figure, posed, as ghosts for another."""
@@ -212,6 +238,8 @@ class _Level:
         picture: Callable[[], U8] | None = None,
     ) -> None:  # fmt: skip
         self._wrinkles = wrinkles
+        self.face: FaceSkin | None = None
+        self._offsets: F32 | None = None
         self.model = avatar_model(avatar, wrinkles, picture)
         self.figure = Figure(avatar, same_body=finest)
         self._planner: tuple[FigurePlanner, SkinShape] | None = None
@@ -223,9 +251,13 @@ class _Level:
         """Let the skin follow the joints alone from now on."""
         self.figure.layers, self._planner = None, None
 
-    def pose(self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None) -> Posed:
+    def pose(
+        self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None, expression: Expression | None = None
+    ) -> Posed:
         """The figure in `posture`, deformed by its own limbs and by `ghosts`; folds: (S,) weights of its wrinkles."""
         state = self.figure.pose(posture, ghosts, self._displacement(folds))
+        if self.face is not None and expression is not None:
+            self.face.lay(state.vertices, state.normals, state.joints.rotation[_HEAD_JOINT], expression)
         start = 0
         for corner, (vertices, normals) in zip(
             self._corners, ((state.vertices, state.normals), *state.eyeballs), strict=True
@@ -236,14 +268,30 @@ class _Level:
             start = end
         return Posed(self.model, Corners(self._positions, self._normals), state.joints, state.posed, _shader_weights(folds))
 
-    def plan(self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None) -> Posed:
+    def plan(
+        self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None, expression: Expression | None = None
+    ) -> Posed:
         """As `pose`, for the GPU to do."""
         if self._planner is None:
             planner = FigurePlanner(self.figure)
             self._planner = planner, SkinShape.of(planner)
         planner, shape = self._planner
-        now = planner.plan(posture, ghosts, self._displacement(folds))
-        return Posed(self.model, Planned(shape, now.plan), now.joints, now.posed, _shader_weights(folds))
+        displacement, offsets = self._displacement(folds), None
+        if self.face is not None and expression is not None:
+            if displacement is None:
+                displacement = np.zeros(len(self.figure.avatar.mesh.vertices), np.float32)
+            now = planner.plan(posture, ghosts, displacement)
+            offsets = self._room_offsets(self.face, planner, now.joints, expression)
+        else:
+            now = planner.plan(posture, ghosts, displacement)
+        return Posed(self.model, Planned(shape, now.plan, offsets), now.joints, now.posed, _shader_weights(folds))
+
+    def _room_offsets(self, face: FaceSkin, planner: FigurePlanner, joints: JointPose, expression: Expression) -> F32:
+        """(V, 3) what the face does, in the order of the planner's places."""
+        if self._offsets is None:
+            self._offsets = np.zeros((len(self.figure.avatar.mesh.vertices), 3), np.float32)
+        face.room_offsets(joints.rotation[_HEAD_JOINT], expression, self._offsets)
+        return self._offsets[planner.planner.order]
 
     def _displacement(self, folds: F64 | None) -> F32 | None:
         return None if folds is None or self._wrinkles is None else self._wrinkles.displacement(folds)

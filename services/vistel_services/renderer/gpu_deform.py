@@ -251,7 +251,8 @@ class GpuSkin:
             (calibration, "4f 3f", "calibration_a", "calibration_b"),
         ]  # fmt: skip
         self._solve = ctx.vertex_array(engine.solve, self._inputs)
-        self._displacement: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
+        self._displacement: tuple[moderngl.Buffer, moderngl.Buffer, moderngl.VertexArray] | None = None
+        self._offset_before = False
         self._corner = ctx.vertex_array(engine.corner, [(corner, "3i", "fan")])
         self._plan = ctx.texture((TABLE_WIDTH, 1), 4, dtype="i4")
         self._overlap = _table(ctx, shape.overlap.reshape(-1), "f4")
@@ -264,8 +265,9 @@ class GpuSkin:
             self._normals,
         ]  # fmt: skip
 
-    def run(self, plan: FramePlan, out: moderngl.Buffer) -> None:
-        """Write position and normal (3f 3f) of every drawn corner to `out`."""
+    def run(self, plan: FramePlan, out: moderngl.Buffer, offsets: F32 | None = None) -> None:
+        """Write position and normal (3f 3f) of every drawn corner to `out`. offsets: (V, 3) by which vertices move after all else,
+        room frame [m]; only with a plan that has a displacement."""
         engine = self.engine
         engine.use()
         self._upload(plan)
@@ -277,7 +279,7 @@ class GpuSkin:
         placed = self._rigid
         if plan.acts:
             placed = self._placed
-            solve = self._solve if plan.displacement is None else self._displaced(plan.displacement)
+            solve = self._solve if plan.displacement is None else self._displaced(plan.displacement, offsets)
             solve.transform(placed, moderngl.POINTS, self._count)
         self._at.write(placed)
         self._normals.write(self._normal)
@@ -285,15 +287,20 @@ class GpuSkin:
         self._normals.use(NORMALS)
         self._corner.transform(out, moderngl.POINTS, self._corners)
 
-    def _displaced(self, displacement: F32) -> moderngl.VertexArray:
+    def _displaced(self, displacement: F32, offsets: F32 | None) -> moderngl.VertexArray:
         """The solve with a displacement per vertex; vertices that follow one joint have none."""
         ctx = self.engine.ctx
         if self._displacement is None:
-            buffer = ctx.buffer(bytes(4 * self._count))
-            inputs = [*self._inputs, (buffer, "1f", "displacement")]
-            self._displacement = buffer, ctx.vertex_array(self.engine.displaced, inputs)
+            buffer, laid = ctx.buffer(bytes(4 * self._count)), ctx.buffer(bytes(12 * self._count))
+            inputs = [*self._inputs, (buffer, "1f", "displacement"), (laid, "3f", "laid")]
+            self._displacement = buffer, laid, ctx.vertex_array(self.engine.displaced, inputs)
         self._displacement[0].write(np.ascontiguousarray(displacement, np.float32))
-        return self._displacement[1]
+        if offsets is not None:
+            self._displacement[1].write(np.ascontiguousarray(offsets, np.float32))
+        elif self._offset_before:
+            self._displacement[1].clear()
+        self._offset_before = offsets is not None
+        return self._displacement[2]
 
     def placed(self, plan: FramePlan) -> tuple[F32, I32]:
         """For measuring: positions (V, 3) [m] after `run`, in the order of the shape, and flags (V,): 1 moved + 2 no

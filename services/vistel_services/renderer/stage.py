@@ -59,7 +59,7 @@ class Instant:
     """Everything that is shown at one instant; now_ns: conference time at which it is drawn.
 
     coming: who has been announced and has not moved yet, so that their figures can be made ready. talking: who is heard.
-    captions: what was said to the room lately.
+    captions: what was said to the room lately. loudness: of who is heard [dB].
     """
 
     now_ns: int
@@ -69,6 +69,7 @@ class Instant:
     coming: tuple[About, ...] = ()
     talking: frozenset[str] = frozenset()
     captions: tuple[Caption, ...] = ()
+    loudness: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
 
 class _Person:
@@ -93,6 +94,7 @@ class Stage:
         self._arrived: set[str] = set()
         self._held = HeldThings()
         self._talking: frozenset[str] = frozenset()
+        self._loudness: Mapping[str, float] = MappingProxyType({})
         self.captions = Captions()
 
     def hear_about(self, message: motion_pb2.Participant) -> None:
@@ -152,6 +154,7 @@ class Stage:
     def hear_sound(self, message: audio_pb2.SoundStatus) -> None:
         """How this site's voices are doing: who is heard, and whose picture must wait because the voice comes later."""
         self._talking = frozenset(s.participant for s in message.streams if s.talking)
+        self._loudness = {s.participant: s.level_db for s in message.streams if s.talking}
         for stream in message.streams:
             person = self._people.get(stream.participant)
             if person is not None and math.isfinite(stream.needed_s):
@@ -175,7 +178,8 @@ class Stage:
             people.append(PersonNow(person.about, shown.posture, timing))
         world = self._world.sample(now_ns) or WorldView()
         captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
-        return Instant(now_ns, *self._in_hands(now_ns, people, world), self._things, tuple(coming), self._talking, captions)
+        shown = self._in_hands(now_ns, people, world)
+        return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness)
 
     def _in_hands(self, now_ns: int, people: list[PersonNow], world: WorldView) -> tuple[tuple[PersonNow, ...], WorldView]:
         """People with their fingers on what they hold, and the world with it in their hands."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import PosedBody, pose_body
+from vistel.figure.face.gaze import converged, distance_looked_at
 from vistel.figure.posture import JointPose, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.ghost import GhostSource
@@ -56,6 +57,8 @@ ARM, NEAREST = 0.25, 0.45
 """How much nearer than the hips a person is taken to be for the level of detail, and the nearest it can be [m]."""
 _FINE = {"auto": None, "fast": False, "fine": True}
 NO_SIGNAL_NS = 1_500_000_000
+EYES_SEEN = 350.0
+"""Pixels per metre below which nobody sees that eyes converge."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,7 @@ class _Cast:
     shape: Shape
     coming: Future[Shape] | None
     at: F64 | None = None
+    head: F64 | None = None
     remark: str = ""
 
     @property
@@ -209,16 +213,30 @@ class Studio:
         for name, held in to_figures.items():
             ghosts.setdefault(name, []).extend(held)
         self._furnishing.reshape(instant, shapes, bodies, to_things)
-        names = [(p.about.name, p.posture) for p in instant.people]
-        return {name: self._pose_one(name, posture, ghosts.get(name, ()), instant.now_ns) for name, posture in names}
+        return {p.about.name: self._pose_one(instant, p, ghosts.get(p.about.name, ())) for p in instant.people}
 
-    def _pose_one(self, name: str, posture: Posture, ghosts: Sequence[GhostSource], now_ns: int) -> Posed:
+    def _looking(self, instant: Instant, person: PersonNow, pixels_per_m: float) -> Posture:
+        """The person's posture with both eyes on what they look at: somebody else's face, or a thing; where eyes are seen."""
+        posture, skeleton = person.posture, self._cast[person.about.name].shape.skeleton
+        if pixels_per_m < EYES_SEEN:
+            return posture
+        others = [c.head for name, c in self._cast.items() if name != person.about.name and c.head is not None]
+        places = [*others, *(position for position, _ in instant.world.poses.values())]
+        left, right = (skeleton.rest[JOINT_INDEX[f"{side}_eye"]] for side in ("left", "right"))
+        away = distance_looked_at(pose_joints(skeleton, posture), places)
+        return converged(posture, float(np.linalg.norm(left - right)), away)
+
+    def _pose_one(self, instant: Instant, person: PersonNow, ghosts: Sequence[GhostSource]) -> Posed:
+        name, posture = person.about.name, person.posture
         cast = self._cast[name]
         try:
+            size = self._pixels_per_m(cast.at)
             now = cast.shape.pose(
-                posture, ghosts, self._pixels_per_m(cast.at), planned=self._deformer is not None, at_ns=now_ns
-            )
+                self._looking(instant, person, size), ghosts, size, planned=self._deformer is not None, at_ns=instant.now_ns,
+                level_db=instant.loudness.get(name),
+            )  # fmt: skip
             cast.at = now.joints.position[JOINT_INDEX["hips"]]
+            cast.head = now.joints.position[JOINT_INDEX["left_eye"]]
             return now
         except Exception:  # one figure that cannot be computed must not take the picture away from everybody
             log.exception("event=figure_failed participant=%s shown=stand-in", name)

@@ -12,6 +12,7 @@ in vec4 calibration_a;       // weight, offset, contact, mu
 in vec3 calibration_b;       // alpha, room inwards, outwards [m]
 #ifdef DISPLACED
 in float displacement;       // along the normal [m]
+in vec3 laid;                // what a face does, room frame [m]
 #endif
 out vec4 placed;             // w: 0 untouched, 1 moved; 2 more: no root found
 
@@ -157,10 +158,16 @@ float pressed() {
 void main() {
     solve();
 #ifdef DISPLACED
-    if (displacement == 0.0 || isnan(displacement) || isinf(displacement))
+    bool creased = displacement != 0.0 && !isnan(displacement) && !isinf(displacement);
+    bool moves = laid != vec3(0.0) && finite(laid);
+    if (!creased && !moves)
         return;
-    float u = clamp((pressed() - (T - FLATTEN)) / FLATTEN, 0.0, 1.0);
-    placed.xyz += displacement * (1.0 - u * u * (3.0 - 2.0 * u)) * normal.xyz;
+    if (creased) {
+        float u = clamp((pressed() - (T - FLATTEN)) / FLATTEN, 0.0, 1.0);
+        placed.xyz += displacement * (1.0 - u * u * (3.0 - 2.0 * u)) * normal.xyz;
+    }
+    if (moves)
+        placed.xyz += laid;
     placed.w += mod(placed.w, 2.0) == 0.0 ? 1.0 : 0.0;
 #endif
 }

@@ -1,0 +1,1 @@
+"""How the acoustic model of vistel.speech is made: texts, voices, rooms and noises, training, figures."""

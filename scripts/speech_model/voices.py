@@ -1,0 +1,140 @@
+"""Synthetic voices: Open JTalk with voices found in folders, and espeak-ng.
+
+Voices are looked for, never shipped: `VISTEL_VOICES` names folders with *.htsvoice (colon between them); Debian's
+/usr/share/hts-voice and the voice inside the Python package pyopenjtalk-plus are found without it.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import tempfile
+import wave
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.speech.phones import label_phones
+
+F32 = NDArray[np.float32]
+RATE = 16000
+_DICTIONARIES = (Path("/var/lib/mecab/dic/open-jtalk/naist-jdic"), Path("/usr/share/open_jtalk/dic"))
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """sound: (n,) float32 at 16 kHz, full scale 1; phones: names; ends_s: (phones,) where each ends [s], or None."""
+
+    sound: F32
+    phones: tuple[str, ...]
+    ends_s: NDArray[np.float64] | None
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How a voice speaks. rate: times the usual; semitones: pitch; warp: all-pass constant less the voice's own
+    (above 0 a longer throat); liveliness: of the melody and of the spectrum."""
+
+    rate: float = 1.0
+    semitones: float = 0.0
+    warp: float = 0.0
+    liveliness: float = 1.0
+
+
+def drawn(random: np.random.Generator) -> Manner:
+    return Manner(
+        float(random.uniform(0.78, 1.3)),
+        float(random.uniform(-4.0, 5.0)),
+        float(random.uniform(-0.06, 0.06)),
+        float(random.uniform(0.6, 1.3)),
+    )
+
+
+@cache
+def hts_voices() -> dict[str, Path]:
+    """Voice files by name."""
+    folders = [Path(each) for each in os.environ.get("VISTEL_VOICES", "").split(":") if each]
+    folders.append(Path("/usr/share/hts-voice"))
+    package = importlib.util.find_spec("pyopenjtalk")
+    if package is not None and package.origin is not None:
+        folders.append(Path(package.origin).parent)
+    found: dict[str, Path] = {}
+    for folder in folders:
+        for path in sorted(folder.rglob("*.htsvoice")):
+            found.setdefault(path.stem, path)
+    return found
+
+
+def missing() -> str | None:
+    """Why Japanese cannot be synthesised here, in one line; None where it can."""
+    if shutil.which("open_jtalk") is None or _dictionary() is None:
+        return "no Open JTalk here; install it with: apt install open-jtalk open-jtalk-mecab-naist-jdic"
+    if not hts_voices():
+        return "no Open JTalk voice here; name a folder with *.htsvoice in VISTEL_VOICES, or pip install pyopenjtalk-plus"
+    return None
+
+
+def _dictionary() -> Path | None:
+    return next((path for path in _DICTIONARIES if path.is_dir()), None)
+
+
+def open_jtalk(text: str, voice: Path, manner: Manner) -> Spoken:
+    """Open JTalk's speech with the times of its phones. Raises RuntimeError that names what it would not say."""
+    with tempfile.TemporaryDirectory() as folder:
+        wav, trace = Path(folder) / "speech.wav", Path(folder) / "trace"
+        command = [
+            "open_jtalk", "-x", str(_dictionary()), "-m", str(voice), "-ow", str(wav), "-ot", str(trace),
+            "-a", f"{0.55 + manner.warp:.3f}", "-fm", f"{manner.semitones:.2f}", "-r", f"{manner.rate:.3f}",
+            "-jm", f"{0.5 + 0.5 * manner.liveliness:.3f}", "-jf", f"{manner.liveliness:.3f}",
+        ]  # fmt: skip
+        done = subprocess.run(command, input=text.encode(), capture_output=True, check=False)
+        if done.returncode != 0 or not wav.is_file():
+            raise RuntimeError(f"open_jtalk said nothing for {text!r}: {done.stderr.decode(errors='replace').strip()}")
+        phones: list[str] = []
+        ends: list[float] = []
+        listing = trace.read_text(errors="replace").split("[Output label]")[1].split("\n\n")[0]
+        for line in listing.split("\n"):
+            fields = line.split()
+            if len(fields) == 3:
+                begin, end = int(fields[0]) * 1e-7, int(fields[1]) * 1e-7
+                said = label_phones(fields[2].split("-", 1)[1].split("+", 1)[0])
+                for k, phone in enumerate(said):
+                    phones.append(phone)
+                    ends.append(begin + (end - begin) * (k + 1) / len(said))
+        return Spoken(_read(wav), tuple(phones), np.array(ends))
+
+
+def espeak(kana: str, variant: str, words_per_minute: int, pitch: int) -> F32:
+    """espeak-ng's speech for text in kana."""
+    with tempfile.TemporaryDirectory() as folder:
+        wav = Path(folder) / "speech.wav"
+        command = ["espeak-ng", "-v", f"ja+{variant}", "-s", str(words_per_minute), "-p", str(pitch), "-w", str(wav), kana]
+        done = subprocess.run(command, capture_output=True, check=False)
+        if done.returncode != 0 or not wav.is_file():
+            raise RuntimeError(f"espeak-ng said nothing for {kana!r}: {done.stderr.decode(errors='replace').strip()}")
+        return _read(wav)
+
+
+def _read(path: Path) -> F32:
+    with wave.open(str(path)) as file:
+        sound = np.frombuffer(file.readframes(file.getnframes()), np.int16).astype(np.float32) / 32768.0
+        return resampled(sound, file.getframerate() / RATE)
+
+
+def resampled(sound: F32, step: float) -> F32:
+    """`sound` read `step` of its samples apart (to 0.1 %): above 1 it gets shorter, and higher if played as before."""
+    if step == 1.0:
+        return sound
+    count = int(len(sound) / step)
+    length = 3 << max(9, ((len(sound) + 512) // 3).bit_length())
+    target = 256 * round(length / step / 256)
+    spectrum = np.fft.rfft(sound, length)
+    short = np.zeros(target // 2 + 1, np.complex64)
+    bins = min(len(spectrum), len(short))
+    short[:bins] = spectrum[:bins]
+    return (np.fft.irfft(short, target)[:count] * np.float32(target / length)).astype(np.float32)

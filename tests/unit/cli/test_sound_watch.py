@@ -1,0 +1,72 @@
+"""What the console says of a conference's sound, from the messages of its sites."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+import pytest
+from rich.console import Console
+
+from vistel.v1.audio_pb2 import EquipmentStatus, SoundStatus
+from vistel.wire.clock import SimulatedClock
+from vistel.wire.memory_bus import MemoryNetwork
+from vistel.wire.topics import BY_NAME
+from vistel_cli.sound_watch import SoundWatch
+from vistel_cli.voice import _device_line, _site_lines
+
+
+def told(*, actual_s: float = 0.212, talking: bool = True, acoustic_known: bool = True) -> SoundStatus:
+    message = SoundStatus(site="tokyo", policy="match", loudspeaker="Headset", acoustic_known=acoustic_known)
+    message.streams.add(
+        participant="ben", target_s=0.212, actual_s=actual_s, image_s=0.211, skew_s=actual_s - 0.211, talking=talking, frames=100,
+        concealed=2,
+    )  # fmt: skip
+    message.microphones.add(participant="aiko", source="Microphone", open=True, level_db=-20.0, clipped=True)
+    message.microphones.add(participant="bo", source="", open=False, detail="no sound card with inputs is attached")
+    return message
+
+
+def watched(*messages: SoundStatus, use: Callable[[SoundWatch], object]) -> None:
+    async def main() -> None:
+        network, clock = MemoryNetwork(), SimulatedClock(10**12)
+        watch = SoundWatch(network.bus("c", "hub", clock))
+        publication = network.bus("c", "tokyo", clock).publish(BY_NAME["sound_status"])
+        for message in messages:
+            publication.put(message)
+        watch.poll()
+        use(watch)
+
+    asyncio.run(main())
+
+
+def test_who_speaks_is_shown_with_mouth_to_ear_and_skew_and_the_target_where_it_is_not_reached() -> None:
+    watched(told(), use=lambda w: line_is(w, "♪ ben 212 +1 ms, bo: no microphone, aiko too loud"))
+    watched(told(actual_s=0.25), use=lambda w: line_is(w, "♪ ben 250 (wanted 212) +39 ms, bo: no microphone, aiko too loud"))
+    quiet = told(talking=False, acoustic_known=False)
+    watched(quiet, use=lambda w: line_is(w, "bo: no microphone, aiko too loud, acoustic delay unknown"))
+
+
+def line_is(watch: SoundWatch, expected: str) -> None:
+    assert watch.line("tokyo") == expected
+
+
+def test_the_report_has_target_mouth_to_ear_and_skew_of_each_voice() -> None:
+    def check(watch: SoundWatch) -> None:
+        ben = watch.report(["tokyo", "oslo"])["tokyo"]["voices"]["ben"]
+        assert ben["target_s_median"] == pytest.approx(0.212)
+        assert ben["mouth_to_ear_s_median"] == pytest.approx(0.212)
+        assert ben["skew_s_median"] == pytest.approx(0.001)
+
+    watched(told(), told(), told(), use=check)
+
+
+def test_the_watch_shows_everything_that_a_site_says() -> None:
+    console = Console(record=True, width=110, file=None, force_terminal=False)
+    unit = EquipmentStatus(equipment="unit", state=EquipmentStatus.STATE_OBSERVED, delay_known=True, acoustic_s=0.1213)
+    with console.capture() as capture:
+        console.print(*_site_lines(told()), _device_line(unit), sep="\n")
+    text = capture.get()
+    for part in ("delay match", "loudspeaker Headset", "too loud", "no sound card with inputs", "wanted  212 ms", "heard  212 ms",
+                 "picture  211 ms", "skew   +1 ms", "made up 2.0 %", "unit", "observed", "121.3 ms"):  # fmt: skip
+        assert part in text

@@ -1,0 +1,124 @@
+"""How strong each action unit is: from the 13 marks, from a phone's channels, from how loud somebody speaks."""
+
+# pyright: basic, reportCallIssue=false
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.face.rules import FaceRules
+from vistel.figure.face_marks import MARK_COUNT, REST
+from vistel.implicit.kernel_jit import compiled
+
+F64 = NDArray[np.float64]
+
+WORTH_M = 0.0016
+"""A unit must explain more than this of the marks' motion to be there."""
+MOST_UNITS, SWEEPS = 7, 30
+FAR_M = 0.06
+"""A mark farther than this from its rest is none of the face."""
+
+
+class MarkReader:
+    """From marks to units: one after the other the one that explains most of what is left, each between 0 and its most."""
+
+    def __init__(self, rules: FaceRules) -> None:
+        self.rules = rules
+        self._patterns = np.array([u.pattern.ravel() for u in rules.units]).T
+        self._most = np.array([u.unit.most if u.unit.marks else 0.0 for u in rules.units])
+        self._size = np.linalg.norm(self._patterns, axis=0)
+
+    def strongest(self, intensity: F64) -> int | None:
+        """The unit that moves the marks most; None where none does."""
+        moves = intensity * self._size
+        return int(np.argmax(moves)) if moves.any() else None
+
+    def read(self, marks: F64, seen: NDArray[np.bool_] | None = None) -> tuple[F64, F64]:
+        """(K,) intensities, and (13, 2) how far the marks are from their rest [m], NaN where that is not known. marks: (13, 2)
+        [m], laid over the standard face as a calibration does; those that are not finite, far off or not `seen` count for
+        nothing."""
+        moved = np.asarray(marks, np.float64).reshape(MARK_COUNT, 2) - REST
+        good = np.isfinite(moved).all(axis=1) & (np.abs(np.nan_to_num(moved)).max(axis=1) < FAR_M)
+        if seen is not None:
+            good &= seen
+        weight = np.repeat(good.astype(np.float64), 2)
+        d = np.where(weight > 0.0, np.nan_to_num(moved).ravel(), 0.0)
+        p = self._patterns * weight[:, None]
+        gram, drive = p.T @ p, p.T @ d
+        out = np.zeros(len(self._most))
+        _explain(gram, drive, self._most, WORTH_M * WORTH_M, out)
+        moved[~good] = np.nan
+        return out, moved
+
+
+@compiled
+def _explain(gram: F64, drive: F64, most: F64, worth: float, out: F64) -> None:
+    """Bounded least squares, in which a unit enters only if it takes `worth` off the sum of squares."""
+    active = np.zeros(len(out), np.bool_)
+    for _ in range(MOST_UNITS):
+        best, gain = -1, worth
+        for k in range(len(out)):
+            if active[k] or most[k] <= 0.0 or gram[k, k] <= 1e-12:
+                continue
+            slope = drive[k]
+            for j in range(len(out)):
+                slope -= gram[k, j] * out[j]
+            by = min(most[k], max(0.0, slope / gram[k, k]))
+            less = by * (2.0 * slope - by * gram[k, k])
+            if less > gain:
+                best, gain = k, less
+        if best < 0:
+            break
+        active[best] = True
+        for _ in range(SWEEPS):
+            for k in range(len(out)):
+                if not active[k]:
+                    continue
+                slope = drive[k]
+                for j in range(len(out)):
+                    slope -= gram[k, j] * out[j]
+                out[k] = min(most[k], max(0.0, out[k] + slope / gram[k, k]))
+
+
+class PhoneReader:
+    """From ARKit's channels to units."""
+
+    def __init__(self, rules: FaceRules, channels: Sequence[str]) -> None:
+        """channels: ARKit's names in the order in which values will come; others may be among them."""
+        index = {name: i for i, name in enumerate(channels)}
+        self._matrix = np.zeros((len(rules.units), len(channels)))
+        for k, u in enumerate(rules.units):
+            for name, share in u.unit.arkit.items():
+                for each in (name, name + ("Right" if u.side < 0 else "Left")):
+                    if each in index:
+                        self._matrix[k, index[each]] = share
+
+    def read(self, values: Sequence[float]) -> F64:
+        """(K,) intensities; what is not a number counts as rest."""
+        v = np.nan_to_num(np.asarray(values, np.float64), nan=0.0, posinf=1.0, neginf=0.0)
+        return np.clip(self._matrix @ np.clip(v, 0.0, 1.0), 0.0, 1.0)
+
+
+QUIET_DB, LOUD_DB = -48.0, -20.0
+SYLLABLES_HZ = 4.3
+
+
+def by_loudness(rules: FaceRules, level_db: float, t_s: float) -> F64:
+    """(K,) intensities of a mouth that speaks so loud, as far as loudness tells: the jaw opens and closes at the rate of
+    syllables, the lips round now and then. t_s: time, so that the same log gives the same picture."""
+    out = np.zeros(len(rules.units))
+    if not math.isfinite(level_db) or level_db <= QUIET_DB:
+        return out
+    loud = min(1.0, (level_db - QUIET_DB) / (LOUD_DB - QUIET_DB))
+    beat = 0.5 - 0.5 * math.cos(2.0 * math.pi * SYLLABLES_HZ * t_s + 1.3 * math.sin(2.0 * math.pi * 0.9 * t_s))
+    slow = 0.5 + 0.5 * math.sin(2.0 * math.pi * 0.63 * t_s)
+    names = rules.names
+    moves = {"AU26": 0.34 * loud * beat, "AU18": 0.3 * loud * slow * (1.0 - beat), "AU22": 0.2 * loud * slow * beat}
+    for name, value in moves.items():
+        if name in names:
+            out[names.index(name)] = value
+    return out

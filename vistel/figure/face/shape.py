@@ -1,0 +1,233 @@
+"""A face that moves: what every action unit does to the vertices of one head at rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.face.landmarks import EYEBALL, Landmarks
+from vistel.figure.face.rules import FaceRules, OneSided, Pull, builtin_rules
+from vistel.figure.face_marks import MARK_COUNT, MARK_INDEX
+
+F64 = NDArray[np.float64]
+F32 = NDArray[np.float32]
+I64 = NDArray[np.int64]
+
+REACH_M, MOST_REST = 0.034, 0.012
+"""How far round a mark the skin follows what the rules leave of its motion, and how much of it at most."""
+LID_SPAN = np.radians(34.0)
+"""Along the eyeball, from a lid's edge to where the skin no longer follows it."""
+MEET = 0.0
+"""Where lids meet, from the lower one's edge upwards: the upper one comes down nearly all the way."""
+NEUTRAL_GAZE_LID = 0.55
+"""Share of the gaze's pitch that the upper lid follows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Expression:
+    """What a face does. intensity: (K,) of the rules' units; marks: (13, 2) how far the marks are from their rest [m, a standard
+    head], NaN where that is not known, None: nothing is known of them; lids: (2,) opening of the left and the right eye, 0
+    closed, 1 as at rest; pitch: of the gaze, up [rad]."""
+
+    intensity: F64
+    marks: F64 | None = None
+    lids: tuple[float, float] = (1.0, 1.0)
+    pitch: float = 0.0
+
+    @staticmethod
+    def none(rules: FaceRules) -> Expression:
+        """A face at rest."""
+        return Expression(np.zeros(len(rules.units)))
+
+    @property
+    def still(self) -> bool:
+        """Whether it moves nothing."""
+        moved = self.marks is not None and np.nanmax(np.abs(self.marks), initial=0.0) > 1e-4
+        return not (self.intensity.any() or moved) and self.lids == (1.0, 1.0) and abs(self.pitch) < 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class _Lid:
+    """One eye's lids: vertices, which lid, and the angle by which each turns when the eye closes [rad]."""
+
+    centre: F64
+    vertex: I64
+    upper: NDArray[np.bool_]
+    angle: F64
+    follow: F64
+
+
+class FaceShape:
+    """The rules laid on one head."""
+
+    def __init__(self, vertices: NDArray[np.floating], marks: Landmarks, rules: FaceRules | None = None) -> None:
+        """vertices: (V, 3) at rest, of skin that may move."""
+        self.rules = builtin_rules() if rules is None else rules
+        self.landmarks = marks
+        scale = self._scale = marks.scale
+        v = np.asarray(vertices, np.float64)
+        near = np.abs(v - marks.middle) < np.array((0.11, 0.16, 0.12)) * scale
+        self.vertex: I64 = np.flatnonzero(near.all(axis=1) & (v[:, 2] > marks.hinge[2] - 0.02 * scale))
+        """(F,) those that may move at all."""
+        # After them the marks themselves, which tell how far the rules bring them.
+        self._p = np.concatenate((v[self.vertex], marks.marks))
+        self._below = below_the_lips(self._p, marks)
+        self.jaw = _jaw_weight(self._p, self._below, marks)
+        """(F,) share of the jaw's motion."""
+        self._unit = np.array([self._pulled(u) for u in self.rules.units]).reshape(len(self.rules.units), -1)
+        self._jaw = np.radians([u.unit.jaw for u in self.rules.units]).reshape(-1, 2)
+        self._close = np.zeros((len(self.rules.units), 2, 2))
+        for k, u in enumerate(self.rules.units):
+            for eye in range(2):
+                if u.side == 0 or (u.side > 0) == (eye == 0):
+                    self._close[k, eye] = u.unit.lids
+        self._follow = self._following()
+        self._lids = [_lid(self._p, eye, scale) for eye in marks.eyes]
+
+    def offsets(self, e: Expression) -> F32:
+        """(F, 3) how far each vertex moves [m]."""
+        p = self._by_rules(e)
+        if e.marks is not None:
+            made = (p[-MARK_COUNT:] - self.landmarks.marks)[:, :2]
+            rest = np.nan_to_num(self._scale * e.marks - made)
+            p[:, :2] += self._follow @ np.clip(rest, -MOST_REST * self._scale, MOST_REST * self._scale)
+        for eye, lid in enumerate(self._lids):
+            self._blink(p, lid, e, eye)
+        return np.asarray((p - self._p)[:-MARK_COUNT], np.float32)
+
+    def _by_rules(self, e: Expression) -> F64:
+        """(F + 13, 3) places after pulls and jaw."""
+        active = np.flatnonzero(e.intensity > 1e-4)
+        moved = (e.intensity[active] @ self._unit[active]).reshape(-1, 3) if len(active) else np.zeros_like(self._p)
+        p = self._p + moved
+        opens, turns = (float(x) for x in e.intensity @ self._jaw)
+        return self._jaw_turned(p, opens, turns) if opens or turns else p
+
+    def _pulled(self, u: OneSided) -> F64:
+        """(F, 3) what a unit's pulls do at its full."""
+        total, out = np.zeros(len(self._p)), np.zeros_like(self._p)
+        for pull in u.unit.pulls:
+            weight = self._falloff(u, pull)
+            move = 1e-3 * self._scale * np.array((u.mirror * pull.move[0], pull.move[1], pull.move[2]))
+            total += weight
+            out += weight[:, None] * move
+        return out / np.maximum(1.0, total)[:, None]
+
+    def _falloff(self, u: OneSided, pull: Pull) -> F64:
+        centre = self.landmarks.marks[u.mark(pull.at)]
+        offset = np.array((u.mirror * pull.offset[0], pull.offset[1], pull.offset[2]))
+        away = (self._p - centre - 1e-3 * self._scale * offset) / (1e-3 * self._scale * np.array(pull.radius))
+        weight = np.maximum(0.0, 1.0 - (away * away).sum(axis=1)) ** 2
+        if pull.lip == "lower":
+            weight = weight * self._below
+        elif pull.lip == "upper":
+            weight = weight * (1.0 - self._below)
+        return weight
+
+    def _following(self) -> F64:
+        """(F + 13, 13) how skin follows what the rules leave of each mark's motion: all of it at the mark, none at the others."""
+        weight = np.stack([_round(self._p, m, REACH_M * self._scale) for m in self.landmarks.marks], axis=1)
+        for name in ("lower_lip", "chin"):
+            weight[:, MARK_INDEX[name]] *= self._below
+        weight[:, MARK_INDEX["upper_lip"]] *= 1.0 - self._below
+        own = weight[-MARK_COUNT:]
+        np.fill_diagonal(own, np.maximum(own.diagonal(), 1.0))
+        return weight @ np.linalg.inv(own)
+
+    def _jaw_turned(self, p: F64, opens: float, turns: float) -> F64:
+        """Turned about the hinge: down by `opens`, to the left by `turns` [rad], each vertex its share."""
+        w, q = self.jaw, p - self.landmarks.hinge
+        a, b = w * opens, w * turns
+        c, s = np.cos(a), np.sin(a)
+        y, z = c * q[:, 1] - s * q[:, 2], s * q[:, 1] + c * q[:, 2]
+        c, s = np.cos(b), np.sin(b)
+        return np.column_stack((c * q[:, 0] + s * z, y, c * z - s * q[:, 0])) + self.landmarks.hinge
+
+    def _blink(self, p: F64, lid: _Lid, e: Expression, eye: int) -> None:
+        """Turn both lids of an eye about its centre, in place."""
+        if len(lid.vertex) == 0:
+            return
+        shut = e.intensity @ self._close[:, eye]
+        by = 1.0 - e.lids[eye]
+        upper, lower = (float(np.clip(s + by, -0.6, 1.0)) for s in shut)
+        # Looking down the upper lid comes along; it never goes farther than to the lower one.
+        follow = NEUTRAL_GAZE_LID * -e.pitch * (1.0 - max(0.0, upper))
+        if abs(upper) < 1e-3 and abs(lower) < 1e-3 and abs(follow) < 1e-3:
+            return
+        turn = lid.angle * np.where(lid.upper, upper, lower) + follow * lid.follow
+        q = p[lid.vertex] - lid.centre
+        c, s = np.cos(turn), np.sin(turn)
+        q[:, 1], q[:, 2] = c * q[:, 1] - s * q[:, 2], s * q[:, 1] + c * q[:, 2]
+        p[lid.vertex] = q + lid.centre
+
+
+def below_the_lips(p: F64, marks: Landmarks) -> F64:
+    """(N,) 0 above, 1 below the line between the lips; beyond the corners of the mouth the change is wide."""
+    scale, m = marks.scale, marks.marks
+    left, right = m[MARK_INDEX["left_mouth_corner"]], m[MARK_INDEX["right_mouth_corner"]]
+    middle = marks.between
+    of_left = (p[:, 0] > middle[0]).astype(np.float64)
+    corner = right[1] + of_left * (left[1] - right[1])
+    half = (middle[0] - right[0]) + of_left * (left[0] + right[0] - 2.0 * middle[0])
+    across = np.abs(p[:, 0] - middle[0]) / np.maximum(half, 1e-6)
+    line = middle[1] + (corner - middle[1]) * np.minimum(across, 1.0) ** 2
+    beyond = np.clip((across - 0.75) / 0.55, 0.0, 1.0)
+    soft = scale * (0.0009 + 0.020 * beyond * beyond)
+    return _smooth((line - p[:, 1]) / soft * 0.5 + 0.5)
+
+
+def _jaw_weight(p: F64, below: F64, marks: Landmarks) -> F64:
+    """(N,) how much of the jaw's turn a vertex makes: all below the lips to the chin, little at the throat, nothing above."""
+    scale, m = marks.scale, marks.marks
+    q = p - marks.hinge
+    angle = np.arctan2(-q[:, 1], q[:, 2])
+    at = 0.5 * (m[MARK_INDEX["left_mouth_corner"]] + m[MARK_INDEX["right_mouth_corner"]]) - marks.hinge
+    mouth = float(np.arctan2(-at[1], at[2]))
+    chin = m[MARK_INDEX["chin"]] - marks.hinge
+    last = float(np.arctan2(-chin[1], chin[2]))
+    # Beside the mouth the cheek stretches over a hand's breadth of angle.
+    half = abs(m[MARK_INDEX["left_mouth_corner"]][0] - m[MARK_INDEX["right_mouth_corner"]][0]) * 0.5
+    across = np.abs(p[:, 0] - marks.middle[0]) / half
+    cheek = _smooth((angle - (mouth - 0.16)) / 0.36)
+    at_lips = (1.0 - _smooth((across - 0.45) / 0.5)) * _smooth((q[:, 2] - 0.045 * scale) / (0.02 * scale))
+    weight = cheek + at_lips * (below - cheek)
+    throat = 1.0 - _smooth((angle - last - 0.3) / 0.45)
+    return weight * throat
+
+
+def _round(p: F64, mark: F64, reach: float) -> F64:
+    away = np.linalg.norm(p - mark, axis=1) / reach
+    return np.maximum(0.0, 1.0 - away * away) ** 2
+
+
+def _lid(p: F64, centre: F64, scale: float) -> _Lid:
+    """The lids of one eye. The slit is what is widest open between places on the eyeball, seen from the side."""
+    ball = EYEBALL * scale
+    q = p - centre
+    away, angle = np.linalg.norm(q, axis=1), np.arctan2(q[:, 1], q[:, 2])
+    front = (q[:, 2] > 0.2 * ball) & (away < 2.2 * ball)
+    edge = front & (np.abs(q[:, 0]) < 0.35 * ball) & (away > 0.97 * ball) & (away < 1.45 * ball)
+    found = np.sort(angle[edge])
+    top, bottom = np.radians(24.0), np.radians(-24.0)
+    if len(found) > 3:
+        gap = np.diff(found)
+        inside = (found[:-1] < np.radians(25.0)) & (found[1:] > np.radians(-25.0))
+        if inside.any():
+            k = int(np.argmax(np.where(inside, gap, -1.0)))
+            if gap[k] > np.radians(10.0):
+                bottom, top = float(found[k]), float(found[k + 1])
+    meet = bottom + MEET * (top - bottom)
+    width = np.sqrt(np.maximum(0.0, 1.0 - (q[:, 0] / (1.22 * ball)) ** 2))
+    vertex = np.flatnonzero(front & (width > 0.0) & (angle < top + LID_SPAN) & (angle > bottom - LID_SPAN))
+    upper = angle[vertex] > 0.5 * (top + bottom)
+    from_edge = np.where(upper, angle[vertex] - top * width[vertex], bottom * width[vertex] - angle[vertex])
+    share = (1.0 - _smooth(from_edge / LID_SPAN)) * (1.0 - _smooth((away[vertex] / ball - 1.25) / 0.9)) * width[vertex]
+    turn = np.where(upper, top - meet, bottom - meet) * share
+    return _Lid(centre, vertex, upper, turn, np.where(upper, share, 0.35 * share))
+
+
+def _smooth(x: F64) -> F64:
+    t = np.clip(x, 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)

@@ -1,0 +1,130 @@
+"""A user's voice learnt from some minutes of reading: what its frames go through before the net (`Adaptation`).
+
+One matrix and one shift for every frame are found so that the net, as it is, gives the sounds that were read the highest
+probability: a linear input layer, held near to leaving all as it is. Five minutes tell that much and no more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.speech.acoustic import FUTURE, PAST, Acoustic, Adaptation, Model
+from vistel.speech.alignment import align, chain_of
+from vistel.speech.features import BANDS, LogMel, Normaliser, as_float
+from vistel.speech.heard import Samples
+from vistel.speech.phones import PAUSE, kana_phones
+
+F32 = NDArray[np.float32]
+
+VERSION = 1
+_ROUNDS = 3
+"""How often the times of the sounds are found anew with what was learnt so far."""
+_PASSES = 3
+_BATCH = 256
+_RATE = 2e-3
+_HOLD = 2e-3
+"""How strongly the matrix is held to leaving all as it is."""
+_WORST = -5.0
+"""Mean log posterior of a frame under which a recording does not hold its text."""
+
+
+def adapt(
+    model: Model, recordings: Iterable[tuple[Samples, str]], seed: int = 1, tell: Callable[[str], None] | None = None
+) -> Adaptation:
+    """What makes the model fit the voice of `recordings`: (sound at 16 kHz, what was read in kana), one sentence each.
+
+    Raises ValueError, one line, where a text is not kana or none of the recordings holds its text.
+    """
+    random = np.random.default_rng(seed)
+    normaliser = Normaliser(model.start_mean)
+    said: list[tuple[F32, NDArray[np.int32]]] = []
+    for sound, text in recordings:
+        frames = normaliser.feed(LogMel().feed(as_float(sound)))
+        said.append((frames, chain_of((PAUSE, *kana_phones(text), PAUSE))[0]))
+    turn, shift = np.eye(BANDS, dtype=np.float32), np.zeros(BANDS, np.float32)
+    for number in range(_ROUNDS):
+        windows, states = _aligned(model, Adaptation(turn, shift), said)
+        if tell is not None:
+            tell(f"enrolment: round {number + 1} of {_ROUNDS}, {len(states) / 100.0:.0f} s of speech that fits its text")
+        turn, shift = _descend(random, model, windows, states, turn, shift)
+    return Adaptation(turn, shift)
+
+
+def _aligned(model: Model, so_far: Adaptation, said: list[tuple[F32, NDArray[np.int32]]]) -> tuple[F32, NDArray[np.int32]]:
+    """(n, window, BANDS) scaled frames, and the state each window's own frame belongs to."""
+    windows: list[F32] = []
+    states: list[NDArray[np.int32]] = []
+    for frames, chain in said:
+        path, fit = align(Acoustic(model, so_far).feed_all(frames), chain)
+        if fit > _WORST:
+            states.append(chain[path])
+            quiet = frames.min(0, keepdims=True)
+            scaled = np.concatenate([np.repeat(quiet, PAST, 0), frames, np.repeat(quiet, FUTURE, 0)]) * model.scale
+            view = np.lib.stride_tricks.sliding_window_view(scaled, PAST + 1 + FUTURE, axis=0)
+            windows.append(np.asarray(view.transpose(0, 2, 1), np.float32))
+    if not states:
+        raise ValueError("enrolment: no recording holds the text that goes with it; check microphone and texts, and read anew")
+    return np.concatenate(windows), np.concatenate(states)
+
+
+def _descend(
+    random: np.random.Generator, model: Model, windows: F32, states: NDArray[np.int32], turn: F32, shift: F32
+) -> tuple[F32, F32]:
+    """Adam on the cross entropy of the states."""
+    values = [turn.copy(), shift.copy()]
+    first = [np.zeros_like(v) for v in values]
+    second = [np.zeros_like(v) for v in values]
+    step = 0
+    for _ in range(_PASSES):
+        order = random.permutation(len(states))
+        for begin in range(0, len(order) - _BATCH + 1, _BATCH):
+            at = order[begin : begin + _BATCH]
+            step += 1
+            gradient = _gradient(model, windows[at], states[at], values[0], values[1])
+            gradient[0] += np.float32(_HOLD) * (values[0] - np.eye(BANDS, dtype=np.float32))
+            gradient[1] += np.float32(_HOLD) * values[1]
+            for k, g in enumerate(gradient):
+                first[k] += np.float32(0.1) * (g - first[k])
+                second[k] += np.float32(0.01) * (g * g - second[k])
+                spread = np.sqrt(second[k] / np.float32(1 - 0.99**step)) + np.float32(1e-8)
+                values[k] -= np.float32(_RATE / (1 - 0.9**step)) * first[k] / spread
+    return values[0], values[1]
+
+
+def _gradient(model: Model, windows: F32, states: NDArray[np.int32], turn: F32, shift: F32) -> list[F32]:
+    count = len(windows)
+    inputs = [np.asarray((windows @ turn + shift).reshape(count, -1), np.float32)]
+    for weight, bias in zip(model.weights[:-1], model.biases[:-1], strict=True):
+        inputs.append(np.asarray(np.maximum(inputs[-1] @ weight + bias, 0.0), np.float32))
+    y = inputs[-1] @ model.weights[-1] + model.biases[-1]
+    y = np.exp(y - y.max(1, keepdims=True))
+    y /= y.sum(1, keepdims=True)
+    y[np.arange(count), states] -= 1.0
+    y /= np.float32(count)
+    for k in reversed(range(1, len(model.weights))):
+        y = (y @ model.weights[k].T) * (inputs[k] > 0)
+    y = (y @ model.weights[0].T).reshape(windows.shape)
+    of_turn = windows.reshape(-1, BANDS).T @ y.reshape(-1, BANDS)
+    return [np.asarray(of_turn, np.float32), np.asarray(y.sum((0, 1)), np.float32)]
+
+
+def save(adaptation: Adaptation, path: Path) -> None:
+    """Writes a voice's file (under 10 kB)."""
+    with path.open("wb") as file:
+        np.savez_compressed(file, version=np.array(VERSION), turn=adaptation.turn, shift=adaptation.shift)
+
+
+def load(path: Path) -> Adaptation:
+    """Raises ValueError, one line, where the file is not a voice of this version."""
+    try:
+        with np.load(path) as data:
+            version, turn, shift = int(data["version"]), data["turn"], data["shift"]
+    except (OSError, ValueError, EOFError, KeyError) as error:
+        raise ValueError(f"voice {path}: cannot be read ({error}); make it anew with: vistel speech enrol") from None
+    if version != VERSION or turn.shape != (BANDS, BANDS) or shift.shape != (BANDS,):
+        raise ValueError(f"voice {path}: is of version {version}, expected {VERSION}; make it anew with: vistel speech enrol")
+    return Adaptation(turn.astype(np.float32), shift.astype(np.float32))
