@@ -67,6 +67,8 @@ class Display(Checked):
     """auto: where pictures take too long for `frames_per_s`, fewer pixels are drawn and enlarged."""
     engine: Literal["auto", "cpu", "gpu"] = "auto"
     """What deforms figures; auto: the GPU where one draws, else the CPU."""
+    gauges: bool = False
+    """Whether pictures a second and everybody's delay stand over the picture."""
     layers: bool = True
     """Whether muscles and bones show under figures' skins."""
     wrinkles: bool = True

@@ -19,6 +19,7 @@ from vistel.space.tessellate import Surface3
 from vistel.wrinkle.shown import MOST_SETS
 from vistel_services.renderer.canvas import Canvas
 from vistel_services.renderer.captions import Caption
+from vistel_services.renderer.gauges import Gauges
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
 from vistel_services.renderer.occlusion import Occlusion
@@ -118,6 +119,7 @@ class Frame:
     labels: Sequence[LabelView] = ()
     outlines: Sequence[Outline] = ()
     captions: Sequence[Caption] = ()
+    gauges: Sequence[tuple[str, bool]] = ()
 
 
 _Parts = tuple[moderngl.VertexArray, ...]
@@ -188,6 +190,7 @@ class Painter:
         self._outlines = Outlines(ctx)
         self._names = Names(ctx, self._pane)
         self._subtitles = Subtitles(ctx, self._pane)
+        self._gauges = Gauges(ctx, self._pane)
         self._projectors = Projectors(ctx)
         self._drawn = 0
         self._occlusion = Occlusion(ctx) if self.fine else None
@@ -212,6 +215,7 @@ class Painter:
         self._whole: Box = (0, 0, width, height)
         self._names.line = max(12, round(height * 0.052))
         self._subtitles.line = max(14, round(height * 0.06))
+        self._gauges.line = max(11, round(height * 0.034))
         self._projectors.screens = screens
 
     # -- what is drawn -------------------------------------------------------------------------------------------
@@ -304,6 +308,7 @@ class Painter:
             self._occlusion.darken(self._canvas, sight, clip, box)
         self._names.draw(frame.labels, sight.camera.position, clip, box[2:])
         self._subtitles.draw(frame.captions, box[2:])
+        self._gauges.draw(frame.gauges, box[2:])
 
     def _figure_drawn(self, view: FigureView) -> None:
         figure = self._figures[view.name]

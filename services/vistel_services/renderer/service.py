@@ -88,7 +88,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     width, height = picture_size(screens) if screens else (shown.width, shown.height)
     view = View(
         width, height, shown.view, viewer, shown.window, f"VISTEL {site.name}", shown.engine, shown.layers, screens,
-        Stereo(shown.stereo), shown.eye_distance, shown.convergence, shown.wrinkles, shown.light,
+        Stereo(shown.stereo), shown.eye_distance, shown.convergence, shown.wrinkles, shown.light, shown.gauges,
     )  # fmt: skip
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,

@@ -24,6 +24,7 @@ from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
 from vistel_services.renderer.draw import FigureView, Frame, Painter
 from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
+from vistel_services.renderer.gauges import Rate, rows_of
 from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
 from vistel_services.renderer.gpu_deform import open_deformer
@@ -66,7 +67,7 @@ class View:
     """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". engine: what deforms
     figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins. wrinkles: on clothes and faces. screens:
     in the room, the picture holds all of theirs; none: a desktop. eye_distance, convergence: of stereo [m]. light: "fast",
-    "fine" or, as the machine can, "auto"."""
+    "fine" or, as the machine can, "auto". gauges: how late everybody is stands over it."""
 
     width: int
     height: int
@@ -82,6 +83,7 @@ class View:
     convergence: float = 1.0
     wrinkles: bool = True
     light: str = "auto"
+    gauges: bool = False
 
 
 @dataclass
@@ -114,6 +116,7 @@ class Studio:
         self._deformer = open_deformer(self._surface, view.engine)
         self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens, _FINE[view.light])
         self._scale, self._screens = 1.0, view.screens
+        self._rate = Rate()
         room = decor.room if decor else meeting_room(seats)
         self.painter.set_room(*(build_room(room) if decor else take_room(seats)))
         looks = models if models is not None else decor.models if decor else {}
@@ -177,6 +180,7 @@ class Studio:
         posed = self._pose(instant)
         self._from = self._aim(instant, posed)
         self._drawn += 1
+        self._rate.drew(instant.now_ns)
         figures: list[FigureView] = []
         labels: list[LabelView] = []
         for person in instant.people:
@@ -196,7 +200,9 @@ class Studio:
             LabelView(c.over_things, instant.world.poses[t][0] + np.array((0.0, 0.16, 0.0)))
             for c in instant.captions for t in c.things if t in instant.world.poses
         ]  # fmt: skip
-        return Frame(self._from, figures, self._furnishing.views(instant), [*labels, *names, *said], outlines, instant.captions)
+        gauges = rows_of(instant, self._rate.hertz, self._scale) if self.view.gauges else ()
+        named = [*labels, *names, *said]
+        return Frame(self._from, figures, self._furnishing.views(instant), named, outlines, instant.captions, gauges)
 
     def _pose(self, instant: Instant) -> dict[str, Posed]:
         """Everybody in the posture of this instant; who touches somebody deforms."""
