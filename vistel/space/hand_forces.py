@@ -137,8 +137,8 @@ def _of_things(
     if len(rows) == 0:
         return None
     # In groups of one hand with one thing: only those share points.
-    thing = s.owner[np.concatenate([s.fixed_rows, s.loose_rows])[found.b[rows]]]
-    part = np.repeat(np.arange(len(parts)), [len(c) for _, _, c in parts])[rows]
+    thing: I64 = s.owner[np.concatenate([s.fixed_rows, s.loose_rows])[found.b[rows]]]
+    part: I64 = np.repeat(np.arange(len(parts)), [len(c) for _, _, c in parts])[rows]
     group = (part * 2 + digit[rows] // DIGITS) * len(s.things) + thing
     order = np.argsort(group, kind="stable")
     ends: list[int] = [0, *(np.flatnonzero(np.diff(group[order])) + 1).tolist(), len(order)]
@@ -149,7 +149,7 @@ def _of_things(
     count = 0
     for i, j in itertools.pairwise(ends):
         k = int(order[i])
-        hold = people[parts[part[k]][0]].name, digits[i] >= DIGITS, s.things[thing[k]].id
+        hold = people[parts[part[k]][0]].name, digits[i] >= DIGITS, s.things[int(thing[k])].id
         if hold in free:
             continue
         sides.append(_Side(hold[:2], hold[2], range(count, count + j - i), [d % DIGITS for d in digits[i:j]]))
@@ -166,7 +166,7 @@ def _of_things(
     motion[m.mode[thing] == FIXED] = 0.0
     for some in still:
         velocity[some.start : some.stop], motion[some.start : some.stop] = 0.0, 0.0
-    soft = [s.things[thing[side.contacts[0]]].compliance for side in sides]
+    soft = [s.things[int(thing[side.contacts[0]])].compliance for side in sides]
     bodies = PrimitiveSet.join([p.primitives for p in people]), PrimitiveSet.join([s.fixed, loose])
     return _Felt(_feel(found, [len(side.contacts) for side in sides], soft, bodies, velocity, motion), found.depth, sides)
 
