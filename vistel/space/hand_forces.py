@@ -125,7 +125,7 @@ def _of_things(
     loose = s.loose(m.matrices(), m.position)
     near = [k for k, p in enumerate(people) if _hand_near(p, reached[p.name].near)]
     on_loose = dict(zip(near, _hands_on_things([people[k] for k in near], loose), strict=True))
-    parts = [(k, 0, reached[p.name].rest) for k, p in enumerate(people)]
+    parts: list[tuple[int, int, ContactArray]] = [(k, 0, reached[p.name].rest) for k, p in enumerate(people)]
     parts += [(k, len(s.fixed_rows), c) for k, c in on_loose.items()]
     parts = [part for part in sorted(parts, key=lambda part: part[:2]) if len(part[2])]
     if not parts:
@@ -149,7 +149,7 @@ def _of_things(
     count = 0
     for i, j in itertools.pairwise(ends):
         k = int(order[i])
-        hold = people[parts[part[k]][0]].name, digits[i] >= DIGITS, s.things[int(thing[k])].id
+        hold = people[parts[int(part[k])][0]].name, digits[i] >= DIGITS, s.things[int(thing[k])].id
         if hold in free:
             continue
         sides.append(_Side(hold[:2], hold[2], range(count, count + j - i), [d % DIGITS for d in digits[i:j]]))
