@@ -1,4 +1,5 @@
-"""Displacement maps of many wrinkles, wrinkled textures, and what wrinkles add to the posing of three dressed figures.
+"""Displacement maps of many wrinkles, wrinkled textures, what wrinkles add to three dressed figures and to their picture, and how
+well the rules of the face do on a head they were not made on.
 
 The peer draws each curve with OpenCV and takes its distance transform in the same window, with one thickness and height for
 a wrinkle: the least that a map of offset densities takes. Processor time, medians, one thread.
@@ -12,6 +13,7 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
+from benchmarks import face_rules, wrinkle_frames
 from benchmarks.bench_field import alternating
 from benchmarks.row import Row, machine
 from vistel.figure.avatar import builtin_avatar
@@ -94,6 +96,8 @@ def run() -> Iterator[Row]:
               loss.shift <= LIMIT * (1 + 1e-6), here)  # fmt: skip
     yield Row("wrinkle", case, "to keep lengths it would", "mm", 1e3 * loss.wanted, None, None, None, None, None, here)
     yield from _figures(here)
+    yield from wrinkle_frames.rows(here, PEOPLE)
+    yield from face_rules.rows(here)
 
 
 def _figures(here: str) -> Iterator[Row]:

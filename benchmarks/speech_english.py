@@ -25,7 +25,7 @@ VOICES = ("rms", "slt", "awb", "kal16")
 """Of flite; the first three are of recorded people (CMU Arctic), none was used to settle anything."""
 TARGETS = {"clean": 0.97, "20 dB": 0.95, "10 dB": 0.85}
 BELIEVED = 0.5
-COUNT = 60
+COUNT, TALK_S = 40, 300.0
 TALK = (
     "What time does the train leave tomorrow morning", "We should have lunch before the meeting starts",
     "Did anybody see the game last night", "My sister is coming to visit us next week", "The weather is really lovely today",
@@ -70,7 +70,7 @@ def _talk(seconds: float) -> F32:
     return np.concatenate(parts)
 
 
-def rows(count: int = COUNT, talk_s: float = 600.0) -> Iterator[Row]:
+def rows(count: int = COUNT, talk_s: float = TALK_S) -> Iterator[Row]:
     """Figures as they come; none where flite or pocketsphinx is missing."""
     if "flite" not in voices():
         return

@@ -182,7 +182,7 @@ class _Relay:
     def carry(self, now_ns: int) -> None:
         """Take what has been said, hand over what has arrived."""
         for sample in self._sure.take():
-            self._into.publish(sample.topic, **_own(sample.names)).put(sample.message)
+            self._into.publish(sample.topic, verbatim=False, **_own(sample.names)).put(sample.message)
         for subscription in self._lossy:
             for sample in subscription.take():
                 if self._rng.random() < self._link.loss:

@@ -111,7 +111,7 @@ def _checked(texels: int) -> U8:
 
 
 def traced() -> Image.Image:
-    """Figure 49a: wrinkles of a photograph as shapes. The photographs are wrinkled textures, with noise."""
+    """Figure 49a: wrinkles of a photograph as shapes. No photographs: wrinkled textures that were rendered, with noise."""
     rows: list[list[tuple[str, U8 | Image.Image]]] = []
     for name, lamp in (("armpit_pull", 100.0), ("shirt_front_sitting", 80.0)):
         light = math.radians(lamp)
@@ -123,7 +123,7 @@ def traced() -> Image.Image:
         seen = np.asarray(np.clip(strength / np.quantile(strength, 0.998), 0, 1) * 255, np.uint8)
         found = trace(photograph, name, how).shape
         rows.append([
-            ("photograph", photograph), ("edges towards the lamp", np.repeat(seen[..., None], 3, axis=2)),
+            ("rendered cloth, with noise", photograph), ("edges towards the lamp", np.repeat(seen[..., None], 3, axis=2)),
             ("thinned, as weighted curves", drawing(found, 280)), ("synthesised from them", relief(found, 280)),
         ])  # fmt: skip
     return sheet(rows)

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.speech_sounds import CONDITIONS, Command, Place, commands, other_talk
+from scripts.speech_model import rooms
+from scripts.speech_model.corpus import seeded
 from scripts.speech_model.texts import TRAIN
 from scripts.speech_model.voices import RATE
 from vistel.speech.acoustic import FILE, Model, load, save
@@ -34,7 +36,8 @@ _FALSE_PER_10_MIN = 0.5
 
 
 def evidence_of(model: Model, grammar: Grammar, said: Sequence[Command], talk: F32) -> tuple[F64, F64, F64]:
-    """(n, FEATURES) of commands understood, of commands mistaken for others, and of what was found in other talk."""
+    """(n, FEATURES) of commands understood, of commands mistaken for others, and of what was found in other talk and in
+    noise that comes and goes."""
     recogniser = JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), model)
     right: list[F64] = []
     wrong: list[F64] = []
@@ -53,6 +56,14 @@ def evidence_of(model: Model, grammar: Grammar, said: Sequence[Command], talk: F
         sound = Place(condition, [each.sound for each in said[:30]], seed=4).heard(part)
         for at in range(0, len(sound), RATE // 10):
             other.extend(recogniser.last_evidence for _ in recogniser.feed(sound[at : at + RATE // 10]))
+    random = seeded(4, "noises alone")
+    noises = rooms.Noises(random, [each.sound for each in said[:30]])
+    recogniser.reset()
+    for _ in range(12):
+        burst = noises.loud(random, 5 * RATE)
+        burst *= np.float32(10.0 ** (random.uniform(-50.0, -20.0) / 20.0)) / burst.std()
+        for sound in (np.zeros(5 * RATE, np.float32), burst):
+            other.extend(recogniser.last_evidence for _ in recogniser.feed(sound))
     return _rows(right), _rows(wrong), _rows(other)
 
 

@@ -88,7 +88,8 @@ async def asked_to(site: WorldSite, where: str, force: bool = False) -> WorldMov
 
 
 def ask(site: WorldSite, number: int) -> None:
-    command = Command(id=f"c{number}", participant="aiko", move=MoveThing(thing="tile", pose=Pose(position=Vec3(x=0.2, y=0.8, z=-0.2))))
+    move = MoveThing(thing="tile", pose=Pose(position=Vec3(x=0.2, y=0.8, z=-0.2)))
+    command = Command(id=f"c{number}", participant="aiko", move=move)
     command.header.t_ns = site.clock.now_ns()
     site.buses["aiko"].publish(BY_NAME["command"], participant="aiko").put(command)
 
@@ -217,7 +218,8 @@ def test_a_note_of_who_leads_that_is_old_or_broken_keeps_nobody_from_leading(tmp
 
 def test_who_leads_is_seen_from_presence() -> None:
     a, b, c = "0" * 8, "1" * 8, "2" * 8
-    tokens = [WorldToken(t, n, d, p).text for t, n, d, p in ((0, a, "leads", "hub"), (0, b, "waits", "osaka"), (1, b, "leads", "osaka"))]
+    said = (0, a, "leads", "hub"), (0, b, "waits", "osaka"), (1, b, "leads", "osaka")
+    tokens = [WorldToken(*words).text for words in said]
     assert worlds_of([*tokens, "process-world", "world-x"]) == [WorldAt("osaka", b, 1, True), WorldAt("hub", a, 0, False)]
     assert worlds_of([*tokens, WorldToken(0, c, "waits", "lima").text])[-1].place == "lima"
     assert world_token("world-1-00000000-leads-a/b") is None
@@ -279,7 +281,8 @@ class People:
                 p = self._meeting.posture(who, number / 60)
                 out = bus.publish(BY_NAME["motion"], participant=who)
                 stance = np.array([*p.stance.position, p.stance.heading])
-                out.put(self._encoders[who].encode(MotionSample(out.next_seq, self._clock.now_ns(), p.dofs, p.hands, stance, p.gaze)))
+                sample = MotionSample(out.next_seq, self._clock.now_ns(), p.dofs, p.hands, stance, p.gaze)
+                out.put(self._encoders[who].encode(sample))
                 if number % 6 == 0:
                     self.asked += 1
                     place_ = Pose(position=Vec3(x=0.001 * self.asked % 0.3, y=0.8, z=-0.2))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +82,10 @@ class WorldSite:
             return
         folder = self.config.folder
         assert folder is not None
-        kept = {p.name: p.read_bytes() for p in folder.iterdir()} if folder.exists() else {}
+        kept: dict[str, bytes] = {}
+        for path in folder.iterdir() if folder.exists() else ():
+            with suppress(FileNotFoundError):  # an old one that the world has just taken away
+                kept[path.name] = path.read_bytes()
         self._task.cancel()
         await asyncio.gather(self._task, return_exceptions=True)
         await self._bus.close()

@@ -10,6 +10,8 @@ _LEAST_BUCKETS = 8
 _EARLY_S = 0.010
 _LATE_S, _LOST_NS, _LOST_SIGHTINGS = 0.060, 200_000_000, 4
 """When all that is seen for so long, so many times at least, is so late, samples are missing."""
+_STEP_S, _STEP_BUCKETS = 0.005, 3
+"""When the earliest sightings of so many half seconds in a row are so late, a few samples are missing: no clock drifts so."""
 MOST_PPM = 1000.0
 """No sound card is further off; a line that says so is one of late arrivals."""
 
@@ -33,6 +35,7 @@ class DeviceClock:
         self._points: list[tuple[float, float]] = []
         self._line = (0.0, 0.0)
         self._late: tuple[int, int] | None = None
+        self._above: list[tuple[float, float]] = []
 
     @property
     def doubtful(self) -> bool:
@@ -59,7 +62,12 @@ class DeviceClock:
             self._begin(played_s, late_s)
         if t_ns - self._bucket_ns >= _BUCKET_NS:
             best, self._best, self._bucket_ns = self._best, None, t_ns
-            if best[1] <= self._expected(best[0]) + _LATE_S:
+            over_s = best[1] - self._expected(best[0])
+            self._above = [*self._above, best] if _STEP_S < over_s <= _LATE_S else []
+            if len(self._above) == _STEP_BUCKETS:
+                earliest_s = min(late for _, late in self._above)
+                self._begin(best[0], earliest_s)
+            elif over_s <= _STEP_S:
                 self._points.append(best)
                 del self._points[:-_BUCKETS]
                 self._fit()
@@ -94,6 +102,7 @@ class DeviceClock:
 
     def _begin(self, played_s: float, late_s: float) -> None:
         self._points.clear()
+        self._above = []
         self._line, self._late, self._best = (0.0, late_s), None, (played_s, late_s)
 
     def _fit(self) -> None:

@@ -57,12 +57,12 @@ class Reached:
 
 @dataclass(frozen=True)
 class _Side:
-    """Some contacts, by number, as one hand feels them, which is a of them or b: digit of each, -1 where it is none."""
+    """Some contacts, by number, as one hand feels them, which is a of them or b: digit of each."""
 
     hand: Hand
     body: str
-    contacts: I64
-    digit: I64
+    contacts: Sequence[int]
+    digit: list[int]
     is_a: bool = True
 
 
@@ -125,43 +125,50 @@ def _of_things(
     loose = s.loose(m.matrices(), m.position)
     near = [k for k, p in enumerate(people) if _hand_near(p, reached[p.name].near)]
     on_loose = dict(zip(near, _hands_on_things([people[k] for k in near], loose), strict=True))
-    first = np.cumsum([0, *(len(p.primitives) for p in people)])
-    parts: list[tuple[int, int, ContactArray]] = []  # whose, where the other's primitives begin, contacts that press
-    for k, p in enumerate(people):
-        for begin, c in ((0, reached[p.name].rest), (len(s.fixed_rows), on_loose.get(k))):
-            if c is None or len(c) == 0:
-                continue
-            rows = np.flatnonzero((c.field_depth > 0.0) & (p.build.digit[c.a] >= 0))
-            if len(rows):
-                parts.append((k, begin, _contacts(c, rows)))
+    parts: list[tuple[int, int, ContactArray]] = [(k, 0, reached[p.name].rest) for k, p in enumerate(people)]
+    parts += [(k, len(s.fixed_rows), c) for k, c in on_loose.items()]
+    parts = [part for part in sorted(parts, key=lambda part: part[:2]) if len(part[2])]
     if not parts:
         return None
-    who = np.concatenate([np.full(len(c), k) for k, _, c in parts])
-    digit = np.concatenate([people[k].build.digit[c.a] for k, _, c in parts])
-    found = _joined([c for _, _, c in parts], [int(first[k]) for k, _, _ in parts], [begin for _, begin, _ in parts])
-    thing = s.owner[np.concatenate([s.fixed_rows, s.loose_rows])[found.b]]
+    first = list(itertools.accumulate((len(p.primitives) for p in people), initial=0))
+    found = _joined([c for _, _, c in parts], [first[k] for k, _, _ in parts], [begin for _, begin, _ in parts])
+    digit = np.concatenate([p.build.digit for p in people])[found.a]
+    rows = np.flatnonzero((found.field_depth > 0.0) & (digit >= 0))
+    if len(rows) == 0:
+        return None
     # In groups of one hand with one thing: only those share points.
-    group = ((who * 2 + (found.b >= len(s.fixed_rows))) * 2 + digit // DIGITS) * len(s.things) + thing
+    thing: I64 = s.owner[np.concatenate([s.fixed_rows, s.loose_rows])[found.b[rows]]]
+    part: I64 = np.repeat(np.arange(len(parts)), [len(c) for _, _, c in parts])[rows]
+    group = (part * 2 + digit[rows] // DIGITS) * len(s.things) + thing
     order = np.argsort(group, kind="stable")
+    ends: list[int] = [0, *(np.flatnonzero(np.diff(group[order])) + 1).tolist(), len(order)]
+    digits: list[int] = digit[rows[order]].tolist()
     sides: list[_Side] = []
-    still: list[I64] = []
-    for rows in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
-        k = rows[0]
-        hold = people[who[k]].name, bool(digit[k] >= DIGITS), s.things[thing[k]].id
-        if hold not in free:
-            sides.append(_Side(hold[:2], hold[2], rows, digit[rows] % DIGITS))
+    kept: list[I64] = []
+    still: list[range] = []
+    count = 0
+    for i, j in itertools.pairwise(ends):
+        k = int(order[i])
+        hold = people[parts[int(part[k])][0]].name, digits[i] >= DIGITS, s.things[int(thing[k])].id
+        if hold in free:
+            continue
+        sides.append(_Side(hold[:2], hold[2], range(count, count + j - i), [d % DIGITS for d in digits[i:j]]))
         if hold in sticks:
-            still.append(rows)
+            still.append(range(count, count + j - i))
+        kept.append(order[i:j])
+        count += j - i
     if not sides:
         return None
+    chosen = np.concatenate(kept)
+    found, thing = _contacts(found, rows[chosen]), thing[chosen]
     velocity = np.concatenate([p.velocity for p in people])[found.a]
-    motion = np.concatenate([m.velocity, m.spin, m.position], axis=1)[thing]
+    motion = np.concatenate([m.velocity[thing], m.spin[thing], m.position[thing]], axis=1)
     motion[m.mode[thing] == FIXED] = 0.0
-    for rows in still:
-        velocity[rows], motion[rows] = 0.0, 0.0
-    soft = [s.things[thing[side.contacts[0]]].compliance for side in sides]
+    for some in still:
+        velocity[some.start : some.stop], motion[some.start : some.stop] = 0.0, 0.0
+    soft = [s.things[int(thing[side.contacts[0]])].compliance for side in sides]
     bodies = PrimitiveSet.join([p.primitives for p in people]), PrimitiveSet.join([s.fixed, loose])
-    return _Felt(_feel(found, [side.contacts for side in sides], soft, bodies, velocity, motion), found.depth, sides)
+    return _Felt(_feel(found, [len(side.contacts) for side in sides], soft, bodies, velocity, motion), found.depth, sides)
 
 
 def _of_people(
@@ -178,14 +185,14 @@ def _of_people(
     if not parts:
         return None
     ends = itertools.accumulate((len(c) for _, _, c in parts), initial=0)
-    groups = [np.arange(i, j) for i, j in itertools.pairwise(ends)]
     sides: list[_Side] = []
-    for (p, q, c), rows in zip(parts, groups, strict=True):
+    for (p, q, c), begins in zip(parts, ends, strict=False):
         for who, other, digit in ((p, q, p.build.digit[c.a]), (q, p, q.build.digit[c.b])):
             for right in (False, True):
-                mine = (digit >= 0) & (digit // DIGITS == int(right))
-                if who.name in asked and mine.any():
-                    sides.append(_Side((who.name, right), other.name, rows[mine], digit[mine] % DIGITS, who is p))
+                mine = np.flatnonzero((digit >= 0) & (digit // DIGITS == int(right)))
+                if who.name in asked and len(mine):
+                    digits: list[int] = (digit[mine] % DIGITS).tolist()
+                    sides.append(_Side((who.name, right), other.name, (mine + begins).tolist(), digits, who is p))
     names = list(dict.fromkeys(p.name for pair in parts for p in pair[:2]))
     begin = dict(zip(names, itertools.accumulate((len(posed[n].primitives) for n in names), initial=0), strict=False))
     found = _joined([c for _, _, c in parts], [begin[p.name] for p, _, _ in parts], [begin[q.name] for _, q, _ in parts])
@@ -193,26 +200,22 @@ def _of_people(
     speeds = np.concatenate([posed[n].velocity for n in names])
     motion = np.zeros((len(found), 9))
     motion[:, 0:3] = speeds[found.b]
-    soft = [FLESH_COMPLIANCE] * len(groups)
-    return _Felt(_feel(found, groups, soft, (everybody, everybody), speeds[found.a], motion), found.depth, sides)
+    sizes, soft = [len(c) for _, _, c in parts], [FLESH_COMPLIANCE] * len(parts)
+    return _Felt(_feel(found, sizes, soft, (everybody, everybody), speeds[found.a], motion), found.depth, sides)
 
 
 def _feel(
-    found: ContactArray, groups: list[I64], soft: list[float], bodies: tuple[PrimitiveSet, PrimitiveSet], velocity: F64,
+    found: ContactArray, sizes: list[int], soft: list[float], bodies: tuple[PrimitiveSet, PrimitiveSet], velocity: F64,
     motion: F64,
 ) -> F64:  # fmt: skip
-    """(N, FELT) rows of the contacts, 0 where they are in no group. soft: of the b of each group."""
-    order = np.concatenate(groups)
-    first = np.cumsum([0, *(len(rows) for rows in groups)])
+    """(N, FELT) rows of the contacts. sizes: of the groups one after the other, soft: of the b of each."""
     compliance = np.array([[max(FLESH_COMPLIANCE, STIFFEST), max(c, STIFFEST)] for c in soft])
     pairs = np.stack([found.a, found.b], axis=1).astype(np.int64)
-    felt, out = np.zeros((len(order), FELT)), np.zeros((len(found), FELT))
+    out = np.zeros((len(found), FELT))
     feel(
-        first, pairs[order], found.point[order], found.normal[order], found.field_depth[order], compliance,
-        _arrays(bodies[0]), _arrays(bodies[1]), SKIN.pressure, SKIN.friction, SKIN.creep, velocity[order], motion[order],
-        felt,
+        np.cumsum([0, *sizes]), pairs, found.point, found.normal, found.field_depth, compliance, _arrays(bodies[0]),
+        _arrays(bodies[1]), SKIN.pressure, SKIN.friction, SKIN.creep, velocity, motion, out,
     )  # fmt: skip
-    out[order] = felt
     return out
 
 
@@ -220,22 +223,25 @@ def _whole(felt: list[_Felt], posed: Mapping[str, Posed]) -> list[HandForce]:
     """All that hands feel, summed by digit and body."""
     slots: dict[tuple[Hand, int, str], int] = {}
     hands: dict[Hand, int] = {}
-    columns: list[tuple[I64, I64, I64, F64]] = []
-    for k, f in enumerate(felt):
-        begin = sum(len(g.rows) for g in felt[:k])
+    row: list[int] = []
+    slot: list[int] = []
+    hand_of: list[int] = []
+    sign: list[float] = []
+    begin = 0
+    for f in felt:
         for side in f.sides:
-            slot = [slots.setdefault((side.hand, d, side.body), len(slots)) for d in side.digit.tolist()]
-            hand = hands.setdefault(side.hand, len(hands))
-            many = len(slot)
-            sign = 1.0 if side.is_a else -1.0
-            columns.append((begin + side.contacts, np.array(slot), np.full(many, hand), np.full(many, sign)))
-    if not columns:
+            row += [begin + k for k in side.contacts]
+            slot += [slots.setdefault((side.hand, d, side.body), len(slots)) for d in side.digit]
+            hand_of += [hands.setdefault(side.hand, len(hands))] * len(side.digit)
+            sign += [1.0 if side.is_a else -1.0] * len(side.digit)
+        begin += len(f.rows)
+    if not row:
         return []
     sums, moment = np.zeros((len(slots), 13)), np.zeros((len(hands), 3))
-    row, slot, hand, sign = (np.concatenate(c) for c in zip(*columns, strict=True))
     gather(
-        row, slot, hand, sign, np.concatenate([f.rows for f in felt]), np.concatenate([f.depth for f in felt]), sums, moment
-    )
+        np.array(row), np.array(slot), np.array(hand_of), np.array(sign), np.concatenate([f.rows for f in felt]),
+        np.concatenate([f.depth for f in felt]), sums, moment,
+    )  # fmt: skip
     touches: dict[Hand, list[DigitTouch]] = {hand: [] for hand in hands}
     force = np.zeros((len(hands), 3))
     for (hand, digit, body), k in sorted(slots.items()):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +67,7 @@ def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int, anchors: Sequence[A
     moment = BREADTH**2 * sum(turns, np.zeros((3, 3)))
     for w, x, y in zip(weight, there, here, strict=True):
         moment += w * np.outer(x - h, y - c)
-    rotation: Any = nearest_rotation(moment)
+    rotation: F64 = np.asarray(nearest_rotation(moment))  # pyright: ignore[reportUnknownArgumentType]
     return h - rotation @ c, quaternion_from_matrix(rotation)
 
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from vistel.speech.decoder import Sentence
 
 FEATURES = 5
+_USUAL = 3.8
+"""Frames that a state lasts when people speak as usual."""
 
 
 def evidence(sentence: Sentence, runner_up: float | None, garbage: Sequence[float]) -> NDArray[np.float64]:
@@ -24,7 +26,8 @@ def evidence(sentence: Sentence, runner_up: float | None, garbage: Sequence[floa
         for (a, b), score in zip(sentence.bounds, sentence.word_scores, strict=True)
     ]
     lead = 1.0 if runner_up is None else min(1.0, (sentence.score - runner_up) / 30.0)
-    return np.array([1.0, 4.0 * whole, 2.0 * min(words, default=-4.0), lead, np.log(frames / 100.0)])
+    pace = np.log(frames / max(1, sentence.states) / _USUAL)
+    return np.array([1.0, 4.0 * whole, 2.0 * min(words, default=-4.0), lead, pace * pace])
 
 
 def confidence(belief: NDArray[np.float32], features: NDArray[np.float64]) -> float:

@@ -81,16 +81,17 @@ def network(automaton: Automaton, model: Model, word_cost: float = 0.0) -> Netwo
 @dataclass(frozen=True)
 class Sentence:
     """score: of all frames; words: names; bounds: (begin, end) frame of each word, the end not of it; word_scores: what
-    each adds to the score."""
+    each adds to the score; states: how many of them the words have."""
 
     score: float
     words: tuple[str, ...]
     bounds: tuple[tuple[int, int], ...]
     word_scores: tuple[float, ...]
+    states: int
 
 
-_Step = tuple[int, int, int, float]
-"""Of a path: word, begin, end, score."""
+_Step = tuple[int, int, int, float, int]
+"""Of a path: word, begin, end, score, states."""
 
 
 class Decoder:
@@ -176,8 +177,9 @@ class Decoder:
                 continue
             seen.add((junction, time, words))
             if junction == 0 and time == 0:
-                bounds = tuple((a, b) for _, a, b, _ in path)
-                found[words] = Sentence(-cost, tuple(net.words[w] for w in words), bounds, tuple(step[3] for step in path))
+                bounds = tuple((step[1], step[2]) for step in path)
+                names, scores = tuple(net.words[w] for w in words), tuple(step[3] for step in path)
+                found[words] = Sentence(-cost, names, bounds, scores, sum(step[4] for step in path))
                 continue
             word, entered, score, count, _ = self._kept[time]
             for k in range(count[junction]):
@@ -185,7 +187,9 @@ class Decoder:
                 total = tail + float(score[junction, k])
                 source = int(net.source[arc])
                 before = float(self._kept[since][4][source])
-                here = ((int(net.word[arc]), since, time, float(score[junction, k]) - before),) if net.word[arc] >= 0 else ()
-                heapq.heappush(heap, (-total, pushed, total - before, source, since, here + path))
+                size = int(net.first[arc + 1] - net.first[arc])
+                step = (int(net.word[arc]), since, time, float(score[junction, k]) - before, size)
+                rest = (step, *path) if step[0] >= 0 else path
+                heapq.heappush(heap, (-total, pushed, total - before, source, since, rest))
                 pushed += 1
         return list(found.values())

@@ -113,7 +113,7 @@ class Dialogue:
     wake: bool = False
     _last: Action | None = None
     _pending: tuple[Action, Said, int] | None = field(default=None)
-    _awake_ns: int = -AWAKE_NS
+    _awake_ns: int = -2 * AWAKE_NS
 
     def heard(self, readings: Sequence[Reading], things: Sequence[Known], now_ns: int) -> Turn:
         """An utterance, its readings the likeliest first; things: in the room, empty when that is not known."""

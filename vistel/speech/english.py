@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.speech.denoise import Denoiser
+from vistel.speech.features import as_float
 from vistel.speech.grammar import Grammar
 from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
 from vistel.speech.word_graph import word_graph
@@ -30,6 +32,8 @@ _WINDOW_S, _SHARE = 0.24, 0.85
 """Of the last `window` this share is speech where an utterance begins, and none where it ends."""
 _STRICT = 2
 """How sure WebRTC's detector has to be of speech, 0 to 3."""
+_FAINT = 0.04
+"""What is softer than this share of the loudest frame of an utterance does not prolong it."""
 _LEAD = 3
 """Frames before the detected beginning that belong to the utterance."""
 
@@ -82,6 +86,7 @@ class EnglishRecogniser:
         """Forgets the utterance under way and starts counting time anew; what was learnt of the room stays."""
         if getattr(self, "_speaking", False):
             self._end_decoders()
+        self._denoiser = Denoiser()
         self._vad = self._sphinx.Vad(_STRICT, SAMPLE_RATE, _FRAME / SAMPLE_RATE)
         count = round(_WINDOW_S * SAMPLE_RATE / _FRAME)
         self._needed = math.ceil(_SHARE * count)
@@ -90,11 +95,13 @@ class EnglishRecogniser:
         self._rest = np.zeros(0, np.int16)
         self._frames = 0
         self._start = 0
+        self._loudest = 0.0
         self._speaking = False
 
     def feed(self, samples: Samples) -> list[Hypotheses]:
         """Takes the next samples, any number of them; returns the utterances that ended in them, oldest first."""
-        sound = np.concatenate([self._rest, _as_int(samples)])
+        clean = self._denoiser.feed(np.nan_to_num(as_float(samples)))
+        sound = np.concatenate([self._rest, np.asarray(np.rint(np.clip(clean, -1.0, 1.0) * 32767.0), np.int16)])
         whole = len(sound) // _FRAME * _FRAME
         self._rest = sound[whole:]
         found: list[Hypotheses] = []
@@ -113,7 +120,11 @@ class EnglishRecogniser:
 
     def _hear(self, frame: I16, found: list[Hypotheses]) -> None:
         self._frames += 1
-        self._recent.append((bool(self._vad.is_speech(frame.tobytes())), frame))
+        level = float(np.sqrt(np.mean(frame.astype(np.float32) ** 2)))
+        speech = bool(self._vad.is_speech(frame.tobytes())) and level >= _FAINT * self._loudest
+        if self._speaking:
+            self._loudest = max(self._loudest, level)
+        self._recent.append((speech, frame))
         spoken = sum(speech for speech, _ in list(self._recent)[-self._count :])
         if not self._speaking:
             if spoken >= self._needed:
@@ -143,6 +154,7 @@ class EnglishRecogniser:
     def _finish(self, found: list[Hypotheses]) -> None:
         self._end_decoders()
         self._speaking = False
+        self._loudest = 0.0
         self._recent.clear()
         if (heard := self._understood()) is not None:
             found.append(heard)
@@ -173,18 +185,12 @@ class EnglishRecogniser:
 
 def confidence(worse: float, words: int, probability: float) -> float:
     """0 to 1. worse: log score of the sentence less that of a loop of phones, per frame; words: spoken; probability: of the
-    sentence among those of the grammar."""
+    sentence among those of the grammar. The weights were fitted to voices of espeak-ng at 10 to 40 dB (logistic regression)."""
     return 1.0 / (1.0 + math.exp(-min(30.0, max(-30.0, _BIAS + _WORSE * worse + _WORDS * math.log(words) + _SURE * probability))))
 
 
-_BIAS, _WORSE, _WORDS, _SURE = 3.0, 40.0, 0.5, 1.0
+_BIAS, _WORSE, _WORDS, _SURE = 6.6, 0.66, -1.63, 0.99
 
 
 def _log_score(segments: Any) -> float:
     return sum(math.log(max(s.ascore, 1e-300)) for s in segments)
-
-
-def _as_int(samples: Samples) -> I16:
-    if samples.dtype == np.int16:
-        return np.asarray(samples, np.int16)
-    return np.asarray(np.rint(np.clip(np.nan_to_num(samples), -1.0, 1.0) * 32767.0), np.int16)

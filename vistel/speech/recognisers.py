@@ -47,13 +47,13 @@ def checked_grammar(*extra: Path) -> tuple[Grammar, list[Fault]]:
 
 
 def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
-    from vistel.speech import acoustic, japanese  # noqa: PLC0415  as above
+    from vistel.speech import acoustic, enrolment, japanese  # noqa: PLC0415  as above
     from vistel.speech.automaton import compile_automaton  # noqa: PLC0415
     from vistel.speech.phones import PHONES  # noqa: PLC0415
 
     try:
         model = acoustic.japanese()
-        adaptation = acoustic.load_adaptation(voice) if voice is not None else None
+        adaptation = enrolment.load(voice) if voice is not None else None
     except (OSError, ValueError) as e:
         raise RecogniserError(f"Japanese cannot be recognised: {e}; `make speech-model` makes its model") from e
     return japanese.JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), model, adaptation)

@@ -84,7 +84,7 @@ def load_sets(path: Path) -> list[WrinkleSet]:
     return out
 
 
-def wardrobe(names: Sequence[str | Path] = ("shirt", "trousers", "face")) -> list[WrinkleSet]:
+def wardrobe(names: Sequence[str | Path] = ("shirt", "trousers", "face", "hands")) -> list[WrinkleSet]:
     """Sets of several files: names of built-in ones, or paths. Raises WrinkleError."""
     out: list[WrinkleSet] = []
     for name in names:

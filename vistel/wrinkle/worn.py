@@ -34,6 +34,8 @@ REFERENCE_HEIGHT = 1.75
 """Of whom lengths in files of sets are said [m]."""
 TEXELS = {"cloth": 768, "skin": 1536}
 """Along the longer side of a region's map."""
+FINEST = 0.0002
+"""Texels of small regions are no smaller [m]."""
 LIGHT = {
     "cloth": Lighting((0.0, 0.78, 0.62), 0.34, 0.8, 0.005), "skin": Lighting((0.0, 0.66, 0.75), 0.45, 0.6, 0.0008),
 }  # fmt: skip
@@ -138,7 +140,8 @@ class Worn:
             return self._finest._maps[side + each.entry.name]
         scale = self.avatar.skeleton.height / REFERENCE_HEIGHT
         wrinkles = instances(each.entry.wrinkles, around.plane, each.source, wraps=True, scale=scale)
-        of = displacement_map(wrinkles, around.plane, TEXELS[each.entry.material], wraps=True)
+        texels = min(TEXELS[each.entry.material], round(max(around.plane) / FINEST))
+        of = displacement_map(wrinkles, around.plane, texels, wraps=True)
         self._maps[side + each.entry.name] = of
         return of
 

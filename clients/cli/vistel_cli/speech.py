@@ -19,6 +19,7 @@ from rich.markup import escape
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --help` need not
+    from vistel.speech.features import F32
     from vistel.speech.grammar import Grammar, Language
     from vistel.speech.heard import Heard, Recogniser
 
@@ -170,18 +171,8 @@ def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Heard,
 
 def _understood(path: Path, hears: Recogniser) -> list[tuple[Heard, ...]]:
     """The utterances of a recording."""
-    import numpy as np  # noqa: PLC0415
-
-    from vistel.speech.features import Resampler  # noqa: PLC0415
-    from vistel_services.audio.inputs import InputError, read_recording  # noqa: PLC0415
-
-    try:
-        samples, rate = read_recording(path)
-    except InputError as e:
-        fail(str(e), FAILED)
     hears.reset()
-    quiet = 1e-4 * np.random.default_rng(1).standard_normal(int(0.5 * rate)).astype(np.float32)
-    sound = Resampler(rate).feed(np.concatenate([quiet, samples, quiet, quiet]))
+    sound = _sound_of(path)
     found: list[tuple[Heard, ...]] = []
     for at in range(0, len(sound), 1600):
         found += hears.feed(sound[at : at + 1600])
@@ -244,8 +235,7 @@ def test_(
 def _scored(path: Path, known: Grammar, hears: Recogniser, tongue: Language, accept: float) -> Score:
     from vistel.speech.meaning import asked_for  # noqa: PLC0415
 
-    beside = path.with_suffix(".txt")
-    text = beside.read_text("utf-8").strip() if beside.is_file() else re.sub(r"[-_]+", " ", path.stem)
+    text = _text_of(path)
     said = known.read(text) or known.read(re.sub(r"[ 0-9]+$", "", text))
     heard = max(_understood(path, hears), key=lambda h: h[0].confidence, default=None)
     best = heard[0] if heard else None
@@ -257,6 +247,110 @@ def _scored(path: Path, known: Grammar, hears: Recogniser, tongue: Language, acc
     return Score(
         path.name, said.text if said else "", understood.text if understood else "", round(confidence, 3), right, accepted
     )  # fmt: skip
+
+
+@app.command()
+def enrol(
+    result: Annotated[Path, typer.Argument(help="Where to write what was learnt: voices/NAME.npz.")],
+    recordings: Annotated[
+        Path | None, typer.Option("--from", help="Folder of recordings, each with its text as for `test`, instead of reading.")
+    ] = None,
+    microphone: Annotated[str, typer.Option(help='"default", or a part of its name.')] = "default",
+    sentences: Annotated[int, typer.Option(help="How many to read; 60 take five minutes.", min=5)] = 60,
+) -> None:
+    """Let the room learn a voice (Japanese): some minutes of reading sentences that are shown.
+
+    [bold]Examples[/bold]
+
+      vistel speech enrol voices/aiko.npz
+
+      vistel speech enrol voices/aiko.npz --from recordings
+    """
+    from vistel.speech import acoustic, enrolment  # noqa: PLC0415
+    from vistel.speech.recognisers import checked_grammar  # noqa: PLC0415
+
+    known, _ = checked_grammar()
+    if recordings is not None:
+        said = _recorded(recordings, known)
+    else:
+        said = _read_aloud(known, microphone, sentences)
+    try:
+        learnt = enrolment.adapt(acoustic.japanese(), said, tell=lambda line: out.print(line, style="dim"))
+        result.parent.mkdir(parents=True, exist_ok=True)
+        enrolment.save(learnt, result)
+    except (OSError, ValueError) as e:
+        fail(str(e), FAILED)
+    out.print(f"{result}: learnt from {len(said)} recordings")
+
+
+def _recorded(folder: Path, known: Grammar) -> list[tuple[F32, str]]:
+    """Sounds at 16 kHz, and what they say in kana. Those with another text are named and left out."""
+    said: list[tuple[F32, str]] = []
+    for path in sorted(p for p in folder.glob("*") if p.suffix.lower() in SOUNDS) if folder.is_dir() else []:
+        text = _text_of(path)
+        read = known.read(text)
+        if read is None or read.language != "ja":
+            out.print(f"[yellow]{path.name}: {escape(text)!r} is no Japanese sentence of the grammar; left out[/]")
+            continue
+        said.append((_sound_of(path), read.spoken))
+    if not said:
+        fail(f"{folder}: holds no recordings of Japanese sentences ({', '.join(SOUNDS)})", USAGE)
+    return said
+
+
+def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, str]]:
+    """Shows sentences, and records each."""
+    import random  # noqa: PLC0415
+
+    rng = random.Random(1)
+    said: list[tuple[F32, str]] = []
+    for n in range(count):
+        sentence = known.pick("ja", rng)
+        out.print(f"{n + 1:3}/{count}  [bold]{sentence.text}[/]  [dim]{sentence.spoken}[/]")
+        typer.prompt("     Enter, then read", default="", show_default=False, prompt_suffix=" ")
+        said.append((_recorded_for(microphone, 1.5 + 0.25 * len(sentence.spoken)), sentence.spoken))
+    return said
+
+
+def _recorded_for(name: str, seconds: float) -> F32:
+    import numpy as np  # noqa: PLC0415
+
+    from vistel.speech.features import Resampler  # noqa: PLC0415
+    from vistel.wire.clock import SystemClock  # noqa: PLC0415
+    from vistel_services.audio.inputs import CardInput, InputError  # noqa: PLC0415
+
+    try:
+        microphone = CardInput(name, SystemClock())
+        resampler = Resampler(microphone.rate_hz)
+        parts: list[F32] = []
+        until = time.monotonic() + seconds
+        with contextlib.closing(microphone):
+            while time.monotonic() < until:
+                parts += [resampler.feed(samples) for samples, _ in microphone.take()]
+                time.sleep(0.02)
+        return np.concatenate(parts) if parts else np.zeros(0, np.float32)
+    except InputError as e:
+        fail(str(e), FAILED)
+
+
+def _text_of(path: Path) -> str:
+    beside = path.with_suffix(".txt")
+    return beside.read_text("utf-8").strip() if beside.is_file() else re.sub(r"[-_]+", " ", path.stem)
+
+
+def _sound_of(path: Path) -> F32:
+    """(n,) at 16 kHz, with quiet before and after."""
+    import numpy as np  # noqa: PLC0415
+
+    from vistel.speech.features import Resampler  # noqa: PLC0415
+    from vistel_services.audio.inputs import InputError, read_recording  # noqa: PLC0415
+
+    try:
+        samples, rate = read_recording(path)
+        quiet = 1e-4 * np.random.default_rng(1).standard_normal(int(0.5 * rate)).astype(np.float32)
+        return Resampler(rate).feed(np.concatenate([quiet, samples, quiet, quiet]))
+    except (InputError, ValueError) as e:
+        fail(f"{path.name}: {e}", FAILED)
 
 
 def _prepared(language: str, extra: list[Path] | None, voice: Path | None) -> tuple[Grammar, Recogniser, Language]:

@@ -24,7 +24,10 @@ _SOON_NS = 200_000_000
 """After it was lost: others may only have had all cards looked for."""
 _SILENT_NS = 1_000_000_000
 _CLOSE_S, _JUMP_S = 0.0005, 0.06
-_STEER = 0.002
+_STEER, _STEER_MORE, _FAR_S = 0.002, 0.01, 0.005
+"""How much faster or slower samples are taken than they come, while their times are off by little and by more."""
+_SLIP_S, _QUIET = 0.002, 0.003
+"""So much is made good at once where nobody says anything; root mean square below which that is not heard."""
 _MOST_FRAMES = 25
 
 
@@ -127,6 +130,16 @@ class Capture:
             self._next_ns += FRAME_NS
         return out
 
+    def _quiet(self, step: float, error: float) -> bool:
+        """Whether nothing is said in this frame, where it would be taken from and where it belongs."""
+        assert self._position is not None
+        begin = max(self._tape.start, int(self._position + min(0.0, error)))
+        end = int(self._position + max(0.0, error) + step * FRAME) + 1
+        if end > self._tape.end:
+            return False
+        part = self._tape.between(begin, end)
+        return float(np.dot(part, part)) < _QUIET**2 * len(part)
+
     def _one(self) -> F32 | None:
         """The frame at `_next_ns`, as soon as all of its samples are there."""
         assert self._position is not None
@@ -145,13 +158,17 @@ class Capture:
                 self._position = None
                 return None
             error = 0.0
+        if abs(error) > _SLIP_S * rate and self._position + error > self._tape.start + reach(step) and self._quiet(step, error):
+            self._position += error
+            error = 0.0
         if step == 1.0 and abs(error) < _CLOSE_S * rate:
             at = round(self._position)
             if at + FRAME > self._tape.end:
                 return None
             self._position = float(at + FRAME)
             return self._tape.between(at, at + FRAME).copy()
-        step *= 1.0 + min(_STEER, max(-_STEER, error / (8 * FRAME * step)))
+        steer = _STEER if abs(error) < _FAR_S * rate else _STEER_MORE
+        step *= 1.0 + min(steer, max(-steer, error / (8 * FRAME * step)))
         half = reach(step)
         last = self._position + step * FRAME
         begin, end = int(self._position) - half, int(last) + half + 2

@@ -16,7 +16,7 @@ from vistel_services.renderer.figures import Person
 from vistel_services.renderer.kept_figures import person_of
 from vistel_services.renderer.stage import About
 
-DRESSED = ("shirt", "trousers", "face")
+DRESSED = ("shirt", "trousers", "face", "hands")
 """Wrinkles of the built-in people."""
 _NONE: Mapping[str, Path] = MappingProxyType({})
 

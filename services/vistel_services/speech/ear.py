@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from vistel.speech.features import Resampler
 
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.audio.stream import VoiceStream
+from vistel.speech.features import Resampler
 from vistel.v1.audio_pb2 import Voice
 
 F32 = NDArray[np.float32]

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from vistel.figure.hands import FLAT, OPEN, POINT, PRESSED, hand_rotation
 from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton
-from vistel.space.room import BATON, TABLE_HEIGHT, Extra, meeting_room
+from vistel.space.room import Extra
+from vistel.space.things import identity
+from vistel_sim.motion.layout import Layout
 from vistel_sim.motion.script import SIDES, UP, Hand, Script
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.tracks import HandTrack
@@ -28,10 +30,11 @@ LENGTH = {"ball": 1.0, "lump": 2.0, "bar": 6.0}
 """Half lengths of things, in radii."""
 
 
-def write_clay(sitters: Mapping[str, Sitter], seats: int, thing: Extra) -> Script:
+def write_clay(sitters: Mapping[str, Sitter], layout: Layout, thing: Extra) -> Script:
     """The script for the people that are there: who sits nearest to the thing works on it."""
-    place = np.array([thing.x, TABLE_HEIGHT + thing.size, thing.z])
-    desk = {(name, side): Hand(s, side) for name, s in sitters.items() for side in SIDES}
+    lies = layout.thing(thing.id)
+    place = lies.position if lies is not None else thing.thing().position
+    desk = {(name, side): Hand(s, side, layout) for name, s in sitters.items() for side in SIDES}
     worker = min(sitters.values(), key=lambda s: (float(np.linalg.norm(s.place.seat_position - place * (1, 0, 1))), s.place.name))
     left, right = desk[worker.place.name, "left"], desk[worker.place.name, "right"]
     ahead = worker.direction_in_room(np.array([0.0, 0.0, 1.0]))
@@ -73,11 +76,10 @@ def write_clay(sitters: Mapping[str, Sitter], seats: int, thing: Extra) -> Scrip
         hand.hold(12.6, at + 0.08 * out, flat, PRESSED)
         hand.rest(13.9)
 
-    baton = meeting_room(seats).thing(BATON)
     looks = {name: [(1.0, 13.0, "point:clay")] for name in sitters}
     scale = {name: s.place.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
     tracks = {key: HandTrack(hand.keys) for key, hand in desk.items()}
-    return Script(tracks, (), (baton.position, baton.rotation), scale, {"clay": top}, looks)
+    return Script(tracks, (), (place, identity()), scale, {"clay": top}, looks)
 
 
 def fingertip(skeleton: Skeleton) -> F64:

@@ -16,6 +16,7 @@ from vistel.figure.hands import OPEN, RELAXED, hand_rotation
 from vistel.figure.posture import Posture
 from vistel.figure.rotation import quaternion_from_matrix, slerp
 from vistel.figure.sensors import RECEIVERS, Placement
+from vistel_sim.motion.layout import Layout, built_in
 from vistel_sim.motion.script import CYCLE_S, Script, write_script
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place, receivers_of
@@ -38,15 +39,15 @@ class Meeting:
 
     def __init__(
         self, people: Sequence[Place], seats: int, seed: int, watch: Callable[[float], F64] | None = None,
-        write: Callable[[Mapping[str, Sitter], int], Script] = write_script,
+        write: Callable[[Mapping[str, Sitter], Layout], Script] = write_script, layout: Layout | None = None,
     ) -> None:  # fmt: skip
         """watch: what everybody looks at instead of each other, as a point (3,) of the room at a time [s]; write: makes
-        the script of people and seats."""
+        the script of people and room; layout: the room, by default the built-in one with so many seats."""
         self._watch = watch
         self._people = {p.name: p for p in people}
         self._sitters = {p.name: Sitter(p) for p in people}
         self._talk = Conversation(tuple(self._people), seed)
-        self._script: Script = write(self._sitters, seats)
+        self._script: Script = write(self._sitters, layout or built_in(seats))
         self._habits = {name: _Habits(seed * 1009 + i) for i, name in enumerate(self._people)}
         self._ticks: dict[tuple[str, int], _Tick] = {}
         self._fours: dict[tuple[str, int], _Tick] = {}

@@ -19,6 +19,7 @@ from vistel_sim.motion.calibration import CalibrationMoves
 from vistel_sim.motion.clap import Clapping
 from vistel_sim.motion.clay import write_clay
 from vistel_sim.motion.hand_over import play_hand_over
+from vistel_sim.motion.layout import layout_of
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.played import PlayedFile, play_alone
 from vistel_sim.motion.six_dof import ROLES, is_hand_over, load_hand_over
@@ -60,7 +61,8 @@ def open_motion(conference: Conference) -> MotionSource:
         if thing is None:
             raise MotionError("clay: needs a [[room.things]] whose material is plastic or viscoelastic, or that is sticky")
         write = partial(write_clay, thing=thing)
-        sources.append(Meeting(wanted.pop(CLAY), conference.room.seats, conference.seed, write=write))
+        layout = layout_of(conference.room)
+        sources.append(Meeting(wanted.pop(CLAY), layout.seats, conference.seed, write=write, layout=layout))
     for name, people in wanted.items():
         path = Path(name)
         if path.is_dir() and is_hand_over(path):
@@ -80,7 +82,8 @@ def open_motion(conference: Conference) -> MotionSource:
         log.info("motion from file path=%s participants=%s", path, ",".join(p.name for p in people))
     if meeting:
         acts = next((s for s in sources if s.things(0.0)), None)
-        sources.append(Meeting(meeting, conference.room.seats, conference.seed, _eyes_on(acts) if acts else None))
+        layout = layout_of(conference.room)
+        sources.append(Meeting(meeting, layout.seats, conference.seed, _eyes_on(acts) if acts else None, layout=layout))
     return sources[0] if len(sources) == 1 else _Company(sources)
 
 

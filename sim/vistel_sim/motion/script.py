@@ -17,7 +17,9 @@ from vistel.figure.hands import FLAT, OPEN, PRESSED, RELAXED, closed_round, hand
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.sensors import Placement
 from vistel.figure.skeleton import REFERENCE_HEIGHT
-from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
+from vistel.space.room import BATON
+from vistel.space.things import identity
+from vistel_sim.motion.layout import Layout
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.tracks import HandKey, HandState, HandTrack
 
@@ -31,6 +33,10 @@ GRIP = np.array([0.088, -0.0255, 0.0])
 """Where a held bar crosses the palm: left hand's frame, a person of REFERENCE_HEIGHT; mirrored for the right."""
 GIVER_BELOW, TAKER_ABOVE = 0.032, 0.046
 """How far from the baton's middle the two hold it [m]."""
+
+
+CLOSE_COMPANY = 4
+"""Seats at most where people reach past each other and nobody's arms are in the way."""
 
 
 @dataclass(frozen=True)
@@ -64,41 +70,49 @@ class Script:
         return {BATON: (middle, quaternion_from_matrix(axes))}
 
 
-def write_script(sitters: Mapping[str, Sitter], seats: int) -> Script:
-    """The script for the people that are there."""
+def write_script(sitters: Mapping[str, Sitter], layout: Layout) -> Script:
+    """The script for the people that are there: parts for which there is no baton, or who are out of each other's reach, are
+    left out."""
+    seats = layout.seats
     by_seat = {s.place.seat: s for s in sitters.values()}
-    desk = {(name, side): Hand(s, side) for name, s in sitters.items() for side in SIDES}
+    desk = {(name, side): Hand(s, side, layout) for name, s in sitters.items() for side in SIDES}
     first, second, last = by_seat.get(0), by_seat.get(1), by_seat.get(seats - 1) if seats > 2 else None
     looks: dict[str, list[tuple[float, float, str]]] = {name: [] for name in sitters}
     points: dict[str, F64] = {}
     holds: list[tuple[float, str | None, str, float]] = []
-    baton = meeting_room(seats).thing(BATON)
-    if first is not None and second is not None and seats <= 4:
+    baton = layout.baton_for(first.place.seat_position) if first is not None else None
+    if first is not None and second is not None and baton is not None and _reach(layout, first, second):
         holds = _hand_over(desk, first, second, baton.position)
         looks[first.place.name] += [(1.2, 7.0, f"thing:{BATON}"), (9.8, 14.6, f"thing:{BATON}")]
         looks[second.place.name] += [(a, b, f"thing:{BATON}") for a, b in ((2.6, 4.2), (4.8, 8.6), (9.6, 12.2))]
         if last is not None:
             looks[last.place.name] += [(2.4, 4.0, f"thing:{BATON}"), (5.0, 6.6, f"thing:{BATON}")]
-    if first is not None and last is not None and seats <= 4:
+    if first is not None and last is not None and _reach(layout, first, last):
         points["comfort"] = _hand_on_hand(desk, first, last)
         looks[last.place.name] += [(8.6, 10.2, "point:comfort"), (10.2, 11.6, "head:" + first.place.name)]
-    if second is not None and last is not None and second is not last and seats == 3:
+    if second is not None and last is not None and second is not last and seats == 3 and _reach(layout, second, last):
         points["palms"] = _palm_to_palm(desk, second, last)
         looks[second.place.name] += [(14.4, 16.4, "point:palms")]
         looks[last.place.name] += [(14.3, 16.4, "point:palms")]
     scale = {name: s.place.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
     tracks = {key: HandTrack(hand.keys) for key, hand in desk.items()}
-    return Script(tracks, tuple(holds), (baton.position, baton.rotation), scale, points, looks)
+    rest = (baton.position, baton.rotation) if baton is not None else (np.zeros(3), identity())
+    return Script(tracks, tuple(holds), rest, scale, points, looks)
+
+
+def _reach(layout: Layout, a: Sitter, b: Sitter) -> bool:
+    return layout.seats <= CLOSE_COMPANY and layout.meet(a.place.seat_position, b.place.seat_position)
 
 
 class Hand:
     """A hand while its track is being written."""
 
-    def __init__(self, sitter: Sitter, side: str) -> None:
-        self.sitter, self.side, self.sign = sitter, side, SIDES[side]
+    def __init__(self, sitter: Sitter, side: str, layout: Layout) -> None:
+        self.sitter, self.side, self.sign, self.layout = sitter, side, SIDES[side], layout
         place = sitter.place
         self.scale = place.skeleton.height / REFERENCE_HEIGHT
-        position = sitter.out_of_seat(np.array([self.sign * 0.175, TABLE_HEIGHT + 0.062, 0.385]))
+        position = sitter.out_of_seat(np.array([self.sign * 0.175, 0.0, 0.385]))
+        position[1] += layout.table(position) + 0.062
         fingers = sitter.direction_in_room(np.array([-self.sign * 0.42, 0.05, 0.9]))
         palm = sitter.direction_in_room(np.array([-self.sign * 0.2, -1.0, 0.0]))
         self.home = (position, quaternion_from_matrix(hand_rotation(self.sign, fingers, palm)))
@@ -163,7 +177,9 @@ def _hand_over(
     above = pick + 0.085 * UP + a.direction_in_room(np.array([0.0, 0.0, -0.03]))
 
     # Thumb up, the baton upright between the two.
-    meet = _between(a, b, 0.02) + np.array([0.0, TABLE_HEIGHT + 0.24, 0.0])
+    middle = _between(a, b, 0.02)
+    table = giver.layout.table(middle)
+    meet = middle + (table + 0.24) * UP
     fa, fb = _level(meet - giver.shoulder()), _level(meet - taker.shoulder())
     give = hand_rotation(-1.0, fa, np.cross(UP, fa))
     take = hand_rotation(1.0, fb, -np.cross(UP, fb))
@@ -173,7 +189,7 @@ def _hand_over(
     take_back = 0.07 * np.cross(UP, fb) - 0.03 * fb
 
     # `b` looks at it upright, close by.
-    see = b.out_of_seat(np.array([0.10, TABLE_HEIGHT + 0.26, 0.40]))
+    see = b.out_of_seat(np.array([0.10, table + 0.26, 0.40]))
     seen_along, seen_palm = (b.direction_in_room(np.array(d)) for d in ((-0.25, 0.1, 0.95), (-1.0, 0.15, 0.0)))
     seen = hand_rotation(1.0, seen_along, seen_palm)
 
@@ -225,7 +241,8 @@ def _hand_over(
 def _hand_on_hand(desk: dict[tuple[str, str], Hand], a: Sitter, c: Sitter) -> F64:
     """`a` rests the left hand on the table, `c` lays the right hand on it. Returns where (3,)."""
     under, over = desk[a.place.name, "left"], desk[c.place.name, "right"]
-    spot = _between(a, c, 0.05) + np.array([0.0, TABLE_HEIGHT, 0.0])
+    spot = _between(a, c, 0.05)
+    spot = spot + under.layout.table(spot) * UP
     fa, fc = _level(spot - under.shoulder()), _level(spot - over.shoulder())
     flat, laid = hand_rotation(1.0, fa, -UP), hand_rotation(-1.0, fc, -UP)
     low = spot - 0.06 * under.scale * fa + 0.027 * UP
@@ -249,7 +266,8 @@ def _hand_on_hand(desk: dict[tuple[str, str], Hand], a: Sitter, c: Sitter) -> F6
 def _palm_to_palm(desk: dict[tuple[str, str], Hand], b: Sitter, c: Sitter) -> F64:
     """`b`'s right and `c`'s left palm meet over the table. Returns where (3,)."""
     one, two = desk[b.place.name, "right"], desk[c.place.name, "left"]
-    spot = _between(b, c, 0.0) + np.array([0.0, TABLE_HEIGHT + 0.30, 0.0])
+    spot = _between(b, c, 0.0)
+    spot = spot + (one.layout.table(spot) + 0.30) * UP
     across = _level(c.place.seat_position - b.place.seat_position)
     for hand, palm in ((one, across), (two, -across)):
         # The fingers lean towards each other, so that the wrists stay apart.

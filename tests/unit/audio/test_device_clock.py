@@ -41,6 +41,16 @@ def test_while_it_is_not_clear_whether_samples_are_missing_the_clock_is_doubtful
     assert 0.15 < doubtful_s < 0.25
 
 
+def test_a_few_missing_samples_are_no_drift() -> None:
+    clock, rng = DeviceClock(48_000.0), np.random.default_rng(4)
+    follow(clock, 5.0, 0.0, rng)
+    follow(clock, 2.5, 0.0, rng, offset=960, begin_s=5.0)
+    for begin_s in (7.5, 12.5, 17.5):
+        assert abs(clock.drift_ppm) < 100.0
+        assert clock.time_ns(begin_s * 48_000 - 960) == pytest.approx(begin_s * 1e9, abs=3e6)
+        follow(clock, 5.0, 0.0, rng, offset=960, begin_s=begin_s)
+
+
 def test_samples_that_come_late_all_together_are_not_taken_for_missing() -> None:
     clock, rng = DeviceClock(48_000.0), np.random.default_rng(4)
     follow(clock, 10.0, 0.0, rng)

@@ -48,8 +48,10 @@ def test_a_recorded_command_is_understood_and_believed(path: Path, grammar: Gram
     expected = path.with_suffix(".txt").read_text().strip()
     (found,) = heard(recogniser, samples(path))
     said = grammar.said(found[0].words, "ja")
+    meant = grammar.read(expected)
     assert said is not None
-    assert said.spoken == expected
+    assert meant is not None
+    assert said.means == meant.means
     assert found[0].confidence >= ACCEPT
     assert 0.0 < found[0].start_s < found[0].end_s < len(samples(path)) / 16000
     assert len({each.words for each in found}) == len(found)
@@ -65,14 +67,14 @@ def test_how_the_stream_is_cut_does_not_change_what_is_heard(recogniser: Japanes
 
 def test_nobody_is_heard_in_silence_noise_clipping_and_numbers_that_are_none(recogniser: JapaneseRecogniser) -> None:
     random = np.random.default_rng(1)
-    noise = (0.01 * random.standard_normal(16000 * 20)).astype(np.float32)
+    noise = (0.01 * random.standard_normal(16000 * 6)).astype(np.float32)
     square = np.sign(np.sin(2 * np.pi * 100.0 * np.arange(16000 * 3) / 16000)).astype(np.float32) * 5.0
-    for sound in (np.zeros(16000 * 20, np.int16), noise, square, np.full(16000, np.nan, np.float32)):
+    for sound in (np.zeros(16000 * 6, np.int16), noise, square, np.full(16000, np.nan, np.float32)):
         assert [each for each in heard(recogniser, sound, 16000) if each[0].confidence >= ACCEPT] == []
 
 
 def test_talk_without_end_is_cut_and_forgotten(recogniser: JapaneseRecogniser) -> None:
-    sound = np.tile(samples(RECORDINGS[0])[8000:-8000], 12)
+    sound = np.tile(samples(RECORDINGS[0])[8000:-8000], 6)
     for at in range(0, len(sound), 1600):
         recogniser.feed(sound[at : at + 1600])
         assert recogniser.pending_frames <= 1000

@@ -1,0 +1,98 @@
+"""What wrinkles add to the renderer's pictures: three dressed figures round a table, with wrinkles and without, in turns."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from benchmarks.row import Row
+from vistel.figure.avatar import builtin_avatar
+from vistel.figure.posture import ELBOW, KNEE, Posture, Stance, standing
+from vistel.space.room import seat_pose
+from vistel.wrinkle.dressing import dressed
+from vistel.wrinkle.shown import shown
+from vistel.wrinkle.wardrobe import wardrobe
+from vistel_services.renderer.figures import Person
+from vistel_services.renderer.gl_context import NoOpenGlError
+from vistel_services.renderer.people import load_shape
+from vistel_services.renderer.playout import Timing
+from vistel_services.renderer.stage import About, Instant, PersonNow
+from vistel_services.renderer.studio import Studio, View
+from vistel_services.renderer.wearing import Wearing
+
+WIDTH, HEIGHT = 640, 360
+PICTURES, ROUNDS = 24, 9
+
+
+def rows(here: str, people: tuple[str, ...]) -> Iterator[Row]:
+    """Every figure. people: specifications of built-in ones."""
+    yield from _making(here, people[0])
+    persons: dict[str, tuple[Person, Wearing | None]] = {}
+
+    def load(about: About) -> Person:
+        person = load_shape(about)
+        persons[about.name] = person, person.wearing
+        return person
+
+    try:
+        studio = Studio(View(WIDTH, HEIGHT, "room", "", False), 3, load)
+    except NoOpenGlError as fault:
+        print(f"wrinkle: no picture: {fault}")
+        return
+    try:
+        number = 0
+        while not studio.complete or number < 3:
+            studio.render(_instant(number, people))
+            number += 1
+            time.sleep(0.02)
+
+        def drawn(creased: bool) -> float:
+            for person, worn in persons.values():
+                person.wearing = worn if creased else None
+            began = time.process_time()
+            for k in range(PICTURES):
+                studio.render(_instant(k, people))
+            return 1e3 * (time.process_time() - began) / PICTURES
+
+        drawn(True), drawn(False)
+        pairs = [(drawn(True), drawn(False)) for _ in range(ROUNDS)]
+        ours, theirs = (float(np.median(values)) for values in zip(*pairs, strict=True))
+        share = float(np.median([a / b for a, b in pairs]))
+        renderer = "software GL" if studio.capability.software else studio.capability.renderer
+        met = share <= 1.10
+        yield Row("wrinkle", f"3 dressed figures, {WIDTH}x{HEIGHT}, {renderer}", "processor time per picture", "ms", ours, "without",
+                  theirs, share, "ratio <= 1.10", met, here)  # fmt: skip
+    finally:
+        studio.close()
+
+
+def _making(here: str, spec: str) -> Iterator[Row]:
+    avatar = builtin_avatar(f"builtin:{spec}", name=spec, height=1.75)
+    began = time.process_time()
+    made = dressed(avatar)
+    whole = shown(made, wardrobe())
+    took = time.process_time() - began
+    case = "dressing a built-in figure, once"
+    yield Row("wrinkle", case, "processor time", "s", took, None, None, None, None, None, here)
+    size = 1e-6 * len(pickle.dumps(whole, 5))
+    more = 1e-6 * (made.avatar.albedo.nbytes - avatar.albedo.nbytes)
+    yield Row("wrinkle", case, "wrinkles kept on disk", "MB", size, None, None, None, None, None, here)
+    yield Row("wrinkle", case, "textures of sleeves and legs", "MB", more, None, None, None, None, None, here)
+
+
+def _instant(k: int, people: tuple[str, ...]) -> Instant:
+    """Sitting people who bend and stretch their arms."""
+    here: list[PersonNow] = []
+    for seat, spec in enumerate(people):
+        share = 0.5 - 0.5 * math.cos(2.0 * math.pi * k / PICTURES + seat)
+        dofs = standing().dofs.copy()
+        dofs[ELBOW["left"]], dofs[ELBOW["right"]] = math.radians(20.0 + 100.0 * share), math.radians(120.0 - 100.0 * share)
+        dofs[KNEE] = math.radians(90.0)
+        at, heading = seat_pose(3, seat)
+        posture = Posture(dofs, stance=Stance(np.array(at), heading))
+        here.append(PersonNow(About(spec, spec, f"builtin:{spec}", 1.75), posture, Timing(0, 0, 0, False)))
+    return Instant(33_000_000 * k, tuple(here))

@@ -1,0 +1,70 @@
+"""English is heard, other talk is not believed, and steady noise is taken out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vistel.speech.denoise import Denoiser
+from vistel.speech.features import Resampler
+from vistel.speech.heard import SAMPLE_RATE
+from vistel.speech.recognisers import checked_grammar, recogniser, unrecognisable
+from vistel.speech.synthesis import SynthesisError, synthesise, voices
+
+VOICE = next((v for v in ("flite:slt", "flite:rms") if v in voices()), "espeak-ng:en-us")
+needs_a_voice = pytest.mark.skipif(not voices(), reason="neither flite nor espeak-ng is installed")
+
+
+def said(text: str) -> np.ndarray:
+    pcm, rate = synthesise(text, VOICE)
+    quiet = 1e-4 * np.random.default_rng(2).standard_normal(int(0.6 * rate)).astype(np.float32)
+    return Resampler(rate).feed(np.concatenate([quiet, pcm * np.float32(0.1 / np.sqrt(np.mean(pcm**2))), quiet, quiet]))
+
+
+@needs_a_voice
+def test_commands_are_understood_one_after_the_other_and_talk_is_believed_less() -> None:
+    grammar, faults = checked_grammar()
+    assert faults == []
+    hears = recogniser("en", grammar)
+    sound = np.concatenate([said("move the blue box to the right"), said("make the cone larger")])
+    found = [h for at in range(0, len(sound), 333) for h in hears.feed(sound[at : at + 333])]
+    texts = [s.text if (s := grammar.said(h[0].words, "en")) else "" for h in found]
+    assert texts == ["move the blue box to the right", "make the cone larger"]
+    assert 0.3 < found[0][0].start_s < 0.9 < found[0][0].end_s < found[1][0].start_s
+    talk = said("I think we should have lunch before the meeting starts")
+    other = [*hears.feed(talk), *hears.flush()]
+    assert max((h[0].confidence for h in other), default=0.0) < min(h[0].confidence for h in found)
+    hears.reset()
+    assert hears.flush() == []
+    assert hears.feed(np.full(SAMPLE_RATE, np.nan, np.float32)) == []
+
+
+def test_words_without_a_pronunciation_are_named() -> None:
+    pytest.importorskip("pocketsphinx")
+    assert "'zzyzx'" in (unrecognisable("en", "move zzyzx") or "")
+    assert unrecognisable("en", "move") is None
+    assert unrecognisable("ja", "はこ") is None
+    assert unrecognisable("ja", "箱") is not None
+
+
+def test_noise_is_taken_out_and_speech_stays() -> None:
+    rng = np.random.default_rng(1)
+    t = np.arange(3 * SAMPLE_RATE) / SAMPLE_RATE
+    tone = np.where((t > 1.5) & (t < 2.0), 0.2 * np.sin(2 * np.pi * 700 * t), 0.0)
+    noisy = (tone + 0.02 * rng.standard_normal(len(t))).astype(np.float32)
+    denoiser = Denoiser()
+    parts = [denoiser.feed(noisy[at : at + 777]) for at in range(0, len(noisy), 777)]
+    clean = np.concatenate(parts)
+    assert [len(p) for p in parts] == [len(noisy[at : at + 777]) for at in range(0, len(noisy), 777)]
+    quiet = slice(SAMPLE_RATE, int(1.4 * SAMPLE_RATE))
+    loud = slice(int(1.6 * SAMPLE_RATE), int(1.9 * SAMPLE_RATE))
+    assert np.std(clean[quiet]) < 0.6 * np.std(noisy[quiet])
+    assert np.std(clean[loud]) == pytest.approx(np.std(noisy[loud]), rel=0.15)
+
+
+def test_what_cannot_be_said_is_told() -> None:
+    with pytest.raises(SynthesisError, match="not installed"):
+        synthesise("hello", "nobody:here")
+    if "espeak-ng" in voices():
+        with pytest.raises(SynthesisError, match="kanji"):
+            synthesise("箱", "espeak-ng:ja")
