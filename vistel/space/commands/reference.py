@@ -150,7 +150,7 @@ def meant(
     if which.size is not None:
         loose = [n for n in rows if not things[n].fixed] or rows
         rows = [(max if which.size is Size.LARGEST else min)(loose, key=lambda n: float(radii[n]))]
-    if which.every:
+    if which.every or which.shown in (Shown.SELECTED, Shown.HELD):
         loose = [n for n in rows if not things[n].fixed]
         return loose or rows
     if len(rows) > 1 and which.name:
@@ -172,10 +172,15 @@ def _fits(which: Which, thing: Thing) -> bool:
     words = which.name.lower().split()
     known = f"{thing.id} {thing.name} {thing.shape} {name_of_colour(thing.colour)}".lower().split()
     return (
-        all(word in known for word in words)
+        all(word in known or (which.every and any(one in known for one in _singular(word))) for word in words)
         and (not which.shape or thing.shape == which.shape)
         and (not which.colour or name_of_colour(thing.colour) == which.colour)
     )
+
+
+def _singular(word: str) -> tuple[str, ...]:
+    """What "balls" and "boxes" may be many of."""
+    return tuple(word[: -len(end)] for end in ("s", "es") if word.endswith(end) and len(word) > len(end) + 1)
 
 
 def _nothing(which: Which) -> str:
