@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from prometheus_client import Counter
 
 from vistel.conference.model import HUB_PLACE, Conference, Site
@@ -16,6 +17,7 @@ from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture import standing
 from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.room import Extra, meeting_room
 from vistel.space.room import Room as RoomShape
 from vistel.space.things import Matter
@@ -262,3 +264,4 @@ def warm_up() -> None:
     for step in range(1, 4):
         motions = tuple(MotionInput(p.participant, standing(), step, step * STEP_NS) for p in people)
         world.step(StepInputs(step, step * STEP_NS, people if step == 1 else (), motions))
+    nearest_rotation(np.eye(3))  # for what several hold
