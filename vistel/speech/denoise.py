@@ -18,7 +18,10 @@ _BINS = FRAME // 2 + 1
 _WINDOW = np.sqrt(0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(FRAME) / FRAME)).astype(np.float32)
 _SMOOTH = 0.8
 _FLOOR = 0.2
-"""Least gain: what is left keeps the recogniser's features in the range it was trained in."""
+"""Least gain in much noise: what is left keeps the recogniser's features in the range it was trained in."""
+_NOISY_DB, _QUIET_DB = 15.0, 30.0
+"""Speech over noise: from the first to the second less and less is taken out, above that nothing."""
+_FORGET = 0.995
 _BLOCK = round(0.4 * SAMPLE_RATE / STEP)
 _BLOCKS = 4
 _RAISE = 1.6
@@ -36,6 +39,7 @@ class Denoiser:
         self._lowest = np.full((_BLOCKS, _BINS), np.inf, np.float32)
         self._frames = 0
         self._clean = np.zeros(_BINS, np.float32)
+        self._loud = 1e-6
 
     def feed(self, sound: F32) -> F32:
         """(n,) samples -> (n,)."""
@@ -54,7 +58,10 @@ class Denoiser:
         noise = self._noise(power)
         posterior = power / noise
         prior = _DECISION * self._clean / noise + (1.0 - _DECISION) * np.maximum(posterior - 1.0, 0.0)
-        gain = np.maximum(prior / (1.0 + prior), _FLOOR)
+        self._loud = max(_FORGET * self._loud, float(power.sum()))
+        over_db = 10.0 * float(np.log10(self._loud / noise.sum()))
+        floor = float(np.interp(over_db, (_NOISY_DB, _QUIET_DB), (_FLOOR, 1.0)))
+        gain = np.maximum(prior / (1.0 + prior), np.float32(floor))
         self._clean = gain * gain * power
         out = np.fft.irfft(spectrum * gain).astype(np.float32) * _WINDOW
         out[:STEP] += self._out

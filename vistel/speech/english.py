@@ -23,7 +23,7 @@ from vistel.speech.word_graph import word_graph
 
 I16 = NDArray[np.int16]
 
-_SEARCH: Mapping[str, float] = {"beam": 1e-64, "wbeam": 1e-40, "pbeam": 1e-64, "wip": 0.2, "silprob": 0.05}
+_SEARCH: Mapping[str, float] = {"beam": 1e-90, "wbeam": 1e-60, "pbeam": 1e-90, "wip": 0.2, "silprob": 0.05}
 """Beams wider than pocketsphinx's own: a finite grammar is small, and words that are dropped do not come back."""
 _FRAME = 480
 """Samples of an endpointer's frame."""

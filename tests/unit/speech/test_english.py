@@ -50,7 +50,7 @@ def test_words_without_a_pronunciation_are_named() -> None:
 def test_noise_is_taken_out_and_speech_stays() -> None:
     rng = np.random.default_rng(1)
     t = np.arange(3 * SAMPLE_RATE) / SAMPLE_RATE
-    tone = np.where((t > 1.5) & (t < 2.0), 0.2 * np.sin(2 * np.pi * 700 * t), 0.0)
+    tone = np.where((t > 1.5) & (t < 2.0), 0.05 * np.sin(2 * np.pi * 700 * t), 0.0)
     noisy = (tone + 0.02 * rng.standard_normal(len(t))).astype(np.float32)
     denoiser = Denoiser()
     parts = [denoiser.feed(noisy[at : at + 777]) for at in range(0, len(noisy), 777)]
@@ -59,7 +59,7 @@ def test_noise_is_taken_out_and_speech_stays() -> None:
     quiet = slice(SAMPLE_RATE, int(1.4 * SAMPLE_RATE))
     loud = slice(int(1.6 * SAMPLE_RATE), int(1.9 * SAMPLE_RATE))
     assert np.std(clean[quiet]) < 0.6 * np.std(noisy[quiet])
-    assert np.std(clean[loud]) == pytest.approx(np.std(noisy[loud]), rel=0.15)
+    assert np.std(clean[loud]) == pytest.approx(np.std(noisy[loud]), rel=0.25)
 
 
 def test_what_cannot_be_said_is_told() -> None:
