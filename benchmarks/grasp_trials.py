@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -28,6 +28,7 @@ from vistel.figure.solve import FINGER_LIMITS
 from vistel.space.inputs import MotionInput, Person, PropInput, StepInputs
 from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import BATON, TABLE_HEIGHT, Extra, meeting_room
+from vistel.space.things import Thing
 from vistel.space.view import WorldView
 from vistel.space.world import APPEARING_STEPS, World
 from vistel_sim.motion import open_motion
@@ -58,7 +59,11 @@ EACH = 4
 @dataclass(frozen=True)
 class Trial:
     """One recorded hand at one thing: fingers (n, 20) [rad] at RATE_HZ; closes, opens: frames in which it truly does
-    (None: never); palm: where the palm comes to (3,) [m]; heading: of the fingers [rad]; face: +1 palm down, -1 up."""
+    (None: never); palm: where the palm comes to (3,) [m]; heading: of the fingers [rad]; face: +1 palm down, -1 up.
+
+    height: of the person [m]; way: (n, 3) by which the palm is off its place in each frame [m], zeros if empty; own: things
+    beside those of the room, where they stand.
+    """
 
     name: str
     thing: str
@@ -68,6 +73,9 @@ class Trial:
     palm: F64
     heading: float
     face: float = 1.0
+    height: float = 1.75
+    way: F64 = field(default_factory=lambda: np.zeros((0, 3)))
+    own: tuple[Thing, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,14 +91,18 @@ class Ran:
     posture: Posture | None
 
 
-@lru_cache(maxsize=8)
 def recorded(name: str) -> tuple[F64, F64, F64]:
-    """Fingers (n, 20), grab and pinch strength (n,) at RATE_HZ."""
-    path = DATA / "hand" / "leap" / f"{name}.json.lz"
-    fingers = finger_angles(path, RATE_HZ)
-    off, length = thumb_offsets(path, RATE_HZ)
+    """Fingers (n, 20), grab and pinch strength (n,) at RATE_HZ, of the right hand in one of the recordings."""
+    return recording(DATA / "hand" / "leap" / f"{name}.json.lz")
+
+
+@lru_cache(maxsize=24)
+def recording(path: Path, left: bool = False) -> tuple[F64, F64, F64]:
+    """Fingers (n, 20) as of a right hand, grab and pinch strength (n,) at RATE_HZ."""
+    fingers = finger_angles(path, RATE_HZ, left)
+    off, length = thumb_offsets(path, RATE_HZ, left)
     fingers[:, :4] = _thumbs(fingers, off, length)
-    grab, pinch = strengths(path, RATE_HZ)
+    grab, pinch = strengths(path, RATE_HZ, left)
     return fingers, grab, pinch
 
 
@@ -196,7 +208,7 @@ def false_trials(each: int = EACH) -> Iterator[Trial]:
 
 def run(trial: Trial) -> Ran:
     """Play a trial: the hand comes from above, does what was recorded, and goes up once it is closed."""
-    world = _begun(trial.thing, trial.palm, trial.heading, trial.face)
+    world = _begun(trial)
     k = world.step_number
     took = left = None
     held: WorldView | None = None
@@ -211,8 +223,9 @@ def run(trial: Trial) -> Ran:
         above = 0.12 * max(0.0, -frame / lead)
         if trial.closes is not None and frame > trial.closes + LATE_S * RATE_HZ and left is None:
             rise += 0.006
-        at = trial.palm + np.array([0.0, above + min(0.2, rise), 0.0])
-        here = hand_at(at, trial.heading, trial.fingers[min(max(0, frame), len(trial.fingers) - 1)], trial.face)
+        n = min(max(0, frame), len(trial.fingers) - 1)
+        at = trial.palm + np.array([0.0, above + min(0.2, rise), 0.0]) + (trial.way[n] if len(trial.way) else 0.0)
+        here = hand_at(at, trial.heading, trial.fingers[n], trial.face, trial.height)
         view = world.step(StepInputs(k, k * STEP_NS, (), (MotionInput("p", here, k, k * STEP_NS),)))
         thing = next(s for s in view.states if s.id == trial.thing)
         has = any(g.thing == trial.thing for g in view.grasps)
@@ -233,31 +246,35 @@ def found(ran: Ran) -> bool:
     return ran.took is not None and ran.took <= t.closes + LATE_S * RATE_HZ and ran.lifted
 
 
-def _begun(thing: str, palm: F64, heading: float, face: float) -> World:
+def _begun(trial: Trial) -> World:
     """A room with the thing, and a person whose hand is high above it and has been for a while."""
-    extras = [Extra(n, n, shape, r, 0.02, 1.0, 0, -0.2, 0.2) for n, shape, r in SMALL if n == thing]
-    world = World(meeting_room(3, extras))
-    far = hand_at(palm + np.array([0.0, 0.3, 0.0]), heading, recorded("wave")[0][0], face)
+    extras = [Extra(n, n, shape, r, 0.02, 1.0, 0, -0.2, 0.2) for n, shape, r in SMALL if n == trial.thing]
+    room = meeting_room(3, extras)
+    world = World(replace(room, things=(*room.things, *trial.own)) if trial.own else room)
+    high = trial.palm + np.array([0.0, 0.3, 0.0]) + (trial.way[0] if len(trial.way) else 0.0)
+    before = trial.fingers[0] if trial.own else recorded("wave")[0][0]
+    far = hand_at(high, trial.heading, before, trial.face, trial.height)
     for k in range(1, APPEARING_STEPS + 2):
-        people = (Person("p"),) if k == 1 else ()
+        people = (Person("p", trial.height),) if k == 1 else ()
         world.step(StepInputs(k, k * STEP_NS, people, (MotionInput("p", far, k, k * STEP_NS),)))
     return world
 
 
-def hand_at(palm: F64, heading: float, fingers: F64, face: float) -> Posture:
+def hand_at(palm: F64, heading: float, fingers: F64, face: float, height: float = 1.75) -> Posture:
     """Somebody whose right palm is at `palm` [m, room], facing down (face +1) or up; the feet stand where it comes right."""
+    build = build_of(height, 1.0)
     posture = standing()
     dofs = posture.dofs.copy()
-    pose = pose_joints(BUILD.skeleton, Posture(dofs, stance=Stance(np.zeros(3), heading)))
+    pose = pose_joints(build.skeleton, Posture(dofs, stance=Stance(np.zeros(3), heading)))
     ahead = np.array([math.sin(heading), 0.0, math.cos(heading)])
     wanted = hand_rotation(-1.0, ahead, np.array([0.0, -face, 0.0]))
     forearm = pose.rotation[JOINT_INDEX["right_lower_arm"]]
     dofs[WRIST["right"]] = rotvec_from_matrix(np.ascontiguousarray(forearm.T @ wanted))
     hands = np.zeros((2, 20))
     hands[1] = fingers
-    pose = pose_joints(BUILD.skeleton, Posture(dofs, hands, Stance(np.zeros(3), heading)))
+    pose = pose_joints(build.skeleton, Posture(dofs, hands, Stance(np.zeros(3), heading)))
     hand = HAND_JOINT[1]
-    reached = pose.position[hand] + pose.rotation[hand] @ BUILD.palm[1]
+    reached = pose.position[hand] + pose.rotation[hand] @ build.palm[1]
     return Posture(dofs, hands, Stance(palm - reached, heading))
 
 

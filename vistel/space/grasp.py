@@ -19,7 +19,7 @@ from vistel.implicit.contact import ContactArray
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.space.axes import axes_of
 from vistel.space.fitting import fit
-from vistel.space.people import DIGITS, HAND_JOINT, Posed, flexion
+from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion
 from vistel.space.reach_kernels import REACHED, reached  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.things import Thing
 
@@ -30,6 +30,9 @@ MARGIN = 0.030
 """How far from a thing digits are watched [m]."""
 TOUCH = 0.006
 """A digit this near touches: what trackers and gloves leave uncertain [m]."""
+NEARLY, NEARLY_OPPOSED = 0.006, 0.012
+"""What is so much further off counts as touching, of fingers that have closed twice as far as they must to take hold and of what
+opposes them [m]: gloves are off by some degrees, and nothing stops a hand."""
 OPPOSED = -0.2
 """Cosine between the normals of a finger and of what opposes it, at most."""
 VOLAR = -0.3
@@ -42,6 +45,8 @@ CLOSING = 0.4
 """Fingers must have closed by so much, each on average, to take hold [rad]."""
 OPENING = 0.35
 """Fingers open by so much from their tightest let go [rad]."""
+BENT = 0.3
+"""Fingers flexed by less lie on a thing and do not hold it [rad]."""
 SLIP_STEPS = 6
 """A further holder whose hand is off the thing for so many steps has lost it."""
 PROP_SLIP_STEPS = 30
@@ -127,13 +132,23 @@ def reaches(posed: Posed, near: ContactArray, owner: I64, right: bool) -> list[R
     build, out = posed.build, np.empty((len(near), REACHED))
     a, b, normal, depth = (np.ascontiguousarray(x) for x in (near.a, near.b, near.normal, near.depth))
     count: Any = reached(
-        a, b, normal, depth, owner, build.digit, build.body.joint, posed.joints.rotation, DIGITS if right else 0, TOUCH,
-        OPPOSED, ASIDE, VOLAR, out,
+        a, b, normal, depth, owner, build.digit, build.body.joint, posed.joints.rotation, DIGITS if right else 0,
+        _touching(posed, right), OPPOSED, ASIDE, VOLAR, out,
     )  # fmt: skip
     return [
         Reach(int(thing), (one > 0, two > 0, three > 0, four > 0), opposed > 0, palm > 0, nearest, around > 0)
         for thing, one, two, three, four, opposed, palm, nearest, around in out[:count].tolist()
     ]
+
+
+def _touching(posed: Posed, right: bool) -> F64:
+    """(6,) how near each digit of a hand must be to a thing to touch it [m]: the further the fingers have closed, the less."""
+    out = np.full(DIGITS, TOUCH)
+    if posed.figure.posture is not None:
+        further = np.clip((flexion(posed.figure.posture) - posed.figure.opened)[int(right)] / CLOSING - 1.0, 0.0, 1.0)
+        out[1:5] += NEARLY * further
+        out[[THUMB, PALM]] += NEARLY_OPPOSED * float(further.max())
+    return out
 
 
 def closes(posed: Posed, right: bool, reach: Reach) -> bool:
@@ -167,7 +182,9 @@ def take(posed: Posed, right: bool, thing: Thing, part: PrimitiveSet, pose: Pose
     assert posed.figure.posture is not None
     lie = into_hand(posed, right, pose)
     tightest = flexion(posed.figure.posture)[int(right)]
-    new = Grasp(posed.name, right, thing.id, lie, lie, t_ns, reach.engaged, tightest, np.zeros(20), lie, np.zeros(3))
+    bent = tuple(touches and bool(far > BENT) for touches, far in zip(reach.engaged, tightest, strict=True))
+    engaged = bent if any(bent) else reach.engaged
+    new = Grasp(posed.name, right, thing.id, lie, lie, t_ns, engaged, tightest, np.zeros(20), lie, np.zeros(3))
     return _fitted(new, posed, thing, part, whole=reach.palm and sum(reach.engaged) >= 3, led=led)
 
 

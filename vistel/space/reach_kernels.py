@@ -20,7 +20,8 @@ def reached(a, b, normal, depth, owner, digit, joint, rotation, begin, touch, op
     """What a hand is near to, in order of things; returns how many rows of `out` (at most as many as contacts) it fills.
 
     a, b, normal, depth: a figure's contacts with things; owner: thing of each b; digit, joint: of each a; rotation: (J, 3, 3)
-    of the joints; begin: the hand's first digit; touch [m], opposed, aside, volar: as in `vistel.space.grasp`.
+    of the joints; begin: the hand's first digit; touch: (6,) how near each digit touches [m]; opposed, aside, volar: as in
+    `vistel.space.grasp`.
     """
     rows, things = np.empty(len(a), np.int64), np.empty(len(a), np.int64)
     many = 0
@@ -45,7 +46,7 @@ def reached(a, b, normal, depth, owner, digit, joint, rotation, begin, touch, op
             k = rows[i]
             d = digit[a[k]] - begin
             row[7] = min(row[7], -depth[k])
-            if depth[k] > -touch:
+            if depth[k] > -touch[d]:
                 if THUMB < d < PALM:
                     row[d] = 1.0
                 thumb = thumb or d == THUMB
@@ -65,7 +66,7 @@ def reached(a, b, normal, depth, owner, digit, joint, rotation, begin, touch, op
                 cosine = normal[k, 0] * normal[q, 0] + normal[k, 1] * normal[q, 1] + normal[k, 2] * normal[q, 2]
                 if cosine < aside:
                     row[8] = 1.0
-                if cosine < opposed and depth[k] > -touch and depth[q] > -touch and (thumb or fingers >= 2.0):
+                if cosine < opposed and depth[k] > -touch[d] and depth[q] > -touch[e] and (thumb or fingers >= 2.0):
                     row[5] = 1.0
         row[8] = max(row[8], row[5])
     return len(found)
