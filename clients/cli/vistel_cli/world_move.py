@@ -97,7 +97,7 @@ async def _moved(bus: Bus, to: str, force: bool) -> str:
     if reply.outcome == WorldMoveReply.OUTCOME_LEADS:
         return ""
     if reply.outcome == WorldMoveReply.OUTCOME_BEHIND:
-        return f"not moved: {reply.reason}. With --force the room goes on from there, and what came later is lost"
+        return f"not moved: {reply.reason}. With --force it goes on from the newest state heard there; what came later is lost"
     for _ in range(int(MOVE_S / 0.05)):
         await asyncio.sleep(0.05)
         if any(w.leads and w.place == to for w in watch.worlds()):
