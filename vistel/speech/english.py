@@ -34,6 +34,8 @@ _STRICT = 2
 """How sure WebRTC's detector has to be of speech, 0 to 3."""
 _FAINT = 0.04
 """What is softer than this share of the loudest frame of an utterance does not prolong it."""
+_EARLY = 4
+"""Silent frames after which the utterance is decoded, before it is certain that it is over."""
 _LEAD = 3
 """Frames before the detected beginning that belong to the utterance."""
 
@@ -71,21 +73,19 @@ class EnglishRecogniser:
     def __init__(self, grammar: Grammar, most: int = 5) -> None:
         self._sphinx = sphinx()
         self._grammar, self._most = grammar, most
-        self._commands = self._sphinx.Decoder(lm=None, samprate=SAMPLE_RATE, cmn="live", **_SEARCH)
+        self._commands = self._sphinx.Decoder(lm=None, samprate=SAMPLE_RATE, **_SEARCH)
         graph = word_graph(grammar, "en")  # a fifth of what JSGF is expanded to
         arcs: list[tuple[Any, ...]] = [(a, b, 1.0, word) for a, b, word in graph.arcs]
         arcs += [(end, graph.states, 1.0) for end in graph.ends]
         self._commands.add_fsg("commands", self._commands.create_fsg("commands", 0, graph.states, arcs))
         self._commands.activate_search("commands")
-        self._phones = self._sphinx.Decoder(lm=None, samprate=SAMPLE_RATE, cmn="live", **_SEARCH)
+        self._phones = self._sphinx.Decoder(lm=None, samprate=SAMPLE_RATE, **_SEARCH)
         self._phones.add_allphone_file("phones", None)
         self._phones.activate_search("phones")
         self.reset()
 
     def reset(self) -> None:
         """Forgets the utterance under way and starts counting time anew; what was learnt of the room stays."""
-        if getattr(self, "_speaking", False):
-            self._end_decoders()
         self._denoiser = Denoiser()
         self._vad = self._sphinx.Vad(_STRICT, SAMPLE_RATE, _FRAME / SAMPLE_RATE)
         count = round(_WINDOW_S * SAMPLE_RATE / _FRAME)
@@ -97,6 +97,9 @@ class EnglishRecogniser:
         self._start = 0
         self._loudest = 0.0
         self._speaking = False
+        self._said: list[I16] = []
+        self._silent = 0
+        self._decoded: Hypotheses | None = None
 
     def feed(self, samples: Samples) -> list[Hypotheses]:
         """Takes the next samples, any number of them; returns the utterances that ended in them, oldest first."""
@@ -130,7 +133,10 @@ class EnglishRecogniser:
             if spoken >= self._needed:
                 self._begin()
             return
-        self._decode(frame)
+        self._said.append(frame)
+        self._silent = 0 if speech else self._silent + 1
+        if self._silent == _EARLY:
+            self._decoded = self._understood()
         long = (self._frames - self._start) * _FRAME >= _LONGEST_S * SAMPLE_RATE
         if spoken <= self._count - self._needed or long:
             self._finish(found)
@@ -138,28 +144,29 @@ class EnglishRecogniser:
     def _begin(self) -> None:
         self._speaking = True
         self._start = self._frames - len(self._recent)
-        for decoder in (self._commands, self._phones):
-            decoder.start_utt()
-        for _, frame in self._recent:
-            self._decode(frame)
-
-    def _decode(self, frame: I16) -> None:
-        for decoder in (self._commands, self._phones):
-            decoder.process_raw(frame.tobytes(), False, False)
-
-    def _end_decoders(self) -> None:
-        for decoder in (self._commands, self._phones):
-            decoder.end_utt()
+        self._said = [frame for _, frame in self._recent]
+        self._silent = 0
 
     def _finish(self, found: list[Hypotheses]) -> None:
-        self._end_decoders()
+        heard = self._decoded if self._silent >= _EARLY else self._understood()
         self._speaking = False
         self._loudest = 0.0
         self._recent.clear()
-        if (heard := self._understood()) is not None:
+        self._said.clear()
+        self._decoded = None
+        if heard is not None:
             found.append(heard)
 
+    def _decode(self) -> None:
+        """The whole utterance at once: its own mean takes microphone and voice out, which a running one does less well."""
+        sound = np.concatenate(self._said).tobytes()
+        for decoder in (self._commands, self._phones):
+            decoder.start_utt()
+            decoder.process_raw(sound, False, True)
+            decoder.end_utt()
+
     def _understood(self) -> Hypotheses | None:
+        self._decode()
         best = self._commands.hyp()
         if best is None or not best.hypstr:
             return None
