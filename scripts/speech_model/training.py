@@ -51,7 +51,7 @@ def fresh(random: np.random.Generator, frames: Frames, start_mean: F32, stay: F3
     )
     biases = tuple(np.zeros(b, np.float32) for b in widths[1:])
     prior = np.log(counts / counts.sum()).astype(np.float32)
-    return Model(start_mean, (1.0 / spread).astype(np.float32), weights, biases, prior, stay, np.zeros(5, np.float32))
+    return Model(start_mean, (1.0 / spread).astype(np.float32), weights, biases, prior, stay, np.zeros(4, np.float32))
 
 
 def train(

@@ -39,7 +39,7 @@ class Model:
     weights, biases: of the layers; all but the last are followed by max(0, x). (in, out) and (out,) float32.
     log_prior: (STATES,) logarithm of how often each state was trained on.
     stay: (STATES,) probability that a state lasts another frame.
-    belief: (5,) weights of what `confidence.py` makes a confidence of.
+    belief: (4,) weights of what `confidence.py` makes a confidence of.
     """
 
     start_mean: F32

@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from vistel.speech.decoder import Sentence
 
-FEATURES = 5
+FEATURES = 4
 _USUAL = 3.8
 """Frames that a state lasts when people speak as usual."""
 
 
-def evidence(sentence: Sentence, runner_up: float | None, garbage: Sequence[float]) -> NDArray[np.float64]:
+def evidence(sentence: Sentence, garbage: Sequence[float]) -> NDArray[np.float64]:
     """(FEATURES,) what speaks for a sentence, each of the order of 1.
 
-    runner_up: score of the next best sentence; garbage: best score of the garbage loop after each number of frames.
+    garbage: best score of the garbage loop after each number of frames.
     """
     frames = max(1, sum(b - a for a, b in sentence.bounds))
     whole = (sentence.score - garbage[-1]) / frames
@@ -25,9 +25,8 @@ def evidence(sentence: Sentence, runner_up: float | None, garbage: Sequence[floa
         (score - (garbage[b] - garbage[a])) / max(1, b - a)
         for (a, b), score in zip(sentence.bounds, sentence.word_scores, strict=True)
     ]
-    lead = 1.0 if runner_up is None else min(1.0, (sentence.score - runner_up) / 30.0)
     pace = np.log(frames / max(1, sentence.states) / _USUAL)
-    return np.array([1.0, 4.0 * whole, 2.0 * min(words, default=-4.0), lead, pace * pace])
+    return np.array([1.0, 4.0 * whole, 2.0 * min(words, default=-4.0), pace * pace])
 
 
 def confidence(belief: NDArray[np.float32], features: NDArray[np.float64]) -> float:

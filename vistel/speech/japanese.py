@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from vistel.speech.acoustic import FUTURE, Acoustic, Adaptation, Model, japanese
 from vistel.speech.automaton import Automaton
-from vistel.speech.confidence import confidence, evidence
+from vistel.speech.confidence import FEATURES, confidence, evidence
 from vistel.speech.decoder import Decoder, Sentence, network
 from vistel.speech.endpoint import Endpointer
-from vistel.speech.features import BANDS, FRAME_S, LogMel, Normaliser, as_float
+from vistel.speech.features import BANDS, FRAME_S, HOP, LogMel, Normaliser, as_float
 from vistel.speech.heard import Heard, Hypotheses, Samples
 
 F32 = NDArray[np.float32]
@@ -26,7 +26,11 @@ _ENOUGH, _LONG = 17, 50
 _WHOLE = 20.0
 """How far [log] a whole sentence may be behind the best beginning of another and still be what was said."""
 _LONGEST = 1000
-_PIECE = 160 * 10
+_PIECE = HOP * 10
+_STEADY = 0.3
+"""Spread of the level [log energy] under which nobody spoke: speech falls and swells."""
+_EDGE = 5
+"""Frames at either end of an utterance in which sounds begin and end."""
 _PRIOR = 0.9
 """How much of the priors of training is taken off again."""
 _WORD_COST = 3.0
@@ -48,6 +52,8 @@ class JapaneseRecogniser:
         self._most = most
         self._normaliser = Normaliser(self._model.start_mean)
         self._prior = np.float32(_PRIOR) * self._model.log_prior
+        self.last_evidence: NDArray[np.float64] = np.zeros(FEATURES)
+        """For the best reading of the last utterance that ended: what its confidence was made of."""
         self.reset()
 
     def reset(self) -> None:
@@ -57,6 +63,8 @@ class JapaneseRecogniser:
         self._endpointer = Endpointer()
         self._before: deque[F32] = deque(maxlen=_BEFORE)
         self._decoder: Decoder | None = None
+        self._levels: deque[float] = deque(maxlen=_LONGEST + _BEFORE + 2 * _PIECE // HOP)
+        self._fed = 0
         self._frame = 0
         self._start = 0
 
@@ -65,7 +73,10 @@ class JapaneseRecogniser:
         sound = as_float(samples)
         found: list[Hypotheses] = []
         for at in range(0, len(sound), _PIECE):
-            frames = self._normaliser.feed(self._mel.feed(sound[at : at + _PIECE]))
+            raw = self._mel.feed(sound[at : at + _PIECE])
+            self._levels.extend(raw.mean(1).tolist())
+            self._fed += len(raw)
+            frames = self._normaliser.feed(raw)
             for row in self._acoustic.feed(frames):
                 self._hear(row, found)
         return found
@@ -115,17 +126,20 @@ class JapaneseRecogniser:
         sentences = decoder.sentences(self._most)
         if not sentences:
             return
-        scores = [each.score for each in sentences]
-        heard: list[Heard] = []
-        for place, each in enumerate(sentences):
-            rival = max((s for k, s in enumerate(scores) if k != place), default=None)
-            features = evidence(each, rival, decoder.garbage)
-            if place == 0:
-                self.last_evidence = features
-            heard.append(self._heard(each, confidence(self._model.belief, features)))
-        found.append(tuple(heard))
+        found_of = [evidence(each, decoder.garbage) for each in sentences]
+        self.last_evidence = found_of[0]
+        pairs = zip(sentences, found_of, strict=True)
+        found.append(tuple(self._heard(each, confidence(self._model.belief, features)) for each, features in pairs))
+
+    def _steady(self, begin: int, end: int) -> bool:
+        """Whether the level hardly moved between these frames, as no speech does: a fan, a held tone, clipped hum."""
+        first = self._fed - len(self._levels)
+        inside = list(self._levels)[max(0, begin + _EDGE - first) : max(0, end - _EDGE - first)]
+        return len(inside) > 2 * _EDGE and float(np.std(inside)) < _STEADY
 
     def _heard(self, sentence: Sentence, belief: float) -> Heard:
         begin = sentence.bounds[0][0] if sentence.bounds else 0
         end = sentence.bounds[-1][1] if sentence.bounds else 0
+        if self._steady(self._start + begin, self._start + end):
+            belief = 0.0
         return Heard(sentence.words, belief, (self._start + begin) * FRAME_S, (self._start + end) * FRAME_S)
