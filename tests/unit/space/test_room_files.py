@@ -18,7 +18,7 @@ from vistel.space.files.edit import edited
 from vistel.space.files.gltf_write import save_glb
 from vistel.space.files.model import bulk_of_mesh
 from vistel.space.files.surfaces import height_at, pieces_of
-from vistel.space.inputs import StepInputs
+from vistel.space.inputs import Person, StepInputs
 from vistel.space.room import Room, Seat, meeting_room
 from vistel.space.thing_json import from_thing, to_thing
 from vistel.space.things import Look, Thing
@@ -322,3 +322,9 @@ def test_real_files_of_others_become_things_that_stand(shared_data: Path) -> Non
     table = load_room(shared_data / "room/wooden_table_02_1k/wooden_table_02_1k.gltf", keep=False)
     assert table.thing("wooden-table-02").fixed
     assert height_at(table.room.things, table.models, 0.0, 0.0) == pytest.approx(0.799, abs=2e-3)
+
+
+def test_a_room_with_seats_alone_can_be_stepped_and_restored() -> None:
+    world = World(Room(meeting_room(2).seats, (), shell=False))
+    world.step(StepInputs(1, 16_666_667, (Person("ann"),)))
+    assert World.restore(world.snapshot()).step(StepInputs(2, 33_333_334)).things == ()
