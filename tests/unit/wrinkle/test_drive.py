@@ -113,7 +113,7 @@ def test_a_file_of_sets_that_cannot_be_used_is_told_in_one_line(text: str, said:
 
 
 def test_a_wardrobe_nobody_has_is_told() -> None:
-    with pytest.raises(WrinkleError, match="no wrinkles called 'kilt'; there are face, shirt, trousers"):
+    with pytest.raises(WrinkleError, match="no wrinkles called 'kilt'; there are face, hands, shirt, trousers"):
         wardrobe(["kilt"])
 
 
