@@ -314,8 +314,8 @@ def _begin(things: tuple[Thing, ...]) -> Motions:
     """Things as they begin: loose ones asleep where the room puts them."""
     n = len(things)
     return Motions(
-        np.array([t.position for t in things]).reshape(n, 3), np.array([t.rotation for t in things]).reshape(n, 4), np.zeros((n, 3)),
-        np.zeros((n, 3)), np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64), np.zeros(n, np.int64),
+        np.array([t.position for t in things]).reshape(n, 3), np.array([t.rotation for t in things]).reshape(n, 4),
+        np.zeros((n, 3)), np.zeros((n, 3)), np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64), np.zeros(n, np.int64),
     )  # fmt: skip
 
 
