@@ -131,9 +131,10 @@ def test_a_language_without_its_recogniser_is_named_and_the_site_goes_on(
     assert "English needs pocketsphinx, which is not installed" in caplog.text
 
 
-@pytest.mark.skipif("espeak-ng" not in voices(), reason="espeak-ng is not installed")
-def test_japanese_is_understood_by_the_same_service(tmp_path: Path) -> None:
-    talk = Talk(tmp_path, ["あかいはこをみぎにうごかして"], conference("ja", accept=0.05)).run(8.0)
-    heard = [u for u in talk.utterances if u.text]
-    assert heard, "nothing was understood"
-    assert heard[0].language == "ja"
+@needs_a_voice
+def test_japanese_moves_the_box_as_well(tmp_path: Path) -> None:
+    talk = Talk(tmp_path, ["あおいはこをみぎにうごかして"], conference("ja")).run(8.0)
+    assert talk.states == ["SENT", "DONE"]
+    assert talk.utterances[-1].text.replace("を", "") == "青い箱右に動かして"
+    assert talk.utterances[-1].reply == "はい"
+    assert list(talk.utterances[-1].things) == ["box"]
