@@ -315,7 +315,8 @@ def _begin(things: tuple[Thing, ...]) -> Motions:
     n = len(things)
     return Motions(
         np.array([t.position for t in things]).reshape(n, 3), np.array([t.rotation for t in things]).reshape(n, 4),
-        np.zeros((n, 3)), np.zeros((n, 3)), np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64), np.zeros(n, np.int64),
+        np.zeros((n, 3)), np.zeros((n, 3)),
+        np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64), np.zeros(n, np.int64),
     )  # fmt: skip
 
 
