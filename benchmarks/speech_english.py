@@ -22,7 +22,8 @@ from vistel.speech.synthesis import synthesise, voices
 F32 = NDArray[np.float32]
 
 VOICES = ("rms", "slt", "awb", "kal16")
-"""Of flite; the first three are of recorded people (CMU Arctic), none was used to fit confidence; beams and the noise filter were chosen with some of their sentences in view."""
+"""Of flite; the first three are of recorded people (CMU Arctic). None was used to fit confidence; beams and the noise filter
+were chosen with some of their sentences in view."""
 TARGETS = {"clean": 0.97, "20 dB": 0.95, "10 dB": 0.85}
 BELIEVED = 0.5
 COUNT, TALK_S = 40, 300.0
