@@ -66,7 +66,8 @@ class Equipment(Checked):
     @classmethod
     def _an_address(cls, address: str) -> str:
         if not re.fullmatch(r"sim(:rtu)?|rtu:.+|(tcp|rtu\+tcp):.+:\d{1,5}", address):
-            raise ValueError(f'expected "tcp:HOST:PORT", "rtu:SERIAL PORT", "rtu+tcp:HOST:PORT", "sim" or "sim:rtu", got {address!r}')
+            known = '"tcp:HOST:PORT", "rtu:SERIAL PORT", "rtu+tcp:HOST:PORT", "sim" or "sim:rtu"'
+            raise ValueError(f"expected {known}, got {address!r}")
         return address
 
     @model_validator(mode="after")

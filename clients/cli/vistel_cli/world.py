@@ -170,7 +170,8 @@ def _draw(interior: Interior, picture: Path, pixels: tuple[int, int], show: bool
     except NoOpenGlError as fault:
         fail(f"nothing to draw with: {escape(str(fault))}; `vistel doctor` says what is missing", FAILED)
     except (OSError, ValueError) as fault:
-        fail(f"--picture {escape(str(picture))}: cannot be written ({escape(getattr(fault, 'strerror', None) or str(fault))})", FAILED)
+        why = getattr(fault, "strerror", None) or str(fault)
+        fail(f"--picture {escape(str(picture))}: cannot be written ({escape(why)})", FAILED)
 
 
 def _row(t: Thing, interior: Interior) -> dict[str, Any]:

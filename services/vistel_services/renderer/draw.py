@@ -5,27 +5,25 @@ Every call comes from the thread that opened the surface.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.deform_plan import FramePlan
 from vistel.space.files.surfaces import Piece
 from vistel.space.tessellate import Surface3
-from vistel.wrinkle.shown import MOST_SETS
 from vistel_services.renderer.canvas import Canvas
 from vistel_services.renderer.captions import Caption
+from vistel_services.renderer.drawn_figures import DrawnFigures, FigureView, in_sight
 from vistel_services.renderer.gauges import Gauges
 from vistel_services.renderer.gl_context import Surface
-from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
+from vistel_services.renderer.gpu_deform import GpuDeformer
 from vistel_services.renderer.occlusion import Occlusion
 from vistel_services.renderer.outlines import Outline, Outlines
 from vistel_services.renderer.overlays import LabelView, Names, Pane, Projectors
-from vistel_services.renderer.programs import as_gl, program, put
+from vistel_services.renderer.programs import as_gl
 from vistel_services.renderer.room import Furniture, Panel
 from vistel_services.renderer.screens import Box, Screen, Sight
 from vistel_services.renderer.shadow import ShadowMap
@@ -43,62 +41,6 @@ U8 = NDArray[np.uint8]
 
 _DARK, _OPEN = (0.05, 0.05, 0.06, 1.0), (0.62, 0.68, 0.74, 1.0)
 """What is seen where nothing is: beyond walls, and where there are none."""
-
-
-@dataclass(frozen=True, eq=False)
-class Creases:
-    """Wrinkles on a figure's texture (`vistel.wrinkle.shown`). sets: (n, 4) of each channel the set near a vertex, counted from 1,
-    0 none; pull: (n, 4) how far its texture coordinate moves up. picture: makes the channels' light, (h, w, 4), first row at
-    the top."""
-
-    sets: U8
-    pull: F32
-    picture: Callable[[], U8]
-
-
-@dataclass(frozen=True, eq=False)
-class FigureModel:
-    """What of a figure stays: uv (n, 2), material (n,) 0 cloth, 1 skin, 2 eye; triangles (m, 3) and those without the
-    head (drawn for one's own body, seen through its eyes); texture (h, w, 3) sRGB, first row at the top."""
-
-    uv: F32
-    material: F32
-    triangles: I32
-    headless: I32
-    texture: U8
-    creases: Creases | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Corners:
-    """Drawn vertices of a figure, room frame: positions and normals (n, 3)."""
-
-    positions: F32
-    normals: F32
-
-
-@dataclass(frozen=True, eq=False)
-class Planned:
-    """A figure that the GPU poses and deforms: what of it never changes, and the frame; offsets: (V, 3) what its face does, in
-    the order of the shape, room frame [m]; None: nothing."""
-
-    shape: SkinShape
-    plan: FramePlan
-    offsets: F32 | None = None
-
-
-@dataclass(frozen=True)
-class FigureView:
-    """A figure in a frame; limbs (P, 8): ends a, radius, b, radius [m]. own: without a head; shown: else only its shadow.
-    folds: (S,) how much of each set of wrinkles is there, None for none of them."""
-
-    name: str
-    model: FigureModel
-    skin: Corners | Planned
-    limbs: F32
-    own: bool = False
-    shown: bool = True
-    folds: F32 | None = None
 
 
 @dataclass(frozen=True)
@@ -122,42 +64,6 @@ class Frame:
     gauges: Sequence[tuple[str, bool]] = ()
 
 
-_Parts = tuple[moderngl.VertexArray, ...]
-
-
-@dataclass
-class _FigureBuffers:
-    """One level of detail of a figure. plain, creased: how it is drawn without wrinkles and with them, whole and without a head;
-    each in parts."""
-
-    dynamic: moderngl.Buffer
-    plain: tuple[_Parts, _Parts]
-    creased: tuple[_Parts, _Parts] | None
-    buffers: list[moderngl.Buffer]
-    gpu: GpuSkin | None = None
-
-    def release(self) -> None:
-        for part in (*sum(self.plain + (self.creased or ()), ()), self.dynamic, *self.buffers):
-            part.release()
-        if self.gpu is not None:
-            self.gpu.release()
-
-
-@dataclass
-class _Figure:
-    """A figure on the graphics side: one texture, the light of its wrinkles, buffers for each level of detail seen so far."""
-
-    painted: U8
-    texture: moderngl.Texture
-    light: moderngl.Texture | None
-    levels: dict[FigureModel, _FigureBuffers] = field(default_factory=dict)
-
-    def release(self) -> None:
-        for part in (self.texture, self.light, *self.levels.values()):
-            if part is not None:
-                part.release()
-
-
 class Painter:
     """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`; screens: whose
     pictures are in it. fine: light as shaders/fine_light.glsl says; by default where a GPU draws. saves_shadows: they are
@@ -167,23 +73,23 @@ class Painter:
         self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None, screens: Sequence[Screen] = (),
         fine: bool | None = None,
     ) -> None:  # fmt: skip
-        self.surface, self._deformer = surface, deformer
+        self.surface = surface
         ctx = self.ctx = surface.ctx
         self.software = surface.capability.software
         self.fine = not self.software if fine is None else fine
         self.saves_shadows = self.software and not self.fine
-        self._figure_texels = 1300 if self.software else 8192
         light = ("FINE",) if self.fine else ("LIGHT_PER_VERTEX", "ONE_TAP") if self.software else ()
-        self._figure_program = program(ctx, "figure", defines=light)
-        self._creased_program = program(ctx, "figure", defines=(*light, "WRINKLED", f"SETS {MOST_SETS + 1}"))
+        texels = 1300 if self.software else 8192
+
+        def painted(picture: U8) -> moderngl.Texture:
+            return texture_of(ctx, picture, self.software, texels)
+
+        self._figures = DrawnFigures(ctx, deformer, light, painted)
         self.shadow = ShadowMap(ctx, 2048 if self.fine else 1024)
         light = light if self.fine else ()
         self._shell = Shell(ctx, self.shadow, light, self.software)
         self._mirrors: Mirrors | None = None
-        self._solids = SolidThings(
-            ctx, self.shadow, lambda picture: texture_of(ctx, picture, self.software, self._figure_texels), light
-        )
-        self._figures: dict[str, _Figure] = {}
+        self._solids = SolidThings(ctx, self.shadow, painted, light)
         self._things: dict[str, list[Solid]] = {}
         self._furniture: Solid | None = None
         self._pane = Pane(ctx)
@@ -248,8 +154,7 @@ class Painter:
 
     def drop_figure(self, name: str) -> None:
         """Forget a figure."""
-        if (old := self._figures.pop(name, None)) is not None:
-            old.release()
+        self._figures.drop(name)
 
     # -- drawing -------------------------------------------------------------------------------------------------
 
@@ -262,7 +167,7 @@ class Painter:
             clip = sight.camera.projection(width / height) @ sight.camera.view()
             views.append((sight, clip, [f for f in frame.figures if f.shown and in_sight(clip, f.limbs)]))
         for view in {v.name: v for _, _, seen in views for v in seen}.values():
-            self._put(view)
+            self._figures.put(view)
         self._shadows(frame, things)
         target = self._canvas.target
         target.use()
@@ -289,10 +194,7 @@ class Painter:
         shared |= self.shadow.use(1, 2 if self.fine else None)
         if self._mirrors is not None:
             shared |= self._mirrors.use(3)
-        put(self._figure_program, albedo=0, **shared)
-        put(self._creased_program, albedo=0, wrinkle_light=4, **shared)
-        for view in sorted(seen, key=lambda v: not v.own):
-            self._figure_drawn(view)
+        self._figures.draw(seen, shared)
         marked = {o.thing: o.colours for o in frame.outlines}
         self._solids.draw([(as_gl(thing.matrix), solid) for thing, solid in things if thing.id not in marked], 0.35, shared)
         if self._furniture is not None:
@@ -309,20 +211,6 @@ class Painter:
         self._names.draw(frame.labels, sight.camera.position, clip, box[2:])
         self._subtitles.draw(frame.captions, box[2:])
         self._gauges.draw(frame.gauges, box[2:])
-
-    def _figure_drawn(self, view: FigureView) -> None:
-        figure = self._figures[view.name]
-        buffers = figure.levels[view.model]
-        figure.texture.use(0)
-        drawn = buffers.plain
-        if buffers.creased is not None and figure.light is not None and view.folds is not None and view.folds.any():
-            drawn = buffers.creased
-            figure.light.use(4)
-            weights = np.zeros(MOST_SETS + 1, np.float32)
-            weights[1 : len(view.folds) + 1] = view.folds[:MOST_SETS]
-            put(self._creased_program, wrinkle=weights.tobytes())
-        for part in drawn[int(view.own)]:
-            part.render()
 
     def read_into(self, out: U8) -> None:
         """The picture as (height, width, 4) RGBA bytes, first row at the *bottom*."""
@@ -362,18 +250,6 @@ class Painter:
 
     # -- parts ---------------------------------------------------------------------------------------------------
 
-    def _put(self, view: FigureView) -> None:
-        """The figure's vertices into the buffer that is drawn."""
-        buffers, skin = self._figure(view), view.skin
-        if isinstance(skin, Corners):
-            buffers.dynamic.write(np.hstack((skin.positions, skin.normals)))
-            return
-        if buffers.gpu is None:
-            if self._deformer is None:
-                raise ValueError(f"figure {view.name}: planned for the GPU, and this painter has no deformer")
-            buffers.gpu = GpuSkin(self._deformer, skin.shape)
-        buffers.gpu.run(skin.plan, buffers.dynamic, skin.offsets)
-
     def _shadows(self, frame: Frame, things: Sequence[tuple[ThingView, Solid]]) -> None:
         # Shadows move slowly: every other frame is enough where the CPU draws.
         if self.saves_shadows and self._drawn % 2 and self._drawn > 1:
@@ -384,56 +260,3 @@ class Painter:
         if self._furniture is not None:
             solids.append((still, self._furniture.shadow))
         self.shadow.draw([view.limbs for view in frame.figures], solids)
-
-    def _figure(self, view: FigureView) -> _FigureBuffers:
-        ctx, model = self.ctx, view.model
-        figure = self._figures.get(view.name)
-        if figure is None or figure.painted is not model.texture:
-            self.drop_figure(view.name)
-            texture = texture_of(ctx, model.texture, self.software, self._figure_texels)
-            light = None
-            if model.creases is not None:
-                light = texture_of(ctx, model.creases.picture(), self.software, self._figure_texels)
-            figure = self._figures[view.name] = _Figure(model.texture, texture, light)
-        if model in figure.levels:
-            return figure.levels[model]
-        dynamic = ctx.buffer(reserve=len(model.uv) * 24, dynamic=True)
-        fixed = ctx.buffer(np.column_stack((model.uv, model.material)).astype(np.float32).tobytes())
-        layout = [(dynamic, "3f 3f", "position", "normal"), (fixed, "2f 1f", "uv", "material")]
-        buffers = [fixed]
-
-        def part(by: moderngl.Program, triangles: I32, layout: Sequence[Any]) -> _Parts:
-            if len(triangles) == 0:
-                return ()
-            index = ctx.buffer(triangles.astype(np.int32).tobytes())
-            buffers.append(index)
-            return (ctx.vertex_array(by, layout, index),)
-
-        every = (model.triangles, model.headless)
-        plain = tuple(part(self._figure_program, t, layout) for t in every)
-        creased = None
-        if model.creases is not None:
-            sets, pull = (ctx.buffer(np.ascontiguousarray(a).tobytes()) for a in (model.creases.sets, model.creases.pull))
-            buffers += [sets, pull]
-            more = [*layout, (sets, "4u1", "sets"), (pull, "4f", "pull")]
-            # Only triangles that can crease pay for it.
-            can = np.asarray(model.creases.sets.any(axis=1))
-            whole, headless = (
-                part(self._creased_program, t[c], more) + part(self._figure_program, t[~c], layout)
-                for t, c in ((t, can[t].any(axis=1)) for t in every)
-            )
-            creased = whole, headless
-        figure.levels[model] = _FigureBuffers(dynamic, (plain[0], plain[1]), creased, buffers)
-        return figure.levels[model]
-
-
-def in_sight(clip: F64, limbs: F32) -> bool:
-    """Whether any of a figure's limbs (P, 8) may be in the picture of clip space `clip` (4, 4); cautious."""
-    ends = np.concatenate((limbs[:, 0:3], limbs[:, 4:7]))
-    p = np.column_stack((ends, np.ones(len(ends)))) @ clip.T
-    norms = np.linalg.norm(clip[:, :3], axis=1)
-    reach = 0.35 * (norms[:3] + norms[3])  # a limb's girth, hair and clothes
-    w = p[:, 3]
-    outside = [(p[:, k] * sign > w + reach[k]).all() for k in (0, 1) for sign in (-1.0, 1.0)]
-    return not (any(outside) or (w < -0.35).all())
-

@@ -31,7 +31,7 @@ from vistel.space.things import Primitive
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import LevelWrinkles, shown
 from vistel.wrinkle.wardrobe import WrinkleSet
-from vistel_services.renderer.draw import Corners, Creases, FigureModel, Planned
+from vistel_services.renderer.drawn_figures import Corners, Creases, FigureModel, Planned
 from vistel_services.renderer.gpu_deform import SkinShape
 from vistel_services.renderer.wearing import Wearing
 

@@ -6,7 +6,7 @@ thing in it as the world laid it there, so that the two touch and do not go thro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ class Shown:
 
     posture: Posture
     joints: JointPose
-    skeleton: Skeleton = standard_skeleton()
+    skeleton: Skeleton = field(default_factory=standard_skeleton)
 
 
 def towards(now: Pose, wanted: Pose, seconds: float) -> Pose:

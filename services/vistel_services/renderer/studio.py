@@ -22,7 +22,8 @@ from vistel.space.files.model import Model
 from vistel.space.room import meeting_room
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
-from vistel_services.renderer.draw import FigureView, Frame, Painter
+from vistel_services.renderer.draw import Frame, Painter
+from vistel_services.renderer.drawn_figures import FigureView
 from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
 from vistel_services.renderer.gauges import Rate, rows_of
 from vistel_services.renderer.ghosts import Ghosts

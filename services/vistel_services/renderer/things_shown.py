@@ -119,7 +119,7 @@ class ThingsShown:
             low, high = self._extent.get(thing_id, (np.zeros(3), np.zeros(3)))
             upwards = matrix_from_quaternion(np.ascontiguousarray(rotation))[1]
             top = float(np.maximum(upwards * low, upwards * high).sum())
-            labels.append(LabelView(Label(said, frame=colours[0]), position + (0.0, top + OVER, 0.0)))
+            labels.append(LabelView(Label(said, frame=colours[0]), position + np.array((0.0, top + OVER, 0.0))))
         return outlines, labels
 
     def _show(self, thing: Thing) -> None:

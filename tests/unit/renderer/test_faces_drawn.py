@@ -17,7 +17,7 @@ from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.wire.motion import MotionSample, StalePart
 from vistel_services.motions import posture_of
-from vistel_services.renderer.draw import Corners, Planned
+from vistel_services.renderer.drawn_figures import Corners, Planned
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin

@@ -13,7 +13,8 @@ from vistel.space.room import meeting_room, seat_pose
 from vistel.space.tessellate import tessellate
 from vistel.space.things import Primitive
 from vistel_services.renderer.camera import Camera, look_at, overview
-from vistel_services.renderer.draw import Frame, Painter, ThingView, in_sight
+from vistel_services.renderer.draw import Frame, Painter, ThingView
+from vistel_services.renderer.drawn_figures import in_sight
 from vistel_services.renderer.figures import Shape, StandIn
 from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
 from vistel_services.renderer.labels import Label

@@ -21,7 +21,8 @@ from vistel.implicit.contact_set import PrimitiveSet
 from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.wrinkle.wardrobe import wardrobe
 from vistel_services.renderer.camera import Camera, look_at
-from vistel_services.renderer.draw import Corners, FigureView, Frame, Painter, Planned
+from vistel_services.renderer.draw import Frame, Painter
+from vistel_services.renderer.drawn_figures import Corners, FigureView, Planned
 from vistel_services.renderer.figures import Person, Posed, limb_rows
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin

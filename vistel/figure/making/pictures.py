@@ -88,7 +88,8 @@ def _rgb(picture: Image.Image) -> Image.Image:
     if picture.mode.startswith("I"):  # sixteen bits of grey, which Pillow would cut off at 255
         return Image.fromarray((np.clip(np.asarray(picture, np.int64), 0, 65535) >> 8).astype(np.uint8)).convert("RGB")
     if picture.mode == "F":
-        return Image.fromarray(np.round(255.0 * np.clip(np.nan_to_num(np.asarray(picture)), 0.0, 1.0)).astype(np.uint8)).convert("RGB")
+        values = np.clip(np.nan_to_num(np.asarray(picture)), 0.0, 1.0)
+        return Image.fromarray(np.round(255.0 * values).astype(np.uint8)).convert("RGB")
     return picture.convert("RGB")
 
 

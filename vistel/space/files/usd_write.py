@@ -5,7 +5,8 @@
     /Room/Things/ID      Xform, kind component: a thing where it starts. vistel:... say what it is, UsdPhysics its mass
     /Room/Things/ID/Look_N   Mesh: what is drawn for it, with texture coordinates (st)
     /Room/Things/ID/Body     Mesh: its own primitives, for programs that know none
-    /Room/Materials      UsdPreviewSurface, for every face: colours, and pictures in the folder NAME_textures beside the file (inside a .usdz)
+    /Room/Materials      UsdPreviewSurface, for every face: colours, and pictures in the folder NAME_textures beside the file
+                         (inside a .usdz)
 """
 
 # pyright: basic, reportAttributeAccessIssue=false
