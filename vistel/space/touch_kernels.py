@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import carray
+from numba.np.numpy_support import carray
 
 from vistel.implicit.contact_set import CONE_SPHERE, SPHERE, SUPERELLIPSOID
 from vistel.implicit.contact_surface import INVERSE_T, T, cone_sphere_foot, surface

@@ -99,7 +99,7 @@ def load_grammar(*extra: Path, known: Known | None = None, base: Path | None = C
             source.fault(f"sentence {text!r}: {e}; left out", text)
             continue
         sentences[language] += [Sentence(places, means) for places in ways if not all(p.optional for p in places)]
-    said = {name: _words("wake", name, parts, "", ()) for name in LANGUAGES}
+    said: dict[Language, list[Word]] = {name: _words("wake", name, parts, "", ()) for name in LANGUAGES}
     wake: dict[Language, Place] = {name: Place(tuple(words)) for name, words in said.items() if words}
     faults += [f for s in sources for f in s.faults]
     return Grammar({name: tuple(dict.fromkeys(some)) for name, some in sentences.items()}, wake), faults
