@@ -134,6 +134,14 @@ def _voice() -> int:
     return pipe
 
 
+def _usd_in_this_thread() -> None:
+    """USD reads rooms and figures in threads of its own, which it keeps; here in none."""
+    with contextlib.suppress(ImportError):
+        from pxr import Work  # noqa: PLC0415  only where USD is installed
+
+        Work.SetConcurrencyLimit(1)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("conference", type=Path)
@@ -141,6 +149,7 @@ def main() -> int:
     args = parser.parse_args()
     voice = _voice()
     logs.configure("fork server")
+    _usd_in_this_thread()
     try:
         preload(load(args.conference), args.modules)
     except ConferenceError as e:

@@ -47,6 +47,7 @@ def main(arguments=None):
 if __name__ == "__main__":
     sys.exit(main())
 """
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "conferences"
 FORKED, FRESH = "forked one True\n", "fresh one True\n"
 LOADING = "import time; time.sleep(60)\n"
 THREADED = "import threading, time; threading.Thread(target=time.sleep, args=(60,), daemon=True).start()\n"
@@ -218,9 +219,10 @@ def test_a_server_that_cannot_serve_says_why_in_one_line(tmp_path: Path, code: s
     assert sum("ERROR" in line for line in lines) == 1
 
 
-def test_everything_a_conference_runs_loads_without_a_second_thread(tmp_path: Path) -> None:
-    _, file, _ = _conference(tmp_path)
-    every = ("tracker", "glove", "face", "posture", "renderer", "world", "recorder")
+@pytest.mark.parametrize("room", ["built-in", "den"])
+def test_everything_a_conference_runs_loads_without_a_second_thread(tmp_path: Path, room: str) -> None:
+    file = EXAMPLES / f"{room}.toml" if room != "built-in" else _conference(tmp_path)[1]
+    every = ("tracker", "glove", "face", "audio", "delay", "speech", "posture", "renderer", "world", "recorder")
     spec = fork_server_spec([ProcessPlan("s", "x", every)], file, simulators=True)
     code, answers, lines = _talk(spec)
     assert (code, answers) == (0, [READY]), lines
