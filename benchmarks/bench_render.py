@@ -1,7 +1,8 @@
 """Drawing the conference: CPU time of a frame, and frames a second of three sites that draw at once on this machine.
 
 Three deforming figures of 10,000 vertices move in the furnished room, at 640 x 360 with shadows; each frame is posed,
-deformed, drawn, read back and encoded as the renderer service does it.
+deformed, drawn, read back and encoded as the renderer service does it. At 1280 x 720, without encoding: both eyes against one,
+twenty figures against three, fine light against fast.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -23,12 +25,14 @@ from benchmarks.row import Row, machine
 from vistel.figure.posture import ELBOW, NECK, SHOULDER, SPINE_ROTATION, Posture, Stance
 from vistel.space.room import Room, meeting_room, seat_pose
 from vistel_services.renderer.playout import Timing
+from vistel_services.renderer.screens import Stereo
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.video import VideoWriter
 from vistel_services.renderer.world_view import WorldView
 
 WIDTH, HEIGHT = 640, 360
+LARGE, LARGE_FRAMES = (1280, 720), 12
 SITES, SECONDS, FRAMES = 3, 10.0, 60
 TARGET_FPS, TARGET_CPU_MS = 12.0, 33.0
 PEOPLE = (
@@ -59,6 +63,40 @@ def run() -> Iterator[Row]:
             "Singh 1995, the whole world", SINGH_FPS, slowest / SINGH_FPS, f">= {TARGET_FPS:.0f}",
             slowest >= TARGET_FPS, where,
         )  # fmt: skip
+    yield from _large(where)
+
+
+def _large(where: str) -> Iterator[Row]:
+    """Pictures of 1280 x 720: processor time of each kind against the mean of the plain one before it and after it. One after
+    the other: two OpenGL contexts in a thread disturb each other."""
+    what, one = "CPU time per picture", View(*LARGE, "room", "", False)
+    more = {
+        "both eyes side by side, each 1280x720": (replace(one, width=2 * LARGE[0], stereo=Stereo.SIDE_BY_SIDE), 3, 1.8),
+        "20 figures": (one, 20, 2.5),
+        "fine light, 4 samples a pixel": (replace(one, light="fine"), 3, None),
+    }
+    before = _picture_ms(one, 3)
+    yield Row("render", "3 figures, 1280x720", what, "ms", before, None, None, None, None, None, where)
+    for case, (view, people, most) in more.items():
+        ms, after = _picture_ms(view, people), _picture_ms(one, 3)
+        beside, before = 0.5 * (before + after), after
+        yield Row(
+            "render", case, what, "ms", ms, "3 figures, one eye, fast light", beside, ms / beside,
+            None if most is None else f"<= {most} x", None if most is None else ms / beside <= most, where,
+        )  # fmt: skip
+
+
+def _picture_ms(view: View, people: int) -> float:
+    studio = Studio(view, SITES)
+    instants = [_instant(k / 30.0, people) for k in range(LARGE_FRAMES)]
+    try:
+        studio.render(instants[0])
+        while not studio.complete:
+            time.sleep(0.05)
+            studio.render(instants[0])
+        return _cpu_ms(lambda k: studio.render(instants[k]), LARGE_FRAMES)
+    finally:
+        studio.close()
 
 
 def _together(folder: Path) -> list[dict[str, Any]]:
@@ -145,12 +183,16 @@ def _room() -> Room:
     return meeting_room(SITES)
 
 
-def _instant(t: float) -> Instant:
-    """Three people round the table at `t` seconds, looking about and moving their arms."""
+def _instant(t: float, count: int = 3) -> Instant:
+    """People at `t` seconds, looking about and moving their arms: three round the table, more behind them in rows."""
     room = _room()
     people = []
-    for seat, about in enumerate(PEOPLE):
-        position, heading = seat_pose(SITES, seat)
+    for seat in range(count):
+        about = PEOPLE[seat % 3]
+        if seat >= 3:
+            about = replace(about, name=f"{about.name}-{seat}", display_name=f"{about.display_name} {seat}")
+        position, heading = seat_pose(SITES, seat % 3)
+        position = position * (1.0 + 0.35 * (seat // 3))
         phase = 2.0 * t + seat
         dofs = np.zeros(25)
         dofs[1] = math.pi / 2
