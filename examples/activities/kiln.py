@@ -11,15 +11,15 @@ from vistel_services.activity import Room, run
 REST_S = 10.0
 
 
-async def kiln(room: Room) -> None:
-    """Clay that has been left alone is fired."""
+async def kiln(room: Room, lump: str = "clay") -> None:
+    """A lump that has been left alone is fired."""
     touched_ns = 0
     async for _ in room.steps():
-        if room.touched("clay") or not touched_ns:
+        if room.touched(lump) or not touched_ns:
             touched_ns = room.t_ns
         if room.t_ns - touched_ns > REST_S * 1e9:
-            await room.ask("harden clay")
-            await room.ask("paint clay brown")
+            await room.ask(f"harden {lump}")
+            await room.ask(f"paint {lump} brown")
             print("fired")
             return
 

@@ -258,6 +258,29 @@ def test_an_activity_makes_atoms_that_stick_when_they_are_brought_together(tmp_p
     scenario(tmp_path, play)
 
 
+def test_an_activity_hardens_what_nobody_has_touched_for_a_while(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kiln = example("kiln")
+    monkeypatch.setattr(kiln, "REST_S", 1.0)
+
+    async def play(site: WorldSite) -> None:
+        await site.play(0.3)
+        room = Room(site.buses["aiko"], site.clock, "aiko")
+        asking = asyncio.create_task(room.ask("soften ball"))
+        await site.play(0.2)
+        assert (await asking).done
+        soft, activity = room.things["ball"], asyncio.create_task(kiln.kiln(room, "ball"))
+        await site.play(0.8)
+        assert not activity.done()
+        await site.play(1.0)
+        await asyncio.wait_for(activity, 1.0)
+        fired = site.rooms()[-1].things["ball"]
+        assert fired.compliance == 0.0
+        assert room.things["ball"].colour != soft.colour
+        room.close()
+
+    scenario(tmp_path, play)
+
+
 def test_an_activity_paints_what_lies_on_its_place_and_ends_when_everything_does(tmp_path: Path) -> None:
     puzzle = example("puzzle")
 
