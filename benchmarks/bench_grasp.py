@@ -1,6 +1,6 @@
 """Taking hold: true grasps of recorded hands found and false ones, fingers' penetration, time; `grasp_trials` says what is true.
 
-Recordings on which nothing was settled are read from the folder in VISTEL_HELD_OUT_HANDS, if it is set (`grasp_held_out`).
+Recordings that were held out at first are read from the folder in VISTEL_HELD_OUT_HANDS, if it is set (`grasp_held_out`).
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def run() -> Iterator[Row]:
         yield from _hand_over(row)
     yield from _perturbed(row, "other hands and things, recordings worked with", held_out.settled_on(), 2)
     if held_out.HELD_OUT.is_dir():
-        yield from _perturbed(row, "other hands and things, recordings held out", held_out.held_out(), 1)
+        yield from _perturbed(row, "other hands and things, recordings once held out", held_out.held_out(), 1)
     yield from _shapes(row)
     yield row("laying a hand on a thing", "median processor time", "ms", _fit_ms(), target=None, met=None)
 
@@ -68,7 +68,8 @@ def _perturbed(row: partial[Row], case: str, takes: held_out.Takes, each: int) -
     wrong = 100.0 * float(np.mean([r.took is not None for r in false]))
     yield row(case, "true grasps found", "%", found, target=">= 95", met=found >= LEAST_FOUND)
     yield row(case, "false grasps", "%", wrong, target="<= 2", met=wrong <= MOST_FALSE)
-    yield row(case, "closings the tracker was not sure of, left out", "", float(held_out.left_out(takes)), target=None, met=None)
+    out = float(held_out.left_out(takes))
+    yield row(case, "closings the tracker was not sure of or too brief, left out", "", out, target=None, met=None)
 
 
 def _shapes(row: partial[Row]) -> Iterator[Row]:
@@ -85,7 +86,7 @@ def _shapes(row: partial[Row]) -> Iterator[Row]:
 
 
 def _closed() -> list[tuple[F64, F64]]:
-    """Recorded fingers and how far each hand is closed: those held out if they are there."""
+    """Recorded fingers and how far each hand is closed: those once held out if they are there."""
     if held_out.HELD_OUT.is_dir():
         takes = held_out.held_out()
         return [trials.recording(t.path, t.left)[:2] for t in takes.grabs]

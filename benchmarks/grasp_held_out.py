@@ -1,9 +1,10 @@
-"""Hands, things and movements that nothing was settled on: what they truly take hold of, as `grasp_trials` has it.
+"""Other hands, things and movements than the room's: what they truly take hold of, as `grasp_trials` has it.
 
 Two sets of the same make. The first one's closings are those of the recordings that the house's thresholds were settled on; it
 may be looked at when these are worked on. The second one's are other recordings (`HELD_OUT`), of other sessions, one of them
-of a left hand; it is only scored. Both have hands of 85 to 115 % of the average size, tracking noise, gloves that are off, and
-things of sizes and shapes that the room does not have. A closing counts only where the tracker itself was sure of it.
+of a left hand; it was held out, was scored once, and has been worked with since. Both have hands of 85 to 115 % of the average
+size, tracking noise, gloves that are off, and things of sizes and shapes that the room does not have. A closing counts only
+where the tracker itself was sure of it and the hand stays closed for as long as the world may take to find it.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import grasp_trials
-from benchmarks.grasp_trials import OPENED, RATE_HZ, Trial, closings, hand_at, recording
+from benchmarks.grasp_trials import CLOSED, LATE_S, OPENED, RATE_HZ, Trial, closings, hand_at, recording
 from benchmarks.leap import confidence
 from vistel.figure.posture import pose_joints
 from vistel.figure.rotation import quaternion_from_matrix, rotation_x
@@ -31,7 +32,7 @@ from vistel.space.things import Axis, Primitive, Thing
 F64 = NDArray[np.float64]
 
 HELD_OUT = Path(os.environ.get("VISTEL_HELD_OUT_HANDS", "/nonexistent"))
-"""Folder of the recordings held out: `recorder/recordings` of leapmotion/leapjs-playback at 4ff4b5b."""
+"""Folder of the recordings that were held out: `recorder/recordings` of leapmotion/leapjs-playback at 4ff4b5b."""
 SURE = 0.5
 """The tracker's own confidence, on the average of a closing."""
 SIZES = (1.49, 2.01)
@@ -98,13 +99,14 @@ def _closings(takes: tuple[Take, ...], pinch: bool) -> Iterator[_Closing]:
             strength = pinched if pinch else grab
             while first > max(0, closed - LEAD) and strength[first - 1] <= OPENED:  # as much of the open hand as there is
                 first -= 1  # noqa: PLW2901
-            if float(sure[first : closed + 10].mean()) >= SURE:
+            brief = opened is not None and int((strength[closed:opened] >= CLOSED).sum()) < LATE_S * RATE_HZ
+            if not brief and float(sure[first : closed + 10].mean()) >= SURE:
                 name = f"{take.path.name.split('.')[0]} {number + 1}"
                 yield _Closing(name, fingers[first:last], closed - first, None if opened is None else opened - first)
 
 
 def left_out(takes: Takes) -> int:
-    """How many closings the tracker itself was not sure of."""
+    """How many closings the tracker itself was not sure of, or over before they must be found."""
     some = [(t, pinch) for pinch, of in ((False, takes.grabs), (True, takes.pinches)) for t in of]
     all_of = sum(len(list(closings(recording(t.path, t.left)[2 if pinch else 1]))) for t, pinch in some)
     return all_of - sum(len(list(_closings(of, pinch))) for of, pinch in ((takes.grabs, False), (takes.pinches, True)))
@@ -196,7 +198,7 @@ def _on(name: str, thing: Thing, fingers: F64, rng: np.random.Generator, closing
 
 
 def _pinched(name: str, closing: _Closing, rng: np.random.Generator) -> Trial:
-    """Something small, where thumb and index finger meet."""
+    """Something small, where the thumb meets the finger that is nearest to it."""
     r = float(rng.uniform(0.006, 0.013))
     half = 0.03 if rng.random() < 0.4 else 0.0
     shape = Primitive("cone_sphere", (-half, 0.0, 0.0, half, 0.0, 0.0, r, r)) if half else Primitive("sphere", (r,))
@@ -206,9 +208,15 @@ def _pinched(name: str, closing: _Closing, rng: np.random.Generator) -> Trial:
     off = rng.uniform(-0.004, 0.004, 3)
     return Trial(
         name, thing.id, trial.fingers, closing.closes, closing.opens,
-        thing.position - _tips(closed, trial, ("thumb", "index")) + off, trial.heading, height=trial.height,
+        thing.position - _tips(closed, trial, ("thumb", _pinching(closed, trial))) + off, trial.heading, height=trial.height,
         way=trial.way, own=(thing,),
     )  # fmt: skip
+
+
+def _pinching(fingers: F64, trial: Trial) -> str:
+    """The finger whose tip is nearest to the thumb's."""
+    thumb = _tips(fingers, trial, ("thumb",))
+    return min(("index", "middle", "ring", "little"), key=lambda d: float(np.linalg.norm(_tips(fingers, trial, (d,)) - thumb)))
 
 
 def _tips(fingers: F64, trial: Trial, digits: tuple[str, ...]) -> F64:

@@ -147,7 +147,7 @@ def closings(strength: F64) -> Iterator[tuple[int, int, int, int | None]]:
             return
         closed = k + int(ahead[0])
         before = np.flatnonzero(strength[:closed] <= 0.05)
-        first = int(before[-1]) if len(before) else 0
+        first = max(k, int(before[-1]) - 6) if len(before) else k  # and not the closing before
         after = np.flatnonzero(strength[closed:] <= OPENED)
         opened = closed + int(after[0]) if len(after) else None
         # The end of a recording tears the hand open at once; that is no opening.
@@ -156,7 +156,7 @@ def closings(strength: F64) -> Iterator[tuple[int, int, int, int | None]]:
         last = len(strength)
         if opened is not None:
             last = closed + int(np.argmax(falls > 0.3)) if torn else min(len(strength), opened + 20)
-        yield max(0, first - 6), closed, last, None if torn else opened
+        yield first, closed, last, None if torn else opened
         k = (opened or len(strength)) + 1
 
 

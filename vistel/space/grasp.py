@@ -19,7 +19,7 @@ from vistel.implicit.contact import ContactArray
 from vistel.implicit.contact_set import PrimitiveSet
 from vistel.space.axes import axes_of
 from vistel.space.fitting import fit
-from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion
+from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion, flexion_of
 from vistel.space.reach_kernels import REACHED, reached  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.things import Thing
 
@@ -44,7 +44,10 @@ AROUND = 0.1
 CLOSING = 0.4
 """Fingers must have closed by so much, each on average, to take hold [rad]."""
 OPENING = 0.35
-"""Fingers open by so much from their tightest let go [rad]."""
+"""Fingers open by so much from their tightest let go [rad]..."""
+BACK = 0.5
+"""... and, where they have closed further than the thing lets them, by this share of the way back to where they lie on it:
+nothing stops fingers at a thing that is not there, and a fist that eases a little still holds."""
 BENT = 0.3
 """Fingers flexed by less lie on a thing and do not hold it [rad]."""
 SLIP_STEPS = 6
@@ -211,8 +214,11 @@ def follow(grasp: Grasp, posed: Posed, near: bool) -> Grasp:
 def opens(grasp: Grasp, posed: Posed) -> bool:
     """The hand lets go."""
     assert posed.figure.posture is not None
+    engaged = np.array(grasp.engaged)
     now = flexion(posed.figure.posture)[int(grasp.right)]
-    return float((grasp.tightest - now)[np.array(grasp.engaged)].mean()) > OPENING
+    opened = float((grasp.tightest - now)[engaged].mean())
+    further = float((grasp.tightest - flexion_of(grasp.fingers))[engaged].mean())
+    return opened > max(OPENING, BACK * further)
 
 
 def lies(grasp: Grasp, posed: Posed, pose: Pose) -> Grasp:

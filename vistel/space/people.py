@@ -152,8 +152,12 @@ class Figure:
 
 def flexion(posture: Posture) -> F64:
     """(2, 4) total flexion of index, middle, ring and little finger of both hands [rad]."""
-    h = posture.hands
-    return h[:, 4::4] + h[:, 6::4] + h[:, 7::4]
+    return flexion_of(posture.hands)
+
+
+def flexion_of(angles: F64) -> F64:
+    """(..., 4) the same of hands' angles (..., 20)."""
+    return angles[..., 4::4] + angles[..., 6::4] + angles[..., 7::4]
 
 
 @dataclass(frozen=True)
