@@ -139,7 +139,7 @@ def _usd_in_this_thread() -> None:
     with contextlib.suppress(ImportError):
         from pxr import Work  # noqa: PLC0415  only where USD is installed
 
-        Work.SetConcurrencyLimit(1)
+        Work.SetConcurrencyLimit(1)  # pyright: ignore[reportAttributeAccessIssue]  its stubs leave it out
 
 
 def main() -> int:
