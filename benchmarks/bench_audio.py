@@ -13,7 +13,8 @@ from vistel.audio.delay_policy import Policy
 from vistel.audio.hrtf import EAR_ANGLE, response
 from vistel.audio.levels import Meter
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder, version
-from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, Head, Spatial, place_of
+from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, Head, place_of
+from vistel.audio.ways import Spatial
 from vistel.v1.audio_pb2 import Voice
 from vistel.v1.service_pb2 import ImageDelay
 from vistel_services.audio.hearing import Hearing

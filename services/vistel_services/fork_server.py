@@ -134,14 +134,6 @@ def _voice() -> int:
     return pipe
 
 
-def _usd_in_this_thread() -> None:
-    """USD reads rooms and figures in threads of its own, which it keeps; here in none."""
-    with contextlib.suppress(ImportError):
-        from pxr import Work  # noqa: PLC0415  only where USD is installed
-
-        Work.SetConcurrencyLimit(1)  # pyright: ignore[reportAttributeAccessIssue]  its stubs leave it out
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("conference", type=Path)
@@ -149,7 +141,8 @@ def main() -> int:
     args = parser.parse_args()
     voice = _voice()
     logs.configure("fork server")
-    _usd_in_this_thread()
+    # USD reads rooms and figures in threads of its own, which it keeps; here in none.
+    os.environ.setdefault("PXR_WORK_THREAD_LIMIT", "1")
     try:
         preload(load(args.conference), args.modules)
     except ConferenceError as e:

@@ -7,14 +7,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 F64 = NDArray[np.float64]
-Spatial = Literal["off", "pan", "hrtf"]
-"""How voices are given places: not at all; panned, for loudspeakers; by transfer functions, for headphones."""
 
 HEAD_RADIUS = 0.0875
 SOUND_SPEED = 343.0

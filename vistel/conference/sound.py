@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field, field_validator, model_validator
 
 from vistel.audio.delay_policy import Policy, read_policy
-from vistel.audio.spatial import Spatial
+from vistel.audio.ways import Spatial
 from vistel.conference.devices import Checked, Name
 from vistel.protocol.equipment import DELAY_UNIT, Kind, Register, Table
 

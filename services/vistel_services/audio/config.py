@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vistel.audio.delay_policy import MATCH, Policy
-from vistel.audio.spatial import Spatial
+from vistel.audio.ways import Spatial
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 

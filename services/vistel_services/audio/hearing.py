@@ -15,8 +15,9 @@ from vistel.audio.levels import SILENT_DB
 from vistel.audio.mixer import Mixing, Panning
 from vistel.audio.need import Need
 from vistel.audio.opus import FRAME, FRAME_NS
-from vistel.audio.spatial import Place, Spatial
+from vistel.audio.spatial import Place
 from vistel.audio.stream import VoiceStream
+from vistel.audio.ways import Spatial
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.v1.service_pb2 import ImageDelay
 
