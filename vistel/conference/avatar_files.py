@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import logging
-import os
 from pathlib import Path
 
-from vistel.conference.kept import make_room, write_whole
+from vistel.conference.kept import make_room, read_kept, write_whole
 from vistel.conference.model import Participant
 from vistel.figure.avatar_builtin import default_cache
 from vistel.figure.parcel import ENDING
@@ -36,12 +35,8 @@ def parcel_path(digest: str) -> Path:
 def kept_parcel(digest: str) -> bytes | None:
     """The parcel, if it is kept here and whole."""
     path = parcel_path(digest)
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            return None
-        data = path.read_bytes()
-        os.utime(path)
-    except OSError:
+    data = read_kept(path, MOST_BYTES)
+    if data is None:
         return None
     if digest_of(data) != digest:
         log.warning("event=parcel_damaged path=%s action=fetched_again", path)

@@ -21,6 +21,18 @@ def write_whole(path: Path, data: bytes) -> None:
         raise
 
 
+def read_kept(path: Path, most: int) -> bytes | None:
+    """What is kept there, which counts as used now; None where there is nothing to read, or more than `most` bytes."""
+    try:
+        if path.stat().st_size > most:
+            return None
+        data = path.read_bytes()
+        os.utime(path)
+    except OSError:
+        return None
+    return data
+
+
 def make_room(folder: Path, pattern: str, most: int) -> None:
     """Remove what of a folder's files was not used for longest, until there are no more than `most` bytes."""
     found: list[tuple[int, int, Path]] = []

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import logging
-import os
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.conference.kept import make_room, write_whole
+from vistel.conference.kept import make_room, read_kept, write_whole
 from vistel.figure.avatar_builtin import default_cache
 from vistel.space.files.model import Model
 from vistel.space.files.travel import pictures_in, unpack_model, unpack_picture
@@ -26,15 +25,7 @@ _ENDING = ".asset"
 
 def kept_asset(digest: str) -> bytes | None:
     """The packed polymesh or picture, if it is kept here; that it is whole is seen when it is unpacked."""
-    path = _path(digest)
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            return None
-        data = path.read_bytes()
-        os.utime(path)
-    except OSError:
-        return None
-    return data
+    return read_kept(_path(digest), MOST_BYTES)
 
 
 def keep_asset(digest: str, data: bytes) -> None:

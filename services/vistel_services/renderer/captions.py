@@ -12,6 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from vistel.speech.kana import to_romaji
 from vistel.v1.speech_pb2 import Utterance
+from vistel_services.renderer.labels import latin_font
 
 U8 = NDArray[np.uint8]
 log = logging.getLogger("vistel.renderer")
@@ -89,14 +90,6 @@ def _japanese_font(size: int) -> ImageFont.FreeTypeFont | None:
     return None
 
 
-@lru_cache
-def _latin_font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    try:
-        return ImageFont.truetype("DejaVuSans.ttf", size)
-    except OSError:
-        return ImageFont.load_default(size)
-
-
 def paint_caption(caption: Caption, line_height: int) -> U8:
     """(h, w, 4) RGBA, first row at the top; one line of `line_height` pixels, or two with a reply."""
     size = max(9, round(0.62 * line_height))
@@ -133,7 +126,7 @@ def _runs(text: str, size: int) -> list[tuple[str, ImageFont.FreeTypeFont | Imag
     japanese = _japanese_font(size) if any("\u3000" <= c <= "\uffef" for c in text) else None
     out: list[tuple[str, ImageFont.FreeTypeFont | ImageFont.ImageFont]] = []
     for c in text:
-        font = japanese if japanese is not None and "\u3000" <= c <= "\uffef" else _latin_font(size)
+        font = japanese if japanese is not None and "\u3000" <= c <= "\uffef" else latin_font(size)
         if out and out[-1][1] is font:
             out[-1] = out[-1][0] + c, font
         else:

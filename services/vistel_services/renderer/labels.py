@@ -31,7 +31,7 @@ class Label:
 
 
 @lru_cache(maxsize=8)
-def _font(size: int) -> _Font:
+def latin_font(size: int) -> _Font:
     """DejaVu Sans where the system has it (it knows more scripts), else the font that comes with Pillow."""
     try:
         return ImageFont.truetype("DejaVuSans.ttf", size)
@@ -49,11 +49,12 @@ def paint_label(label: Label, line_height: int) -> U8:
     line_height = round(0.72 * line_height) if label.frame else line_height
     frame: _Ink | None = (*label.frame, 255) if label.frame else _TALKING if label.talking else None
     ink = _TALKING if label.talking else (255, 255, 255, 255)
-    lines: list[tuple[str, _Font, _Ink, int]] = [(_short(label.name), _font(max(8, round(0.66 * line_height))), ink, line_height)]
+    large = latin_font(max(8, round(0.66 * line_height)))
+    lines: list[tuple[str, _Font, _Ink, int]] = [(_short(label.name), large, ink, line_height)]
     if label.remark:
         colour = (255, 196, 120, 255) if label.warning else (178, 220, 255, 255)
         small = round(0.78 * line_height)
-        lines.append((_short(label.remark), _font(max(7, round(0.50 * line_height))), colour, small))
+        lines.append((_short(label.remark), latin_font(max(7, round(0.50 * line_height))), colour, small))
     pad = round(0.40 * line_height)
     width = max(round(font.getlength(text)) for text, font, _, _ in lines) + 2 * pad
     height = sum(h for _, _, _, h in lines) + 2

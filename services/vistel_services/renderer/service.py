@@ -254,7 +254,6 @@ class _Easel:
         self._view = config.view
         self._resolution = None if config.whole else Resolution(config.rate, config.view.height)
         self._studio: Studio | None = None
-        self._started = False
 
     async def draw(self, instant: Instant) -> NDArray[np.uint8] | None:
         """The picture, or None when there is none this time."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,20 +18,10 @@ from vistel.wire.motion import MotionSample, StalePart
 from vistel_services.motions import posture_of
 from vistel_services.renderer.drawn_figures import Corners, Planned
 from vistel_services.renderer.figures import Person
-from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
+from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin
 
 pytestmark = pytest.mark.gl
-
-
-@pytest.fixture(scope="module")
-def surface() -> Iterator[Surface]:
-    try:
-        made = open_surface(16, 16)
-    except NoOpenGlError as e:
-        pytest.skip(str(e))
-    yield made
-    made.close()
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from vistel.space.tessellate import tessellate
 from vistel.space.things import Primitive
 from vistel_services.renderer.camera import Camera, look_at
 from vistel_services.renderer.draw import Frame, Painter, ThingView
-from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
+from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.room import build_room
 from vistel_services.renderer.screens import Sight
 from vistel_services.renderer.shadow import KEY_DIRECTION
@@ -21,16 +21,6 @@ from vistel_services.renderer.shadow import KEY_DIRECTION
 pytestmark = pytest.mark.gl
 
 WIDTH, HEIGHT = 320, 180
-
-
-@pytest.fixture(scope="module")
-def surface() -> Iterator[Surface]:
-    try:
-        opened = open_surface(WIDTH, HEIGHT)
-    except NoOpenGlError as e:
-        pytest.skip(str(e))
-    yield opened
-    opened.close()
 
 
 @pytest.fixture

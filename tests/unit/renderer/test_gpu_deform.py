@@ -25,7 +25,7 @@ from vistel.implicit.embedding import Hinge, Limbs, embed
 from vistel.implicit.force_field import Directional, Radial, Shear
 from vistel.implicit.ghost import GhostSource, ghosts_of
 from vistel.implicit.mesh_ghosts import blown, faded, pulled
-from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
+from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape, choose_engine, constants
 from vistel_services.renderer.programs import source
 
@@ -40,16 +40,6 @@ CLOSE, MOST = 1e-5, 1e-4
 decides which is found: the CPU engine itself flips there when its input is moved by 1e-7 m."""
 IDENTITY = np.array([[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0]], np.float32)
 BOX = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
-
-
-@pytest.fixture(scope="module")
-def surface() -> Iterator[Surface]:
-    try:
-        opened = open_surface(16, 16)
-    except NoOpenGlError as e:
-        pytest.skip(str(e))
-    yield opened
-    opened.close()
 
 
 @pytest.fixture(scope="module")

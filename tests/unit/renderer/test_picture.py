@@ -16,7 +16,7 @@ from vistel_services.renderer.camera import Camera, look_at, overview
 from vistel_services.renderer.draw import Frame, Painter, ThingView
 from vistel_services.renderer.drawn_figures import in_sight
 from vistel_services.renderer.figures import Shape, StandIn
-from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
+from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.labels import Label
 from vistel_services.renderer.overlays import LabelView
 from vistel_services.renderer.playout import Timing
@@ -31,16 +31,6 @@ pytestmark = pytest.mark.gl
 WIDTH, HEIGHT = 320, 180
 LIVE = Timing(0, 0, 0, False)
 AHEAD = look_at(np.array((0.0, 1.0, 2.0)), np.array((0.0, 1.0, 0.0)), math.radians(50.0))
-
-
-@pytest.fixture(scope="module")
-def surface() -> Iterator[Surface]:
-    try:
-        opened = open_surface(WIDTH, HEIGHT)
-    except NoOpenGlError as e:
-        pytest.skip(str(e))
-    yield opened
-    opened.close()
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from vistel.space.tessellate import tessellate
 from vistel.space.things import Primitive
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.draw import Frame, Painter, ThingView
-from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
+from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.screens import (
     Screen,
     Sight,
@@ -155,16 +154,6 @@ def test_the_wall_in_the_examples_is_a_v_whose_screens_share_an_edge() -> None:
     assert left.lower_right == pytest.approx(right.lower_left)
     assert (config.view.width, config.view.height) == (1280, 480)
     assert config.view.stereo is Stereo.SIDE_BY_SIDE
-
-
-@pytest.fixture(scope="module")
-def surface() -> Iterator[Surface]:
-    try:
-        surface = open_surface(WIDTH, HEIGHT)
-    except NoOpenGlError as e:
-        pytest.skip(str(e))
-    yield surface
-    surface.close()
 
 
 def _dots(painter: Painter, *places: tuple[float, float, float], grey: float = 1.0) -> list[ThingView]:
