@@ -45,7 +45,7 @@ def surroundings(picture: Callable[[Camera], F32]) -> Surroundings:
     light, towards, share = _seen(picture)
     light = np.minimum(light, 8.0)
     light = light * (MEAN / max(1e-6, float((light.mean(axis=1) * share).sum())))
-    maps = [_spread(light, towards, share, rough) for rough in ROUGHNESSES]
+    maps = [_polished(light, towards), *(_spread(light, towards, share, rough) for rough in ROUGHNESSES[1:])]
     return Surroundings(np.concatenate(maps).astype(np.float32), _harmonics(light, towards, share).astype(np.float32))
 
 
@@ -103,19 +103,25 @@ def _sphere(width: int, height: int) -> F64:
     return np.stack((np.sin(t) * np.cos(p), np.cos(t), np.sin(t) * np.sin(p)), axis=2).reshape(-1, 3)
 
 
+def _polished(light: F64, towards: F64) -> F32:
+    """(HEIGHT, WIDTH, 3): what a mirror shows."""
+    ways, seen = _sphere(WIDTH, HEIGHT).astype(np.float32), towards.T.astype(np.float32)
+    nearest = np.concatenate([np.argmax(way @ seen, axis=1) for way in np.array_split(ways, HEIGHT)])
+    return light[nearest].reshape(HEIGHT, WIDTH, 3).astype(np.float32)
+
+
 def _spread(light: F64, towards: F64, share: F64, rough: float) -> F32:
     """(HEIGHT, WIDTH, 3): what a surface of that roughness mirrors, seen straight on (GGX)."""
-    width, height = (WIDTH, HEIGHT) if rough < 0.2 else _COARSE
-    a2 = max(rough, 0.09) ** 4
-    rows: list[F64] = []
-    for way in np.array_split(_sphere(width, height), max(1, width * height // 256)):
-        cosine = np.clip(way @ towards.T, -1.0, 1.0)
+    width, height = _COARSE
+    a2 = rough**4
+    weighted = np.column_stack((light * share[:, None], share)).astype(np.float32)
+    rows: list[F32] = []
+    for way in np.array_split(_sphere(width, height), height):
+        cosine = np.clip(way.astype(np.float32) @ towards.T.astype(np.float32), -1.0, 1.0)
         nh2 = 0.5 + 0.5 * cosine  # of the half vector between the mirrored direction and the light's
-        weight = share * np.maximum(cosine, 0.0) / (nh2 * (a2 - 1.0) + 1.0) ** 2
-        rows.append(weight @ light / weight.sum(axis=1, keepdims=True))
+        total = (np.maximum(cosine, 0.0) / (nh2 * (a2 - 1.0) + 1.0) ** 2) @ weighted
+        rows.append(np.asarray(total[:, :3] / total[:, 3:], np.float32))
     image = np.concatenate(rows).reshape(height, width, 3).astype(np.float32)
-    if (width, height) == (WIDTH, HEIGHT):
-        return image
     # Round the sphere, so that the map's ends meet.
     wide = cv2.resize(np.hstack((image, image, image)), (3 * WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)
     return np.maximum(np.asarray(wide, np.float32)[:, WIDTH : 2 * WIDTH], 0.0)
