@@ -64,6 +64,7 @@ class Avatar:
     albedo: (H, W, 3) sRGB texture of the mesh and the eyeballs, first row at the top (v = 1).
     coarser: the same person with fewer and fewer vertices, for pictures in which they are small.
     registration: transforms of the texture that the texture coordinates have in them.
+    wrinkles: what it wears, as a file of sets says it (`vistel.wrinkle.wardrobe`); empty where nothing is said.
     """
 
     name: str
@@ -74,6 +75,7 @@ class Avatar:
     albedo: U8
     coarser: tuple[Avatar, ...] = ()
     registration: tuple[Registration, ...] = ()
+    wrinkles: str = ""
 
 
 def scaled(avatar: Avatar, height: float) -> Avatar:

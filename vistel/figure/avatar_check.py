@@ -15,6 +15,8 @@ MOST_VERTICES, MOST_TRIANGLES = 200_000, 400_000
 MOST_LEVELS = 6
 MOST_TEXELS = 4096
 """Along a side of the texture."""
+MOST_WRINKLES = 1 << 18
+"""Letters of what says which wrinkles it wears."""
 
 
 def check_avatar(avatar: Avatar, where: str) -> None:
@@ -25,6 +27,8 @@ def check_avatar(avatar: Avatar, where: str) -> None:
         raise AvatarFileError(f"{where}: {fault}") from fault
     if len(avatar.coarser) > MOST_LEVELS or len(avatar.eyeballs) > 2:
         raise AvatarFileError(f"{where}: {len(avatar.coarser)} levels, {len(avatar.eyeballs)} eyeballs")
+    if len(avatar.wrinkles) > MOST_WRINKLES:
+        raise AvatarFileError(f"{where}: wrinkles of {len(avatar.wrinkles)} letters, expected at most {MOST_WRINKLES}")
     texels = avatar.albedo
     if texels.dtype != np.uint8 or texels.ndim != 3 or texels.shape[2] != 3 or not 0 < max(texels.shape) <= MOST_TEXELS:
         raise AvatarFileError(f"{where}: a texture of {texels.shape}, expected at most {MOST_TEXELS} texels along a side")

@@ -43,6 +43,8 @@ def save_avatar(avatar: Avatar, path: Path) -> None:
         "eyeballs": np.array(len(avatar.eyeballs)),
         "levels": np.array(1 + len(avatar.coarser)),
     }
+    if avatar.wrinkles:
+        arrays["wrinkles"] = np.array(avatar.wrinkles)
     for array in _BODY_ARRAYS:
         arrays[f"body.{array}"] = getattr(avatar.body, array)
     for k, level in enumerate((avatar, *avatar.coarser)):
@@ -79,7 +81,8 @@ def load_avatar(path: Path) -> Avatar:
                     for i in range(1 + int(file["eyeballs"]))
                 )
                 levels.append(Avatar(name, skeleton, body, mesh, tuple(eyeballs), albedo))
-            return replace(levels[0], coarser=tuple(levels[1:]))
+            wrinkles = str(file["wrinkles"]) if "wrinkles" in file else ""
+            return replace(levels[0], coarser=tuple(levels[1:]), wrinkles=wrinkles)
     except (
         KeyError,
         ValueError,

@@ -155,7 +155,8 @@ def _joint_nodes(avatar: Avatar) -> list[dict[str, Any]]:
 def _kept(avatar: Avatar) -> dict[str, Any]:
     """What no other program needs, numbers exactly."""
     b = avatar.body
-    return {
+    wears = {"wrinkles": avatar.wrinkles} if avatar.wrinkles else {}
+    return wears | {
         "format": FORMAT, "name": avatar.name, "registration": [asdict(r) for r in avatar.registration],
         "rest": avatar.skeleton.rest.tolist(), "tip": avatar.skeleton.tip.tolist(),
         "primitives": {

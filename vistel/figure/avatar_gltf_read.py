@@ -61,7 +61,8 @@ def _restored(document: Document, kept: dict[str, Any], path: Path) -> Avatar | 
         albedo = decode(document.picture(0), 16384)
     except MakingError as fault:
         raise AvatarFileError(f"{path}: its texture: {fault}") from fault
-    avatar = Avatar(str(kept["name"]), skeleton, body, meshes[0], tuple(meshes[1:]), albedo, (), _registration(kept))
+    wears = str(kept.get("wrinkles", ""))
+    avatar = Avatar(str(kept["name"]), skeleton, body, meshes[0], tuple(meshes[1:]), albedo, (), _registration(kept), wears)
     return with_coarser(avatar, manifold=soundness(avatar.mesh.triangles, len(avatar.mesh.vertices)).manifold)
 
 

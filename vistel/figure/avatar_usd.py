@@ -106,6 +106,8 @@ def _write(avatar: Avatar, path: Path, texture: str) -> None:
         keep(prim, f"primitive:{name}", types.Double3Array, Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(points, np.float64)))
     for name, radii in (("radiusA", body.radius_a), ("radiusB", body.radius_b)):
         keep(prim, f"primitive:{name}", types.DoubleArray, Vt.DoubleArray.FromNumpy(np.ascontiguousarray(radii, np.float64)))
+    if avatar.wrinkles:
+        keep(prim, "wrinkles", types.String, avatar.wrinkles)
     if avatar.registration:
         kept = avatar.registration
         keep(prim, "registration:island", types.IntArray, [r.island for r in kept])
@@ -296,7 +298,8 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
             strict=True,
         )  # fmt: skip
         kept = tuple(Registration(i, (m[0], m[1]), turn, scale, (c[0], c[1])) for i, m, turn, scale, c in rows)
-    return replace(levels[0], coarser=tuple(levels[1:]), registration=kept)
+    wrinkles = str(get(root, "vistel:wrinkles")) if root.HasAttribute("vistel:wrinkles") else ""
+    return replace(levels[0], coarser=tuple(levels[1:]), registration=kept, wrinkles=wrinkles)
 
 
 def check_body(body: Body, skeleton: Skeleton, path: Path) -> None:

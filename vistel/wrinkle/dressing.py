@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.making.pictures import atlas
 from vistel.figure.people.bake import rasterise
-from vistel.wrinkle.region import Tube, builtin_regions, sides_of, tube
+from vistel.wrinkle.errors import WrinkleError
+from vistel.wrinkle.region import Region, Tube, builtin_regions, sides_of, tube
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -58,16 +59,19 @@ class Dressed:
 
 
 def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) -> Dressed:
-    """The avatar with a chart for each of the regions, on all levels. Registrations of its islands become part of the texture."""
+    """The avatar with a chart for each of the regions that it has, on all levels. Registrations of its islands become part of the
+    texture."""
     known = builtin_regions()
-    tubes = [tube(avatar, known[name], side) for name in regions for side in sides_of(known[name])]
+    tubes = [one for name in regions for side in sides_of(known[name]) if (one := _there(avatar, known[name], side)) is not None]
+    if not tubes:
+        return Dressed(avatar, ())
     spans: list[tuple[float, float]] = []
     for one in tubes:
         at = one.place(avatar.mesh.vertices[one.member])[:, 1]
         spans.append((float(at.min()) - BEFORE, float(at.max()) + BEFORE))
     wide = sum(one.plane[0] for one in tubes) * (1.0 + BEFORE + MARGIN)
     density = min(TEXELS_PER_METRE, (avatar.albedo.shape[1] - len(tubes)) / max(wide, 1e-6))
-    pictures = [_copied(avatar, one, span, density) for one, span in zip(tubes, spans, strict=True)]
+    pictures = [unrolled(avatar, one, span, density) for one, span in zip(tubes, spans, strict=True)]
     albedo, where = _even(*atlas([avatar.albedo, *pictures]))
     charts = tuple(_chart(one.name, span, box) for one, span, box in zip(tubes, spans, where[1:], strict=True))
 
@@ -79,6 +83,15 @@ def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) 
         return replace(of, mesh=mesh, eyeballs=eyes, albedo=albedo, registration=(), coarser=())
 
     return Dressed(replace(level(avatar), coarser=tuple(level(x) for x in avatar.coarser)), charts)
+
+
+def _there(avatar: Avatar, region: Region, side: str) -> Tube | None:
+    """The region on the avatar, if it has one."""
+    try:
+        one = tube(avatar, region, side)
+    except WrinkleError:
+        return None
+    return one if one.member[avatar.mesh.triangles].all(axis=1).any() else None
 
 
 def _even(picture: U8, where: F64) -> tuple[U8, F64]:
@@ -110,8 +123,9 @@ def _turns(one: Tube, mesh: Mesh, triangles: I64) -> F64:
     return at
 
 
-def _copied(avatar: Avatar, one: Tube, span: tuple[float, float], density: float) -> U8:
-    """(H, W, 3) colour of a region on its plane, v of `span`, the lowest at the bottom; density: texels per metre."""
+def unrolled(avatar: Avatar, one: Tube, span: tuple[float, float], density: float) -> U8:
+    """(H, W, 3) colour of a region on its plane, v of `span`, the lowest at the bottom; u goes on by BEFORE and MARGIN beyond once
+    round. density: texels per metre."""
     mesh = avatar.mesh
     plane = one.plane
     width, height = 1.0 + BEFORE + MARGIN, span[1] - span[0]

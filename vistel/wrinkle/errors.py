@@ -24,11 +24,19 @@ class Entry(BaseModel):
 def read_toml(path: Path) -> dict[str, Any]:
     """The tables of a file. Raises WrinkleError."""
     try:
-        return tomllib.loads(path.read_text("utf-8"))
+        return parsed(path.read_text("utf-8"), path)
     except OSError as fault:
         raise WrinkleError(f"{path}: cannot be read: {fault.strerror or fault}") from fault
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+    except UnicodeDecodeError as fault:
         raise WrinkleError(f"{path}: not valid TOML: {fault}") from fault
+
+
+def parsed(text: str, source: Path | str) -> dict[str, Any]:
+    """The tables of a text. Raises WrinkleError, one line that names `source`."""
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as fault:
+        raise WrinkleError(f"{source}: not valid TOML: {fault}") from fault
 
 
 def checked(model: type[M], data: dict[str, Any], source: Path | str) -> M:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +14,7 @@ from pydantic import Field
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.errors import Entry, WrinkleError, checked, read_toml
 from vistel.wrinkle.instance import Instance
+from vistel.wrinkle.shape import Shape
 from vistel.wrinkle.shape_file import shape_of
 
 F64 = NDArray[np.float64]
@@ -41,11 +42,11 @@ class WrinkleEntry(Entry):
     wrinkledness: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     seed: int = 0
 
-    def instance(self, plane: tuple[float, float], folder: Path | None, scale: float = 1.0) -> Instance:
-        """The wrinkle on a plane (width, height) [m], lengths times `scale`. Raises WrinkleError."""
+    def instance(self, plane: tuple[float, float], shape: Shape, scale: float = 1.0) -> Instance:
+        """The wrinkle, of `shape`, on a plane (width, height) [m], lengths times `scale`."""
         across, along = self.size if isinstance(self.size, tuple) else (self.size, self.size)
         return Instance(
-            shape_of(self.shape, folder), (self.at[0] * plane[0], self.at[1] * plane[1]), (scale * across, scale * along),
+            shape, (self.at[0] * plane[0], self.at[1] * plane[1]), (scale * across, scale * along),
             scale * self.thickness, scale * self.intensity, math.radians(self.turn), self.mirrored, self.wrinkledness, self.seed,
         )  # fmt: skip
 
@@ -67,19 +68,20 @@ def load_sheet(path: Path) -> tuple[Sheet, list[Instance]]:
     sheet = checked(Sheet, read_toml(path), path)
     if sheet.texture is not None:
         sheet = sheet.model_copy(update={"texture": path.parent / sheet.texture})
-    return sheet, instances(sheet.wrinkles, sheet.size, path, wraps=sheet.wraps)
+    return sheet, instances(sheet.wrinkles, sheet.size, path, lambda name: shape_of(name, path.parent), wraps=sheet.wraps)
 
 
 def instances(
-    wrinkles: Sequence[WrinkleEntry], plane: tuple[float, float], source: Path, *, wraps: bool, scale: float = 1.0
-) -> list[Instance]:
-    """The wrinkles of a file on a plane (width, height) [m]. Raises WrinkleError for what is not in the taxonomy or lies
-    off the plane."""
+    wrinkles: Sequence[WrinkleEntry], plane: tuple[float, float], source: Path | str, shape: Callable[[str], Shape], *, wraps: bool,
+    scale: float = 1.0,
+) -> list[Instance]:  # fmt: skip
+    """The wrinkles of a file on a plane (width, height) [m]; shape: by its name. Raises WrinkleError for what is not in the
+    taxonomy or lies off the plane."""
     out: list[Instance] = []
     faults: list[str] = []
     for k, entry in enumerate(wrinkles):
         try:
-            made = entry.instance(plane, source.parent, scale)
+            made = entry.instance(plane, shape(entry.shape), scale)
         except WrinkleError as fault:
             faults.append(f"{source}: wrinkles[{k}].shape: {fault}")
             continue

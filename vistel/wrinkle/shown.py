@@ -183,6 +183,6 @@ def _level(worn: Worn, near: Sequence[Flags], channel: NDArray[np.int8]) -> Leve
             pull[each.drawn[free], c] = each.shift[free, 1]
     start = np.cumsum([0, *(len(each.vertex) for each in worn.sets)]).astype(np.int32)
     return LevelWrinkles(
-        len(worn.avatar.mesh.vertices), start, np.concatenate([e.vertex for e in worn.sets]).astype(np.int32),
-        np.concatenate([e.height for e in worn.sets]).astype(np.float32), sets, pull,
+        len(worn.avatar.mesh.vertices), start, np.concatenate([start[:0], *(e.vertex for e in worn.sets)]).astype(np.int32),
+        np.concatenate([pull[:0, 0], *(e.height for e in worn.sets)]).astype(np.float32), sets, pull,
     )  # fmt: skip

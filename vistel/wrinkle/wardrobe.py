@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from vistel.wrinkle.drive import Drive, Finite
-from vistel.wrinkle.errors import Entry, WrinkleError, checked, read_toml
+from vistel.wrinkle.errors import Entry, WrinkleError, checked, parsed, read_toml
 from vistel.wrinkle.region import Region, builtin_regions
-from vistel.wrinkle.shape import Name
+from vistel.wrinkle.shape import Name, Shape
+from vistel.wrinkle.shape_file import shape_of
 from vistel.wrinkle.sheet import WrinkleEntry, instances
 
 F64 = NDArray[np.float64]
 
 FOLDER = Path(__file__).with_name("sets")
+MOST_WRINKLES = 1000
+"""Of all sets of a file."""
 
 
 class SetEntry(Entry):
@@ -58,29 +61,59 @@ class SetEntry(Entry):
         return np.interp(v, at, by, left=0.0, right=0.0)
 
 
-class _File(Entry):
+class SetsFile(Entry):
+    """A file of sets. shapes: those of its own, beside the built-in ones and those in files of their own."""
+
+    shapes: Annotated[tuple[Shape, ...], Field(max_length=64)] = ()
     sets: Annotated[list[SetEntry], Field(min_length=1, max_length=64)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class WrinkleSet:
-    """A set, its region and the file it is from."""
+    """A set, its region, the shapes that its wrinkles name, and what it is from."""
 
     entry: SetEntry
     region: Region
-    source: Path
+    shapes: Mapping[str, Shape]
+    source: Path | str
+
+    def shape(self, name: str) -> Shape:
+        """One that its wrinkles name."""
+        return self.shapes[name]
 
 
 def load_sets(path: Path) -> list[WrinkleSet]:
     """Read and check a file of sets. Raises WrinkleError, one line per fault."""
+    return sets_of(read_toml(path), path, lambda name: shape_of(name, path.parent))
+
+
+def sets_in(text: str, source: str) -> list[WrinkleSet]:
+    """The sets of a text such as `wardrobe_text` writes: shapes are built-in or in the text itself, for it may be a stranger's.
+    Raises WrinkleError, one line per fault, which begins with `source`."""
+    return sets_of(parsed(text, source), source, _builtin)
+
+
+def sets_of(data: dict[str, Any], source: Path | str, look: Callable[[str], Shape]) -> list[WrinkleSet]:
+    """The sets of a file's tables; look: finds a shape that is not in it. Raises WrinkleError, one line per fault."""
     known = builtin_regions()
+    file = checked(SetsFile, data, source)
+    own = {shape.name: shape for shape in file.shapes}
+    found: dict[str, Shape] = {}
+
+    def shape(name: str) -> Shape:
+        if name not in found:
+            found[name] = own[name] if name in own else look(name)
+        return found[name]
+
+    if (wrinkles := sum(len(entry.wrinkles) for entry in file.sets)) > MOST_WRINKLES:
+        raise WrinkleError(f"{source}: {wrinkles} wrinkles, expected at most {MOST_WRINKLES}")
     out: list[WrinkleSet] = []
-    for k, entry in enumerate(checked(_File, read_toml(path), path).sets):
+    for k, entry in enumerate(file.sets):
         if entry.region not in known:
-            raise WrinkleError(f"{path}: sets[{k}].region: is {entry.region!r}, expected one of {', '.join(known)}")
+            raise WrinkleError(f"{source}: sets[{k}].region: is {entry.region!r}, expected one of {', '.join(known)}")
         # A plane of the usual size: off its edges here is off them on everybody.
-        instances(entry.wrinkles, (1.0, 1.0), path, wraps=True, scale=1e-6)
-        out.append(WrinkleSet(entry, known[entry.region], path))
+        instances(entry.wrinkles, (1.0, 1.0), source, shape, wraps=True, scale=1e-6)
+        out.append(WrinkleSet(entry, known[entry.region], {w.shape: shape(w.shape) for w in entry.wrinkles}, source))
     return out
 
 
@@ -96,3 +129,9 @@ def wardrobe(names: Sequence[str | Path] = ("shirt", "trousers", "face", "hands"
                 raise WrinkleError(f"no wrinkles called {str(name)!r}; there are {there}, or a file that ends in .toml")
         out += load_sets(path)
     return out
+
+
+def _builtin(name: str) -> Shape:
+    if name.endswith(".toml"):
+        raise WrinkleError(f"is {name!r}: no files here; expected a built-in shape or one of shapes")
+    return shape_of(name)

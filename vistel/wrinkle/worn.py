@@ -7,7 +7,9 @@ For each frame a posture gives weights; weights give a displacement of the skin 
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +21,8 @@ from vistel.figure.posture import JointPose
 from vistel.wrinkle.displacement import Map, displacement_map
 from vistel.wrinkle.dressing import Chart
 from vistel.wrinkle.drives import Drives
+from vistel.wrinkle.errors import WrinkleError
+from vistel.wrinkle.fit import unfit
 from vistel.wrinkle.opening import between_the_lips
 from vistel.wrinkle.region import Tube, sides_of, tube
 from vistel.wrinkle.sheet import instances
@@ -29,6 +33,8 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 U8 = NDArray[np.uint8]
+
+log = logging.getLogger("vistel.wrinkle")
 
 REFERENCE_HEIGHT = 1.75
 """Of whom lengths in files of sets are said [m]."""
@@ -68,6 +74,8 @@ class Worn:
 
     charts: of `vistel.wrinkle.dressing.dressed`; cloth only moves on regions that have one. textures: whether to make what
     the texture needs too. finest: what the finest level of detail of the same avatar wears, for a coarser one.
+
+    Regions that the avatar has not, or that have no texture coordinates, stay without wrinkles: `left_out` says why, by name.
     """
 
     def __init__(
@@ -80,7 +88,15 @@ class Worn:
         self._maps: dict[str, Map] = {}
         self._texels = _Texels(avatar) if textures else None
         self._charts = {c.name: c for c in charts}
-        self.sets = tuple(self._worn(each, side) for each in sets for side in sides_of(each.region))
+        self.left_out: dict[str, str] = {}
+        self._fitting: set[str] = set()
+        if finest is None:
+            every = [(each, side) for each in sets for side in sides_of(each.region) if self._fits(each, side)]
+        else:
+            every = [(each.what, each.side) for each in finest.sets]
+        for name, reason in self.left_out.items():
+            log.warning("event=wrinkles_left_out avatar=%s region=%s reason=%r", avatar.name, name, reason)
+        self.sets = tuple(self._worn(each, side) for each, side in every)
         self.drives = Drives.of([(s.what.entry.drive, s.side) for s in self.sets])
         self.memory = np.array([s.what.entry.memory for s in self.sets])
 
@@ -124,6 +140,21 @@ class Worn:
             raise ValueError("worn without textures")
         return self._texels.covered
 
+    def wearing(self, sets: Sequence[WrinkleSet]) -> Worn:
+        """The same avatar in other sets, for who edits them: only those that are new objects are laid anew."""
+        out = copy(self)
+        out._maps, out.left_out = dict(self._maps), dict(self.left_out)
+        known = {(id(s.what), s.side): s for s in self.sets}
+        every = [(each, side) for each in sets for side in sides_of(each.region) if out._fits(each, side)]
+        out.sets = tuple(known.get((id(each), side)) or out._worn(each, side) for each, side in every)
+        out.drives = Drives.of([(s.what.entry.drive, s.side) for s in out.sets])
+        out.memory = np.array([s.what.entry.memory for s in out.sets])
+        return out
+
+    def heights(self, of: WornSet) -> Map | None:
+        """The displacement map of one of `sets` on its region's plane, weight 1; None where it has no wrinkles."""
+        return self._maps.get(of.name)
+
     def tube_of(self, each: WrinkleSet, side: str) -> Tube:
         """The region of a set on this avatar."""
         name = side + each.region.name
@@ -132,6 +163,23 @@ class Worn:
             self._tubes[name] = tube(self.avatar, each.region, side, like=like)
         return self._tubes[name]
 
+    def _fits(self, each: WrinkleSet, side: str) -> bool:
+        name = side + each.region.name
+        if name in self.left_out or name in self._fitting:
+            return name in self._fitting
+        try:
+            around = self.tube_of(each, side)
+        except WrinkleError as fault:
+            reason: str | None = str(fault).removeprefix(f"region {name}: ")
+        else:
+            painted = self._texels is not None and name not in self._charts
+            reason = unfit(self.avatar, around, self._texels.owner if painted and self._texels else None)
+        if reason is None:
+            self._fitting.add(name)
+        else:
+            self.left_out[name] = reason
+        return reason is None
+
     def _map(self, each: WrinkleSet, side: str, around: Tube) -> Map | None:
         """The heights of a set on its plane, None where it has no wrinkles; those of the finest level, where there is one."""
         if not each.entry.wrinkles:
@@ -139,7 +187,7 @@ class Worn:
         if self._finest is not None:
             return self._finest._maps[side + each.entry.name]
         scale = self.avatar.skeleton.height / REFERENCE_HEIGHT
-        wrinkles = instances(each.entry.wrinkles, around.plane, each.source, wraps=True, scale=scale)
+        wrinkles = instances(each.entry.wrinkles, around.plane, each.source, each.shape, wraps=True, scale=scale)
         texels = min(TEXELS[each.entry.material], round(max(around.plane) / FINEST))
         of = displacement_map(wrinkles, around.plane, texels, wraps=True)
         self._maps[side + each.entry.name] = of
@@ -199,24 +247,24 @@ class _Texels:
         uv = avatar.mesh.uv.astype(np.float64) * np.array((width, height)) / size
         uv[:, 1] += 1.0 - height / size
         owner, weight = rasterise(uv, avatar.mesh.corner_triangles.astype(np.int64), size)
-        self._owner, weight = owner[:height, :width].ravel(), weight[:height, :width].reshape(-1, 2)
+        self.owner, weight = owner[:height, :width].ravel(), weight[:height, :width].reshape(-1, 2)
         self._weight = np.concatenate((weight, 1.0 - weight.sum(axis=1, keepdims=True)), axis=1)
 
     def between_the_lips(self, avatar: Avatar) -> tuple[I64, F32]:
         """See `vistel.wrinkle.opening`."""
-        return between_the_lips(avatar, self._owner, self._weight.astype(np.float32))
+        return between_the_lips(avatar, self.owner, self._weight.astype(np.float32))
 
     @property
     def covered(self) -> NDArray[np.bool_]:
         """(H, W) whether a texel shows a point at all."""
-        return (self._owner >= 0).reshape(self._shape)
+        return (self.owner >= 0).reshape(self._shape)
 
     def of(self, around: Tube) -> tuple[I64, F64, F32]:
         """(M,) texels of a region, (M, 2) their u and v, (M,) their attenuation."""
         if around.name not in self._known:
             mine = np.any(around.attenuation[self._mesh.triangles] > 0.0, axis=1)
-            texel = np.flatnonzero((self._owner >= 0) & mine[self._owner])
-            corner, w = self._mesh.triangles[self._owner[texel]], self._weight[texel]
+            texel = np.flatnonzero((self.owner >= 0) & mine[self.owner])
+            corner, w = self._mesh.triangles[self.owner[texel]], self._weight[texel]
             attenuation = (around.attenuation[corner] * w).sum(axis=1)
             texel, corner, w = texel[attenuation > 0.0], corner[attenuation > 0.0], w[attenuation > 0.0]
             points = (self._mesh.vertices[corner] * w[..., None]).sum(axis=1)

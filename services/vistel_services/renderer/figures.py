@@ -177,7 +177,8 @@ class Person:
         if wears:
             made = dressed(avatar)
             whole = shown(made, wears)
-            avatar, worn, self.wearing = made.avatar, whole.levels, Wearing(whole)
+            if whole.names:
+                avatar, worn, self.wearing = made.avatar, whole.levels, Wearing(whole)
         picture = None if self.wearing is None else self.wearing.whole.picture
         self._finest = _Level(avatar, None, worn[0], picture)
         coarser = zip(avatar.coarser, worn[1:], strict=True)

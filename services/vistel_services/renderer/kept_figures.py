@@ -25,7 +25,8 @@ from vistel.figure.avatar_builtin import by_turns, default_cache
 from vistel.figure.layers import skin
 from vistel.implicit.kernel_jit import stamp_of
 from vistel.wrinkle import shown
-from vistel.wrinkle.wardrobe import FOLDER, wardrobe
+from vistel.wrinkle.errors import WrinkleError
+from vistel.wrinkle.wardrobe import FOLDER, WrinkleSet, sets_in, wardrobe
 from vistel_services.renderer import figures
 from vistel_services.renderer.figures import Person
 
@@ -36,7 +37,8 @@ MOST_KEPT = 1 << 30
 
 
 def person_of(avatar: Avatar, cache: Path | None = None, wears: Sequence[str] = ()) -> Person:
-    """The figure of an avatar: read back if it was made before, else made and kept. wears: names of built-in wrinkles.
+    """The figure of an avatar: read back if it was made before, else made and kept. wears: names of built-in wrinkles;
+    without, those that the avatar's file says, and none with a line in the log where that cannot be read.
 
     Processes of a machine that want the same one take turns. A folder that cannot be used costs only the keeping.
     """
@@ -47,14 +49,24 @@ def person_of(avatar: Avatar, cache: Path | None = None, wears: Sequence[str] = 
     with by_turns(path.with_suffix(".lock")):
         if (kept := _read(path)) is not None:
             return kept
-        person = Person(avatar, wears=wardrobe(wears) if wears else ())
+        person = Person(avatar, wears=wardrobe(wears) if wears else _own_wrinkles(avatar))
         _write(path, person)
     return person
 
 
+def _own_wrinkles(avatar: Avatar) -> list[WrinkleSet]:
+    if not avatar.wrinkles:
+        return []
+    try:
+        return sets_in(avatar.wrinkles, f"avatar {avatar.name!r}: wrinkles")
+    except WrinkleError as fault:
+        log.warning("event=wrinkles_refused reason=%r action=none_worn", str(fault).splitlines()[0])
+        return []
+
+
 def _digest(avatar: Avatar, wears: Sequence[str]) -> str:
     made_by = f"{sys.version} {np.__version__} {_CODE}"
-    if wears:
+    if wears or avatar.wrinkles:
         files = sorted(FOLDER.parent.rglob("*.toml"))
         made_by += " ".join(wears) + "".join(f.read_text("utf-8") for f in files)
     return hashlib.blake2b(made_by.encode() + pickle.dumps(avatar, 5), digest_size=16).hexdigest()

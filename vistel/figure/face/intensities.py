@@ -17,20 +17,23 @@ from vistel.implicit.kernel_jit import compiled
 F64 = NDArray[np.float64]
 
 WORTH_M = 0.0016
-"""A unit must explain more than this of the marks' motion to be there."""
-MOST_UNITS, SWEEPS = 7, 30
+"""A unit, or a unit with its twin on the other side, must explain more than this of the marks' motion to be there."""
+MOST_ROUNDS, SWEEPS = 7, 40
 FAR_M = 0.06
 """A mark farther than this from its rest is none of the face."""
 
 
 class MarkReader:
-    """From marks to units: one after the other the one that explains most of what is left, each between 0 and its most."""
+    """From marks to units: bounded least squares over few of them. One after the other enters what explains most of what is left,
+    a unit alone or both sides of it together, for faces are more often even than not; then all that are in are fitted anew."""
 
     def __init__(self, rules: FaceRules) -> None:
         self.rules = rules
         self._patterns = np.array([u.pattern.ravel() for u in rules.units]).T
         self._most = np.array([u.unit.most if u.unit.marks else 0.0 for u in rules.units])
         self._size = np.linalg.norm(self._patterns, axis=0)
+        place = {u.name: k for k, u in enumerate(rules.units)}
+        self._twin = np.array([place[f"right_{u.unit.name}"] if u.side > 0 else -1 for u in rules.units])
 
     def strongest(self, intensity: F64) -> int | None:
         """The unit that moves the marks most; None where none does."""
@@ -50,38 +53,49 @@ class MarkReader:
         p = self._patterns * weight[:, None]
         gram, drive = p.T @ p, p.T @ d
         out = np.zeros(len(self._most))
-        _explain(gram, drive, self._most, WORTH_M * WORTH_M, out)
+        _explain(gram, drive, self._most, self._twin, WORTH_M * WORTH_M, out)
         moved[~good] = np.nan
         return out, moved
 
 
 @compiled
-def _explain(gram: F64, drive: F64, most: F64, worth: float, out: F64) -> None:
-    """Bounded least squares, in which a unit enters only if it takes `worth` off the sum of squares."""
-    active = np.zeros(len(out), np.bool_)
-    for _ in range(MOST_UNITS):
-        best, gain = -1, worth
-        for k in range(len(out)):
-            if active[k] or most[k] <= 0.0 or gram[k, k] <= 1e-12:
+def _explain(gram: F64, drive: F64, most: F64, twin: NDArray[np.int64], worth: float, out: F64) -> None:
+    """Bounded least squares, in which a unit, or it and its `twin` (-1: it has none), enters only if it takes `worth` off the sum
+    of squares."""
+    count = len(out)
+    active = np.zeros(count, np.bool_)
+    slope = drive.copy()
+    for _ in range(MOST_ROUNDS):
+        best, other, gain = -1, -1, worth
+        for k in range(count):
+            if most[k] <= 0.0 or gram[k, k] <= 1e-12:
                 continue
-            slope = drive[k]
-            for j in range(len(out)):
-                slope -= gram[k, j] * out[j]
-            by = min(most[k], max(0.0, slope / gram[k, k]))
-            less = by * (2.0 * slope - by * gram[k, k])
-            if less > gain:
-                best, gain = k, less
+            if not active[k]:
+                by = min(most[k], max(0.0, slope[k] / gram[k, k]))
+                less = by * (2.0 * slope[k] - by * gram[k, k])
+                if less > gain:
+                    best, other, gain = k, -1, less
+            j = twin[k]
+            if j >= 0 and gram[j, j] > 1e-12 and not (active[k] and active[j]):
+                steep, square = slope[k] + slope[j], gram[k, k] + 2.0 * gram[k, j] + gram[j, j]
+                by = min(most[k], max(0.0, steep / square))
+                less = by * (2.0 * steep - by * square)
+                if less > gain:
+                    best, other, gain = k, j, less
         if best < 0:
             break
         active[best] = True
+        if other >= 0:
+            active[other] = True
         for _ in range(SWEEPS):
-            for k in range(len(out)):
-                if not active[k]:
-                    continue
-                slope = drive[k]
-                for j in range(len(out)):
-                    slope -= gram[k, j] * out[j]
-                out[k] = min(most[k], max(0.0, out[k] + slope / gram[k, k]))
+            for k in range(count):
+                if active[k]:
+                    new = min(most[k], max(0.0, out[k] + slope[k] / gram[k, k]))
+                    by = new - out[k]
+                    if by != 0.0:
+                        out[k] = new
+                        for j in range(count):
+                            slope[j] -= by * gram[k, j]
 
 
 class PhoneReader:

@@ -15,12 +15,14 @@ F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 I64 = NDArray[np.int64]
 
-REACH_M, MOST_REST = 0.034, 0.012
+REACH_M, MOST_REST = 0.05, 0.012
 """How far round a mark the skin follows what the rules leave of its motion, and how much of it at most."""
 LID_SPAN = np.radians(34.0)
 """Along the eyeball, from a lid's edge to where the skin no longer follows it."""
 MEET = 0.0
 """Where lids meet, from the lower one's edge upwards: the upper one comes down nearly all the way."""
+JAW_SIDE = 0.020, 0.080
+"""From the middle to the side, where skin follows the jaw wholly and no longer [m, a standard head]."""
 NEUTRAL_GAZE_LID = 0.55
 """Share of the gaze's pitch that the upper lid follows."""
 
@@ -127,14 +129,18 @@ class FaceShape:
         return weight
 
     def _following(self) -> F64:
-        """(F + 13, 13) how skin follows what the rules leave of each mark's motion: all of it at the mark, none at the others."""
-        weight = np.stack([_round(self._p, m, REACH_M * self._scale) for m in self.landmarks.marks], axis=1)
+        """(F + 13, 13) how skin follows what the rules leave of each mark's motion: all of it at the mark, none at the others,
+        smoothly between (Wendland's C2 kernel), each lip its own, and nothing where the face ends."""
+        p, marks, scale = self._p, self.landmarks, self._scale
+        weight = np.stack([_round(p, m, REACH_M * scale) for m in marks.marks], axis=1)
         for name in ("lower_lip", "chin"):
             weight[:, MARK_INDEX[name]] *= self._below
-        weight[:, MARK_INDEX["upper_lip"]] *= 1.0 - self._below
-        own = weight[-MARK_COUNT:]
-        np.fill_diagonal(own, np.maximum(own.diagonal(), 1.0))
-        return weight @ np.linalg.inv(own)
+        for name in ("upper_lip", "left_nose_wing", "right_nose_wing"):
+            weight[:, MARK_INDEX[name]] *= 1.0 - self._below
+        across, up, ahead = (np.abs(p[:, 0] - marks.middle[0]), np.abs(p[:, 1] - marks.middle[1]), p[:, 2] - marks.hinge[2])
+        rim = _smooth((0.11 - across / scale) / 0.03) * _smooth((0.16 - up / scale) / 0.04) * _smooth((ahead / scale + 0.02) / 0.04)
+        own = weight[-MARK_COUNT:] + 1e-3 * np.eye(MARK_COUNT)
+        return rim[:, None] * (weight @ np.linalg.inv(own))
 
     def _jaw_turned(self, p: F64, opens: float, turns: float) -> F64:
         """Turned about the hinge: down by `opens`, to the left by `turns` [rad], each vertex its share."""
@@ -187,19 +193,19 @@ def _jaw_weight(p: F64, below: F64, marks: Landmarks) -> F64:
     mouth = float(np.arctan2(-at[1], at[2]))
     chin = m[MARK_INDEX["chin"]] - marks.hinge
     last = float(np.arctan2(-chin[1], chin[2]))
-    # Beside the mouth the cheek stretches over a hand's breadth of angle.
     half = abs(m[MARK_INDEX["left_mouth_corner"]][0] - m[MARK_INDEX["right_mouth_corner"]][0]) * 0.5
-    across = np.abs(p[:, 0] - marks.middle[0]) / half
-    cheek = _smooth((angle - (mouth - 0.16)) / 0.36)
-    at_lips = (1.0 - _smooth((across - 0.45) / 0.5)) * _smooth((q[:, 2] - 0.045 * scale) / (0.02 * scale))
-    weight = cheek + at_lips * (below - cheek)
-    throat = 1.0 - _smooth((angle - last - 0.3) / 0.45)
+    aside = np.abs(p[:, 0] - marks.middle[0])
+    # Beside the mouth the cheek stretches over a hand's breadth of angle; towards the jaw's corners skin goes along less and less.
+    cheek = _smooth((angle - (mouth - 0.33)) / 0.60)
+    at_lips = (1.0 - _smooth((aside / half - 0.45) / 0.5)) * _smooth((q[:, 2] - 0.045 * scale) / (0.02 * scale))
+    weight = (cheek + at_lips * (below - cheek)) * (1.0 - _smooth((aside / scale - JAW_SIDE[0]) / (JAW_SIDE[1] - JAW_SIDE[0])))
+    throat = 1.0 - _smooth((angle - last - 0.18) / 0.62)
     return weight * throat
 
 
 def _round(p: F64, mark: F64, reach: float) -> F64:
     away = np.linalg.norm(p - mark, axis=1) / reach
-    return np.maximum(0.0, 1.0 - away * away) ** 2
+    return np.maximum(0.0, 1.0 - away) ** 4 * (4.0 * away + 1.0)
 
 
 def _lid(p: F64, centre: F64, scale: float) -> _Lid:
