@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check fuzz bench speech-model proto lock docs clean
+.PHONY: help setup demo test check fuzz bench speech-model proto web lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -38,6 +38,9 @@ speech-model: setup  ## make the Japanese acoustic model anew (docs/explanation/
 proto:  ## generate Python from proto/, after a check for breaking changes
 	$(PY) proto/check.py --accept
 	$(PY) -m grpc_tools.protoc -Iproto --python_out=. --pyi_out=. proto/vistel/v1/*.proto
+
+web:  ## check and bundle the pages of clients/web
+	@cd clients/web && npm install --no-package-lock --no-audit --no-fund --silent && npm run --silent check && npm run --silent build
 
 lock:  ## write requirements.lock anew
 	./scripts/lock.sh

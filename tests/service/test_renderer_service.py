@@ -18,6 +18,7 @@ from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh_bus import Router, ZenohBus
 from vistel_services.renderer import Config, run
+from vistel_services.renderer.outputs import Out
 from vistel_services.renderer.studio import View
 
 pytestmark = pytest.mark.gl
@@ -77,7 +78,7 @@ async def conference(tmp_path: Path, until: float) -> tuple[list, Path]:
     hub = await ZenohBus.open(conference="test", site="hub", clock=clock, endpoints=[router.endpoint])
     delays = hub.subscribe(BY_NAME["image_delay"], queue_all=True)
     video = tmp_path / "tokyo.mp4"
-    config = Config("tokyo", View(320, 180, "seat", "ada", False), 15.0, 0.1, 3, video)
+    config = Config("tokyo", View(320, 180, "seat", "ada", False), 15.0, 0.1, 3, Out(video))
     tasks = [
         asyncio.create_task(publish(sender, clock, ["ada", "grace", "linus"])),
         asyncio.create_task(run(config, receiver, clock)),

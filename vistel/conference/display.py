@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from vistel.conference.devices import Checked, Name
 
@@ -65,6 +66,8 @@ class Display(Checked):
     """fine: soft shadows, and surfaces that mirror the room; auto: fine where a GPU draws, else fast."""
     resolution: Literal["auto", "full"] = "auto"
     """auto: where pictures take too long for `frames_per_s`, fewer pixels are drawn and enlarged."""
+    stream: str = ""
+    """Where browsers see it, "HOST:PORT", or a port of this machine only; "": nowhere."""
     engine: Literal["auto", "cpu", "gpu"] = "auto"
     """What deforms figures; auto: the GPU where one draws, else the CPU."""
     gauges: bool = False
@@ -79,6 +82,22 @@ class Display(Checked):
         names = [screen.name for screen in self.screens]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
+    @property
+    def stream_at(self) -> tuple[str, int] | None:
+        """Host and port of the stream."""
+        if not self.stream:
+            return None
+        host, _, port = self.stream.rpartition(":")
+        return host.removeprefix("[").removesuffix("]") or "127.0.0.1", int(port)
+
+    @field_validator("stream")
+    @classmethod
+    def _is_address(cls, stream: str) -> str:
+        address = r"((\[[0-9a-fA-F:.]+\]|[\w.-]+):)?(?P<port>\d{1,5})"
+        if stream and not ((found := re.fullmatch(address, stream)) and int(found["port"]) < 65536):
+            raise ValueError(f'expected an address and a port, such as "127.0.0.1:8090", or a port, got "{stream}"')
+        return stream
+
             raise ValueError(f"screens: {twice[0]} stands twice")
         if sum(s.width for s in self.screens) > 16384:
             raise ValueError("screens: side by side they are wider than 16384 pixels")

@@ -31,19 +31,19 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world_listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.gl_context import NoOpenGlError
+from vistel_services.renderer.outputs import Out, Outputs
 from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.ready import decor_of
 from vistel_services.renderer.resolution import Resolution
 from vistel_services.renderer.room_deliveries import RoomDeliveries
 from vistel_services.renderer.screens import Screen, Stereo, picture_size
 from vistel_services.renderer.stage import Instant, Stage
+from vistel_services.renderer.stream_address import StreamAddress
 from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.video import VideoWriter
 
 log = logging.getLogger("vistel.renderer")
 
 _FRAMES = Counter("vistel_renderer_frames_total", "Pictures drawn", ["site"])
-_LEFT_OUT = Counter("vistel_renderer_video_left_out_total", "Pictures the video encoder had no time for", ["site"])
 _FRAME_TIME = Histogram(
     "vistel_renderer_frame_time_seconds", "Drawing one picture", ["site"],
     buckets=(0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.25, 0.5, 1.0),
@@ -60,19 +60,17 @@ _NO_GL_RETRY_S = 30.0
 @dataclass(frozen=True)
 class Config:
     """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
-    seats: of the room; video: the MP4 to write, None for none; avatars: files of participants; sound: whether the site's
-    sound is streamed, for the MP4; room: what the conference file says of the room, where files hold some of it;
-    people: the site's participants, whose details of the room are listened to; whole: every pixel is drawn, however long
-    it takes."""
+    seats: of the room; out: where pictures go beside a window; avatars: files of participants; room: what the conference file
+    says of the room, where files hold some of it; people: the site's participants, whose details of the room are listened to;
+    whole: every pixel is drawn, however long it takes."""
 
     site: str
     view: View
     rate: float
     delay_s: float
     seats: int
-    video: Path | None
+    out: Out = field(default_factory=Out)
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
-    sound: bool = False
     room: RoomKeys | None = None
     people: tuple[str, ...] = ()
     whole: bool = False
@@ -90,9 +88,12 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         width, height, shown.view, viewer, shown.window, f"VISTEL {site.name}", shown.engine, shown.layers, screens,
         Stereo(shown.stereo), shown.eye_distance, shown.convergence, shown.wrinkles, shown.light, shown.gauges,
     )  # fmt: skip
+    out = Out(
+        paths.video(site.name) if shown.video else None, StreamAddress(*shown.stream_at) if shown.stream_at else None,
+        bool(site.audio and site.audio.stream),
+    )  # fmt: skip
     return Config(
-        site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats,
-        paths.video(site.name) if shown.video else None, files_of(conference), bool(site.audio and site.audio.stream),
+        site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats, out, files_of(conference),
         conference.room if conference.room.from_files else None, tuple(p.name for p in site.participants),
         shown.resolution == "full",
     )  # fmt: skip
@@ -158,54 +159,41 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     deliveries = Deliveries(bus, stage)
     inputs = _Inputs(bus, stage, clock, config.site, config.people)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
-    video = _open_video(config)
+    outputs = Outputs(config.site, config.out)
     easel = _Easel(config, thread, deliveries, models)
     period_ns = round(1e9 / config.rate)
-    due_ns = clock.now_ns()
-    filming = False
+    somebody = False
     try:
+        await outputs.open((config.view.width, config.view.height), config.rate, clock)
+        due_ns = clock.now_ns()
         while True:
             inputs.take()
             deliveries.take()
             if easel.furnished:
                 furniture.want(stage.looks)
             for sound in inputs.sounds():
-                if video is not None:
-                    video.put_sound(sound.header.t_ns, sound.opus)
+                outputs.put_sound(sound.header.t_ns, sound.opus)
             instant = stage.instant(clock.now_ns())
             picture = await easel.draw(instant)
             if picture is not None:
                 done_ns = clock.now_ns()
                 reporter.drawn(instant, done_ns, easel.stand_ins)
-                # The empty room before anybody has come is not worth keeping.
-                filming = filming or bool(instant.people)
-                if video is not None and filming and not video.put(done_ns, picture):
-                    _LEFT_OUT.labels(config.site).inc()
+                somebody = somebody or bool(instant.people)
+                age_ns = max((p.timing.age_ns for p in instant.people), default=0)
+                outputs.put(done_ns, picture, age_ns, somebody)
             due_ns = max(due_ns + period_ns, clock.now_ns() - period_ns // 4)
             await clock.sleep_until_ns(due_ns)
     finally:
         inputs.close()
         deliveries.close()
         furniture.close()
-        await asyncio.shield(_wind_up(easel, video, thread))
+        await asyncio.shield(_wind_up(easel, outputs, thread))
 
 
-async def _wind_up(easel: _Easel, video: VideoWriter | None, thread: ThreadPoolExecutor) -> None:
+async def _wind_up(easel: _Easel, outputs: Outputs, thread: ThreadPoolExecutor) -> None:
     await easel.close()
-    if video is not None:
-        await asyncio.to_thread(video.close)
-        log.info("event=video_written path=%s frames=%d left_out=%d", video.path, video.written, video.left_out)
+    await outputs.close()
     thread.shutdown(wait=False)
-
-
-def _open_video(config: Config) -> VideoWriter | None:
-    if config.video is None:
-        return None
-    try:
-        return VideoWriter(config.video, config.view.width, config.view.height, config.rate, config.sound)
-    except Exception as e:  # a disk or an encoder that fails must not take the picture away
-        log.error("event=no_video path=%s reason=%r", config.video, str(e))
-        return None
 
 
 class _Inputs:

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from av.error import FFmpegError
 from av.video.frame import PictureType
-from av.video.reformatter import ColorRange, Colorspace
+from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 from numpy.typing import NDArray
 
 from vistel_services.renderer.sound_track import SoundTrack
@@ -65,6 +65,8 @@ class VideoWriter:
         stream.codec_context.thread_count = 1
         stream.codec_context.color_range = ColorRange.MPEG
         stream.codec_context.colorspace = Colorspace.ITU601  # what cv2 makes
+        # Players that are told a part of it only take all of it to be BT.709.
+        stream.codec_context.color_primaries, stream.codec_context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
         stream.codec_context.gop_size = max(1, round(rate))
         stream.options = dict(quality)
         self._stream = stream

@@ -1,0 +1,187 @@
+"""A site's picture and sound for anybody with a browser: a page, and a WebSocket that feeds it (docs/how-to/watch-in-a-browser.md).
+
+Text messages are JSON: "hello" first, "state" every second, "pong" for a page that compares clocks ("ping"); a page says "lost"
+to go on with a key picture. Binary ones hold a kind, a time and a picture or sound (`stream_encoder.message`).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+import socket
+from importlib import resources
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from prometheus_client import Counter, Gauge
+
+from vistel.wire.clock import Clock
+from vistel_services.renderer.stream_address import StreamAddress, answered
+from vistel_services.renderer.stream_encoder import SOUND, StreamEncoder, message
+from vistel_services.renderer.stream_reader import Picture, Reader
+
+if TYPE_CHECKING:
+    from aiohttp import web
+
+log = logging.getLogger("vistel.renderer")
+
+U8 = NDArray[np.uint8]
+
+_READERS = Gauge("vistel_renderer_stream_readers", "Browsers that watch", ["site"])
+_LEFT_OUT = Counter("vistel_renderer_stream_left_out_total", "Pictures readers did not keep up with", ["site"])
+
+MOST_READERS = 16
+_STATE_S = 1.0
+_SILENT_S = 15.0
+"""A reader that has not answered for so long is gone."""
+_CLOSING_S = 0.3
+_SEND_BUFFER = 1 << 18
+"""Of the system, for each reader: what waits there is late."""
+_SERVED = {"/": ("index.html", "text/html"), "/watch.js": ("watch.js", "text/javascript"), "/watch.css": ("watch.css", "text/css")}
+_HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-cache",
+}
+
+
+class Stream:
+    """Serves on the running event loop. Nobody watching: nothing is encoded."""
+
+    def __init__(self, site: str, address: StreamAddress, size: tuple[int, int], rate: float, sound: bool, clock: Clock) -> None:
+        """size: width and height of the pictures; rate: of them per second; sound: whether there will be any."""
+        self._site, self.address, self._sound, self._clock = site, address, sound, clock
+        self._loop = asyncio.get_running_loop()
+        self._encoder = StreamEncoder(*size, rate, self._encoded)
+        self._readers: set[Reader] = set()
+        self._runner: web.AppRunner | None = None
+        self._telling: asyncio.Task[None] | None = None
+        self._drawn = self._told_drawn = 0
+        self._age_ns = 0
+
+    async def open(self) -> None:
+        """Serve. Raises OSError where the address cannot be used."""
+        from aiohttp import web  # noqa: PLC0415  slow to load, and few sites stream
+
+        app = web.Application()
+        for path in _SERVED:
+            app.router.add_get(path, self._page)
+        app.router.add_get("/stream", self._watch)
+        runner = self._runner = web.AppRunner(app, access_log=None, shutdown_timeout=_CLOSING_S)
+        await runner.setup()
+        await web.TCPSite(runner, self.address.host, self.address.port).start()
+        host, port = runner.addresses[0][:2]
+        self.address = StreamAddress(str(host), int(port))
+        self._telling = asyncio.create_task(self._tell())
+        log.info("event=streaming address=http://%s/ reach=%s", self.address, "this_machine" if self.address.local else "network")
+
+    def put(self, t_ns: int, rgba: U8, age_ns: int) -> None:
+        """A picture (h, w, 4) RGBA, first row at the bottom, drawn at `t_ns`, of motions `age_ns` old. It is not changed."""
+        self._drawn += 1
+        self._age_ns = age_ns
+        if self._readers:
+            wants_key = any(r.wants_key and r.form == "h264" for r in self._readers)
+            self._encoder.put(t_ns, rgba, {r.form for r in self._readers}, wants_key)
+
+    def put_sound(self, t_ns: int, opus: bytes) -> None:
+        """A frame of sound (an Opus packet of 20 ms, stereo) whose first sample is heard at `t_ns`."""
+        if opus:
+            for reader in self._readers:
+                reader.play(message(SOUND, t_ns, opus))
+
+    async def close(self) -> None:
+        """Stop serving; readers are told."""
+        if self._telling is not None:
+            self._telling.cancel()
+        if self._runner is not None:
+            await self._runner.cleanup()
+        await asyncio.to_thread(self._encoder.close)
+
+    def _encoded(self, form: str, picture: Picture) -> None:
+        """In the encoder's thread."""
+        with contextlib.suppress(RuntimeError):  # the loop is closed
+            self._loop.call_soon_threadsafe(self._show, form, picture)
+
+    def _show(self, form: str, picture: Picture) -> None:
+        for reader in self._readers:
+            if reader.form == form:
+                before = reader.left_out
+                reader.show(picture)
+                if reader.left_out > before:
+                    _LEFT_OUT.labels(self._site).inc(reader.left_out - before)
+
+    async def _tell(self) -> None:
+        while True:
+            await asyncio.sleep(_STATE_S)
+            drawn = self._drawn - self._told_drawn
+            self._told_drawn = self._drawn
+            state = {
+                "kind": "state", "rate": drawn / _STATE_S, "motion_age_ms": round(self._age_ns * 1e-6),
+                "readers": len(self._readers),
+            }  # fmt: skip
+            for reader in self._readers:
+                reader.tell(json.dumps(state | {"left_out": reader.left_out}))
+
+    async def _page(self, request: web.Request) -> web.Response:
+        from aiohttp import web  # noqa: PLC0415
+
+        if not answered(request.headers.get("Host"), None):
+            raise web.HTTPForbidden(text="ask for this page by the address of its machine\n")
+        name, kind = _SERVED[request.path]
+        text = (resources.files("vistel_services.renderer") / "page" / name).read_text("utf-8")
+        return web.Response(text=text, content_type=kind, charset="utf-8", headers=_HEADERS)
+
+    async def _watch(self, request: web.Request) -> web.StreamResponse:
+        from aiohttp import web  # noqa: PLC0415
+
+        if not answered(request.headers.get("Host"), request.headers.get("Origin")):
+            log.warning("event=stream_refused origin=%r host=%r", request.headers.get("Origin"), request.headers.get("Host"))
+            raise web.HTTPForbidden(text="the stream is for its own page only\n")
+        if len(self._readers) >= MOST_READERS:
+            raise web.HTTPServiceUnavailable(text=f"{MOST_READERS} are watching already\n")
+        socket_of = request.transport.get_extra_info("socket") if request.transport else None
+        if socket_of is not None:
+            socket_of.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
+        connection = web.WebSocketResponse(heartbeat=_SILENT_S, compress=False, max_msg_size=4096)
+        await connection.prepare(request)
+        reader = Reader("jpeg" if request.query.get("form") == "jpeg" else "h264")
+        width, height = self._encoder.size
+        hello = {"kind": "hello", "site": self._site, "width": width, "height": height, "sound": self._sound}
+        reader.tell(json.dumps(hello))
+        self._readers.add(reader)
+        _READERS.labels(self._site).set(len(self._readers))
+        log.info("event=watched by=%s form=%s readers=%d", request.remote, reader.form, len(self._readers))
+        sending = asyncio.create_task(_send(connection, reader))
+        try:
+            async for said in connection:
+                if said.type is web.WSMsgType.TEXT:
+                    self._answer(reader, said.data)
+        finally:
+            sending.cancel()
+            self._readers.discard(reader)
+            _READERS.labels(self._site).set(len(self._readers))
+            log.info("event=watched_no_more by=%s left_out=%d readers=%d", request.remote, reader.left_out, len(self._readers))
+        return connection
+
+    def _answer(self, reader: Reader, text: str) -> None:
+        """A page compares its clock with the conference's, or has lost its place."""
+        try:
+            said = json.loads(text)
+            ping = said.get("ping")
+        except (ValueError, AttributeError):
+            return
+        if said.get("lost") is True:
+            reader.lose()
+        if isinstance(ping, int | float):
+            reader.tell(json.dumps({"kind": "pong", "ping": ping, "t_ms": self._clock.now_ns() * 1e-6}))
+
+
+async def _send(connection: web.WebSocketResponse, reader: Reader) -> None:
+    with contextlib.suppress(ConnectionError):
+        while True:
+            data = await reader.next()
+            await (connection.send_str(data) if isinstance(data, str) else connection.send_bytes(data))

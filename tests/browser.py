@@ -1,0 +1,131 @@
+"""A headless Chromium that a test drives through the DevTools protocol."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import contextlib
+import itertools
+import json
+import os
+import shutil
+import signal
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import cv2
+import numpy as np
+import pytest
+
+_PATIENCE_S = 40.0
+
+
+def chromium() -> str:
+    """Its program; the test is skipped where there is none."""
+    found = next((p for p in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if p), None)
+    if found is None:
+        pytest.skip("no Chromium on this machine")
+    return found
+
+
+class Page:
+    """One tab. messages: what its console said, errors included."""
+
+    def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
+        self._socket, self._ids = socket, itertools.count(1)
+        self._answers: dict[int, asyncio.Future[dict[str, Any]]] = {}
+        self.messages: list[str] = []
+
+    async def listen(self) -> None:
+        """Take answers until the browser goes."""
+        async for said in self._socket:
+            message = json.loads(said.data)
+            if message.get("id") in self._answers:
+                self._answers.pop(message["id"]).set_result(message)
+            elif message.get("method") == "Runtime.exceptionThrown":
+                self.messages.append(message["params"]["exceptionDetails"].get("exception", {}).get("description", "error"))
+            elif message.get("method") == "Log.entryAdded":
+                self.messages.append(message["params"]["entry"]["text"])
+
+    async def call(self, method: str, **params: Any) -> dict[str, Any]:
+        """A method of the protocol. Raises RuntimeError with what the browser says against it."""
+        number = next(self._ids)
+        self._answers[number] = asyncio.get_running_loop().create_future()
+        await self._socket.send_json({"id": number, "method": method, "params": params})
+        answer = await asyncio.wait_for(self._answers[number], _PATIENCE_S)
+        if "error" in answer:
+            raise RuntimeError(f"{method}: {answer['error']['message']}")
+        return answer["result"]
+
+    async def open(self, url: str, width: int = 800, height: int = 520) -> None:
+        await self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        await self.call("Page.navigate", url=url)
+
+    async def value(self, expression: str) -> Any:
+        """Of JavaScript; promises are awaited."""
+        result = await self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        if "exceptionDetails" in result:
+            raise RuntimeError(result["exceptionDetails"].get("exception", {}).get("description", expression))
+        return result["result"].get("value")
+
+    async def until(self, expression: str, within_s: float = _PATIENCE_S) -> Any:
+        """The value of JavaScript once it is true. Raises TimeoutError."""
+        async with asyncio.timeout(within_s):
+            while True:
+                with contextlib.suppress(RuntimeError):  # the page is being loaded
+                    if value := await self.value(expression):
+                        return value
+                await asyncio.sleep(0.05)
+
+    async def picture(self) -> np.ndarray:
+        """What is seen, (h, w, 3) RGB."""
+        data = base64.b64decode((await self.call("Page.captureScreenshot", format="png"))["data"])
+        return cv2.cvtColor(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+
+    async def click(self, selector: str) -> None:
+        """As somebody's mouse does."""
+        box = await self.value(
+            f"(() => {{ const r = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
+            " return [r.x + r.width / 2, r.y + r.height / 2]; })()"
+        )
+        for kind in ("mousePressed", "mouseReleased"):
+            await self.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
+
+
+@contextlib.asynccontextmanager
+async def page(folder: Path, *more: str) -> AsyncIterator[Page]:
+    """A tab of a browser of its own, which keeps what it keeps in `folder`; more: arguments of it."""
+    profile = folder / "chromium"
+    process = await asyncio.create_subprocess_exec(
+        chromium(), "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--mute-audio", "--disable-dev-shm-usage",
+        "--remote-debugging-port=0", f"--user-data-dir={profile}", *more, "about:blank",
+        stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.DEVNULL, start_new_session=True,
+    )  # fmt: skip
+    try:
+        port = await _port(profile / "DevToolsActivePort", process)
+        async with aiohttp.ClientSession() as session:
+            async with session.get(f"http://127.0.0.1:{port}/json/list") as answer:
+                tab = next(t for t in await answer.json() if t["type"] == "page")
+            async with session.ws_connect(tab["webSocketDebuggerUrl"], max_msg_size=0) as socket:
+                opened = Page(socket)
+                listening = asyncio.create_task(opened.listen())
+                for domain in ("Page", "Runtime", "Log"):
+                    await opened.call(f"{domain}.enable")
+                yield opened
+                listening.cancel()
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        await process.wait()
+
+
+async def _port(file: Path, process: asyncio.subprocess.Process) -> int:
+    async with asyncio.timeout(_PATIENCE_S):
+        while True:
+            assert process.returncode is None, "Chromium ended"
+            lines = file.read_text().splitlines() if file.exists() else []
+            if len(lines) == 2:
+                return int(lines[0])
+            await asyncio.sleep(0.05)
