@@ -34,7 +34,7 @@ DATA = Path(__file__).resolve().parents[1].parent / "shared" / "data" / "face" /
 SKIN = 9409
 """Vertices of the face itself; the others are the back of the head, teeth, eyes."""
 MOVES_M = 0.0005
-"""What moves less, in truth and in the reconstruction, is no part of the moving region."""
+"""What moves less is no part of the moving region."""
 EXPECTED = {
     "jawOpen": "AU26", "mouthSmile_L": "left_AU12", "mouthSmile_R": "right_AU12", "eyeBlink_L": "left_AU45",
     "eyeBlink_R": "right_AU45", "browInnerUp_L": "left_AU1", "browInnerUp_R": "right_AU1", "browDown_L": "left_AU4",
@@ -128,13 +128,15 @@ def seen(head: Head, reader: MarkReader, true: F64, name: str, seed: int) -> Exp
 
 
 def measured(head: Head, e: Expression, true: F64) -> tuple[float, float]:
-    """Mean error and mean true motion over what moves [mm]."""
+    """Mean error and mean true motion over what moves in truth [mm]. What moves though it should not adds to the error without
+    widening what the mean is taken over: spreading a motion thin wins nothing."""
     made = head.neutral[:SKIN].copy()
     made[head.shape.vertex] += head.shape.offsets(e)
     motion = np.linalg.norm(true - head.neutral[:SKIN], axis=1)
-    moves = (motion > MOVES_M) | (np.linalg.norm(made - head.neutral[:SKIN], axis=1) > MOVES_M)
-    error = np.linalg.norm(made - true, axis=1)
-    return 1e3 * float(error[moves].mean()), 1e3 * float(motion[moves].mean())
+    moves = motion > MOVES_M
+    wrong = np.linalg.norm(made - true, axis=1)
+    counted = moves | (np.linalg.norm(made - head.neutral[:SKIN], axis=1) > MOVES_M)
+    return 1e3 * float(wrong[counted].sum() / moves.sum()), 1e3 * float(motion[moves].mean())
 
 
 def _lids(name: str, seed: int) -> tuple[float, float]:

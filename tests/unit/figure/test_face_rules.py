@@ -125,7 +125,7 @@ def test_what_the_rules_leave_of_a_mark_is_followed_by_the_skin_round_it(head: t
     made = shape.offsets(Expression(np.zeros(len(RULES.units)), moved))
     at = np.argmin(np.linalg.norm(p - marks.marks[MARK_INDEX["left_cheek"]], axis=1))
     assert made[at, :2] / marks.scale == pytest.approx((0.003, 0.002), abs=5e-4)
-    assert np.abs(made[p[:, 0] < -0.01]).max() < 1e-6
+    assert np.abs(made[p[:, 0] < -0.01]).max() < 1e-4
 
 
 def test_a_face_whose_marks_are_lost_goes_back_to_rest_gently_and_comes_back_gently() -> None:
