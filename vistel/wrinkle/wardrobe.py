@@ -117,6 +117,11 @@ def sets_of(data: dict[str, Any], source: Path | str, look: Callable[[str], Shap
     return out
 
 
+def charted(sets: Sequence[WrinkleSet]) -> list[str]:
+    """Regions of sets that want a texture of their own: for `vistel.wrinkle.dressing.dressed`."""
+    return sorted({each.region.name for each in sets if each.region.charted})
+
+
 def wardrobe(names: Sequence[str | Path] = ("shirt", "trousers", "face", "hands")) -> list[WrinkleSet]:
     """Sets of several files: names of built-in ones, or paths. Raises WrinkleError."""
     out: list[WrinkleSet] = []

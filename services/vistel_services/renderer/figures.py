@@ -30,7 +30,7 @@ from vistel.space.tessellate import join, tessellate
 from vistel.space.things import Primitive
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import LevelWrinkles, shown
-from vistel.wrinkle.wardrobe import WrinkleSet
+from vistel.wrinkle.wardrobe import WrinkleSet, charted
 from vistel_services.renderer.drawn_figures import Corners, Creases, FigureModel, Planned
 from vistel_services.renderer.gpu_deform import SkinShape
 from vistel_services.renderer.wearing import Wearing
@@ -175,7 +175,7 @@ class Person:
         self.wearing: Wearing | None = None
         worn: tuple[LevelWrinkles | None, ...] = (None,) * (1 + len(avatar.coarser))
         if wears:
-            made = dressed(avatar)
+            made = dressed(avatar, charted(wears))
             whole = shown(made, wears)
             if whole.names:
                 avatar, worn, self.wearing = made.avatar, whole.levels, Wearing(whole)

@@ -19,7 +19,8 @@ from vistel_services.renderer.kept_figures import person_of
 
 @pytest.fixture(scope="module")
 def coarse() -> Avatar:
-    return replace(builtin_avatar("builtin:seed=3", name="eva", height=1.70).coarser[-1], coarser=())
+    whole = builtin_avatar("builtin:seed=3", name="eva", height=1.70).coarser[-1]
+    return replace(whole, albedo=np.ascontiguousarray(whole.albedo[::2, ::2]), coarser=())
 
 
 def bent() -> Posture:
