@@ -4,37 +4,35 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from scripts.speech_model.texts import training_texts
-from scripts.speech_model.voices import Spoken, drawn, espeak, hts_voices, open_jtalk
+from scripts.speech_model.voices import Manner, Spoken, drawn, espeak, hts_voices, mixed, open_jtalk
 from vistel.speech.phones import PHONES
 
 PACK = 100
 HTS_TRAINING = {
-    "nitech_jp_atr503_m001": 8,
-    "tohoku-f01-neutral": 3,
-    "tohoku-f01-happy": 3,
-    "tohoku-f01-sad": 3,
-    "tohoku-f01-angry": 3,
+    "nitech_jp_atr503_m001": 2,
+    "tohoku-f01-neutral": 2,
+    "tohoku-f01-happy": 2,
+    "tohoku-f01-sad": 2,
+    "tohoku-f01-angry": 2,
+    "takumi_normal": 2,
+    "takumi_happy": 2,
+    "takumi_angry": 2,
 }
 """Packs of each voice. The voice "mei" and the ESPEAK_TEST variants are held out for tests."""
+HTS_MIXED = (*HTS_TRAINING, "takumi_sad")
+"""Voices of which everybody in the packs "mixed" is made, no one of them alone. "takumi_sad" is for choosing settings."""
+MIXED_PACKS = 12
 ESPEAK_TRAINING = (
     "m1", "m2", "m3", "m4", "m6", "f1", "f2", "f4", "Andy", "Annie", "Denis", "Gene", "Henrique", "Iven", "Jacky", "Lee", "Mario",
     "Michael", "Mike", "Pedro", "Steph", "Alex", "anika", "norbert",
 )  # fmt: skip
 ESPEAK_TEST = ("m7", "f3", "Max", "Linda", "travis")
-ESPEAK_PACKS = 4
-
-
-@dataclass(frozen=True)
-class Utterance:
-    voice: str
-    spoken: Spoken
+ESPEAK_PACKS = 2
 
 
 def seeded(*parts: object) -> np.random.Generator:
@@ -45,28 +43,40 @@ def seeded(*parts: object) -> np.random.Generator:
 def packs() -> list[tuple[str, int]]:
     """(voice, number) of every pack, voices taken in turn so that the first packs already hold them all."""
     turns = sorted((k, voice) for voice, count in HTS_TRAINING.items() for k in range(count))
-    return [(voice, k) for k, voice in turns] + [("espeak", k) for k in range(ESPEAK_PACKS)]
+    others = [("mixed", k) for k in range(MIXED_PACKS)] + [("espeak", k) for k in range(ESPEAK_PACKS)]
+    return [(voice, k) for k, voice in turns] + others
 
 
 def pack_file(folder: Path, voice: str, number: int) -> Path:
     return folder / f"{voice}.{number}.npz"
 
 
-def say_pack(voice: str, number: int, seed: int) -> list[Spoken]:
-    """A hundred sentences of one voice, each in another manner; espeak-ng changes voice with every sentence."""
+def say_pack(voice: str, number: int, seed: int, alike: Path) -> list[Spoken]:
+    """A hundred sentences of one voice, each in another manner; in packs "mixed" and "espeak" each by somebody else.
+
+    alike: folder with the voices of HTS_MIXED made alike.
+    """
     random = seeded(seed, voice, number)
-    said: list[Spoken] = []
     texts = training_texts(random)
-    while len(said) < PACK:
-        text = next(texts)
-        if voice != "espeak":
-            said.append(open_jtalk(text, hts_voices()[voice], drawn(random)))
-            continue
-        phones, kana = reading_of(text)
-        variant = ESPEAK_TRAINING[random.integers(len(ESPEAK_TRAINING))]
-        sound = espeak(kana, variant, int(random.integers(110, 190)), int(random.integers(20, 80)))
-        said.append(Spoken(sound, phones, None))
-    return said
+    return [_say(voice, next(texts), random, alike) for _ in range(PACK)]
+
+
+def _say(voice: str, text: str, random: np.random.Generator, alike: Path) -> Spoken:
+    if voice == "mixed":
+        return mixed(text, shares(random), alike, drawn(random))
+    if voice != "espeak":
+        return open_jtalk(text, hts_voices()[voice], drawn(random))
+    phones, kana = reading_of(text)
+    variant = ESPEAK_TRAINING[random.integers(len(ESPEAK_TRAINING))]
+    return Spoken(espeak(kana, variant, int(random.integers(110, 190)), int(random.integers(20, 80))), phones, None)
+
+
+def shares(random: np.random.Generator) -> dict[str, float]:
+    """Two or three voices and how much of each: somebody who does not exist. None has more than 0.8."""
+    names = [HTS_MIXED[k] for k in random.permutation(len(HTS_MIXED))[: random.integers(2, 4)]]
+    parts = random.dirichlet(np.full(len(names), 1.5))
+    parts = 0.7 * np.minimum(parts, 0.8) + 0.3 / len(names)
+    return {name: float(part) for name, part in zip(names, parts / parts.sum(), strict=True)}
 
 
 _SPELT = {"N": "ン", "cl": "ッ", "a": "ア", "i": "イ", "u": "ウ", "e": "エ", "o": "オ"}
@@ -118,12 +128,9 @@ def _spell(phones: tuple[str, ...]) -> str:
 
 
 def reading_of(text: str) -> tuple[tuple[str, ...], str]:
-    """Phones of a sentence by Open JTalk's reading of it, and katakana that espeak-ng reads with the same."""
-    phones = open_jtalk(text, next(iter(hts_voices().values())), _PLAIN).phones
+    """Phones of a sentence by Open JTalk's reading of it, whichever the voice, and katakana that espeak-ng reads with the same."""
+    phones = open_jtalk(text, hts_voices()[next(iter(HTS_TRAINING))], Manner(rate=20.0)).phones
     return phones, _spell(phones)
-
-
-_PLAIN = drawn(np.random.default_rng(0))
 
 
 def save_pack(path: Path, said: list[Spoken]) -> None:
@@ -149,9 +156,3 @@ def load_pack(path: Path) -> Iterator[Spoken]:
             tuple(PHONES[p] for p in phones[count[k] : count[k + 1]]),
             None if np.isnan(end).any() else end,
         )
-
-
-def first(folder: Path, count: int) -> list[Path]:
-    """Files of the first packs that are there."""
-    there = (pack_file(folder, voice, k) for voice, k in packs())
-    return list(islice((path for path in there if path.is_file()), count))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from scripts.speech_model.rooms import Noises, heard_at
+from scripts.speech_model.rooms import Noises, heard_at, level
 from scripts.speech_model.voices import RATE, Spoken, resampled
 from vistel.speech.acoustic import state_of
 from vistel.speech.features import HOP, WINDOW, LogMel, Normaliser
@@ -45,10 +45,13 @@ def stretched(spoken: Spoken, step: float) -> Spoken:
 
 
 def session(random: np.random.Generator, said: list[Spoken], noises: Noises, start_mean: F32) -> Session:
-    """Some utterances of one voice one after the other, in a place drawn at random."""
-    step = float(random.uniform(0.87, 1.15))
+    """Some utterances one after the other, in a place drawn at random, sometimes with a sudden sound between them."""
+    step = float(random.uniform(0.85, 1.18))
     said = [stretched(each, step) for each in said]
     gaps = [int(random.uniform(0.1, 0.9) * RATE) for _ in range(len(said) + 1)]
+    burst = random.integers(len(gaps)) if random.random() < _SUDDEN else -1
+    if burst >= 0:
+        gaps[burst] += int(random.uniform(0.4, 2.0) * RATE)
     starts: list[int] = []
     at = gaps[0]
     for each, gap in zip(said, gaps[1:], strict=True):
@@ -57,8 +60,35 @@ def session(random: np.random.Generator, said: list[Spoken], noises: Noises, sta
     sound = np.zeros(at, np.float32)
     for each, start in zip(said, starts, strict=True):
         sound[start : start + len(each.sound)] += each.sound * np.float32(10.0 ** (random.uniform(-4, 4) / 20.0))
+    if burst >= 0:
+        begin = 0 if burst == 0 else starts[burst - 1] + len(said[burst - 1].sound)
+        _sudden(random, sound[begin : begin + gaps[burst]], noises, level(sound))
     raw = LogMel().feed(heard_at(random, sound, noises))
     states = np.zeros(len(raw), np.int16)
     for each, start in zip(said, starts, strict=True):
         states = np.maximum(states, states_of(each, start, len(raw)))
-    return Session(Normaliser(start_mean).feed(raw).astype(np.float16), states)
+    return Session(_normaliser(random, start_mean).feed(raw).astype(np.float16), states)
+
+
+_SUDDEN = 0.3
+"""Share of the sessions in which something begins to sound out of the quiet."""
+
+
+def _sudden(random: np.random.Generator, gap: F32, noises: Noises, usual: float) -> None:
+    """Adds to the gap, in place, a sound that begins and ends at once and is as loud as speech."""
+    size = int(random.uniform(0.3, 1.0) * len(gap))
+    begin = random.integers(len(gap) - size + 1)
+    sound = noises.loud(random, size)
+    gain = usual * 10.0 ** (random.uniform(-12.0, 6.0) / 20.0) / (float(sound.std()) + 1e-9)
+    edge = max(1, min(size // 4, int(random.uniform(0.001, 0.05) * RATE)))
+    shape = np.minimum(1.0, np.minimum(np.arange(size), np.arange(size)[::-1]) / edge)
+    gap[begin : begin + size] += (sound * gain * shape).astype(np.float32)
+
+
+def _normaliser(random: np.random.Generator, start_mean: F32) -> Normaliser:
+    """As it is at some time in a conference: what was heard before was often another voice in the same place, or nothing."""
+    if random.random() < 0.4:
+        return Normaliser(start_mean)
+    knots = np.linspace(0, len(start_mean) - 1, 6)
+    other = np.interp(np.arange(len(start_mean)), knots, random.normal(0.0, 0.6, 6)) + random.normal(0.0, 0.8)
+    return Normaliser(start_mean + other.astype(np.float32), float(random.uniform(0.0, 600.0)))

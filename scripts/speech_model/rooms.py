@@ -149,7 +149,7 @@ def heard_at(random: np.random.Generator, sound: F32, noises: Noises) -> F32:
         spectrum *= np.fft.rfft(impulse_response(random, random.uniform(0.12, 0.7), random.uniform(-4.0, 12.0)), size)
     sound = np.fft.irfft(spectrum, size)[: len(sound)].astype(np.float32)
     if random.random() < 0.85:
-        sound = with_noise(sound, noises.loud(random, len(sound)), 2.0 + 33.0 * random.random() ** 1.5)
+        sound = with_noise(sound, noises.loud(random, len(sound)), 1.0 + 32.0 * random.random() ** 1.6)
     sound = with_noise(sound, noises.quiet(random, len(sound)), random.uniform(35.0, 60.0))
     if random.random() < 0.1:
         fall = (1.0 / (1.0 + (hz / random.uniform(3400.0, 7000.0)) ** 16)).astype(np.float32)

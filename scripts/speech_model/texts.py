@@ -11,24 +11,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-COMMAND_SLOTS: tuple[tuple[str, ...], ...] = (
-    ("", "", "もっと", "少し", "ちょっと", "もう少し"),
-    (
-        "", "これを", "それを", "あれを", "全部", "赤い箱を", "青い玉を", "黄色い円柱を", "緑の円錐を", "白い板を", "黒い椅子を",
-        "大きい机を", "小さい箱を", "箱を", "玉を", "円柱を", "円錐を", "板を", "椅子を", "机を", "大きな赤い玉を", "この棒を",
-        "その輪っかを", "あの塊を", "紫の玉を", "オレンジの箱を", "バトンを",
-    ),
-    (
-        "", "", "右に", "左に", "上に", "下に", "前に", "後ろに", "縦に", "横に", "ここに", "そこに", "あそこに", "手前に", "右へ", "左へ",
-    ),
-    (
-        "動かして", "回して", "伸ばして", "縮めて", "曲げて", "捻って", "置いて", "大きくして", "小さくして", "長くして", "短くして",
-        "高くして", "低くして", "広くして", "狭くして", "太くして", "細くして", "二倍にして", "半分にして", "選んで", "掴んで", "放して",
-        "持ってきて", "裏返して", "倒して", "まっすぐにして", "尖らせて", "丸くして", "へこませて", "膨らませて", "押して", "引っ張って",
-        "赤くして", "青くして", "黄色くして", "緑にして", "白くして", "黒くして", "コピーして", "消して", "作って", "くっつけて",
-        "分けて", "揃えて", "隠して", "見せて", "元に戻して", "やり直して", "止めて", "続けて", "最初から", "はい", "いいえ",
-        "ください", "離れて", "止まって", "待って", "保存して", "開いて", "閉じて", "数えて",
-    ),
+_DEGREES = ("", "", "", "もっと", "少し", "ちょっと", "もう少し", "うんと")
+_WHICH = ("", "", "", "この", "その", "あの", "全部の")
+_SIZES = ("", "", "", "大きい", "大きな", "小さい", "小さな")
+_COLOURS = ("", "", "", "赤い", "青い", "黄色い", "緑の", "白い", "黒い", "オレンジの", "紫の", "茶色い", "灰色の", "桃色の")
+_THINGS = (
+    "箱", "玉", "ボール", "円柱", "円錐", "板", "輪っか", "棒", "塊", "バトン", "椅子", "机", "本棚", "花瓶", "時計", "三角", "星",
+)  # fmt: skip
+_POINTED = ("これ", "それ", "あれ", "全部")
+_WHERE = (
+    "", "", "右に", "左に", "上に", "下に", "前に", "後ろに", "縦に", "横に", "長さに", "ここに", "そこに", "あそこに", "手前に", "右へ",
+    "左へ", "上へ", "下へ", "前へ", "後ろへ", "奥に", "斜めに",
+)  # fmt: skip
+_VERBS = (
+    "動かして", "回して", "伸ばして", "縮めて", "曲げて", "捻って", "置いて", "大きくして", "小さくして", "長くして", "短くして",
+    "高くして", "低くして", "広くして", "狭くして", "太くして", "細くして", "硬くして", "柔らかくして", "二倍にして", "半分にして",
+    "選んで", "掴んで", "放して", "持ってきて", "持ち上げて", "裏返して", "倒して", "真っ直ぐにして", "尖らせて", "丸くして", "へこませて",
+    "膨らませて", "押して", "引っ張って", "赤くして", "青くして", "黄色くして", "緑にして", "白くして", "黒くして", "オレンジにして",
+    "紫にして", "コピーして", "消して", "作って", "くっつけて", "分けて", "揃えて", "隠して", "見せて", "離れて", "数えて",
+)  # fmt: skip
+_ALONE = (
+    "元に戻して", "やり直して", "止めて", "続けて", "最初から", "はい", "いいえ", "ください", "止まって", "待って", "保存して", "開いて",
+    "閉じて", "選択解除", "もう一度", "おしまい", "始めて", "取り消して",
 )  # fmt: skip
 
 
@@ -106,7 +110,24 @@ _MORAE = ["ア", "イ", "ウ", "エ", "オ", "カ", "キ", "ク", "ケ", "コ", 
 
 
 def command(random: np.random.Generator) -> str:
-    return "".join(slot[random.integers(len(slot))] for slot in COMMAND_SLOTS)
+    """Something one might say to the things of a room; the words of the room's grammar and others beside them."""
+
+    def one(some: tuple[str, ...]) -> str:
+        return some[random.integers(len(some))]
+
+    def thing() -> str:
+        return one(_POINTED) if random.random() < 0.3 else one(_WHICH) + one(_SIZES) + one(_COLOURS) + one(_THINGS)
+
+    kind = random.random()
+    if kind < 0.12:
+        return one(_ALONE)
+    if kind < 0.25:
+        return one(_DEGREES) + one(_WHERE) + one(_VERBS)
+    if kind < 0.4:
+        return thing() + one(("を", "")) + thing() + "にくっつけて"
+    if kind < 0.6:
+        return one(_DEGREES) + one(_WHERE) + thing() + one(("を", "を", "")) + one(_VERBS)
+    return thing() + one(("を", "を", "")) + one(_DEGREES) + one(_WHERE) + one(_VERBS)
 
 
 def made_up(random: np.random.Generator) -> str:
@@ -123,7 +144,7 @@ def made_up(random: np.random.Generator) -> str:
 
 
 def training_texts(random: np.random.Generator) -> Iterator[str]:
-    """Endless: a third commands, a third everyday talk, a third made up."""
+    """Endless: more than a third commands, less than a third each of everyday talk and of made-up words."""
     while True:
         kind = random.random()
-        yield command(random) if kind < 0.35 else TRAIN.sentence(random) if kind < 0.68 else made_up(random)
+        yield command(random) if kind < 0.42 else TRAIN.sentence(random) if kind < 0.7 else made_up(random)

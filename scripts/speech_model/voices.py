@@ -38,20 +38,33 @@ class Spoken:
 @dataclass(frozen=True)
 class Manner:
     """How a voice speaks. rate: times the usual; semitones: pitch; warp: all-pass constant less the voice's own
-    (above 0 a longer throat); liveliness: of the melody and of the spectrum."""
+    (above 0 a longer throat); liveliness: of the melody and of the spectrum; breath: 0.5 is usual, above it less is voiced,
+    1 is a whisper; edge: 0 to 1, how far peaks of the spectrum are made sharper."""
 
     rate: float = 1.0
     semitones: float = 0.0
     warp: float = 0.0
     liveliness: float = 1.0
+    breath: float = 0.5
+    edge: float = 0.0
+
+
+    def options(self) -> list[str]:
+        """As both open_jtalk and hts_engine take them."""
+        return [
+            "-a", f"{0.55 + self.warp:.3f}", "-fm", f"{self.semitones:.2f}", "-r", f"{self.rate:.3f}", "-u", f"{self.breath:.3f}",
+            "-b", f"{self.edge:.3f}", "-jm", f"{0.5 + 0.5 * self.liveliness:.3f}", "-jf", f"{self.liveliness:.3f}",
+        ]  # fmt: skip
 
 
 def drawn(random: np.random.Generator) -> Manner:
     return Manner(
-        float(random.uniform(0.78, 1.3)),
-        float(random.uniform(-4.0, 5.0)),
-        float(random.uniform(-0.06, 0.06)),
-        float(random.uniform(0.6, 1.3)),
+        float(random.uniform(0.75, 1.3)),
+        float(random.uniform(-5.0, 6.0)),
+        float(random.uniform(-0.07, 0.07)),
+        float(random.uniform(0.4, 1.3)),
+        1.0 if random.random() < 0.04 else float(random.uniform(0.3, 0.85)),
+        float(random.uniform(0.0, 0.4)),
     )
 
 
@@ -87,26 +100,49 @@ def open_jtalk(text: str, voice: Path, manner: Manner) -> Spoken:
     """Open JTalk's speech with the times of its phones. Raises RuntimeError that names what it would not say."""
     with tempfile.TemporaryDirectory() as folder:
         wav, trace = Path(folder) / "speech.wav", Path(folder) / "trace"
-        command = [
-            "open_jtalk", "-x", str(_dictionary()), "-m", str(voice), "-ow", str(wav), "-ot", str(trace),
-            "-a", f"{0.55 + manner.warp:.3f}", "-fm", f"{manner.semitones:.2f}", "-r", f"{manner.rate:.3f}",
-            "-jm", f"{0.5 + 0.5 * manner.liveliness:.3f}", "-jf", f"{manner.liveliness:.3f}",
-        ]  # fmt: skip
-        done = subprocess.run(command, input=text.encode(), capture_output=True, check=False)
-        if done.returncode != 0 or not wav.is_file():
-            raise RuntimeError(f"open_jtalk said nothing for {text!r}: {done.stderr.decode(errors='replace').strip()}")
-        phones: list[str] = []
-        ends: list[float] = []
+        command = ["open_jtalk", "-x", str(_dictionary()), "-m", str(voice), "-ow", str(wav), "-ot", str(trace), *manner.options()]
+        _run(command, text, wav)
         listing = trace.read_text(errors="replace").split("[Output label]")[1].split("\n\n")[0]
-        for line in listing.split("\n"):
-            fields = line.split()
-            if len(fields) == 3:
-                begin, end = int(fields[0]) * 1e-7, int(fields[1]) * 1e-7
-                said = label_phones(fields[2].split("-", 1)[1].split("+", 1)[0])
-                for k, phone in enumerate(said):
-                    phones.append(phone)
-                    ends.append(begin + (end - begin) * (k + 1) / len(said))
-        return Spoken(_read(wav), tuple(phones), np.array(ends))
+        return Spoken(_read(wav), *_timed(listing))
+
+
+def mixed(text: str, shares: dict[str, float], folder: Path, manner: Manner) -> Spoken:
+    """The speech of somebody between the voices named, by their shares; `folder` holds them made alike (`voice_file.py`)."""
+    with tempfile.TemporaryDirectory() as scratch:
+        wav, trace, labels, timed = (Path(scratch) / name for name in ("speech.wav", "trace", "labels", "timed"))
+        voices = [folder / f"{name}.htsvoice" for name in shares]
+        fast = ["-r", "20"]
+        read = ["open_jtalk", "-x", str(_dictionary()), "-m", str(voices[0]), "-ow", str(wav), "-ot", str(trace), *fast]
+        _run(read, text, wav)
+        listing = trace.read_text(errors="replace").split("[Output label]")[1].split("\n\n")[0]
+        labels.write_text("".join(f"{line.split()[2]}\n" for line in listing.split("\n") if len(line.split()) == 3))
+        named = [word for voice in voices for word in ("-m", str(voice))]
+        weights = [f"{share:.4f}" for share in shares.values()]
+        speak = ["hts_engine", *named, "-i", str(len(shares)), *weights, "-ow", str(wav), "-od", str(timed), *manner.options()]
+        wav.unlink()
+        _run([*speak, str(labels)], text, wav)
+        return Spoken(_read(wav), *_timed(timed.read_text()))
+
+
+def _run(command: list[str], text: str, wav: Path) -> None:
+    done = subprocess.run(command, input=text.encode(), capture_output=True, check=False)
+    if done.returncode != 0 or not wav.is_file():
+        raise RuntimeError(f"{command[0]} said nothing for {text!r}: {done.stderr.decode(errors='replace').strip()}")
+
+
+def _timed(listing: str) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+    """Phones of labels with times, and where each ends [s]."""
+    phones: list[str] = []
+    ends: list[float] = []
+    for line in listing.split("\n"):
+        fields = line.split()
+        if len(fields) == 3:
+            begin, end = int(fields[0]) * 1e-7, int(fields[1]) * 1e-7
+            said = label_phones(fields[2].split("-", 1)[1].split("+", 1)[0])
+            for k, phone in enumerate(said):
+                phones.append(phone)
+                ends.append(begin + (end - begin) * (k + 1) / len(said))
+    return tuple(phones), np.array(ends)
 
 
 def espeak(kana: str, variant: str, words_per_minute: int, pitch: int) -> F32:
@@ -114,9 +150,7 @@ def espeak(kana: str, variant: str, words_per_minute: int, pitch: int) -> F32:
     with tempfile.TemporaryDirectory() as folder:
         wav = Path(folder) / "speech.wav"
         command = ["espeak-ng", "-v", f"ja+{variant}", "-s", str(words_per_minute), "-p", str(pitch), "-w", str(wav), kana]
-        done = subprocess.run(command, capture_output=True, check=False)
-        if done.returncode != 0 or not wav.is_file():
-            raise RuntimeError(f"espeak-ng said nothing for {kana!r}: {done.stderr.decode(errors='replace').strip()}")
+        _run(command, kana, wav)
         return _read(wav)
 
 

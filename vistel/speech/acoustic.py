@@ -17,12 +17,10 @@ from vistel.speech.phones import PHONES
 
 F32 = NDArray[np.float32]
 
-VERSION = 1
+VERSION = 2
 """Of the weight file: other arrays or another meaning get another number."""
 STATES = 2 * len(PHONES) - 1
 """Of the sounds: the pause is one, every other phone has a beginning and an end. 0 is the pause."""
-PAST, FUTURE = 9, 6
-"""Frames the net sees before and after the one it judges."""
 FILE = Path(__file__).with_name("data") / "japanese.npz"
 
 
@@ -35,13 +33,15 @@ def state_of(phone: int, part: float) -> int:
 class Model:
     """A trained net and what the decoder needs beside it.
 
+    offsets: (window,) frames the net sees, counted from the one it judges, rising; the last is how far it looks ahead.
     start_mean, scale: (BANDS,) mean of the frames before any is heard, and one over their spread after it is taken off.
     weights, biases: of the layers; all but the last are followed by max(0, x). (in, out) and (out,) float32.
     log_prior: (STATES,) logarithm of how often each state was trained on.
     stay: (STATES,) probability that a state lasts another frame.
-    belief: (4,) weights of what `confidence.py` makes a confidence of.
+    belief: (FEATURES,) weights of what `confidence.py` makes a confidence of.
     """
 
+    offsets: tuple[int, ...]
     start_mean: F32
     scale: F32
     weights: tuple[F32, ...]
@@ -50,8 +50,22 @@ class Model:
     stay: F32
     belief: F32
 
+    @property
+    def past(self) -> int:
+        """Frames before the one it judges that the net needs."""
+        return -self.offsets[0]
+
+    @property
+    def future(self) -> int:
+        """Frames after the one it judges that the net waits for."""
+        return self.offsets[-1]
+
+    def windows(self, frames: F32, at: NDArray[np.int64]) -> F32:
+        """(n, len(offsets), BANDS) what the net sees to judge the frames `at`, of normalised and scaled ones."""
+        return frames[at[:, None] + np.array(self.offsets)]
+
     def log_posteriors(self, windows: F32) -> F32:
-        """(n, STATES) for (n, (PAST + 1 + FUTURE) * BANDS) normalised and scaled frames, oldest first."""
+        """(n, STATES) for (n, len(offsets) * BANDS) normalised and scaled frames, oldest first."""
         x = windows
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             x = np.maximum(x @ weight + bias, 0.0)
@@ -61,10 +75,11 @@ class Model:
 
 
 def save(model: Model, path: Path) -> None:
-    """Writes a model; weights become bytes with a scale for each output (under 0.7 MB)."""
+    """Writes a model; weights become bytes with a scale for each output (about 1 MB)."""
     arrays: dict[str, NDArray[np.generic]] = {
         "version": np.array(VERSION),
         "phones": np.array(PHONES),
+        "offsets": np.array(model.offsets, np.int16),
         "start_mean": model.start_mean,
         "scale": model.scale,
         "log_prior": model.log_prior,
@@ -95,11 +110,14 @@ def load(path: Path = FILE) -> Model:
         )
     layers = range(sum(name.startswith("weight") for name in arrays))
     weights = tuple(arrays[f"weight{k}"].astype(np.float32) * arrays[f"step{k}"] for k in layers)
-    widths = [(PAST + 1 + FUTURE) * BANDS, *(w.shape[1] for w in weights)]
+    offsets = tuple(int(each) for each in arrays["offsets"])
+    widths = [len(offsets) * BANDS, *(w.shape[1] for w in weights)]
     if [w.shape[0] for w in weights] != widths[:-1] or widths[-1] != STATES:
         raise ValueError(f"speech model {path}: layers of {widths} do not fit; make it anew with: make speech-model")
     biases = tuple(arrays[f"bias{k}"] for k in layers)
-    return Model(arrays["start_mean"], arrays["scale"], weights, biases, arrays["log_prior"], arrays["stay"], arrays["belief"])
+    of_frames = (arrays[name] for name in ("start_mean", "scale"))
+    of_states = (arrays[name] for name in ("log_prior", "stay", "belief"))
+    return Model(offsets, *of_frames, weights, biases, *of_states)
 
 
 @cache
@@ -117,16 +135,16 @@ class Adaptation:
 
 
 class Acoustic:
-    """The net over a stream of normalised frames. Its answer lags FUTURE frames behind them."""
+    """The net over a stream of normalised frames. Its answer lags `model.future` frames behind them."""
 
     def __init__(self, model: Model, adaptation: Adaptation | None = None) -> None:
         self._model = model
         self._adaptation = adaptation
-        self._kept = np.zeros((PAST, BANDS), np.float32)
+        self._kept = np.zeros((model.past, BANDS), np.float32)
 
     def feed_all(self, frames: F32) -> F32:
         """(n, STATES) log posteriors of all n frames of a whole recording; after its end there is quiet."""
-        return self.feed(np.concatenate([frames, np.repeat(frames.min(0, keepdims=True), FUTURE, 0)]))
+        return self.feed(np.concatenate([frames, np.repeat(frames.min(0, keepdims=True), self._model.future, 0)]))
 
     def feed(self, frames: F32) -> F32:
         """(m, STATES) log posteriors of the next m frames of the stream; before its beginning there is quiet."""
@@ -134,10 +152,10 @@ class Acoustic:
         if self._adaptation is not None:
             scaled = scaled @ self._adaptation.turn + self._adaptation.shift
         scaled = np.concatenate([self._kept, scaled])
-        width = PAST + 1 + FUTURE
-        count = max(0, len(scaled) - width + 1)
+        past = self._model.past
+        count = max(0, len(scaled) - past - self._model.future)
         self._kept = scaled[count:].copy()
         if count == 0:
             return np.zeros((0, STATES), np.float32)
-        windows = np.lib.stride_tricks.sliding_window_view(scaled.reshape(-1), width * BANDS)[::BANDS][:count]
-        return self._model.log_posteriors(np.asarray(windows, np.float32))
+        windows = self._model.windows(scaled, np.arange(past, past + count))
+        return self._model.log_posteriors(windows.reshape(count, -1))

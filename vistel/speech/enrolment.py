@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.speech.acoustic import FUTURE, PAST, Acoustic, Adaptation, Model
+from vistel.speech.acoustic import Acoustic, Adaptation, Model
 from vistel.speech.alignment import align, chain_of
 from vistel.speech.features import BANDS, LogMel, Normaliser, as_float
 from vistel.speech.heard import Samples
@@ -63,9 +63,8 @@ def _aligned(model: Model, so_far: Adaptation, said: list[tuple[F32, NDArray[np.
         if fit > _WORST:
             states.append(chain[path])
             quiet = frames.min(0, keepdims=True)
-            scaled = np.concatenate([np.repeat(quiet, PAST, 0), frames, np.repeat(quiet, FUTURE, 0)]) * model.scale
-            view = np.lib.stride_tricks.sliding_window_view(scaled, PAST + 1 + FUTURE, axis=0)
-            windows.append(np.asarray(view.transpose(0, 2, 1), np.float32))
+            scaled = np.concatenate([np.repeat(quiet, model.past, 0), frames, np.repeat(quiet, model.future, 0)]) * model.scale
+            windows.append(model.windows(scaled, np.arange(model.past, model.past + len(frames))))
     if not states:
         raise ValueError("enrolment: no recording holds the text that goes with it; check microphone and texts, and read anew")
     return np.concatenate(windows), np.concatenate(states)

@@ -98,9 +98,10 @@ class Normaliser:
 
     _WEIGHT, _LONGEST = 30.0, 600.0
 
-    def __init__(self, start: F32) -> None:
+    def __init__(self, start: F32, learnt: float = 0.0) -> None:
+        """learnt: frames of speech that `start` is already the mean of, beside its own weight."""
         self.mean = start.astype(np.float32).copy()
-        self._state = np.array([0.0, np.nan], np.float32)
+        self._state = np.array([min(learnt, self._LONGEST), np.nan], np.float32)
 
     def feed(self, frames: F32) -> F32:
         """(n, BANDS) frames less the mean as it stood at each."""

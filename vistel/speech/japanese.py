@@ -7,7 +7,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.speech.acoustic import FUTURE, Acoustic, Adaptation, Model, japanese
+from vistel.speech.acoustic import Acoustic, Adaptation, Model, japanese
 from vistel.speech.automaton import Automaton
 from vistel.speech.confidence import FEATURES, confidence, evidence
 from vistel.speech.decoder import Decoder, Sentence, network
@@ -84,7 +84,7 @@ class JapaneseRecogniser:
     def flush(self) -> list[Hypotheses]:
         """Ends the utterance that is under way (push to talk let go, end of a file); returns it, if it was one."""
         found: list[Hypotheses] = []
-        quiet = np.full((FUTURE, BANDS), -6.0, np.float32)
+        quiet = np.full((self._model.future, BANDS), -6.0, np.float32)
         for row in self._acoustic.feed(quiet):
             self._hear(row, found)
         self._finish(found)
