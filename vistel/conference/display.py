@@ -28,6 +28,10 @@ class Screen(Checked):
     """Of red, green and blue light, 0 to 1: the brighter projector is dimmed."""
     blend: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     """The part of the picture, 0 to 1, over which light fades to its left, right, bottom and top edge."""
+    monitor: str = ""
+    """With `window = "each"`: part of the name of the monitor or projector it fills, or its number from 0."""
+    at: tuple[int, int] | None = None
+    """With `window = "each"` and no monitor: the upper left corner of its window on the desktop, pixels."""
 
     @model_validator(mode="after")
     def _a_rectangle(self) -> Screen:
@@ -50,24 +54,29 @@ class Display(Checked):
 
     width: int = Field(default=640, ge=16, le=16384)
     height: int = Field(default=360, ge=16, le=16384)
-    window: bool = False
+    window: bool | Literal["each"] = False
+    """each: a window for each of `screens`."""
     view: Literal["seat", "room"] = "seat"
     screens: list[Screen] = Field(default=[])
     """A wall instead of a desktop: the first participant sees the room through these; width, height and view are theirs."""
-    stereo: Literal["mono", "side_by_side", "top_bottom", "anaglyph", "sequential"] = "mono"
+    stereo: Literal["mono", "side_by_side", "top_bottom", "anaglyph", "sequential", "quad_buffer"] = "mono"
     eye_distance: float = Field(default=0.063, ge=0.0, le=0.2)
     """Between the viewer's pupils [m]."""
     convergence: float = Field(default=1.0, gt=0.05, le=100.0)
     """Stereo on a desktop: how far away things seem to lie on the display itself [m]."""
     video: bool = True
     """Write an MP4 of what is shown into the output folder."""
+    stream: str = ""
+    """Where browsers see it, "HOST:PORT", or a port of this machine only; "": nowhere."""
+    shared_memory: bool = False
+    """Other programs of its machine read it from memory (`vistel.wire.shared_pictures`)."""
+    virtual_camera: str = ""
+    """A v4l2loopback device that shows it as a camera: "auto", a path, or a part of a label; "": none."""
     frames_per_s: float = Field(default=30.0, gt=0, le=240)
     light: Literal["auto", "fast", "fine"] = "auto"
     """fine: soft shadows, and surfaces that mirror the room; auto: fine where a GPU draws, else fast."""
     resolution: Literal["auto", "full"] = "auto"
     """auto: where pictures take too long for `frames_per_s`, fewer pixels are drawn and enlarged."""
-    stream: str = ""
-    """Where browsers see it, "HOST:PORT", or a port of this machine only; "": nowhere."""
     engine: Literal["auto", "cpu", "gpu"] = "auto"
     """What deforms figures; auto: the GPU where one draws, else the CPU."""
     gauges: bool = False
@@ -77,11 +86,6 @@ class Display(Checked):
     wrinkles: bool = True
     """Whether the clothes of built-in figures crease, and their faces."""
 
-    @model_validator(mode="after")
-    def _screens_apart(self) -> Display:
-        names = [screen.name for screen in self.screens]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
     @property
     def stream_at(self) -> tuple[str, int] | None:
         """Host and port of the stream."""
@@ -98,7 +102,15 @@ class Display(Checked):
             raise ValueError(f'expected an address and a port, such as "127.0.0.1:8090", or a port, got "{stream}"')
         return stream
 
+    @model_validator(mode="after")
+    def _screens_apart(self) -> Display:
+        names = [screen.name for screen in self.screens]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
             raise ValueError(f"screens: {twice[0]} stands twice")
-        if sum(s.width for s in self.screens) > 16384:
+        both = 2 if self.stereo == "quad_buffer" else 1
+        if both * sum(s.width for s in self.screens) > 16384:
             raise ValueError("screens: side by side they are wider than 16384 pixels")
+        if self.window == "each" and not self.screens:
+            raise ValueError('window = "each": there are no screens; add [[sites.display.screens]], or set window = true')
         return self

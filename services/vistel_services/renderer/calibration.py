@@ -42,24 +42,25 @@ def eyes_at(position: F64, heading: float, apart: float) -> F64:
 
 def pattern(screens: Sequence[Screen], eyes: F64, stereo: Stereo = Stereo.MONO) -> U8:
     """The wall's picture (h, w, 3), first row at the top, for `eyes` (2, 3) left and right in the room."""
-    width, height = picture_size(screens)
+    width, height = picture_size(screens, stereo)
     wall = np.zeros((height, width, 3), np.uint8)
-    for screen, (x, _, w, h) in zip(screens, boxes(screens), strict=True):
+    for screen, (x, _, w, h) in zip(screens, boxes(screens, stereo), strict=True):
         shown = np.zeros((h, w, 3), np.uint8)
         for eye, sight in zip(_EYES[stereo], sights_of_screens([screen], eyes, stereo, 0), strict=False):
             left, bottom, across, up = sight.box or (0, 0, w, h)
             part = shown[h - bottom - up : h - bottom, left : left + across]
-            drawn = _one(screen, sight.camera, (across, up), eye)
+            drawn = _as_projected(_one(screen, sight.camera, (across, up), eye), screen)
             for channel, seen in enumerate(sight.colours):
                 if seen:
                     part[..., channel] = drawn[..., channel]
-        wall[height - h :, x : x + w] = _as_projected(shown, screen)
+        wall[height - h :, x : x + w] = shown
     return wall
 
 
 _BOTH = ("left eye", "right eye")
 _EYES: dict[Stereo, tuple[str, ...]] = {
     Stereo.MONO: ("",), Stereo.SIDE_BY_SIDE: _BOTH, Stereo.TOP_BOTTOM: _BOTH, Stereo.ANAGLYPH: _BOTH, Stereo.SEQUENTIAL: ("",),
+    Stereo.QUAD_BUFFER: _BOTH,
 }  # fmt: skip
 
 

@@ -26,7 +26,7 @@ _STATES = {
     Utterance.STATE_DONE: ("✓", (140, 245, 165)), Utterance.STATE_REFUSED: ("✗", (255, 150, 130)),
     Utterance.STATE_QUESTION: ("?", (255, 226, 120)), Utterance.STATE_NOTED: ("·", (235, 235, 235)),
 }  # fmt: skip
-_FONTS = (
+FONTS = (
     "NotoSansCJK-Regular.ttc", "NotoSansCJKjp-Regular.otf", "ipagp.ttf", "ipag.ttf", "ipaexg.ttf", "TakaoPGothic.ttf",
     "VL-PGothic-Regular.ttf", "DroidSansFallbackFull.ttf", "Hiragino Sans GB.ttc", "YuGothM.ttc", "msgothic.ttc",
 )  # fmt: skip
@@ -81,7 +81,7 @@ class Captions:
 
 @lru_cache
 def _japanese_font(size: int) -> ImageFont.FreeTypeFont | None:
-    for name in _FONTS:
+    for name in FONTS:
         try:
             return ImageFont.truetype(name, size)
         except OSError:

@@ -5,7 +5,7 @@ Every call comes from the thread that opened the surface.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -25,13 +25,14 @@ from vistel_services.renderer.outlines import Outline, Outlines
 from vistel_services.renderer.overlays import LabelView, Names, Pane, Projectors
 from vistel_services.renderer.programs import as_gl
 from vistel_services.renderer.room import Furniture, Panel
-from vistel_services.renderer.screens import Box, Screen, Sight
+from vistel_services.renderer.screens import Box, Sight
 from vistel_services.renderer.shadow import ShadowMap
 from vistel_services.renderer.shell import Shell
 from vistel_services.renderer.solid_things import Solid, SolidThings
 from vistel_services.renderer.subtitles import Subtitles
 from vistel_services.renderer.surroundings import Mirrors, open_air, surroundings
 from vistel_services.renderer.textures import texture_of
+from vistel_services.renderer.window_show import Presenter
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -65,13 +66,13 @@ class Frame:
 
 
 class Painter:
-    """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`; screens: whose
-    pictures are in it. fine: light as shaders/fine_light.glsl says; by default where a GPU draws. saves_shadows: they are
-    drawn for every other picture only."""
+    """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`. fine: light
+    as shaders/fine_light.glsl says; by default where a GPU draws. saves_shadows: they are drawn for every other picture
+    only. samples: of each pixel; by default 4 in fine light, else 1."""
 
     def __init__(
-        self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None, screens: Sequence[Screen] = (),
-        fine: bool | None = None,
+        self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None,
+        fine: bool | None = None, samples: int | None = None,
     ) -> None:  # fmt: skip
         self.surface = surface
         ctx = self.ctx = surface.ctx
@@ -98,31 +99,31 @@ class Painter:
         self._subtitles = Subtitles(ctx, self._pane)
         self._gauges = Gauges(ctx, self._pane)
         self._projectors = Projectors(ctx)
+        self._presenter: Presenter | None = None
         self._drawn = 0
         self._occlusion = Occlusion(ctx) if self.fine else None
-        self._samples = min(4, ctx.max_samples) if self.fine else 0
+        self._samples = min(samples or (4 if self.fine else 1), ctx.max_samples)
         self._canvas = Canvas(ctx, width, height, self._samples, self.fine)
-        self._fit(screens)
+        self._fit()
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of its picture in pixels."""
         return self._canvas.size
 
-    def resize(self, width: int, height: int, screens: Sequence[Screen] = ()) -> None:
-        """Draw pictures of this size from now on, with these screens in them."""
+    def resize(self, width: int, height: int) -> None:
+        """Draw pictures of this size from now on."""
         old, self._canvas = self._canvas, Canvas(self.ctx, width, height, self._samples, self.fine)
         self._canvas.target.use()  # before the old one goes: moderngl binds again what was bound
         old.release()
-        self._fit(screens)
+        self._fit()
 
-    def _fit(self, screens: Sequence[Screen]) -> None:
+    def _fit(self) -> None:
         width, height = self.size
         self._whole: Box = (0, 0, width, height)
         self._names.line = max(12, round(height * 0.052))
         self._subtitles.line = max(14, round(height * 0.06))
         self._gauges.line = max(11, round(height * 0.034))
-        self._projectors.screens = screens
 
     # -- what is drawn -------------------------------------------------------------------------------------------
 
@@ -180,7 +181,7 @@ class Painter:
             target.clear(*(_DARK if self._shell else _OPEN), viewport=sight.box or self._whole)
             self._paint(frame, sight, clip, seen, things)
         target.color_mask = (True, True, True, True)
-        self._projectors.join(target)
+        self._projectors.join(target, frame.sights)
         target.viewport = self._whole
         self._canvas.resolve()
         self._drawn += 1
@@ -227,22 +228,17 @@ class Painter:
         """A finished picture of its size (h, w, 3), first row at the top, in place of a drawn one."""
         self._canvas.write(picture)
 
-    def show(self) -> bool:
-        """Put the picture on the surface's window; False when it was closed."""
-        width, height = self.surface.window_size()
-        if width and height:
-            # As large as fits, the picture's shape kept.
-            own_width, own_height = self.size
-            scale = min(width / own_width, height / own_height)
-            w, h = own_width * scale / width, own_height * scale / height
-            screen = self.ctx.screen
-            screen.use()
-            screen.viewport = (0, 0, width, height)
-            self.ctx.enable_only(moderngl.NOTHING)
-            screen.clear()
-            self._canvas.colour.use(0)
-            self._pane.draw((-w, -h, w, h), 0.0)
-        return self.surface.show()
+    def put_back(self, picture: U8) -> None:
+        """What `read_into` gave, smoothed, in place of what was drawn."""
+        self._canvas.colour.write(picture)
+
+    def show(self, over: Callable[[], None] | None = None) -> bool:
+        """Put the picture on the surface's windows, and what `over` draws into the first one; False when it was closed."""
+        if self.surface.window is None:
+            return True
+        if self._presenter is None:
+            self._presenter = Presenter(self.ctx, self.surface.window)
+        return self._presenter.show(self._canvas, over)
 
     def error(self) -> str:
         """What OpenGL complains about since the last call; "GL_NO_ERROR" when nothing."""

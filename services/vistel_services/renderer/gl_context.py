@@ -8,13 +8,14 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import logging
-import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import moderngl
+
+from vistel_services.renderer.window import Pane, Window
 
 log = logging.getLogger("vistel.renderer")
 
@@ -39,7 +40,7 @@ class Capability:
 class Surface:
     """A current context, with the desktop window it belongs to if there is one."""
 
-    def __init__(self, ctx: moderngl.Context, window: Any | None) -> None:
+    def __init__(self, ctx: moderngl.Context, window: Window | None) -> None:
         self.ctx = ctx
         self.window = window
         info = ctx.info
@@ -57,41 +58,26 @@ class Surface:
         else:
             self._finish()
 
-    def show(self) -> bool:
-        """Put the drawn picture on the window and take its events; False when the user closed it."""
-        if self.window is None:
-            return True
-        import glfw  # noqa: PLC0415  (needs a display's libraries; absent on servers)
-
-        glfw.swap_buffers(self.window)
-        glfw.poll_events()
-        return not glfw.window_should_close(self.window)
-
-    def window_size(self) -> tuple[int, int]:
-        """Of the window's picture in pixels; (0, 0) while minimised or without a window."""
-        if self.window is None:
-            return (0, 0)
-        import glfw  # noqa: PLC0415
-
-        return glfw.get_framebuffer_size(self.window)
-
     def close(self) -> None:
-        self.ctx.release()
-        if self.window is not None:
-            import glfw  # noqa: PLC0415
+        """Give the context back, and close the windows."""
+        try:
+            self.ctx.release()
+        finally:
+            if self.window is not None:
+                self.window.close()
 
-            glfw.destroy_window(self.window)
-            glfw.terminate()
 
-
-def open_surface(width: int, height: int, window: bool = False, title: str = "VISTEL") -> Surface:
-    """A context; in a window of `width` x `height` when asked for and a display is there, else headless.
+def open_surface(
+    width: int, height: int, window: bool = False, title: str = "VISTEL", panes: Sequence[Pane] = (), eyes_apart: bool = False
+) -> Surface:  # fmt: skip
+    """A context; in a window of `width` x `height`, or several `panes`, when asked for and a display is there, else headless.
+    eyes_apart: see `Window`.
 
     Raises NoOpenGlError with one line that says what to install.
     """
     if window:
         try:
-            return _windowed(width, height, title)
+            return _windowed(panes or (Pane(title, width, height),), eyes_apart)
         except Exception as e:  # a window is a comfort: whatever is in its way, the picture is drawn without
             log.warning("event=no_window reason=%r using=headless", str(e))
     return Surface(_headless(), None)
@@ -113,25 +99,13 @@ def _headless() -> moderngl.Context:
     ) from first
 
 
-def _windowed(width: int, height: int, title: str) -> Surface:
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise RuntimeError("no display (DISPLAY and WAYLAND_DISPLAY are unset)")
-    import glfw  # noqa: PLC0415
-
-    if not glfw.init():
-        raise RuntimeError("glfw found no usable display")
-    for hint, value in (
-        (glfw.CONTEXT_VERSION_MAJOR, 3), (glfw.CONTEXT_VERSION_MINOR, 3),
-        (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE), (glfw.OPENGL_FORWARD_COMPAT, True),
-    ):  # fmt: skip
-        glfw.window_hint(hint, value)
-    window = glfw.create_window(width, height, title, None, None)
-    if not window:
-        glfw.terminate()
-        raise RuntimeError("glfw could not open a window with OpenGL 3.3")
-    glfw.make_context_current(window)
-    glfw.swap_interval(0)
-    return Surface(moderngl.create_context(require=330), window)
+def _windowed(panes: Sequence[Pane], eyes_apart: bool) -> Surface:
+    window = Window(panes, eyes_apart)
+    try:
+        return Surface(moderngl.create_context(require=330), window)
+    except Exception:
+        window.close()
+        raise
 
 
 def _gl_finish() -> Callable[[], None] | None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vistel_services.renderer.captions import Caption, paint_caption
 from vistel_services.renderer.labels import Label, paint_label
 from vistel_services.renderer.programs import program, put
-from vistel_services.renderer.screens import Screen, boxes
+from vistel_services.renderer.screens import Sight
 from vistel_services.renderer.textures import texture_of
 
 F64 = NDArray[np.float64]
@@ -85,16 +85,16 @@ class Projectors:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self.screens: Sequence[Screen] = ()
         self._program = program(ctx, "correct")
         self._vao = ctx.vertex_array(self._program, [(_corners(ctx), "2f", "corner")])
 
-    def join(self, target: moderngl.Framebuffer) -> None:
-        """Correct the picture that is in `target`."""
+    def join(self, target: moderngl.Framebuffer, sights: Sequence[Sight]) -> None:
+        """Correct the pictures of `sights` that are in `target`."""
         self._ctx.enable_only(moderngl.BLEND)
         self._ctx.blend_func = moderngl.DST_COLOR, moderngl.ZERO
-        for screen, box in zip(self.screens, boxes(self.screens), strict=True):
-            if screen.plain:
+        # Both eyes of an anaglyph share a box, which is corrected once.
+        for box, screen in {sight.box: sight.screen for sight in sights}.items():
+            if box is None or screen is None or screen.plain:
                 continue
             target.viewport = box
             put(self._program, gain=screen.gain, blend=screen.blend)

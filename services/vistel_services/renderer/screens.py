@@ -36,6 +36,13 @@ class Stereo(Enum):
     TOP_BOTTOM = "top_bottom"
     ANAGLYPH = "anaglyph"
     SEQUENTIAL = "sequential"
+    QUAD_BUFFER = "quad_buffer"
+    """A whole picture for each eye: the left one left in a picture of twice the width, until the window takes them apart."""
+
+    @property
+    def widths(self) -> int:
+        """How many times a screen's width its part of the picture is wide."""
+        return 2 if self is Stereo.QUAD_BUFFER else 1
 
 
 @dataclass(frozen=True)
@@ -91,42 +98,45 @@ class Screen:
 
 @dataclass(frozen=True)
 class Sight:
-    """One eye's picture of one screen, in a picture that may hold several. box: None for all of it; colours: those drawn."""
+    """One eye's picture of one screen, in a picture that may hold several. box: None for all of it; colours: those drawn;
+    screen: None for a desktop."""
 
     camera: Pinhole
     box: Box | None = None
     colours: Colours = (True, True, True)
+    screen: Screen | None = None
 
 
-def picture_size(screens: Sequence[Screen]) -> tuple[int, int]:
+def picture_size(screens: Sequence[Screen], stereo: Stereo = Stereo.MONO) -> tuple[int, int]:
     """Width and height in pixels of the picture that holds them all, side by side in their order."""
-    return sum(s.width for s in screens), max(s.height for s in screens)
+    return stereo.widths * sum(s.width for s in screens), max(s.height for s in screens)
 
 
-def boxes(screens: Sequence[Screen]) -> list[Box]:
+def boxes(screens: Sequence[Screen], stereo: Stereo = Stereo.MONO) -> list[Box]:
     """Where each screen lies in that picture."""
     out: list[Box] = []
     for s in screens:
-        out.append((sum(width for _, _, width, _ in out), 0, s.width, s.height))
+        out.append((sum(width for _, _, width, _ in out), 0, stereo.widths * s.width, s.height))
     return out
 
 
 def sights_of_screens(screens: Sequence[Screen], eyes: F64, stereo: Stereo, frame: int) -> list[Sight]:
     """What is drawn of `screens` for `eyes` (2, 3) left and right in the room; frame: number of the picture."""
     out: list[Sight] = []
-    for screen, box in zip(screens, boxes(screens), strict=True):
+    for screen, box in zip(screens, boxes(screens, stereo), strict=True):
         for eye, place, colours in _shares(stereo, box, frame):
             camera = screen.seen_from(eyes[eye] if eye < 2 else eyes.mean(axis=0))
             if camera is not None:
-                out.append(Sight(camera, place, colours))
+                out.append(Sight(camera, place, colours, screen))
     return out
 
 
 def sights_of_desktop(
     camera: Camera, size: tuple[int, int], stereo: Stereo, frame: int, eye_distance: float, convergence: float
 ) -> list[Sight]:
-    """The same for a window that hangs `convergence` metres before `camera`: things there seem to be on the display."""
-    width, height = size
+    """The same for a window that hangs `convergence` metres before `camera`: things there seem to be on the display. size: of
+    the picture, with both eyes' in it."""
+    width, height = size[0] // stereo.widths, size[1]
     left, right, bottom, top = (convergence * e for e in camera.edges(width / height))
 
     def corner(x: float, y: float) -> F64:
@@ -162,7 +172,7 @@ _ALL: Colours = (True, True, True)
 def _shares(stereo: Stereo, box: Box, frame: int) -> list[tuple[int, Box, Colours]]:
     """Eye (0 left, 1 right, 2 between), box and colours of each picture within a screen's."""
     x, y, w, h = box
-    if stereo is Stereo.SIDE_BY_SIDE:
+    if stereo in (Stereo.SIDE_BY_SIDE, Stereo.QUAD_BUFFER):
         return [(0, (x, y, w // 2, h), _ALL), (1, (x + w // 2, y, w - w // 2, h), _ALL)]
     if stereo is Stereo.TOP_BOTTOM:
         return [(0, (x, y + h // 2, w, h - h // 2), _ALL), (1, (x, y, w, h // 2), _ALL)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import time
 from collections.abc import Mapping, Sequence
@@ -27,19 +28,25 @@ from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
+from vistel.wire.shared_pictures import shared_path
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world_listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
+from vistel_services.renderer.desk import Desk
+from vistel_services.renderer.facts import Facts
 from vistel_services.renderer.gl_context import NoOpenGlError
 from vistel_services.renderer.outputs import Out, Outputs
 from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.ready import decor_of
 from vistel_services.renderer.resolution import Resolution
 from vistel_services.renderer.room_deliveries import RoomDeliveries
-from vistel_services.renderer.screens import Screen, Stereo, picture_size
+from vistel_services.renderer.screens import Screen, Stereo, boxes, picture_size
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.stream_address import StreamAddress
 from vistel_services.renderer.studio import Studio, View
+from vistel_services.renderer.window import Pane
+from vistel_services.renderer.window_wire import WindowWire
+from vistel_services.renderer.wishes import Ask, Carry, Draw, Record, Wish
 
 log = logging.getLogger("vistel.renderer")
 
@@ -62,7 +69,7 @@ class Config:
     """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
     seats: of the room; out: where pictures go beside a window; avatars: files of participants; room: what the conference file
     says of the room, where files hold some of it; people: the site's participants, whose details of the room are listened to;
-    whole: every pixel is drawn, however long it takes."""
+    whole: every pixel is drawn, however long it takes; sites: of the conference, and who is at each."""
 
     site: str
     view: View
@@ -74,6 +81,7 @@ class Config:
     room: RoomKeys | None = None
     people: tuple[str, ...] = ()
     whole: bool = False
+    sites: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -82,20 +90,25 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         raise ValueError("renderer: runs at a site, and none was named")
     shown, viewer = site.display, site.participants[0].name
     seat = conference.room.place(conference.seat_of(viewer))
-    screens = tuple(Screen.placed(s, *seat) for s in shown.screens)
-    width, height = picture_size(screens) if screens else (shown.width, shown.height)
+    screens, stereo = tuple(Screen.placed(s, *seat) for s in shown.screens), Stereo(shown.stereo)
+    width, height = picture_size(screens, stereo) if screens else (stereo.widths * shown.width, shown.height)
+    panes = tuple(
+        Pane(f"VISTEL {site.name} {s.name}", s.width, s.height, s.monitor, s.at, box)
+        for s, box in zip(shown.screens, boxes(screens, stereo), strict=True)
+    ) if shown.window == "each" else ()  # fmt: skip
     view = View(
-        width, height, shown.view, viewer, shown.window, f"VISTEL {site.name}", shown.engine, shown.layers, screens,
-        Stereo(shown.stereo), shown.eye_distance, shown.convergence, shown.wrinkles, shown.light, shown.gauges,
+        width, height, shown.view, viewer, bool(shown.window), f"VISTEL {site.name}", shown.engine, shown.layers, screens,
+        stereo, shown.eye_distance, shown.convergence, shown.wrinkles, shown.light, shown.gauges, panes=panes,
     )  # fmt: skip
     out = Out(
         paths.video(site.name) if shown.video else None, StreamAddress(*shown.stream_at) if shown.stream_at else None,
-        bool(site.audio and site.audio.stream),
+        bool(site.audio and site.audio.stream), paths.video(site.name),
+        shared_path(conference.name, site.name) if shown.shared_memory else None, shown.virtual_camera,
     )  # fmt: skip
     return Config(
         site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats, out, files_of(conference),
         conference.room if conference.room.from_files else None, tuple(p.name for p in site.participants),
-        shown.resolution == "full",
+        shown.resolution == "full", {s.name: tuple(p.name for p in s.participants) for s in conference.sites},
     )  # fmt: skip
 
 
@@ -161,6 +174,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
     easel = _Easel(config, thread, deliveries, models)
+    wire = WindowWire(bus, clock, config.view.eyes, config.sites) if config.view.window else None
     period_ns = round(1e9 / config.rate)
     somebody = False
     try:
@@ -174,7 +188,12 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             for sound in inputs.sounds():
                 outputs.put_sound(sound.header.t_ns, sound.opus)
             instant = stage.instant(clock.now_ns())
+            if wire is not None:
+                wire.take()
+                easel.facts = wire.facts.now(instant.now_ns, outputs.film)
             picture = await easel.draw(instant)
+            if wire is not None:
+                _grant(easel.wishes(), wire, outputs, instant.now_ns)
             if picture is not None:
                 done_ns = clock.now_ns()
                 reporter.drawn(instant, done_ns, easel.stand_ins)
@@ -187,7 +206,22 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         inputs.close()
         deliveries.close()
         furniture.close()
+        if wire is not None:
+            wire.close()
         await asyncio.shield(_wind_up(easel, outputs, thread))
+
+
+def _grant(wishes: Sequence[Wish], wire: WindowWire, outputs: Outputs, now_ns: int) -> None:
+    """What somebody at the window wants that is not the picture's business."""
+    for wish in wishes:
+        if isinstance(wish, Ask):
+            wire.ask(wish)
+        elif isinstance(wish, Carry):
+            wire.carry(wish)
+        elif isinstance(wish, Record):
+            fault = outputs.record(wish.on)
+            if fault:
+                wire.facts.notice(fault, now_ns, amiss=True)
 
 
 async def _wind_up(easel: _Easel, outputs: Outputs, thread: ThreadPoolExecutor) -> None:
@@ -242,6 +276,15 @@ class _Easel:
         self._view = config.view
         self._resolution = None if config.whole else Resolution(config.rate, config.view.height)
         self._studio: Studio | None = None
+        self._wishes: list[Wish] = []
+        self._set: Desk | None = None
+        self.facts = Facts()
+        """What the window tells beside its picture."""
+
+    def wishes(self) -> list[Wish]:
+        """What somebody at the window wants since the last call."""
+        out, self._wishes = self._wishes, []
+        return out
 
     async def draw(self, instant: Instant) -> NDArray[np.uint8] | None:
         """The picture, or None when there is none this time."""
@@ -253,7 +296,7 @@ class _Easel:
             return None
         except Exception:
             log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", _RETRY_S)
-            self._studio = None
+            await self._call(self._give_up)
             await asyncio.sleep(_RETRY_S)
             return None
 
@@ -271,6 +314,15 @@ class _Easel:
         if self._studio is not None:
             studio, self._studio = self._studio, None
             await self._call(studio.close)
+
+    def _give_up(self) -> None:
+        """Leave what cannot draw any more: its windows go, what was set at them stays."""
+        studio, self._studio = self._studio, None
+        if studio is None:
+            return
+        self._set = studio.desk or self._set
+        with contextlib.suppress(Exception):  # of a context that is gone, nothing can be given back
+            studio.close()
 
     async def _call(self, function: Any, *args: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._thread, function, *args)
@@ -292,6 +344,8 @@ class _Easel:
             # Setting up takes a while: the instant is old when it is done, the next one is drawn.
             began = time.perf_counter()
             self._studio = Studio(self._view, self._config.seats, self._load, self._decor(), self._models)
+            if self._studio.desk is not None and self._set is not None:
+                self._studio.desk.go_on(self._set)
             found = self._studio.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",
@@ -300,14 +354,35 @@ class _Easel:
             )  # fmt: skip
             return None
         began_ns = time.perf_counter_ns()
+        desk = self._studio.desk
+        if desk is not None:
+            desk.facts = self.facts
         picture = self._studio.render(instant)
         if self._resolution is not None and self._studio.complete:
             self._follow(self._studio, self._resolution, time.perf_counter_ns(), began_ns)
+        if desk is not None:
+            self._listen(self._studio, desk)
+        if self._studio is None:
+            return picture
         if self._studio.closed_by_user:
             log.info("event=window_closed using=headless")
-            self._studio.close()
-            self._studio, self._view = None, replace(self._view, window=False)
+            self._give_up()
+            self._view = replace(self._view, window=False)
         return picture
+
+    def _listen(self, studio: Studio, desk: Desk) -> None:
+        """Do what somebody at the window wants of the picture; the rest is for the others."""
+        for wish in desk.wishes():
+            if not isinstance(wish, Draw):
+                self._wishes.append(wish)
+                continue
+            if wish.scale is not None:
+                self._resolution = None if wish.scale else Resolution(self._config.rate, self._view.height)
+                studio.draw_at(wish.scale or 1.0)
+            if wish.light is not None:
+                log.info("event=light now=%s action=set_up_again", wish.light)
+                self._view = replace(self._view, light=wish.light)
+                self._give_up()
 
     def _follow(self, studio: Studio, resolution: Resolution, now_ns: int, began_ns: int) -> None:
         """As many pixels as there is time for."""

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -22,6 +23,7 @@ from vistel.space.files.model import Model
 from vistel.space.room import meeting_room
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
+from vistel_services.renderer.desk import Desk
 from vistel_services.renderer.draw import Frame, Painter
 from vistel_services.renderer.drawn_figures import FigureView
 from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
@@ -30,7 +32,9 @@ from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
 from vistel_services.renderer.gpu_deform import open_deformer
 from vistel_services.renderer.labels import Label
+from vistel_services.renderer.navigation import Mode
 from vistel_services.renderer.overlays import LabelView
+from vistel_services.renderer.panel import Choices
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
 from vistel_services.renderer.room import build_room, drawn_with_room
@@ -48,6 +52,7 @@ from vistel_services.renderer.screens import (
 from vistel_services.renderer.soft_things import pulls_of
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.things_shown import ThingsShown
+from vistel_services.renderer.window import Pane
 
 log = logging.getLogger("vistel.renderer")
 
@@ -65,10 +70,11 @@ EYES_SEEN = 350.0
 
 @dataclass(frozen=True)
 class View:
-    """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". engine: what deforms
-    figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their skins. wrinkles: on clothes and faces. screens:
-    in the room, the picture holds all of theirs; none: a desktop. eye_distance, convergence: of stereo [m]. light: "fast",
-    "fine" or, as the machine can, "auto". gauges: how late everybody is stands over it."""
+    """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". window: it is shown in
+    one, or in several `panes`. engine: what deforms figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their
+    skins. wrinkles: on clothes and faces. screens: in the room, the picture holds all of theirs; none: a desktop. eye_distance,
+    convergence: of stereo [m]. light: "fast", "fine" or, as the machine can, "auto". gauges: how late everybody is stands over
+    it. samples: of each pixel; None: as the light wants it, or edges smoothed afterwards where more than one costs too much."""
 
     width: int
     height: int
@@ -85,6 +91,13 @@ class View:
     wrinkles: bool = True
     light: str = "auto"
     gauges: bool = False
+    samples: int | None = None
+    panes: tuple[Pane, ...] = ()
+
+    @property
+    def stereoscopic(self) -> bool:
+        """Both eyes have a picture."""
+        return self.stereo is not Stereo.MONO
 
 
 @dataclass
@@ -112,10 +125,14 @@ class Studio:
         """decor: what of the room does not come from the world, and the models of things; default: the built-in room. models:
         those of things in place of decor's; more may come while it draws."""
         self.view = view
-        self._surface = open_surface(view.width, view.height, view.window, view.title)
+        apart = view.stereo is Stereo.QUAD_BUFFER
+        one = view.width // view.stereo.widths, view.height
+        self._surface = open_surface(*one, view.window, view.title, view.panes, apart)
         self.capability = self._surface.capability
         self._deformer = open_deformer(self._surface, view.engine)
-        self.painter = Painter(self._surface, view.width, view.height, self._deformer, view.screens, _FINE[view.light])
+        how = _FINE[view.light], view.samples
+        self.painter = Painter(self._surface, view.width, view.height, self._deformer, *how)
+        self._smooths = self.capability.software and not self.painter.fine and view.samples is None
         self._scale, self._screens = 1.0, view.screens
         self._rate = Rate()
         room = decor.room if decor else meeting_room(seats)
@@ -123,7 +140,10 @@ class Studio:
         looks = models if models is not None else decor.models if decor else {}
         detail = 0.6 if self.capability.software else 0.9
         self._furnishing = ThingsShown(self.painter, looks, detail, (t.id for t in drawn_with_room(room)))
-        self._camera = SeatCamera()
+        self._cameras: dict[str, SeatCamera] = {}
+        self._inside = view.eyes if view.kind == "seat" or view.screens else ""
+        """Through whose eyes the picture is seen."""
+        self.desk = open_desk(self.painter, view, looks)
         self._from: list[Sight] = []
         self._drawn = 0
         self._eyes = eyes_before(view.screens, view.eye_distance)
@@ -141,15 +161,20 @@ class Studio:
         """The picture of an instant, (height, width, 4) RGBA, first row at the bottom."""
         self._meet(instant)
         self._furnishing.meet(instant)
+        if self.desk is not None:
+            self.desk.take(instant, self._from, self.painter.size)
+            instant = self.desk.foreseen(instant)
         self.painter.draw(self._frame(instant))
         drawn, shown = self.painter.size, (self.view.width, self.view.height)
         out = np.empty((drawn[1], drawn[0], 4), np.uint8)
         self.painter.read_into(out)
-        if self.capability.software and not self.painter.fine and self._smoothing.done():
+        if self._smooths and self._smoothing.done():
             out = antialias(out)
+            if self.desk is not None:
+                self.painter.put_back(out)
         if drawn != shown:
             out = np.asarray(cv2.resize(out, shown, interpolation=cv2.INTER_LINEAR), np.uint8)
-        if not self.painter.show():
+        if not self.painter.show(partial(self._overlay, instant)):
             self.closed_by_user = True
         return out
 
@@ -160,7 +185,7 @@ class Studio:
         self._scale = scale
         self._screens = tuple(s.scaled(scale) for s in self.view.screens)
         one = round(scale * self.view.width), round(scale * self.view.height)
-        self.painter.resize(*(picture_size(self._screens) if self._screens else one), self._screens)
+        self.painter.resize(*(picture_size(self._screens, self.view.stereo) if self._screens else one))
 
     @property
     def complete(self) -> bool:
@@ -175,7 +200,16 @@ class Studio:
     def close(self) -> None:
         """Give everything back."""
         self._loader.shutdown(wait=False, cancel_futures=True)
-        self._surface.close()
+        try:
+            if self.desk is not None:
+                self.desk.close()
+        finally:
+            self._surface.close()
+
+    def _overlay(self, instant: Instant) -> None:
+        """What is in the window and not in the picture."""
+        if self.desk is not None:
+            self.desk.draw(instant, self._rate.hertz, self._scale)
 
     def _frame(self, instant: Instant) -> Frame:
         posed = self._pose(instant)
@@ -187,7 +221,7 @@ class Studio:
         for person in instant.people:
             name = person.about.name
             cast, now = self._cast[name], posed[name]
-            own = name == self.view.eyes and (self.view.kind == "seat" or bool(self.view.screens))
+            own = name == self._inside
             limbs = limb_rows(now.posed, cast.shape.casters)
             # Before a wall stands the viewer's own body: only its shadow is drawn.
             seen = not (own and self.view.screens)
@@ -201,7 +235,10 @@ class Studio:
             LabelView(c.over_things, instant.world.poses[t][0] + np.array((0.0, 0.16, 0.0)))
             for c in instant.captions for t in c.things if t in instant.world.poses
         ]  # fmt: skip
-        gauges = rows_of(instant, self._rate.hertz, self._scale) if self.view.gauges else ()
+        if self.desk is not None:
+            outlines = self.desk.outlines(outlines)
+        gauges = rows_of(instant, self._rate.hertz, self._scale) if self._settings.gauges else ()
+        gauges = (*gauges, *(self.desk.rows() if self.desk is not None else ()))
         named = [*labels, *names, *said]
         return Frame(self._from, figures, self._furnishing.views(instant), named, outlines, instant.captions, gauges)
 
@@ -263,19 +300,31 @@ class Studio:
 
     def _aim(self, instant: Instant, posed: dict[str, Posed]) -> list[Sight]:
         """From where the picture is drawn."""
-        view = self.view
+        view, chosen = self.view, self._settings
         viewer = posed.get(view.eyes)
         if view.screens:
             if viewer is not None:
                 sockets = viewer.joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]]
-                self._eyes = eyes_apart(sockets, view.eye_distance)
+                self._eyes = eyes_apart(sockets, chosen.eye_distance)
             return sights_of_screens(self._screens, self._eyes, view.stereo, self._drawn)
-        camera = self.camera or overview()
-        if view.kind == "seat" and viewer is not None:
-            camera = self._camera.follow(instant.now_ns, viewer.joints)
-        if view.stereo is Stereo.MONO:
+        who = {Mode.SEAT: view.eyes, Mode.FOLLOW: chosen.who}.get(chosen.mode, "")
+        seen = posed.get(who)
+        self._inside = who if seen is not None else ""
+        if seen is not None:
+            camera = self._cameras.setdefault(who, SeatCamera()).follow(instant.now_ns, seen.joints)
+        else:
+            camera = self.camera or overview()
+        if self.desk is not None:
+            camera = self.desk.camera(camera)
+        if not view.stereoscopic:
             return [Sight(camera)]
-        return sights_of_desktop(camera, self.painter.size, view.stereo, self._drawn, view.eye_distance, view.convergence)
+        size = self.painter.size
+        return sights_of_desktop(camera, size, view.stereo, self._drawn, chosen.eye_distance, chosen.convergence)
+
+    @property
+    def _settings(self) -> Choices:
+        """As the view says, or as somebody at the window has set it."""
+        return self.desk.choices if self.desk is not None else choices_of(self.view)
 
     def _label(self, instant: Instant, person: PersonNow, cast: _Cast) -> Label:
         if person.timing.age_ns > NO_SIGNAL_NS:
@@ -341,3 +390,19 @@ class Studio:
             if not self.view.wrinkles:
                 shape.iron()
         return shape
+
+
+def choices_of(view: View) -> Choices:
+    """What a view sets of what can be set at a window."""
+    mode = Mode.SEAT if view.kind == "seat" else Mode.ROOM
+    return Choices(mode, view.eyes, 0.0, view.light, view.gauges, view.eye_distance, view.convergence)
+
+
+def open_desk(painter: Painter, view: View, models: Mapping[str, Model]) -> Desk | None:
+    """What somebody has before them at the windows; None without one."""
+    window = painter.surface.window
+    if window is None:
+        return None
+    choices = replace(choices_of(view), light="fine" if painter.fine else "fast")
+    walled, stereo = bool(view.screens), view.stereoscopic
+    return Desk(painter.ctx, window, view.eyes, choices, view.title, models, walled=walled, stereo=stereo)

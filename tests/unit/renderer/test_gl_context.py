@@ -8,6 +8,7 @@ import sys
 import moderngl
 import pytest
 
+from vistel_services.renderer.draw import Painter
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
 
 
@@ -37,6 +38,6 @@ def test_a_window_without_a_display_becomes_a_headless_picture_and_says_so(
         lines = [r.message for r in caplog.records if "no_window" in r.message]
         assert len(lines) == 1
         assert "DISPLAY" in lines[0]
-        assert surface.show()
+        assert Painter(surface, 64, 64).show()
     finally:
         surface.close()

@@ -178,7 +178,7 @@ def _centre(picture: np.ndarray, empty: np.ndarray, at: np.ndarray, reach: float
 @pytest.mark.parametrize("stereo", [Stereo.MONO, Stereo.SIDE_BY_SIDE, Stereo.TOP_BOTTOM])
 def test_on_a_v_of_two_screens_points_are_drawn_where_the_eyes_rays_meet_them(surface: Surface, stereo: Stereo) -> None:
     width, height = picture_size(V)
-    painter = Painter(surface, width, height, screens=V)
+    painter = Painter(surface, width, height)
     places = [(0.6, 1.2, 1.4), (0.4, 1.05, 1.9), (-0.5, 1.2, 1.6), (-0.45, 1.3, 1.1)]
     sights = sights_of_screens(V, EYES, stereo, 0)
     painter.draw(Frame(sights))
@@ -201,7 +201,7 @@ def test_on_a_v_of_two_screens_points_are_drawn_where_the_eyes_rays_meet_them(su
 
 def test_an_anaglyph_shows_each_eye_its_colours(surface: Surface) -> None:
     flat = Screen("s", np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 1.5, 1.0)), WIDTH, HEIGHT)
-    painter = Painter(surface, WIDTH, HEIGHT, screens=(flat,))
+    painter = Painter(surface, WIDTH, HEIGHT)
     place = (0.0, 1.2, 2.5)
     sights = sights_of_screens((flat,), EYES, Stereo.ANAGLYPH, 0)
     painter.draw(Frame(sights, things=_dots(painter, place, grey=0.0)))
@@ -218,11 +218,11 @@ def test_where_two_projectors_overlap_their_light_adds_up_to_one(surface: Surfac
     light = []
     for blend in ((0.0, 0.0, 0.0, 0.0), (0.0, 0.25, 0.0, 0.0), (0.25, 0.0, 0.0, 0.0)):
         screen = replace(flat, blend=blend)
-        painter = Painter(surface, WIDTH, HEIGHT, screens=(screen,))
+        painter = Painter(surface, WIDTH, HEIGHT)
         ahead = look_at(np.array((0.0, 1.2, -1.5)), np.array((0.0, 1.2, 0.0)), 0.5)
         dots = _dots(painter, (0.0, 1.2, 0.0))
         dots[0].matrix[:3, :3] *= 50.0
-        painter.draw(Frame([Sight(ahead, boxes((screen,))[0])], things=dots))
+        painter.draw(Frame([Sight(ahead, boxes((screen,))[0], screen=screen)], things=dots))
         light.append(((painter.image()[HEIGHT // 2] / 255.0) ** 2.2).mean(axis=1))
     assert light[0].min() > 0.2
     left, right = light[1] / light[0], light[2] / light[0]

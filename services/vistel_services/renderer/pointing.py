@@ -1,0 +1,133 @@
+"""What a mouse points at: rays from the picture into the room, and where they meet things."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion
+from vistel.space.tessellate import Surface3
+from vistel_services.renderer.screens import Sight
+
+F64 = NDArray[np.float64]
+
+FURTHEST = 12.0
+"""Nothing further than this is pointed at [m]."""
+
+
+@dataclass(frozen=True)
+class Ray:
+    """origin: (3,) room [m]; way: (3,) unit."""
+
+    origin: F64
+    way: F64
+
+    def at(self, distance: float) -> F64:
+        """(3,) so far along it [m]."""
+        return self.origin + distance * self.way
+
+
+@dataclass(frozen=True)
+class Hit:
+    """A thing is met at (3,) `place`, `distance` metres along the ray."""
+
+    thing: str
+    place: F64
+    distance: float
+
+
+def ray_through(sights: Sequence[Sight], x: float, y: float, size: tuple[int, int]) -> Ray | None:
+    """The ray of the pixel (x, y) of a picture of `size`, from its upper left; None where no eye's picture is. Where both
+    eyes' pictures lie over one another, the first one's."""
+    width, height = size
+    for sight in sights:
+        left, bottom, w, h = sight.box or (0, 0, width, height)
+        u, v = (x - left) / w, (height - y - bottom) / h
+        if not (0.0 <= u <= 1.0 and 0.0 <= v <= 1.0):
+            continue
+        l, r, b, t = sight.camera.edges(w / h)  # noqa: E741
+        way = sight.camera.rotation @ np.array((l + u * (r - l), b + v * (t - b), -1.0))
+        return Ray(sight.camera.position, way / np.linalg.norm(way))
+    return None
+
+
+class Targets:
+    """Surfaces that a ray may meet, each in its thing's frame."""
+
+    def __init__(self) -> None:
+        self._corners: dict[str, F64] = {}
+        self._reach: dict[str, float] = {}
+
+    def put(self, thing: str, surfaces: Sequence[Surface3]) -> None:
+        """A thing looks like this now."""
+        parts = [s.vertices.astype(np.float64)[s.triangles] for s in surfaces if len(s.triangles)]
+        if not parts:
+            self.drop(thing)
+            return
+        corners = np.concatenate(parts)
+        self._corners[thing] = corners
+        self._reach[thing] = math.sqrt(float((corners * corners).sum(axis=2).max()))
+
+    def drop(self, thing: str) -> None:
+        """A thing is no longer there."""
+        self._corners.pop(thing, None)
+        self._reach.pop(thing, None)
+
+    def lowest(self, thing: str, rotation: F64) -> float:
+        """How far a thing's lowest point is over its origin when it is turned so; below it, hence negative, as a rule [m]."""
+        if thing not in self._corners:
+            return 0.0
+        upwards = matrix_from_quaternion(np.ascontiguousarray(rotation))[1]
+        return float((self._corners[thing] @ upwards).min())
+
+    def met(self, ray: Ray, poses: Mapping[str, tuple[F64, F64]], hidden_from: float = FURTHEST) -> Hit | None:
+        """The first thing a ray meets. poses: position (3,) and quaternion (4,) of things; what is further than
+        `hidden_from` metres stands behind something else."""
+        best: Hit | None = None
+        nearest = min(FURTHEST, hidden_from)
+        for thing, corners in self._corners.items():
+            if thing not in poses:
+                continue
+            position, rotation = poses[thing]
+            away = position - ray.origin
+            along = float(away @ ray.way)
+            reach = self._reach[thing]
+            if along < -reach or along - reach > nearest or float(away @ away) - along * along > reach * reach:
+                continue
+            turn = matrix_from_quaternion(np.ascontiguousarray(rotation))
+            distance = first_met(corners, (ray.origin - position) @ turn, ray.way @ turn)
+            if distance < nearest:
+                nearest = distance
+                best = Hit(thing, ray.at(distance), distance)
+        return best
+
+
+def first_met(corners: F64, origin: F64, way: F64) -> float:
+    """How far along a ray the first of the triangles `corners` (n, 3, 3) is; infinite where none is.
+
+    T. Möller, B. Trumbore, "Fast, minimum storage ray/triangle intersection", 1997; both sides count.
+    """
+    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    p = np.cross(way, ac)
+    det = (ab * p).sum(axis=1)
+    safe = np.where(np.abs(det) < 1e-14, np.inf, det)
+    s = origin - a
+    u = (s * p).sum(axis=1) / safe
+    q = np.cross(s, ab)
+    v = (q @ way) / safe
+    t = (q * ac).sum(axis=1) / safe
+    met = (np.abs(det) >= 1e-14) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 1e-6)
+    return float(t[met].min()) if met.any() else math.inf
+
+
+def on_plane(ray: Ray, place: F64, normal: F64) -> F64 | None:
+    """(3,) where a ray meets a plane; None where it runs along it or away from it."""
+    slope = float(ray.way @ normal)
+    if abs(slope) < 1e-3:
+        return None
+    distance = float((place - ray.origin) @ normal) / slope
+    return ray.at(distance) if 0.0 < distance <= FURTHEST else None

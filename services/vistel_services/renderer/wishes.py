@@ -1,0 +1,48 @@
+"""What somebody at a window wants: of the world, of the picture, of the recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.space.commands.actions import Action
+
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ask:
+    """The world is to do this."""
+
+    action: Action
+
+
+@dataclass(frozen=True)
+class Carry:
+    """A thing is where the mouse leads it. position: (3,) [m]; rotation: (4,) quaternion; velocity: (3,) [m/s]; room frame."""
+
+    thing: str
+    position: F64
+    rotation: F64
+    velocity: F64
+
+
+@dataclass(frozen=True)
+class Record:
+    """The picture is to be recorded, or no longer."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class Draw:
+    """How to draw from now on. light: "fast", "fine"; scale: what part of the width and height, 0: as there is time for; None:
+    as before."""
+
+    light: str | None = None
+    scale: float | None = None
+
+
+Wish = Ask | Carry | Record | Draw
