@@ -2,13 +2,16 @@
 
 Three deforming figures of 10,000 vertices move in the furnished room, at 640 x 360 with shadows; each frame is posed,
 deformed, drawn, read back and encoded as the renderer service does it. At 1280 x 720, without encoding: both eyes against one,
-twenty figures against three, fine light against fast.
+twenty figures against three, fine light against fast, and three figures against other renderers, which draw the same triangles
+where they are (`VISTEL_PEER_PYTHON`: an interpreter with pyrender, open3d or playwright; `VISTEL_PEER_THREE`: a folder with
+node_modules/three). End to end: frames a second of one site alone, encoded.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
 import tempfile
@@ -21,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.render_scene import save_scene
 from benchmarks.row import Row, machine
 from vistel.figure.posture import ELBOW, NECK, SHOULDER, SPINE_ROTATION, Posture, Stance
 from vistel.space.room import Room, meeting_room, seat_pose
@@ -64,6 +68,8 @@ def run() -> Iterator[Row]:
             slowest >= TARGET_FPS, where,
         )  # fmt: skip
     yield from _large(where)
+    yield from _beside(where)
+    yield from _end_to_end(where)
 
 
 def _large(where: str) -> Iterator[Row]:
@@ -86,17 +92,75 @@ def _large(where: str) -> Iterator[Row]:
         )  # fmt: skip
 
 
+def _beside(where: str) -> Iterator[Row]:
+    """Against other renderers, each between two runs of ours."""
+    if "VISTEL_PEER_PYTHON" not in os.environ:
+        return
+    plain, smooth = (View(*LARGE, "room", "", False, light="fast", samples=count) for count in (1, 4))
+    ours = {1: "no antialiasing", 4: "4 samples"}
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "scene.npz"
+        triangles = _scene(scene, plain)
+        for which, view, most in (
+            ("pyrender", plain, 0.12), ("pyrender", smooth, 0.6), ("three", plain, 0.25), ("filament", plain, 0.25)
+        ):  # fmt: skip
+            before = _picture_ms(view, 3)
+            found = _peer(which, scene, Path(folder) / f"{which}.png")
+            if found is None:
+                continue
+            ms = 0.5 * (before + _picture_ms(view, 3))
+            ratio = ms / found["ms"]
+            case = f"3 figures, {triangles} triangles, 1280x720, posed, deformed, with shadows, {ours[view.samples or 1]}"
+            peer = f"{found['name']}, standing still"
+            target = f"<= {most} x"
+            yield Row("render", case, "CPU time per picture", "ms", ms, peer, found["ms"], ratio, target, ratio <= most, where)
+
+
+def _peer(which: str, scene: Path, picture: Path) -> dict[str, Any] | None:
+    """What another renderer found, or None where it is not there."""
+    done = subprocess.run(
+        [os.environ["VISTEL_PEER_PYTHON"], str(Path(__file__).with_name("render_peers.py")), str(scene), *map(str, LARGE), which,
+         str(picture)],
+        capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    return json.loads(lines[-1]) if done.returncode == 0 and lines else None
+
+
+def _scene(path: Path, view: View) -> int:
+    studio, instant = Studio(view, SITES), _instant(0.0)
+    try:
+        _complete(studio, instant)
+        return save_scene(path, studio._frame(instant), SITES, view.width / view.height)
+    finally:
+        studio.close()
+
+
+def _end_to_end(where: str) -> Iterator[Row]:
+    """One site alone, as fast as it goes: posed, deformed, drawn, read back, encoded."""
+    for (width, height), least in ((640, 480), 50.0), (LARGE, 25.0):
+        with tempfile.TemporaryDirectory() as folder:
+            fps = _fps(Path(folder) / "site.mp4", View(width, height, "seat", PEOPLE[0].name, False, light="fast"), lambda: None)
+        case = f"one site alone, 3 figures, {width}x{height}, encoded"
+        yield Row("render", case, "frames/s", "frames/s", fps, None, None, None, f">= {least:.0f}", fps >= least, where)
+
+
 def _picture_ms(view: View, people: int) -> float:
     studio = Studio(view, SITES)
     instants = [_instant(k / 30.0, people) for k in range(LARGE_FRAMES)]
     try:
-        studio.render(instants[0])
-        while not studio.complete:
-            time.sleep(0.05)
-            studio.render(instants[0])
+        _complete(studio, instants[0])
         return _cpu_ms(lambda k: studio.render(instants[k]), LARGE_FRAMES)
     finally:
         studio.close()
+
+
+def _complete(studio: Studio, instant: Instant) -> None:
+    """Draw until all figures have arrived."""
+    studio.render(instant)
+    while not studio.complete:
+        time.sleep(0.05)
+        studio.render(instant)
 
 
 def _together(folder: Path) -> list[dict[str, Any]]:
@@ -120,10 +184,19 @@ def _together(folder: Path) -> list[dict[str, Any]]:
 
 def _site(path: Path) -> None:
     """A site of `_together`."""
-    studio = _studio()
-    print("ready", flush=True)
-    sys.stdin.readline()
-    video = VideoWriter(path, WIDTH, HEIGHT, 30.0)
+
+    def ready() -> None:
+        print("ready", flush=True)
+        sys.stdin.readline()
+
+    print(json.dumps({"fps": _fps(path, View(WIDTH, HEIGHT, "seat", PEOPLE[0].name, False), ready)}))
+
+
+def _fps(path: Path, view: View, ready: Callable[[], None]) -> float:
+    """Frames a second of a site that draws and encodes for `SECONDS`, after `ready`."""
+    studio = _studio(view)
+    ready()
+    video = VideoWriter(path, view.width, view.height, 30.0)
     begun, frames = time.monotonic(), 0
     while time.monotonic() - begun < SECONDS:
         picture = studio.render(_instant(frames / 30.0))
@@ -133,11 +206,11 @@ def _site(path: Path) -> None:
     seconds = time.monotonic() - begun
     video.close()
     studio.close()
-    print(json.dumps({"fps": frames / seconds}))
+    return frames / seconds
 
 
 def _one_site(path: Path, frames: int) -> dict[str, Any]:
-    studio = _studio()
+    studio = _studio(View(WIDTH, HEIGHT, "seat", PEOPLE[0].name, False))
     video = VideoWriter(path, WIDTH, HEIGHT, 30.0)
     instants = [_instant(k / 30.0) for k in range(frames)]
     picture = studio.render(instants[0])
@@ -165,14 +238,10 @@ def _cpu_ms(work: Callable[[int], object], count: int) -> float:
     return (time.process_time() - begun) / count * 1e3
 
 
-def _studio() -> Studio:
+def _studio(view: View) -> Studio:
     """A studio whose figures have all arrived."""
-    studio = Studio(View(WIDTH, HEIGHT, "seat", PEOPLE[0].name, False), SITES)
-    while True:
-        studio.render(_instant(0.0))
-        if studio.complete:
-            break
-        time.sleep(0.05)
+    studio = Studio(view, SITES)
+    _complete(studio, _instant(0.0))
     for k in range(5):
         studio.render(_instant(k / 30.0))
     return studio
