@@ -92,6 +92,7 @@ _FIELD: dict[type[Any], str] = {
     ask.MoveBy: "move_by", ask.Place: "place", ask.Turn: "turn", ask.Scale: "scale", ask.Bend: "bend", ask.Twist: "twist",
     ask.Paint: "paint", ask.Harden: "harden", ask.Copy: "copy", ask.Create: "create", ask.Grip: "grip",
     ask.Attach: "attach", ask.Detach: "detach", ask.Undo: "undo", ask.Redo: "redo", ask.Stop: "stop",
+    ask.Hide: "hide", ask.Show: "show", ask.Align: "align", ask.Dent: "dent", ask.Sharpen: "sharpen",
 }  # fmt: skip
 
 _READ: dict[str, Callable[[Any], Action | None]] = {
@@ -118,4 +119,9 @@ _READ: dict[str, Callable[[Any], Action | None]] = {
     "undo": lambda m: ask.Undo(),
     "redo": lambda m: ask.Redo(),
     "stop": lambda m: ask.Stop(),
+    "hide": lambda m: ask.Hide(_which(m.which)),
+    "show": lambda m: ask.Show(_which(m.which)),
+    "align": lambda m: ask.Align(_which(m.which)),
+    "dent": lambda m: ask.Dent(_which(m.which), m.depth or ask.Dent.depth),
+    "sharpen": lambda m: ask.Sharpen(_which(m.which), m.by),
 }

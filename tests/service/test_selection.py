@@ -19,7 +19,7 @@ from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.outlines import HUES, colours_of
 from vistel_services.renderer.stage import Instant
 from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.world_view import WorldView, view_of
+from vistel_services.renderer.world_view import WorldView, thing_of, view_of
 from vistel_services.world.tell import Teller
 
 STEP_NS = 16_666_667
@@ -112,5 +112,43 @@ def test_a_line_in_their_colour_goes_round_it_and_the_thing_stays_as_it_is() -> 
         assert middle < 8
         assert np.array_equal(drawn(()), bare)
         drawn((("ann", ("gone", "table")),))
+    finally:
+        studio.close()
+
+
+@pytest.mark.gl
+def test_a_hidden_thing_is_not_in_the_picture_and_a_dented_one_is_seen_to_be() -> None:
+    told = Told()
+    studio = Studio(View(320, 180, "room", "", False), 2)
+    studio.painter.saves_shadows = False
+    at = told.hears.now.poses["ball"][0]
+    studio.camera = look_at(at + np.array([0.0, 0.45, -0.45]), at, 0.3)
+    try:
+        while not studio.complete:
+            time.sleep(0.01)
+
+        def drawn() -> np.ndarray:
+            now = told.hears.now
+            things = MappingProxyType({name: thing_of(t) for name, t in now.things.items()})
+            return studio.render(Instant(now.t_ns, (), view_of(now, ()), things))[..., :3].astype(int)
+
+        def ball(picture: np.ndarray) -> int:
+            """Pixels of its yellow, which the wood of the table has not."""
+            return int(((picture[..., 1] > 110) & (picture[..., 2] < 0.45 * picture[..., 1])).sum())
+
+        drawn()
+        bare = drawn()
+        assert ball(bare) > 200
+        told.say("ann", ask.Hide(Which("ball")))
+        assert ball(drawn()) < 0.02 * ball(bare)
+        told.say("ann", ask.Select(Which("ball")))
+        assert ball(drawn()) < 0.02 * ball(bare), "the line of a selection shows where it is"
+        told.say("ann", ask.Select(nothing=True))
+        told.say("ann", ask.Show())
+        back = drawn()
+        assert ball(back) > 0.97 * ball(bare)
+        told.say("ann", ask.Dent(Which("ball"), 0.5))
+        middle = np.abs(drawn() - back)[60:120, 130:190]
+        assert (middle.max(axis=2) > 12).sum() > 50
     finally:
         studio.close()

@@ -221,15 +221,24 @@ class _Shapes:
 
 
 def _from_change(c: Change, shapes: _Shapes) -> list[Any]:
-    sides = ([[shapes.number(x.thing), x.position.tolist(), x.rotation.tolist()] for x in side] for side in (c.before, c.after))
-    return [c.participant, *sides]
+    return [c.participant, *([_from_stood(x, shapes) for x in side] for side in (c.before, c.after))]
+
+
+def _from_stood(x: Stood, shapes: _Shapes) -> list[Any]:
+    """With dents one entry more."""
+    pose = [shapes.number(x.thing), x.position.tolist(), x.rotation.tolist()]
+    return [*pose, [_from_dent(d) for d in x.dents]] if x.dents else pose
 
 
 def _to_change(d: Any, shapes: list[Thing]) -> Change:
     who, *sides = d
     before, after = (
-        tuple(Stood(shapes[int(k)], _rows(p, 1, 3)[0], _rows(q, 1, 4)[0]) for k, p, q in side) for side in sides
-    )
+        tuple(
+            Stood(shapes[int(k)], _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], tuple(_to_dent(e) for some in dents for e in some))
+            for k, p, q, *dents in side
+        )
+        for side in sides
+    )  # fmt: skip
     return Change(str(who), before, after)
 
 

@@ -21,6 +21,8 @@ def from_thing(t: Thing) -> dict[str, Any]:
         own["looks"] = [[k.model, k.matrix.tolist(), k.offset.tolist(), k.colour] for k in t.looks]
     if t.inertia is not None:
         own["inertia"] = t.inertia.tolist()
+    if t.hidden:
+        own["hidden"] = True
     return own | {
         "id": t.id, "name": t.name, "shape": t.shape, "primitives": [from_primitive(p) for p in t.primitives],
         "mass": t.mass, "compliance": t.compliance, "colour": t.colour, "position": t.position.tolist(),
@@ -45,6 +47,7 @@ def to_thing(d: Any) -> Thing:
         Curve(to_thing(curve[0]), _to_arc(curve[1:])) if curve else None,
         tuple(Look(str(k), _numbers(m, 9).reshape(3, 3), _numbers(o, 3), int(c)) for k, m, o, c in d.get("looks", ())),
         None if inertia is None else _numbers(inertia, 9).reshape(3, 3),
+        bool(d.get("hidden", False)),
     )  # fmt: skip
 
 

@@ -168,7 +168,8 @@ class Thing:
     fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (spec_maths §2.4); colour: 0xRRGGBBAA;
     position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: what hands close around; matter:
     what it is made of; parts: what it was put together from; curve: what it was bent from; looks: polymeshes drawn for
-    primitives that are not seen; inertia: (3, 3) per kilogram about its centre [m^2], None: that of its primitives.
+    primitives that are not seen; inertia: (3, 3) per kilogram about its centre [m^2], None: that of its primitives;
+    hidden: nobody is shown it, though it is there and felt.
     """
 
     id: str
@@ -186,6 +187,7 @@ class Thing:
     curve: Curve | None = None
     looks: tuple[Look, ...] = ()
     inertia: F64 | None = None
+    hidden: bool = False
 
     @property
     def fixed(self) -> bool:

@@ -33,6 +33,10 @@ TURNS = {"": 45.0, "little": 15.0, "more": 90.0}
 """Degrees; for bending and twisting as well."""
 CREATED = {"": 0.04, "large": 0.07, "small": 0.02}
 """Half of the extent of a new thing, by the tag "size" [m]."""
+EDGES = {"": 0.6, "little": 0.3, "more": 1.0}
+"""Shares of the way to as sharp, or as round, as can be."""
+DENTS = {"": 0.3, "little": 0.15, "more": 0.5}
+"""Shares of half of a thing's smallest extent."""
 SOFTNESS = {"": (0.3, 1.0), "little": (0.4, 0.8), "more": (0.0, 1.0)}
 """Rigidity when softer and when harder."""
 
@@ -135,6 +139,11 @@ def _harden(m: Meaning) -> Action:
     return ask.Harden(_which(m), soft if m.get("change") == "down" else hard)
 
 
+def _sharpen(m: Meaning) -> Action:
+    by = _number(m, "by", EDGES)
+    return ask.Sharpen(_which(m), -by if m.get("change") == "down" else by)
+
+
 _DO: dict[str, Callable[[Meaning], Action | Remark]] = {
     "move": lambda m: ask.MoveBy(_which(m), _towards(m), _number(m, "metres", MOVES)),
     "place": lambda m: ask.Place(_which(m), _where(m)),
@@ -149,6 +158,11 @@ _DO: dict[str, Callable[[Meaning], Action | Remark]] = {
     "straighten": lambda m: ask.Bend(_which(m), 0.0),
     "paint": _paint,
     "harden": _harden,
+    "sharpen": _sharpen,
+    "dent": lambda m: ask.Dent(_which(m), _number(m, "depth", DENTS)),
+    "align": lambda m: ask.Align(_which(m)),
+    "hide": lambda m: ask.Hide(_which(m)),
+    "show": lambda m: ask.Show(_which(m)),
     "copy": lambda m: ask.Copy(_which(m)),
     "create": _create,
     "delete": lambda m: ask.Delete(_which(m)),

@@ -51,7 +51,7 @@ WHERE_HERE: Where
 WHERE_POINTED: Where
 
 class Command(_message.Message):
-    __slots__ = ("header", "id", "participant", "move", "release", "delete", "reset", "select", "move_by", "place", "turn", "scale", "bend", "twist", "paint", "harden", "copy", "create", "grip", "attach", "detach", "undo", "redo", "stop")
+    __slots__ = ("header", "id", "participant", "move", "release", "delete", "reset", "select", "move_by", "place", "turn", "scale", "bend", "twist", "paint", "harden", "copy", "create", "grip", "attach", "detach", "undo", "redo", "stop", "hide", "show", "align", "dent", "sharpen")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     ID_FIELD_NUMBER: _ClassVar[int]
     PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
@@ -76,6 +76,11 @@ class Command(_message.Message):
     UNDO_FIELD_NUMBER: _ClassVar[int]
     REDO_FIELD_NUMBER: _ClassVar[int]
     STOP_FIELD_NUMBER: _ClassVar[int]
+    HIDE_FIELD_NUMBER: _ClassVar[int]
+    SHOW_FIELD_NUMBER: _ClassVar[int]
+    ALIGN_FIELD_NUMBER: _ClassVar[int]
+    DENT_FIELD_NUMBER: _ClassVar[int]
+    SHARPEN_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     id: str
     participant: str
@@ -100,7 +105,12 @@ class Command(_message.Message):
     undo: UndoLast
     redo: RedoLast
     stop: StopMoving
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., move: _Optional[_Union[MoveThing, _Mapping]] = ..., release: _Optional[_Union[ReleaseThing, _Mapping]] = ..., delete: _Optional[_Union[DeleteThing, _Mapping]] = ..., reset: _Optional[_Union[ResetRoom, _Mapping]] = ..., select: _Optional[_Union[SelectThings, _Mapping]] = ..., move_by: _Optional[_Union[MoveThingBy, _Mapping]] = ..., place: _Optional[_Union[PlaceThing, _Mapping]] = ..., turn: _Optional[_Union[TurnThing, _Mapping]] = ..., scale: _Optional[_Union[ScaleThing, _Mapping]] = ..., bend: _Optional[_Union[BendThing, _Mapping]] = ..., twist: _Optional[_Union[TwistThing, _Mapping]] = ..., paint: _Optional[_Union[PaintThing, _Mapping]] = ..., harden: _Optional[_Union[HardenThing, _Mapping]] = ..., copy: _Optional[_Union[CopyThing, _Mapping]] = ..., create: _Optional[_Union[CreateThing, _Mapping]] = ..., grip: _Optional[_Union[GripThing, _Mapping]] = ..., attach: _Optional[_Union[AttachThing, _Mapping]] = ..., detach: _Optional[_Union[DetachThing, _Mapping]] = ..., undo: _Optional[_Union[UndoLast, _Mapping]] = ..., redo: _Optional[_Union[RedoLast, _Mapping]] = ..., stop: _Optional[_Union[StopMoving, _Mapping]] = ...) -> None: ...
+    hide: HideThing
+    show: ShowThing
+    align: AlignThings
+    dent: DentThing
+    sharpen: SharpenThing
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., move: _Optional[_Union[MoveThing, _Mapping]] = ..., release: _Optional[_Union[ReleaseThing, _Mapping]] = ..., delete: _Optional[_Union[DeleteThing, _Mapping]] = ..., reset: _Optional[_Union[ResetRoom, _Mapping]] = ..., select: _Optional[_Union[SelectThings, _Mapping]] = ..., move_by: _Optional[_Union[MoveThingBy, _Mapping]] = ..., place: _Optional[_Union[PlaceThing, _Mapping]] = ..., turn: _Optional[_Union[TurnThing, _Mapping]] = ..., scale: _Optional[_Union[ScaleThing, _Mapping]] = ..., bend: _Optional[_Union[BendThing, _Mapping]] = ..., twist: _Optional[_Union[TwistThing, _Mapping]] = ..., paint: _Optional[_Union[PaintThing, _Mapping]] = ..., harden: _Optional[_Union[HardenThing, _Mapping]] = ..., copy: _Optional[_Union[CopyThing, _Mapping]] = ..., create: _Optional[_Union[CreateThing, _Mapping]] = ..., grip: _Optional[_Union[GripThing, _Mapping]] = ..., attach: _Optional[_Union[AttachThing, _Mapping]] = ..., detach: _Optional[_Union[DetachThing, _Mapping]] = ..., undo: _Optional[_Union[UndoLast, _Mapping]] = ..., redo: _Optional[_Union[RedoLast, _Mapping]] = ..., stop: _Optional[_Union[StopMoving, _Mapping]] = ..., hide: _Optional[_Union[HideThing, _Mapping]] = ..., show: _Optional[_Union[ShowThing, _Mapping]] = ..., align: _Optional[_Union[AlignThings, _Mapping]] = ..., dent: _Optional[_Union[DentThing, _Mapping]] = ..., sharpen: _Optional[_Union[SharpenThing, _Mapping]] = ...) -> None: ...
 
 class Which(_message.Message):
     __slots__ = ("thing", "name", "shape", "colour", "shown", "every", "size")
@@ -299,6 +309,40 @@ class RedoLast(_message.Message):
 class StopMoving(_message.Message):
     __slots__ = ()
     def __init__(self) -> None: ...
+
+class HideThing(_message.Message):
+    __slots__ = ("which",)
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ...) -> None: ...
+
+class ShowThing(_message.Message):
+    __slots__ = ("which",)
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ...) -> None: ...
+
+class AlignThings(_message.Message):
+    __slots__ = ("which",)
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ...) -> None: ...
+
+class DentThing(_message.Message):
+    __slots__ = ("which", "depth")
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    DEPTH_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    depth: float
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., depth: _Optional[float] = ...) -> None: ...
+
+class SharpenThing(_message.Message):
+    __slots__ = ("which", "by")
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    BY_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    by: float
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., by: _Optional[float] = ...) -> None: ...
 
 class CommandResult(_message.Message):
     __slots__ = ("header", "id", "outcome", "reason", "step", "things")

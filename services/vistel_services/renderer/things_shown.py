@@ -51,7 +51,7 @@ class ThingsShown:
     def meet(self, instant: Instant) -> None:
         """Make the pictures of things that are new or changed."""
         for thing_id, thing in instant.things.items():
-            if thing_id in self._fixed or not (thing.primitives or thing.looks):
+            if thing_id in self._fixed or thing.hidden or not (thing.primitives or thing.looks):
                 continue
             complete = all(k.model in self._models for k in thing.looks)
             if self._things.get(thing_id) is thing and not (complete and thing_id in self._lacking):
@@ -63,7 +63,7 @@ class ThingsShown:
                 log.info("event=model_awaited thing=%s shown=what_is_felt_of_it", thing_id)
             self._show(thing)
             self._things[thing_id] = thing
-        for thing_id in set(self._things) - set(instant.things):
+        for thing_id in set(self._things) - {name for name, thing in instant.things.items() if not thing.hidden}:
             self._painter.drop_thing(thing_id)
             self._soft.drop(thing_id)
             self._lacking.discard(thing_id)
@@ -110,7 +110,7 @@ class ThingsShown:
         outlines: list[Outline] = []
         labels: list[LabelView] = []
         for thing_id, names in who.items():
-            if thing_id not in instant.things or thing_id not in instant.world.poses:
+            if thing_id not in instant.things or thing_id not in instant.world.poses or instant.things[thing_id].hidden:
                 continue
             colours = tuple(own[name] for name in names)
             outlines.append(Outline(thing_id, colours[:MOST_LINES]))

@@ -72,7 +72,7 @@ def write_usd(
                 if viewer == name:
                     _keep(kept, count, camera.follow(instant.now_ns, joints))
         for thing_id, pose in instant.world.poses.items():
-            if thing_id in instant.things:
+            if thing_id in instant.things and not instant.things[thing_id].hidden:
                 _keep(things.setdefault(thing_id, (instant.things[thing_id], _Kept()))[1], count, pose)
     parts = path.with_name(f"{path.stem}_parts")
     parts.mkdir(exist_ok=True)

@@ -96,7 +96,7 @@ def thing_of(message: world_pb2.Thing) -> Thing:
     primitives = tuple(primitive_from(p) for p in message.primitives)
     m = message
     looks = tuple(_look(k) for k in m.looks)
-    thing = Thing(m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3), looks=looks)
+    thing = Thing(m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3), looks=looks, hidden=m.hidden)
     if not m.HasField("curve"):
         return thing
     c = m.curve

@@ -119,7 +119,7 @@ def thing_message(t: Thing) -> world_pb2.Thing:
         id=t.id, name=t.name, primitives=[_primitive(p) for p in t.primitives], mass_kg=t.mass,
         compliance=t.compliance, colour=t.colour, shape=t.shape, sticky=t.matter.sticky,
         bears=t.matter.bears if t.matter.sticky else 0.0,
-        material="" if t.matter.material == "elastic" else t.matter.material,
+        material="" if t.matter.material == "elastic" else t.matter.material, hidden=t.hidden,
     )  # fmt: skip
     for k in t.looks:
         plain = not k.offset.any() and np.array_equal(k.matrix, np.eye(3))

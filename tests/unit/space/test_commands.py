@@ -21,7 +21,8 @@ def test_a_world_restored_between_commands_goes_on_the_same() -> None:
         ask.Create("cone"), ask.Bend(Which(BATON), 1.0), ask.Scale(Which("box"), 1.3), ask.MoveBy(Which("can"), Towards.UP, 0.3),
         ask.Select(Which("tile")), ask.Move(Which("can"), np.array([0.08, 0.8, 0.02]), np.array([0, 0, 0, 1.0])),
         ask.Attach(Which("box"), Which("can")), ask.Undo(), ask.Redo(), ask.Paint(ask.THIS, 0x123456FF), ask.Undo(),
-        ask.Copy(Which("ball")), ask.Undo(), ask.Redo(), ask.Reset(),
+        ask.Copy(Which("ball")), ask.Undo(), ask.Redo(), ask.Dent(Which("ball")), ask.Sharpen(Which("cone"), 0.5),
+        ask.Hide(Which("tile")), ask.Align(Which(every=True)), ask.Show(), ask.Undo(), ask.Reset(),
     ]  # fmt: skip
     for action in said:
         talk.say(action)
@@ -51,7 +52,8 @@ ANYTHING = st.one_of(
     st.builds(ask.Copy, WHICH), st.builds(ask.Create, st.sampled_from([*SHAPES, "", "sphinx"]), NUMBER, COLOUR),
     st.builds(ask.Delete, WHICH), st.builds(ask.Grip, WHICH), st.builds(ask.Release, WHICH),
     st.builds(ask.Attach, WHICH, WHICH), st.builds(ask.Detach, WHICH), st.just(ask.Undo()), st.just(ask.Redo()),
-    st.just(ask.Stop()), st.just(ask.Reset()),
+    st.just(ask.Stop()), st.just(ask.Reset()), st.builds(ask.Sharpen, WHICH, NUMBER), st.builds(ask.Dent, WHICH, NUMBER),
+    st.builds(ask.Hide, WHICH), st.builds(ask.Show, WHICH), st.builds(ask.Align, WHICH),
 )  # fmt: skip
 
 

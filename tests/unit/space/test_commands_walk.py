@@ -22,7 +22,8 @@ LINES = (
     "deeper the box", "bend the baton 40", "straighten the baton", "twist the box 30", "twist the box 0", "soften the can",
     "harden the can", "copy the cone", "delete cone-2", "undo", "create red ball 6 cm here", "create lump", "select all balls",
     "paint all boxes blue",
-    "paint selected white", "select the red baton", "copy this", "reset",
+    "paint selected white", "select the red baton", "copy this", "reset", "sharpen the cone",
+    "round the box", "dent the ball", "hide the tile", "show", "align everything", "reset",
 )  # fmt: skip
 
 

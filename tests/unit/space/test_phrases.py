@@ -39,6 +39,12 @@ from vistel_services.command_messages import action_of, message_of
         ("take held ball", ask.Grip(Which(name="ball", shown=Shown.HELD))),
         ("release", ask.Release()),
         ("undo", ask.Undo()),
+        ("sharpen the cone", ask.Sharpen(Which(name="cone"), 0.6)),
+        ("round box", ask.Sharpen(Which(name="box"), -0.6)),
+        ("dent it", ask.Dent(ask.THIS)),
+        ("align all balls", ask.Align(Which(name="balls", every=True))),
+        ("hide that", ask.Hide(Which(shown=Shown.POINTED))),
+        ("show", ask.Show()),
     ],
 )
 def test_a_line_is_read_as_what_it_says(line: str, action: Action) -> None:

@@ -94,6 +94,13 @@ def test_one_command_however_it_is_written(text: str) -> None:
         ("attach this to the red box", ask.Attach(ask.THIS, ask.Which(shape="box", colour="red"))),
         ("はこをたまにくっつけて", ask.Attach(ask.Which(shape="box"), ask.Which(shape="ball"))),
         ("けして", ask.Delete(ask.THIS)),
+        ("えんすいをもっととがらせて", ask.Sharpen(ask.Which(shape="cone"), 1.0)),
+        ("make the box a little round", ask.Sharpen(ask.Which(shape="box"), -0.3)),
+        ("これをへこませて", ask.Dent(ask.THIS)),
+        ("ぜんぶそろえて", ask.Align(ask.Which(every=True))),
+        ("line up all the balls", ask.Align(ask.Which(shape="ball", every=True))),
+        ("はこをかくして", ask.Hide(ask.Which(shape="box"))),
+        ("みせて", ask.Show()),
         ("はい", Remark.YES),
     ],
 )

@@ -175,6 +175,43 @@ class Harden:
 
 
 @dataclass(frozen=True)
+class Sharpen:
+    """Make edges and tips sharper; by: share of the way to as sharp as they can be, 0 to 1; below 0 to -1: to as round."""
+
+    which: Which
+    by: float
+
+
+@dataclass(frozen=True)
+class Dent:
+    """Press a dent into a soft thing on the side that the speaker sees; depth: share of half of its smallest extent."""
+
+    which: Which
+    depth: float = 0.3
+
+
+@dataclass(frozen=True)
+class Hide:
+    """Show a thing no more; it stays where it is and is felt."""
+
+    which: Which = THIS
+
+
+@dataclass(frozen=True)
+class Show:
+    """Show a thing again that was hidden; "this" is all that is."""
+
+    which: Which = THIS
+
+
+@dataclass(frozen=True)
+class Align:
+    """Stand things in a row, across or ahead for the speaker, along whichever they are spread more."""
+
+    which: Which
+
+
+@dataclass(frozen=True)
 class Copy:
     """Another one like it, beside it."""
 
@@ -251,5 +288,5 @@ class Reset:
 
 Action = (
     Select | Move | MoveBy | Place | Turn | Scale | Bend | Twist | Paint | Harden | Copy | Create | Delete | Grip | Release
-    | Attach | Detach | Undo | Redo | Stop | Reset
+    | Attach | Detach | Undo | Redo | Stop | Reset | Sharpen | Dent | Hide | Show | Align
 )  # fmt: skip

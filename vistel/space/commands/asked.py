@@ -14,6 +14,7 @@ from vistel.space import holding
 from vistel.space.commands.actions import Refused, Which
 from vistel.space.commands.history import Change, Stood
 from vistel.space.commands.reference import Speaker, meant
+from vistel.space.dents import Dent
 from vistel.space.dynamics import FREE, HELD, Motions
 from vistel.space.people import pose_figure
 from vistel.space.room import Room
@@ -41,8 +42,16 @@ class Asked:
         held = tuple(g.thing for g in self.state.grasps if g.participant == self.who)
         return Speaker(self.who, pose_figure(figure, self.state.t_ns), selected, held)
 
-    def rows(self, which: Which) -> list[int]:
-        return meant(which, self.speaker, self.state.things, self.state.motions.position, self.solids.radius)
+    def rows(self, which: Which, *, hidden: bool = False) -> list[int]:
+        """hidden: of the things that nobody is shown."""
+        all_of = self.state.things
+        rows = [n for n, thing in enumerate(all_of) if thing.hidden] if hidden else range(len(all_of))
+        # As if they were seen: what is hidden is looked for.
+        things = [replace(all_of[n], hidden=False) for n in rows] if hidden else all_of
+        position, radius = self.state.motions.position, self.solids.radius
+        if hidden:
+            position, radius = position[rows], radius[rows]
+        return [rows[k] for k in meant(which, self.speaker, things, position, radius)]
 
     def one(self, which: Which) -> int:
         rows = self.rows(which)
@@ -80,6 +89,10 @@ class Asked:
     def stood(self, n: int) -> Stood:
         m = self.state.motions
         return Stood(self.state.things[n], m.position[n].copy(), m.rotation[n].copy())
+
+    def dents(self, n: int) -> tuple[Dent, ...]:
+        """What has pressed on a thing and is still seen."""
+        return tuple(d for d in self.state.dents if d.thing == self.state.things[n].id)
 
     def ids(self) -> set[str]:
         """All ids in use, those of parts and of what can be brought back as well."""
@@ -119,7 +132,10 @@ def exchanged(state: State, s: Solids, before: Sequence[int], after: Sequence[St
     )  # fmt: skip
     state = replace(
         state, things=(*things, *(x.thing for x in added)), motions=m,
-        dents=tuple(d for d in state.dents if d.thing not in gone | reshaped),
+        dents=(
+            *(d for d in state.dents if d.thing not in gone | reshaped),
+            *(d for x in after if x.thing.id in reshaped for d in x.dents),
+        ),
         bonds=tuple(b for b in state.bonds if b.thing not in gone | reshaped),
         glides=tuple(g for g in state.glides if g.thing not in gone | new.keys()),
         selected=tuple((who, tuple(t for t in ids if t not in gone)) for who, ids in state.selected),
@@ -142,7 +158,11 @@ def _stood(state: State, x: Stood) -> State:
 
 def changed(asked: Asked, before: Sequence[int], after: Sequence[Stood]) -> State:
     """The same, remembered as the speaker's doing."""
-    was = tuple(asked.stood(n) for n in before)
+    as_before = {id(x.thing) for x in after}
+    was = tuple(
+        asked.stood(n) if id(asked.state.things[n]) in as_before else replace(asked.stood(n), dents=asked.dents(n))
+        for n in before
+    )  # fmt: skip
     state = exchanged(asked.state, asked.solids, before, after)
     return replace(state, history=state.history.with_change(Change(asked.who, was, tuple(after))))
 

@@ -14,7 +14,7 @@ from vistel.space import grasp as hands
 from vistel.space import holding, ownership
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
-from vistel.space.commands.asked import Answer, Asked, exchanged, on_its_foot
+from vistel.space.commands.asked import Answer, Asked, changed, exchanged, on_its_foot
 from vistel.space.commands.history import History, Stood
 from vistel.space.dynamics import ASLEEP, FIXED
 from vistel.space.state import State
@@ -29,6 +29,28 @@ def select(asked: Asked, action: ask.Select) -> Answer:
     ids = () if action.nothing else tuple(asked.state.things[n].id for n in asked.rows(action.which))
     chosen = dict(asked.state.selected) | {asked.who: ids}
     return replace(asked.state, selected=tuple(sorted((who, some) for who, some in chosen.items() if some))), ids
+
+
+def hide(asked: Asked, action: ask.Hide) -> Answer:
+    rows = asked.mine(action.which, tracked=True)
+    seen = [n for n in rows if not asked.state.things[n].hidden]
+    if not seen:
+        raise Refused(f"the {asked.state.things[rows[0]].name} is hidden already")
+    return _veiled(asked, seen, True)
+
+
+def show(asked: Asked, action: ask.Show) -> Answer:
+    """\"This" is all that is hidden: nobody can point at it."""
+    if not any(t.hidden for t in asked.state.things):
+        raise Refused("nothing is hidden")
+    if action.which.is_this:
+        return _veiled(asked, [n for n, t in enumerate(asked.state.things) if t.hidden], False)
+    return _veiled(asked, asked.rows(action.which, hidden=True), False)
+
+
+def _veiled(asked: Asked, rows: Sequence[int], hidden: bool) -> Answer:
+    after = [replace(asked.stood(n), thing=replace(asked.state.things[n], hidden=hidden), dents=asked.dents(n)) for n in rows]
+    return changed(asked, rows, after), tuple(x.thing.id for x in after)
 
 
 def grip(asked: Asked, action: ask.Grip) -> Answer:
@@ -93,7 +115,8 @@ def _reverted(asked: Asked, there: Sequence[Stood], instead: Sequence[Stood]) ->
             raise Refused(f"there is another {x.thing.name} by now")
         reshaped = old is not None and old.thing is not x.thing and len(there) == len(instead)
         # What was only reshaped stays where it is now; what was moved, taken out or joined goes back.
-        after.append(on_its_foot(asked.stood(asked.state.rows[x.thing.id]), x.thing) if reshaped else x)
+        here = on_its_foot(asked.stood(asked.state.rows[x.thing.id]), x.thing) if reshaped else x
+        after.append(replace(here, dents=x.dents))
     return exchanged(asked.state, asked.solids, rows, after)
 
 

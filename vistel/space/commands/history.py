@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.space.dents import Dent
 from vistel.space.things import Thing
 
 F64 = NDArray[np.float64]
@@ -17,11 +18,12 @@ MOST = 12
 
 @dataclass(frozen=True)
 class Stood:
-    """A thing and where it stood: position (3,), rotation (4,), room frame."""
+    """A thing and where it stood: position (3,), rotation (4,), room frame; dents: those it had."""
 
     thing: Thing
     position: F64
     rotation: F64
+    dents: tuple[Dent, ...] = ()
 
 
 @dataclass(frozen=True)

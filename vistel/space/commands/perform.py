@@ -11,7 +11,7 @@ import numpy as np
 
 from vistel.space import ownership
 from vistel.space.commands import actions as ask
-from vistel.space.commands import choosing, placing, shaping
+from vistel.space.commands import choosing, denting, edges, lining, placing, shaping
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked
 from vistel.space.inputs import CommandInput
@@ -76,5 +76,6 @@ _HOW: dict[type[Any], Callable[[Asked, Any], Answer]] = {
     ask.Harden: shaping.harden, ask.Copy: shaping.copy, ask.Create: shaping.create, ask.Delete: shaping.delete,
     ask.Attach: shaping.attach, ask.Detach: shaping.detach, ask.Select: choosing.select, ask.Grip: choosing.grip,
     ask.Release: choosing.release, ask.Undo: choosing.undo, ask.Redo: choosing.redo, ask.Stop: choosing.stop,
-    ask.Reset: choosing.reset,
+    ask.Reset: choosing.reset, ask.Hide: choosing.hide, ask.Show: choosing.show, ask.Align: lining.align,
+    ask.Dent: denting.dent, ask.Sharpen: edges.sharpen,
 }  # fmt: skip

@@ -29,6 +29,8 @@ turn WHICH DEGREES [up|across|ahead|longest]          scale WHICH FACTOR [longes
 larger|smaller|longer|shorter|taller|lower|wider|narrower|deeper WHICH
 bend WHICH DEGREES     twist WHICH DEGREES            straighten WHICH
 paint WHICH COLOUR     soften WHICH                   harden WHICH
+sharpen WHICH          round WHICH                    dent WHICH
+align all [WORDS]      hide WHICH                     show [WHICH]
 copy WHICH             delete WHICH                   create [COLOUR] SHAPE [LENGTH] [here|there]
 select WHICH|nothing   take WHICH | snatch WHICH      release [WHICH]
 attach WHICH to WHICH  detach WHICH                   undo     redo     stop     reset"""
@@ -159,7 +161,10 @@ def _length(words: list[str], default: float) -> tuple[list[str], float]:
 _READ: dict[str, Callable[[list[str]], Action]] = {
     "move": _move, "put": _put, "turn": _turn, "scale": _scale, "bend": _bend, "twist": _twist,
     "straighten": lambda w: ask.Bend(_which(w), 0.0), "paint": _paint, "soften": lambda w: ask.Harden(_which(w), 0.3),
-    "harden": lambda w: ask.Harden(_which(w), 1.0), "copy": lambda w: ask.Copy(_which(w)),
+    "harden": lambda w: ask.Harden(_which(w), 1.0),
+    "sharpen": lambda w: ask.Sharpen(_which(w), 0.6), "round": lambda w: ask.Sharpen(_which(w), -0.6),
+    "dent": lambda w: ask.Dent(_which(w)), "align": lambda w: ask.Align(_which(w)), "hide": lambda w: ask.Hide(_which(w)),
+    "show": lambda w: ask.Show(_which(w)), "copy": lambda w: ask.Copy(_which(w)),
     "delete": lambda w: ask.Delete(_which(w)), "create": _create, "select": _select,
     "take": lambda w: ask.Grip(_which(w)), "snatch": lambda w: ask.Grip(_which(w), True),
     "release": lambda w: ask.Release(_which(w)), "attach": _attach,

@@ -55,7 +55,7 @@ def move(asked: Asked, action: ask.Move) -> Answer:
     return holding.woken_round(state, asked.solids, rows[0]), tuple(x.thing.id for x in after)
 
 
-def _glide(asked: Asked, rows: Sequence[int], way: Callable[[int], tuple[F64, F64]]) -> Answer:
+def glide(asked: Asked, rows: Sequence[int], way: Callable[[int], tuple[F64, F64]]) -> Answer:
     """Send things on their way; way: shift (3,) and turn (3,) of a row."""
     state, after, glides = asked.state, list[Stood](), list[Glide]()
     for n in rows:
@@ -107,7 +107,7 @@ def move_by(asked: Asked, action: ask.MoveBy) -> Answer:
     if not 0.0 < action.distance <= 2.0 * ROOM_RADIUS:
         raise Refused(f"a thing can be moved by more than 0 and at most {2 * ROOM_RADIUS:.0f} m, not {action.distance:g}")
     shift = action.distance * asked.speaker.direction(action.towards)
-    return _glide(asked, rows, lambda n: (shift, np.zeros(3)))
+    return glide(asked, rows, lambda n: (shift, np.zeros(3)))
 
 
 def place(asked: Asked, action: ask.Place) -> Answer:
@@ -117,7 +117,7 @@ def place(asked: Asked, action: ask.Place) -> Answer:
     n = rows[0]
     x = asked.stood(n)
     spot = free_spot(asked, x.thing, place_meant(asked, action.where), x.rotation, apart_from=n)
-    return _glide(asked, rows, lambda n: (spot - x.position, np.zeros(3)))
+    return glide(asked, rows, lambda n: (spot - x.position, np.zeros(3)))
 
 
 def turn(asked: Asked, action: ask.Turn) -> Answer:
@@ -136,7 +136,7 @@ def turn(asked: Asked, action: ask.Turn) -> Answer:
         )
         return np.array([0.0, rise, 0.0]), turn
 
-    return _glide(asked, rows, way)
+    return glide(asked, rows, way)
 
 
 def axis_in_room(asked: Asked, n: int, along: ask.Along) -> F64:
@@ -148,14 +148,19 @@ def axis_in_room(asked: Asked, n: int, along: ask.Along) -> F64:
 
 def place_meant(asked: Asked, where: ask.Where) -> F64:
     """(3,) on the table's top or on the floor. Here is on the table, if that is within reach."""
-    table = next((t for t in asked.room.things if t.shape == "table"), None)
-    edge = table.primitives[0].params[0] - 0.03 if table else 0.0
+    edge = table_edge(asked)
     pointed = where is ask.Where.POINTED
     spots = [asked.speaker.pointed_place()] if pointed else [asked.speaker.before(d) for d in REACH]
     spot = next((x for x in spots if math.hypot(x[0], x[2]) < edge), None)
     height = 0.0 if spot is None else TABLE_HEIGHT
     spot = spots[0] if spot is None else spot
     return np.array([spot[0], height, spot[2]])
+
+
+def table_edge(asked: Asked) -> float:
+    """How far from the room's middle things still stand on its table [m]; 0: there is none."""
+    table = next((t for t in asked.room.things if t.shape == "table"), None)
+    return table.primitives[0].params[0] - 0.03 if table else 0.0
 
 
 def free_spot(asked: Asked, thing: Thing, foot: F64, rotation: F64, apart_from: int = -1) -> F64:
@@ -170,12 +175,12 @@ def free_spot(asked: Asked, thing: Thing, foot: F64, rotation: F64, apart_from: 
             angle = 2.0 * math.pi * k / max(1, 8 * ring)
             away = ring * (r + GAP)
             spot = np.array([foot[0] + away * math.cos(angle), height, foot[2] + away * math.sin(angle)])
-            if math.hypot(spot[0], spot[2]) < ROOM_RADIUS and _is_free(asked, one.part(0).moved(turned, spot), spot, r, others):
+            if math.hypot(spot[0], spot[2]) < ROOM_RADIUS and is_free(asked, one.part(0).moved(turned, spot), spot, r, others):
                 return spot
     raise Refused(f"there is no room for the {thing.name}")
 
 
-def _is_free(asked: Asked, shape: PrimitiveSet, spot: F64, radius: float, others: Sequence[int]) -> bool:
+def is_free(asked: Asked, shape: PrimitiveSet, spot: F64, radius: float, others: Sequence[int]) -> bool:
     """Nothing stands where a shape would stand."""
     m, s = asked.state.motions, asked.solids
     for n in others:

@@ -147,6 +147,7 @@ def meant(
         rows = [n for n in rows if n in chosen]
     if not rows:
         raise Refused(_nothing(which))
+    rows = [n for n in rows if not things[n].hidden] or rows
     if which.size is not None:
         loose = [n for n in rows if not things[n].fixed] or rows
         rows = [(max if which.size is Size.LARGEST else min)(loose, key=lambda n: float(radii[n]))]
@@ -220,7 +221,7 @@ def _shown(shown: Shown, speaker: Speaker, things: Sequence[Thing], positions: F
     for origin, line in speaker.lines(shown):
         best, least = -1, WITHIN
         for n, thing in enumerate(things):
-            if thing.fixed:
+            if thing.fixed or thing.hidden:
                 continue
             to = positions[n] - origin
             distance = float(np.sqrt(to @ to))

@@ -58,7 +58,7 @@ def scaled(thing: Thing, factor: float) -> Thing:
     axes = tuple(Axis(factor * a.point, a.direction, factor * a.radius) for a in thing.axes)
     curve = thing.curve and Curve(scaled(thing.curve.straight, factor), thing.curve.arc.scaled(factor))
     thing = _pulled_looks(replace(thing, axes=axes, parts=parts, curve=curve), factor * np.eye(3))
-    return _sound(_made_of(thing, map(one, thing.primitives), thing.mass * factor**3))
+    return sound(_made_of(thing, map(one, thing.primitives), thing.mass * factor**3))
 
 
 def stretched(thing: Thing, factor: float, along: F64) -> Thing:
@@ -77,7 +77,7 @@ def stretched(thing: Thing, factor: float, along: F64) -> Thing:
         length = _length(direction)
         axes.append(Axis(_pulled(a.point, factor, along), direction / length, a.radius * math.sqrt(factor / length)))
     thing = _pulled_looks(replace(thing, axes=tuple(axes), parts=tuple(parts)), np.eye(3) + (factor - 1.0) * np.outer(along, along))
-    return _sound(_made_of(thing, primitives, thing.mass * factor))
+    return sound(_made_of(thing, primitives, thing.mass * factor))
 
 
 def curved(thing: Thing, bend: float, twist: float, side: F64) -> Thing:
@@ -112,7 +112,7 @@ def curved(thing: Thing, bend: float, twist: float, side: F64) -> Thing:
     arc = replace(arc, centre=centre)
     primitives = [replace(p, position=p.position - centre) for p in primitives]
     axes = tuple(Axis(arc.point(0.5 * (low + high)), along, a.radius) for a in thing.axes[:1])
-    return _sound(replace(thing, primitives=tuple(primitives), axes=axes, curve=Curve(thing, arc), inertia=None))
+    return sound(replace(thing, primitives=tuple(primitives), axes=axes, curve=Curve(thing, arc), inertia=None))
 
 
 def joined(a: Thing, at: tuple[F64, F64], b: Thing, b_at: tuple[F64, F64]) -> tuple[Thing, F64]:
@@ -143,6 +143,7 @@ def joined(a: Thing, at: tuple[F64, F64], b: Thing, b_at: tuple[F64, F64]) -> tu
     whole = replace(
         a, name=f"{a.name} with {b.name}", shape="group", primitives=tuple(primitives), mass=mass, axes=axes,
         compliance=min(a.compliance, b.compliance), parts=tuple(parts), curve=None, looks=tuple(looks), inertia=None,
+        hidden=a.hidden and b.hidden,
     )  # fmt: skip
     return whole, centre
 
@@ -186,7 +187,8 @@ def _made_of(thing: Thing, primitives: Iterable[Primitive], mass: float) -> Thin
         raise Refused(f"the {thing.name} would be too large or too small") from e
 
 
-def _sound(thing: Thing) -> Thing:
+def sound(thing: Thing) -> Thing:
+    """The thing, if it is of a size that things may have. Raises Refused."""
     radius = float(outline(thing).radius[0])
     thinnest = min(v for p in thing.primitives for k, v in enumerate(p.params) if k in _sizes(p))
     if not (SMALLEST <= radius <= LARGEST and thinnest >= THINNEST):

@@ -29,7 +29,8 @@ NEAR = 0.03
 """Things that are attached lie no further apart than this [m]."""
 
 
-def _edited(asked: Asked, which: Which, edit: Callable[[int], Thing]) -> Answer:
+def edited(asked: Asked, which: Which, edit: Callable[[int], Thing]) -> Answer:
+    """Things changed one by one, each standing where it stood."""
     rows = asked.mine(which)
     after = [on_its_foot(asked.stood(n), edit(n)) for n in rows]
     return changed(asked, rows, after), tuple(x.thing.id for x in after)
@@ -39,7 +40,7 @@ def scale(asked: Asked, action: ask.Scale) -> Answer:
     if not 0.01 <= action.factor <= 100.0:
         raise Refused(f"things can be made 0.01 to 100 times as large, not {action.factor:g} times")
     if action.along is None:
-        return _edited(asked, action.which, lambda n: reshape.scaled(asked.state.things[n], action.factor))
+        return edited(asked, action.which, lambda n: reshape.scaled(asked.state.things[n], action.factor))
     along = action.along
 
     def longer(n: int) -> Thing:
@@ -53,7 +54,7 @@ def scale(asked: Asked, action: ask.Scale) -> Answer:
         nearest = int(np.argmax(np.abs(axis)))  # along one of its own axes, so that a box stays a box
         return reshape.stretched(asked.state.things[n], action.factor, np.eye(3)[nearest])
 
-    return _edited(asked, action.which, longer)
+    return edited(asked, action.which, longer)
 
 
 def bend(asked: Asked, action: ask.Bend) -> Answer:
@@ -64,7 +65,7 @@ def bend(asked: Asked, action: ask.Bend) -> Answer:
             return reshape.curved(thing, action.angle, 0.0, side)
         return reshape.curved(thing.curve.straight, action.angle, thing.curve.arc.twist, thing.curve.arc.side)
 
-    return _edited(asked, action.which, bent)
+    return edited(asked, action.which, bent)
 
 
 def twist(asked: Asked, action: ask.Twist) -> Answer:
@@ -74,17 +75,17 @@ def twist(asked: Asked, action: ask.Twist) -> Answer:
             return reshape.curved(thing, 0.0, action.angle, np.array([0.0, 1.0, 0.0]))
         return reshape.curved(thing.curve.straight, thing.curve.arc.bend, action.angle, thing.curve.arc.side)
 
-    return _edited(asked, action.which, twisted)
+    return edited(asked, action.which, twisted)
 
 
 def paint(asked: Asked, action: ask.Paint) -> Answer:
-    return _edited(asked, action.which, lambda n: reshape.painted(asked.state.things[n], action.colour))
+    return edited(asked, action.which, lambda n: reshape.painted(asked.state.things[n], action.colour))
 
 
 def harden(asked: Asked, action: ask.Harden) -> Answer:
     if not 0.0 <= action.rigidity <= 1.0:
         raise Refused(f"rigidity is 0 (as soft as flesh) to 1 (rigid), not {action.rigidity:g}")
-    return _edited(asked, action.which, lambda n: reshape.hardened(asked.state.things[n], action.rigidity))
+    return edited(asked, action.which, lambda n: reshape.hardened(asked.state.things[n], action.rigidity))
 
 
 def _added(asked: Asked, things: Sequence[Stood]) -> Answer:

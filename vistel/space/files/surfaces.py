@@ -39,6 +39,8 @@ class Piece:
 
 def pieces_of(thing: Thing, models: Mapping[str, Model], detail: float = 0.7) -> list[Piece]:
     """All that is drawn of it. Where a model of it is not among `models`, its primitives stand in."""
+    if thing.hidden:
+        return []
     if any(k.model not in models for k in thing.looks):
         primitives = tuple(p if p.seen else replace(p, colour=0) for p in thing.primitives)
         thing = replace(thing, primitives=primitives, looks=())

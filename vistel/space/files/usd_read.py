@@ -72,6 +72,8 @@ class _Reader:
         return Interior(room, notes=tuple(self.notes)).with_things(found, self.models)
 
     def _thing(self, prim: Any) -> Thing:
+        from pxr import UsdGeom  # noqa: PLC0415
+
         where = f"{self.path}: {_get(prim, 'id')}"
         try:
             compliance = 1.0 - float(_get(prim, "rigidity"))
@@ -87,6 +89,7 @@ class _Reader:
                 float(_get(prim, "mass")), compliance, _colour(_get(prim, "colour")), _position(prim), _rotation(prim),
                 _axes(prim), matter, looks=tuple(self._look(child) for child in looks),
                 inertia=None if inertia is None else np.array(inertia, np.float64).reshape(3, 3),
+                hidden=UsdGeom.Imageable(prim).GetVisibilityAttr().Get() == UsdGeom.Tokens.invisible,
             )  # fmt: skip
             made = _get(prim, "made", None)
             return to_thing(from_thing(thing) | json.loads(made)) if made else thing

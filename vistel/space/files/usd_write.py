@@ -124,7 +124,7 @@ class _Writer:
         return form.GetPrim()
 
     def _thing(self, t: Thing, name: str, interior: Interior) -> None:
-        from pxr import Sdf, Usd, UsdPhysics  # noqa: PLC0415
+        from pxr import Sdf, Usd, UsdGeom, UsdPhysics  # noqa: PLC0415
 
         at, types = f"/Room/Things/{name}", Sdf.ValueTypeNames
         prim = self._placed(at, t.position, t.rotation)
@@ -140,6 +140,8 @@ class _Writer:
             keep(prim, "compliance", types.Double, t.compliance)
         if t.inertia is not None:
             keep(prim, "inertia", types.DoubleArray, t.inertia.ravel().tolist())
+        if t.hidden:
+            UsdGeom.Imageable(prim).MakeInvisible()
         self._primitives(prim, t)
         if t.axes:
             keep(prim, "axis:point", types.Double3Array, [_vec(a.point) for a in t.axes])
