@@ -19,8 +19,10 @@ from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, run
+from vistel_services.audio.capture import Capture
+from vistel_services.audio.inputs import open_input
 from vistel_sim.faults import Fault
-from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
+from vistel_sim.talker import SimulatedMicrophone, Voice, clap, run_microphones
 
 START_NS = 1_000_000_000_000
 
@@ -371,3 +373,32 @@ def test_an_hour_of_silence_is_nothing(tmp_path: Path) -> None:
         assert c.voice.talking
 
     play(Conference(tmp_path, loudness=always), script)
+
+
+@pytest.mark.parametrize("begins_ms", [0, 7, 13, 19])
+def test_a_simulated_microphones_sound_is_stamped_when_it_was_made_however_its_blocks_lie(tmp_path: Path, begins_ms: int) -> None:
+    """A burst at known times since the microphone began, of which block after block comes between two rounds."""
+    first_ns = START_NS + begins_ms * 1_000_000
+    heard: list[tuple[int, np.ndarray]] = []
+
+    async def main() -> None:
+        clock = SimulatedClock(START_NS)
+        voice = Voice(lambda t: 0.0, lambda a, b: [n for n in (2, 3, 4) if a < n <= b], 5)
+        microphone = SimulatedMicrophone("ann-microphone", voice, tmp_path / "ann")
+        tasks = [asyncio.create_task(run_microphones([microphone], clock, first_ns))]
+        capture = Capture("ann", lambda: open_input(str(tmp_path / "ann"), clock))
+        for _ in range(250):
+            heard.extend(capture.frames(clock.now_ns()))
+            await clock.advance_to_ns(clock.now_ns() + FRAME_NS)
+        tasks[0].cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        capture.close()
+
+    asyncio.run(main())
+    sound, begin_ns = np.concatenate([pcm for _, pcm in heard]), heard[0][0]
+    assert [t for t, _ in heard] == [begin_ns + k * FRAME_NS for k in range(len(heard))]
+    for n in (2, 3, 4):
+        at = round((first_ns + n * 1_000_000_000 - begin_ns) * 1e-9 * RATE)
+        part = sound[at - RATE // 20 : at + RATE // 20]
+        found = int(np.argmax(np.abs(np.correlate(part, clap(), "valid")))) - RATE // 20
+        assert found / RATE * 1e3 == pytest.approx(0.0, abs=1.0), "milliseconds after it was made"

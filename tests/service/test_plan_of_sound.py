@@ -10,10 +10,14 @@ from vistel_services.plan import site_processes
 UNIT = {"name": "unit", "role": "delay"}
 
 
-def services(audio: dict[str, Any] | None, processes: list[list[str]] | None) -> list[tuple[str, ...]]:
+def services(
+    audio: dict[str, Any] | None, processes: list[list[str]] | None, speech: dict[str, Any] | None = None
+) -> list[tuple[str, ...]]:  # fmt: skip
     site: dict[str, Any] = {"name": "tokyo", "participants": [{"name": "ann"}]}
     if audio is not None:
         site["audio"] = audio
+    if speech is not None:
+        site["speech"] = speech
     if processes is not None:
         site["processes"] = processes
     return [plan.services for plan in site_processes(Conference.model_validate({"sites": [site]}), "tokyo")]
@@ -24,6 +28,14 @@ def test_a_site_with_sound_has_a_process_for_it_although_its_file_names_none() -
     assert services({}, mine) == [("tracker", "posture"), ("renderer",), ("audio",)]
     assert services({"equipment": [UNIT]}, mine) == [("tracker", "posture"), ("renderer",), ("audio", "delay")]
     assert services(None, mine) == [("tracker", "posture"), ("renderer",)]
+
+
+def test_a_site_that_is_spoken_to_has_a_process_for_that_although_its_file_names_none() -> None:
+    mine = [["tracker", "posture"], ["renderer"]]
+    assert services({}, mine, {}) == [("tracker", "posture"), ("renderer",), ("speech",), ("audio",)]
+    assert services({}, [["audio", "speech"], ["renderer"]], {}) == [("audio", "speech"), ("renderer",)]
+    assert ("speech",) in services({}, None, {})
+    assert "speech" not in {name for group in services({}, mine, None) for name in group}
 
 
 def test_equipment_is_kept_where_the_sound_is_and_what_the_file_names_stays_where_it_names_it() -> None:
