@@ -20,6 +20,9 @@ AWAKE_NS = 8_000_000_000
 """How long sentences need no wake word after one."""
 ABSENT = 0.3
 """By what a reading about things that are not in the room is believed less than one about things that are."""
+BRIEF = 0.5
+"""How much of the belief that is wanting a single word must bring besides, where nobody has said that they will speak: knocks
+and other talk sound like one word sooner than like three."""
 DOUBT = 0.5
 """Between this share of what has to be believed, and that, one is asked back."""
 
@@ -106,11 +109,13 @@ def grave(action: Action) -> bool:
 
 @dataclass
 class Dialogue:
-    """accept: the confidence from which a sentence is done at once; wake: sentences need the wake word."""
+    """accept: the confidence from which a sentence is done at once; wake: sentences need the wake word; wary: the microphone
+    is open all the time, and what sounds like a single word needs more."""
 
     language: Language
     accept: float = 0.5
     wake: bool = False
+    wary: bool = False
     _last: Action | None = None
     _pending: tuple[Action, Said, int] | None = field(default=None)
     _awake_ns: int = -2 * AWAKE_NS
@@ -131,11 +136,16 @@ class Dialogue:
             if confidence < self.accept:
                 return Turn(Outcome.REJECTED, said, confidence, reply=self._say("again?"))
             return self._remark(wanted, said, confidence, now_ns)
-        if confidence < self.accept or grave(wanted):
+        needed = self._needed(said)
+        if confidence < needed or grave(wanted):
             self._pending = wanted, said, now_ns
-            question = "really" if confidence >= self.accept else "meant"
+            question = "really" if confidence >= needed else "meant"
             return Turn(Outcome.QUESTION, said, confidence, reply=self._say(question, said.text))
         return self._act(wanted, said, confidence)
+
+    def _needed(self, said: Said) -> float:
+        """The confidence from which a sentence is done at once."""
+        return self.accept + (BRIEF * (1.0 - self.accept) if self.wary and len(said.words) == 1 else 0.0)
 
     def _best(
         self, readings: Sequence[Reading], things: Sequence[Known]

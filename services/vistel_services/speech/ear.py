@@ -1,6 +1,10 @@
-"""One participant's voice, from messages to sound for a recogniser, and when each moment of it was said."""
+"""One participant's voice, from messages to sound for a recogniser, when each moment of it was said and how it came."""
 
 from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +20,34 @@ BEHIND_NS = 60_000_000
 """How long frames that come late are waited for."""
 REST_NS = 1_500_000_000
 """Silence that is listened to; after it nothing is done until somebody speaks again."""
+_BACKLOG_NS = 2_000_000_000
+"""Who was kept from listening hears what was said meanwhile, if it was no longer than this."""
+_KEPT_NS = 15_000_000_000
+"""How long it is known how the voice came: longer than any sentence."""
 _FLOOR = 2e-4
 """Of the noise that stands for silence nobody sent, root mean square."""
 
 
+@dataclass(frozen=True)
+class Piece:
+    """20 ms at SAMPLE_RATE. t_ns: when it was said; fresh: the first after a rest: who counts time begins anew."""
+
+    t_ns: int
+    sound: F32
+    fresh: bool
+
+
+@dataclass(frozen=True)
+class Came:
+    """How a stretch of a voice came. talking: share of its frames in which the talker was above the noise at their own
+    microphone; lost: share of its time that was made up, because what was said then never came."""
+
+    talking: float
+    lost: float
+
+
 class Ear:
-    """`hear` what comes, `listen` every 20 ms."""
+    """`hear` what comes, `listen` now and then."""
 
     def __init__(self) -> None:
         self._stream = VoiceStream()
@@ -29,8 +55,11 @@ class Ear:
         noise = np.random.default_rng(3).standard_normal(FRAME)
         self._quiet = np.asarray(_FLOOR * noise, np.float32)
         self._silent_ns = REST_NS
-        self._begin_ns = 0
-        self._fed = 0
+        self._next_ns: int | None = None
+        self._talking: deque[tuple[int, bool]] = deque()
+        self._made_up: deque[int] = deque()
+        self._ended = True
+        self._gap: list[int] = []
 
     @property
     def resting(self) -> bool:
@@ -40,27 +69,45 @@ class Ear:
     def hear(self, message: Voice) -> None:
         """A frame."""
         self._stream.push(message.header.t_ns, message.opus, message.earlier)
+        self._ended = not message.opus
+        if message.opus:
+            self._talking.append((message.header.t_ns, message.talking))
 
-    def listen(self, now_ns: int) -> F32 | None:
-        """The sound of the next 20 ms at SAMPLE_RATE; None while there is nothing to listen to."""
-        block = self._stream.read(float(now_ns), FRAME, float(BEHIND_NS))
-        was_resting = self.resting
+    def listen(self, now_ns: int) -> Iterator[Piece]:
+        """All that was said since the last call, piece by piece, none left out however long ago that was; none while there
+        is nothing to listen to."""
+        if self._next_ns is None or now_ns - self._next_ns > _BACKLOG_NS:
+            self._next_ns, self._silent_ns = now_ns, REST_NS
+        while self._next_ns <= now_ns:
+            piece = self._listen(self._next_ns)
+            self._next_ns += FRAME_NS
+            if piece is not None:
+                yield piece
+        self._forget(now_ns)
+
+    def came(self, begin_ns: int, end_ns: int) -> Came:
+        """Between two moments of conference time, not long ago."""
+        talking = [spoke for t_ns, spoke in self._talking if begin_ns - FRAME_NS < t_ns < end_ns]
+        lost = sum(begin_ns - FRAME_NS < t_ns < end_ns for t_ns in self._made_up)
+        return Came(sum(talking) / max(1, len(talking)), lost * FRAME_NS / max(FRAME_NS, end_ns - begin_ns))
+
+    def _listen(self, at_ns: int) -> Piece | None:
+        before = self._stream.counters.concealed
+        block = self._stream.read(float(at_ns), FRAME, float(BEHIND_NS))
+        self._made_up.extend([at_ns - BEHIND_NS] * (self._stream.counters.concealed - before))
+        if block is None and not self._ended:
+            self._gap.append(at_ns - BEHIND_NS)  # nothing comes, and nobody has said that nothing will
+        elif self._gap:
+            self._made_up.extend(self._gap if block is not None else ())
+            self._gap.clear()
+        fresh = self.resting
         self._silent_ns = self._silent_ns + FRAME_NS if block is None else 0
         if self.resting:
             return None
-        if was_resting:
-            self._begin_ns, self._fed = now_ns - BEHIND_NS, 0
-        out = self._resampler.feed(self._quiet if block is None else block)
-        self._fed += len(out)
-        return out
+        return Piece(at_ns - BEHIND_NS, self._resampler.feed(self._quiet if block is None else block), fresh)
 
-    @property
-    def fresh(self) -> bool:
-        """Whether the sound just given is the first after a rest: who counts time begins anew."""
-        return self._fed <= FRAME
-
-    def said_ns(self, since_begin_s: float) -> int:
-        """Conference time of a moment, given since listening began [s]."""
-        return self._begin_ns + round(since_begin_s * 1e9)
-
-
+    def _forget(self, now_ns: int) -> None:
+        while self._made_up and self._made_up[0] < now_ns - _KEPT_NS:
+            self._made_up.popleft()
+        while self._talking and self._talking[0][0] < now_ns - _KEPT_NS:
+            self._talking.popleft()

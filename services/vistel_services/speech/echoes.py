@@ -1,0 +1,30 @@
+"""What somebody else has just said: a microphone also hears the person beside, and voices from the loudspeaker."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from vistel.v1.speech_pb2 import Utterance
+
+_BEFORE_NS, _AFTER_NS = 200_000_000, 1_000_000_000
+"""What begins so little before or after the same words of somebody else is those words, heard a second time."""
+_KEPT = 24
+
+
+class Echoes:
+    """Commands that people said lately, whoever's microphone heard them, at any site."""
+
+    def __init__(self) -> None:
+        self._said: deque[tuple[str, str, int]] = deque(maxlen=_KEPT)
+
+    def hear(self, utterance: Utterance) -> None:
+        """Somebody was understood."""
+        if utterance.text and utterance.state != Utterance.STATE_REJECTED:
+            self._said.append((utterance.participant, utterance.text, utterance.start_ns))
+
+    def of(self, participant: str, text: str, begin_ns: int) -> str:
+        """Who said it, if what this participant's microphone heard at `begin_ns` was somebody else; "" if not."""
+        for who, said, start_ns in self._said:
+            if who != participant and said == text and -_BEFORE_NS <= begin_ns - start_ns <= _AFTER_NS:
+                return who
+        return ""

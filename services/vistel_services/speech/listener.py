@@ -1,0 +1,174 @@
+"""One participant who speaks to the room: what their microphone brings, what is believed of it, and what came of that."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from prometheus_client import Counter, Histogram
+
+from vistel.speech.dialogue import Dialogue, Known, Outcome, Reading, Turn, reply
+from vistel.speech.grammar import Grammar
+from vistel.speech.heard import Hypotheses, Recogniser
+from vistel.v1.audio_pb2 import VoiceControl
+from vistel.v1.command_pb2 import CommandResult
+from vistel.v1.speech_pb2 import Utterance
+from vistel.wire.bus import Bus
+from vistel.wire.topics import BY_NAME
+from vistel_services.command_messages import message_of
+from vistel_services.speech.config import Config, Speaker
+from vistel_services.speech.ear import Ear
+from vistel_services.speech.echoes import Echoes
+from vistel_services.speech.mouth import Mouth
+
+log = logging.getLogger("vistel.speech")
+
+_HEARD = Counter("vistel_speech_utterances_total", "What was said, by what came of it", ["participant", "outcome"])
+_LATENCY = Histogram(
+    "vistel_speech_latency_seconds", "From the end of an utterance to its command", ["participant"],
+    buckets=(0.1, 0.2, 0.3, 0.4, 0.6, 1.0, 2.0),
+)  # fmt: skip
+
+PATIENCE_NS = 3_000_000_000
+"""How long the world's answer is waited for."""
+TALKING = 0.3
+"""Of what is believed to be a sentence, this share at least is louder than the noise at the microphone."""
+LOST = 0.15
+"""A sentence of which more never came is not believed: pieces of long ones sound like short ones."""
+_STATES = {
+    Outcome.REJECTED: Utterance.STATE_REJECTED, Outcome.ACT: Utterance.STATE_SENT, Outcome.QUESTION: Utterance.STATE_QUESTION,
+    Outcome.NOTED: Utterance.STATE_NOTED,
+}  # fmt: skip
+
+
+class Listener:
+    """What one participant says, and what came of it."""
+
+    def __init__(
+        self, config: Config, speaker: Speaker, grammar: Grammar, hears: Recogniser, bus: Bus, echoes: Echoes,
+        replied_at: Callable[[int], bool],
+    ) -> None:  # fmt: skip
+        """replied_at: whether the room's own voice could be heard at the site at a time [ns]."""
+        self.ear = Ear()
+        self.mouth = Mouth(speaker.language, bus, speaker.participant, aloud=config.reply == "spoken")
+        self._speaker, self._grammar, self._hears = speaker, grammar, hears
+        self._echoes, self._replied_at = echoes, replied_at
+        self._dialogue = Dialogue(speaker.language, config.accept, config.listen == "wake", config.listen == "open")
+        self._push = config.listen == "push"
+        self._held = self._muted = False
+        self._begin_ns: int | None = None
+        self._answers = config.reply != "none"
+        self._utterances = bus.publish(BY_NAME["utterance"], participant=speaker.participant)
+        self._commands = bus.publish(BY_NAME["command"], participant=speaker.participant)
+        self._waiting: dict[str, tuple[Utterance, int]] = {}
+
+    def obey(self, control: VoiceControl, things: Sequence[Known], now_ns: int) -> None:
+        """The buttons. When the one for push to talk is let go, what was said ends there; what is cut off by muting is not
+        meant for the room."""
+        was, self._held = self._held, control.talk
+        if self._push and was and not control.talk:
+            for heard in self._hears.flush():
+                self._understand(heard, things, now_ns)
+            self._begin_anew()
+        if control.muted and not self._muted:
+            self._begin_anew()
+        self._muted = control.muted
+
+    def round(self, things: Sequence[Known], now_ns: int) -> None:
+        """Listen to what has come."""
+        self.mouth.round(now_ns)
+        for piece in self.ear.listen(now_ns):
+            if piece.fresh:
+                self._begin_anew()
+            if self._muted or (self._push and not self._held):
+                continue
+            if self._begin_ns is None:
+                self._begin_ns = piece.t_ns
+            for heard in self._hears.feed(piece.sound):
+                self._understand(heard, things, now_ns)
+        for id, (utterance, until_ns) in list(self._waiting.items()):
+            if now_ns > until_ns:
+                del self._waiting[id]
+                self._tell(utterance, Utterance.STATE_REFUSED, reply("silent", self._speaker.language), now_ns)
+
+    def answered(self, result: CommandResult, now_ns: int) -> None:
+        """The world has answered a command; perhaps one of these."""
+        utterance, _ = self._waiting.pop(result.id, (None, 0))
+        if utterance is None:
+            return
+        done = result.outcome == CommandResult.OUTCOME_DONE
+        utterance.things.extend(result.things)
+        language = self._speaker.language
+        text = reply("done", language) if done else reply("refused", language, result.reason)
+        log.info("event=answered participant=%s done=%s reason=%r", self._speaker.participant, done, result.reason)
+        self._tell(utterance, Utterance.STATE_DONE if done else Utterance.STATE_REFUSED, text, now_ns)
+
+    def _begin_anew(self) -> None:
+        self._hears.reset()
+        self._begin_ns = None
+
+    def _unbelieved(self, readings: Sequence[Reading], begin_ns: int, end_ns: int) -> str:
+        """Why what was heard between two moments was not said to the room; "" where nothing speaks against it."""
+        if self._replied_at(begin_ns):
+            return "the room heard itself"
+        came = self.ear.came(begin_ns, end_ns)
+        if came.talking < TALKING:
+            return f"nobody was louder than the noise (for {came.talking:.0%} of it)"
+        best = next((r.said for r in readings if r.said is not None), None)
+        who = self._echoes.of(self._speaker.participant, best.text, begin_ns) if best else ""
+        return f"{who} said so" if who else ""
+
+    def _understand(self, heard: Hypotheses, things: Sequence[Known], now_ns: int) -> None:
+        began_ns = self._begin_ns or 0
+        begin_ns, end_ns = (began_ns + round(s * 1e9) for s in (heard[0].start_s, heard[0].end_s))
+        language = self._speaker.language
+        readings = [Reading(self._grammar.said(h.words, language) if h.words else None, h.confidence) for h in heard]
+        if why := self._unbelieved(readings, begin_ns, end_ns):
+            _HEARD.labels(self._speaker.participant, "unbelieved").inc()
+            log.info("event=not_said_to_the_room participant=%s reason=%r", self._speaker.participant, why)
+            return
+        lost = self.ear.came(begin_ns, end_ns).lost
+        if lost > LOST:
+            log.info("event=heard_in_pieces participant=%s lost=%.2f", self._speaker.participant, lost)
+            readings = [Reading(None, 0.0)]
+        turn = self._dialogue.heard(readings, things, now_ns)
+        _HEARD.labels(self._speaker.participant, turn.outcome.value).inc()
+        log.info(
+            "event=heard participant=%s outcome=%s confidence=%.2f text=%r", self._speaker.participant, turn.outcome.value,
+            heard[0].confidence, turn.said.text if turn.said else "",
+        )  # fmt: skip
+        if turn.outcome is Outcome.IGNORED:
+            return
+        utterance = Utterance(
+            id=secrets.token_hex(8), participant=self._speaker.participant, language=language,
+            text=turn.said.text if turn.said else "", spoken=turn.said.spoken if turn.said else "",
+            confidence=turn.confidence or heard[0].confidence,
+            start_ns=max(0, begin_ns), end_ns=max(0, end_ns),
+        )  # fmt: skip
+        for r in readings:
+            if r.said is not None:
+                utterance.readings.add(text=r.said.text, confidence=r.confidence)
+        if turn.action is not None:
+            self._ask(turn, utterance, end_ns, now_ns)
+        self._tell(utterance, _STATES[turn.outcome], turn.reply, now_ns)
+
+    def _ask(self, turn: Turn, utterance: Utterance, end_ns: int, now_ns: int) -> None:
+        command: Any = message_of(turn.action, utterance.id, self._speaker.participant)  # type: ignore[arg-type]
+        command.header.t_ns = now_ns
+        utterance.command = command.id
+        self._commands.put(command)
+        self._waiting[command.id] = (utterance, now_ns + PATIENCE_NS)
+        _LATENCY.labels(self._speaker.participant).observe(max(0.0, (now_ns - end_ns) * 1e-9))
+
+    def _tell(self, utterance: Utterance, state: Utterance.State, text: str, now_ns: int) -> None:
+        """Publish what has become of it."""
+        utterance.state, utterance.reply = state, text if self._answers else ""
+        utterance.header.t_ns = now_ns
+        message = Utterance()
+        message.CopyFrom(utterance)
+        self._utterances.put(message)
+        self._echoes.hear(message)
+        if text and state != Utterance.STATE_SENT:
+            self.mouth.say(text, now_ns)

@@ -1,0 +1,206 @@
+"""What is not believed to have been said to the room: noise, pieces, other people's words, the room's own, while it is closed."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from functools import wraps
+
+import numpy as np
+
+from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder
+from vistel.speech.grammar_file import load_grammar
+from vistel.speech.heard import Heard, Hypotheses, Samples
+from vistel.v1.audio_pb2 import Voice, VoiceControl
+from vistel.v1.speech_pb2 import Utterance
+from vistel.wire.clock import SimulatedClock
+from vistel.wire.memory_bus import MemoryNetwork
+from vistel_services.speech.config import Config, Speaker
+from vistel_services.speech.ear import BEHIND_NS, Ear
+from vistel_services.speech.echoes import Echoes
+from vistel_services.speech.listener import Listener
+
+START_NS = 1_000_000_000_000
+
+
+def in_a_loop(test: Callable[[], None]) -> Callable[[], None]:
+    """A bus belongs to a loop."""
+
+    @wraps(test)
+    def run() -> None:
+        async def main() -> None:
+            test()
+
+        asyncio.run(main())
+
+    return run
+
+
+MOVE, PUSH = "はこをみぎにうごかして", "おして"
+GRAMMAR, _ = load_grammar()
+
+
+def words(text: str) -> tuple[str, ...]:
+    said = GRAMMAR.read(text)
+    assert said is not None
+    return tuple(w.name for w in said.words)
+
+
+class Believes:
+    """Hears `text` wherever there is sound for long enough, as surely as it is told to: a recogniser at its worst."""
+
+    def __init__(self, text: str, confidence: float) -> None:
+        self._heard, self._confidence = words(text), confidence
+        self.reset()
+
+    def reset(self) -> None:
+        self._count = 0
+
+    def feed(self, samples: Samples) -> list[Hypotheses]:
+        before, self._count = self._count, self._count + len(samples)
+        if not before < 16_000 <= self._count:
+            return []
+        return [(Heard(self._heard, self._confidence, 0.2, 0.9),)]
+
+    def flush(self) -> list[Hypotheses]:
+        return []
+
+
+class Told(Echoes):
+    """And all that was told."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.utterances: list[Utterance] = []
+
+    def hear(self, utterance: Utterance) -> None:
+        super().hear(utterance)
+        self.utterances.append(utterance)
+
+
+class Person:
+    """ann, her microphone's messages and what the room makes of them."""
+
+    def __init__(
+        self, text: str = MOVE, confidence: float = 0.9, listen: str = "open", name: str = "ann", echoes: Told | None = None,
+        replies: bool = False,
+    ) -> None:  # fmt: skip
+        bus = MemoryNetwork().bus("c", "tokyo", SimulatedClock(START_NS))
+        self._told = echoes or Told()
+        config = Config("tokyo", (), listen, reply="text")  # type: ignore[arg-type]
+        hears = Believes(text, confidence)
+        speaker = Speaker(name)
+        self.listener = Listener(config, speaker, GRAMMAR, hears, bus, self._told, lambda t_ns: replies)
+        self._encoder = Encoder(1, 24_000)
+        self.now_ns = START_NS
+
+    def hears(self, seconds: float = 1.4, *, talking: bool = True, lost: Sequence[int] = (), at_once: bool = False) -> list[str]:
+        """Sound for so long, without some of its frames; what it came to. at_once: the service was kept from listening."""
+        t = np.arange(FRAME) / RATE
+        for k in range(round(seconds / 0.02)):
+            pcm = (0.2 * np.sin(2 * np.pi * 220.0 * (t + k * 0.02))).astype(np.float32)
+            message = Voice(opus=self._encoder.encode(pcm), talking=talking, level_db=-20.0)
+            message.header.t_ns = self.now_ns
+            if k not in lost:
+                self.listener.ear.hear(message)
+            self.now_ns += FRAME_NS
+            if not at_once:
+                self.listener.round((), self.now_ns)
+        self.listener.round((), self.now_ns + BEHIND_NS)
+        told, self._told.utterances = self._told.utterances, []
+        self.said_ns = told[-1].start_ns if told else 0
+        return [Utterance.State.Name(u.state).removeprefix("STATE_") for u in told]
+
+
+@in_a_loop
+def test_a_sentence_is_done() -> None:
+    assert Person().hears() == ["SENT"]
+
+
+@in_a_loop
+def test_what_is_no_louder_than_the_noise_is_no_sentence_however_sure_its_recogniser_is() -> None:
+    assert Person(confidence=1.0).hears(talking=False) == []
+
+
+@in_a_loop
+def test_a_sentence_of_which_pieces_never_came_is_not_done() -> None:
+    assert Person(confidence=1.0).hears(lost=range(15, 25)) == ["REJECTED"]
+    assert Person(confidence=1.0).hears(lost=[20]) == ["SENT"]
+
+
+@in_a_loop
+def test_a_single_word_needs_more_belief_where_the_microphone_is_open_and_is_asked_back() -> None:
+    assert Person(PUSH, 0.6).hears() == ["QUESTION"]
+    assert Person(PUSH, 0.8).hears() == ["SENT"]
+    assert Person(MOVE, 0.6).hears() == ["SENT"]
+
+
+@in_a_loop
+def test_where_people_say_when_they_speak_a_single_word_needs_no_more() -> None:
+    person = Person(PUSH, 0.6, "push")
+    person.listener.obey(VoiceControl(talk=True), (), person.now_ns)
+    assert person.hears() == ["SENT"]
+
+
+@in_a_loop
+def test_what_the_room_itself_says_is_not_heard() -> None:
+    assert Person(replies=True).hears() == []
+
+
+@in_a_loop
+def test_the_same_words_at_two_microphones_are_done_once() -> None:
+    echoes = Told()
+    ann, bob = (Person(name=name, echoes=echoes) for name in ("ann", "bob"))
+    assert ann.hears() == ["SENT"]
+    bob.now_ns += 200_000_000  # through the loudspeaker
+    assert bob.hears() == []
+    bob.now_ns += 3_000_000_000
+    assert bob.hears() == ["SENT"], "later, he says so himself"
+
+
+@in_a_loop
+def test_what_is_cut_off_by_muting_is_not_done_and_nothing_is_heard_while_muted() -> None:
+    person = Person()
+    person.hears(0.8)
+    person.listener.obey(VoiceControl(muted=True), (), person.now_ns)
+    assert person.hears(1.4) == []
+    person.listener.obey(VoiceControl(), (), person.now_ns)
+    assert person.hears(1.4) == ["SENT"]
+
+
+def test_a_service_that_was_kept_from_listening_hears_every_sample_all_the_same() -> None:
+    """Under load rounds are late: skipping what came meanwhile would leave "おして" of "もとにもどして"."""
+
+    def sound(every: int) -> np.ndarray:
+        ear, encoder = Ear(), Encoder(1, 24_000)
+        rng = np.random.default_rng(1)
+        out: list[np.ndarray] = []
+        for k in range(100):
+            message = Voice(opus=encoder.encode(rng.uniform(-0.3, 0.3, FRAME).astype(np.float32)), talking=True)
+            message.header.t_ns = START_NS + k * FRAME_NS
+            ear.hear(message)
+            if k == 0 or k % every == every - 1:
+                out += [p.sound for p in ear.listen(START_NS + (k + 1) * FRAME_NS)]
+        return np.concatenate(out)
+
+    steady, late = sound(1), sound(15)
+    count = min(len(steady), len(late))
+    assert count > 16_000
+    assert np.array_equal(steady[:count], late[:count])
+
+
+def test_an_hour_in_which_nobody_listened_is_not_caught_up_with() -> None:
+    ear = Ear()
+    assert list(ear.listen(START_NS)) == []
+    assert list(ear.listen(START_NS + 3_600_000_000_000)) == []
+    assert ear.resting
+
+
+@in_a_loop
+def test_time_is_told_from_when_the_button_was_pressed() -> None:
+    person = Person(listen="push")
+    person.hears(2.0)
+    person.listener.obey(VoiceControl(talk=True), (), person.now_ns)
+    pressed_ns = person.now_ns
+    assert person.hears(1.4) == ["SENT"]
+    assert pressed_ns + 50_000_000 < person.said_ns < pressed_ns + 300_000_000
