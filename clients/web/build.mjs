@@ -1,9 +1,10 @@
-// Bundles each page's script into the Python package that serves it.
+// Bundles each page's script into the Python package that serves it, below the folder that is said (default: the repository).
 import { build } from "esbuild";
 
-const root = "../../";
+const root = process.argv[2] ?? "../../";
 const pages = {
   "watch/main.ts": "services/vistel_services/renderer/page/watch.js",
+  "studio/main.ts": "clients/cli/vistel_cli/studio/page/studio.js",
 };
 
 for (const [from, to] of Object.entries(pages)) {

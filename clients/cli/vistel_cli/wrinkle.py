@@ -15,12 +15,14 @@ from rich.progress import track
 
 from vistel_cli.avatar_files import Json, busy, report
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.wrinkle_studio import studio
 from vistel_cli.wrinkle_wear import wear
 
 if TYPE_CHECKING:
     from vistel.wrinkle.shape import Shape
 
 app = typer.Typer(help="Wrinkles of cloth and skin: shapes, displacement maps, wrinkled textures.", no_args_is_help=True)
+app.command("studio")(studio)
 app.command("wear")(wear)
 
 

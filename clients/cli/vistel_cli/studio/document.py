@@ -1,0 +1,98 @@
+"""What is edited: the sets of wrinkles of an avatar, as the page holds them; checked set by set, so faults find their place."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vistel.wrinkle.errors import WrinkleError, checked
+from vistel.wrinkle.shape import Shape
+from vistel.wrinkle.shape_file import builtin_shapes
+from vistel.wrinkle.wardrobe import SetsFile, WrinkleSet, sets_of
+from vistel.wrinkle.wardrobe_text import wardrobe_text
+
+MOST_SETS = 64
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What cannot be used. set: its number, None where it is of no set; shape: name of one of the page's own."""
+
+    text: str
+    set: int | None = None
+    shape: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """sets: those that can be used, by their number; faults: what is said of the others."""
+
+    sets: dict[int, WrinkleSet]
+    faults: tuple[Fault, ...]
+
+    @property
+    def whole(self) -> list[WrinkleSet]:
+        """All sets in order. Raises WrinkleError where one cannot be used."""
+        if self.faults:
+            raise WrinkleError("\n".join(fault.text for fault in self.faults))
+        return [self.sets[k] for k in sorted(self.sets)]
+
+
+def page_form(sets: Sequence[WrinkleSet]) -> dict[str, Any]:
+    """Sets as the page edits them: `shapes` of their own and `sets`, every key said."""
+    file = checked(SetsFile, tomllib.loads(wardrobe_text(sets)), "wrinkles")
+    return file.model_dump(mode="json")
+
+
+def check(form: Any, before: Checked | None = None) -> Checked:
+    """What of a page's form can be used. before: of the form it came of; sets that are the same stay the same objects."""
+    if not isinstance(form, dict) or not isinstance(form.get("sets"), list) or not isinstance(form.get("shapes", []), list):
+        return Checked({}, (Fault("expected shapes and sets"),))
+    if len(form["sets"]) > MOST_SETS:
+        return Checked({}, (Fault(f"{len(form['sets'])} sets, expected at most {MOST_SETS}"),))
+    faults: list[Fault] = []
+    own: dict[str, Shape] = {}
+    for data in form.get("shapes", []):
+        name = str(data.get("name", "")) if isinstance(data, dict) else ""
+        try:
+            shape = checked(Shape, data, f"shape {name}")
+        except WrinkleError as fault:
+            faults += [Fault(line, None, name) for line in str(fault).splitlines()]
+            continue
+        if shape.name in own or shape.name in builtin_shapes():
+            faults.append(Fault(f"shape {shape.name}: there is another of that name; rename it", None, shape.name))
+        own[shape.name] = shape
+    bad = {fault.shape for fault in faults}
+
+    def look(name: str) -> Shape:
+        if name in own:
+            return own[name]
+        known = builtin_shapes()
+        if name not in known:
+            why = "has a fault" if name in bad else f"is not there; there are {', '.join([*own, *known])}"
+            raise WrinkleError(f"shape {name!r} {why}")
+        return known[name]
+
+    sets: dict[int, WrinkleSet] = {}
+    names: set[str] = set()
+    for k, data in enumerate(form["sets"]):
+        name = str(data.get("name", k)) if isinstance(data, dict) else str(k)
+        try:
+            if name in names:
+                raise WrinkleError(f"{name}: there is another set of that name; rename one")
+            names.add(name)
+            made = sets_of({"sets": [data]}, name, look)[0]
+        except WrinkleError as fault:
+            faults += [Fault(line.replace(": sets[0].", ": "), k) for line in str(fault).splitlines()]
+            continue
+        sets[k] = _same(made, before) or made
+    return Checked(sets, tuple(faults))
+
+
+def _same(made: WrinkleSet, before: Checked | None) -> WrinkleSet | None:
+    if before is None:
+        return None
+    known = (old for old in before.sets.values() if old.entry == made.entry and dict(old.shapes) == dict(made.shapes))
+    return next(known, None)
