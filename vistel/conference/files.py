@@ -74,7 +74,8 @@ def _room_with_files(room: Room, folder: Path) -> Room:
 
 def _speech_with_files(speech: Speech, folder: Path) -> Speech:
     voices = speech.voices and (folder / speech.voices if (folder / speech.voices).is_dir() else speech.voices)
-    return speech.model_copy(update={"grammar": [_beside(g, folder) for g in speech.grammar], "voices": voices})
+    model = speech.model and _beside(speech.model, folder)
+    return speech.model_copy(update={"grammar": [_beside(g, folder) for g in speech.grammar], "voices": voices, "model": model})
 
 
 def _person_with_files(person: Participant, folder: Path) -> Participant:

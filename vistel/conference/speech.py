@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from vistel.conference.devices import Checked, Name
 
@@ -29,6 +29,17 @@ class Speech(Checked):
     """How sentences are answered: aloud where espeak-ng is installed and in the picture, or in the picture only."""
     voices: Path | None = None
     """Folder with what `vistel speech enrol` learnt, a file NAME.npz for each participant."""
+
+    engine: Literal["own", "vosk", "sherpa", "whisper", "julius"] = "own"
+    """What hears those who speak `language`; all but "own" need a model."""
+    model: Path | None = None
+    """Where the engine's model lies: a folder or a file, beside the conference file."""
+
+    @model_validator(mode="after")
+    def _engine_has_a_model(self) -> Self:
+        if self.engine != "own" and self.model is None:
+            raise ValueError(f'engine = "{self.engine}" needs a model; name it: model = "path"')
+        return self
 
     def language_of(self, participant: str) -> Spoken:
         """What `participant` speaks."""

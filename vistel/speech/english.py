@@ -5,157 +5,73 @@ Beside the grammar a loop of phones hears the same sound; how much worse than th
 
 from __future__ import annotations
 
-import importlib
 import math
-from collections import deque
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.speech.denoise import Denoiser
-from vistel.speech.features import as_float
 from vistel.speech.grammar import Grammar
 from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
+from vistel.speech.segmenter import Segmenter, Stage
+from vistel.speech.sphinx import sphinx
 from vistel.speech.word_graph import word_graph
 
 I16 = NDArray[np.int16]
 
-_SEARCH: Mapping[str, float] = {"beam": 1e-90, "wbeam": 1e-60, "pbeam": 1e-90, "wip": 0.2, "silprob": 0.05}
-"""Beams wider than pocketsphinx's own: a finite grammar is small, and words that are dropped do not come back."""
-_FRAME = 480
-"""Samples of an endpointer's frame."""
-_LONGEST_S = 10.0
-_WINDOW_S, _SHARE = 0.24, 0.85
-"""Of the last `window` this share is speech where an utterance begins, and none where it ends."""
-_STRICT = 2
-"""How sure WebRTC's detector has to be of speech, 0 to 3."""
-_FAINT = 0.04
-"""What is softer than this share of the loudest frame of an utterance does not prolong it."""
-_EARLY = 4
-"""Silent frames after which the utterance is decoded, before it is certain that it is over."""
-_LEAD = 3
-"""Frames before the detected beginning that belong to the utterance."""
-
-
-class EnglishError(RuntimeError):
-    """pocketsphinx cannot be used; one line."""
-
-
-def sphinx() -> Any:
-    """The module. Raises EnglishError where it is not installed."""
-    try:
-        module: Any = importlib.import_module("pocketsphinx")
-    except ImportError as e:
-        raise EnglishError("English needs pocketsphinx, which is not installed (pip install 'vistel[speech]')") from e
-    module.set_loglevel("FATAL")
-    return module
-
-
-@cache
-def _dictionary() -> Any:
-    return sphinx().Decoder(lm=None, samprate=SAMPLE_RATE)
-
-
-def unknown_word(text: str) -> str | None:
-    """What is wrong with an English phrase; None: all of its words have a pronunciation. Raises EnglishError."""
-    for word in text.split():
-        if _dictionary().lookup_word(word) is None:
-            return f"{word!r} is not in the dictionary of pronunciations; use words that are"
-    return None
+_SEARCH: Mapping[str, float] = {"maxhmmpf": 5000, "wip": 0.2, "silprob": 0.05}
+"""Of the beams pocketsphinx's own: wider ones cost five times as much in noise and find no more."""
+_ALTERNATIVES = 40
 
 
 class EnglishRecogniser:
-    """Hears English sentences of a grammar in a stream at 16 kHz. Raises EnglishError."""
+    """Hears English sentences of a grammar in a stream at 16 kHz. Raises SphinxError."""
 
     def __init__(self, grammar: Grammar, most: int = 5) -> None:
-        self._sphinx = sphinx()
+        module = sphinx()
         self._grammar, self._most = grammar, most
-        self._commands = self._sphinx.Decoder(lm=None, samprate=SAMPLE_RATE, **_SEARCH)
+        self._commands = module.Decoder(lm=None, samprate=SAMPLE_RATE, **_SEARCH)
         graph = word_graph(grammar, "en")  # a fifth of what JSGF is expanded to
-        arcs: list[tuple[Any, ...]] = [(a, b, 1.0, word) for a, b, word in graph.arcs]
-        arcs += [(end, graph.states, 1.0) for end in graph.ends]
+        arcs: list[tuple[Any, ...]] = [(a, b, p, word) for (a, b, word), p in zip(graph.arcs, graph.chances, strict=True)]
+        arcs += [(end, graph.states, p) for end, p in zip(graph.ends, graph.end_chances, strict=True)]
         self._commands.add_fsg("commands", self._commands.create_fsg("commands", 0, graph.states, arcs))
         self._commands.activate_search("commands")
-        self._phones = self._sphinx.Decoder(lm=None, samprate=SAMPLE_RATE, **_SEARCH)
+        self._phones = module.Decoder(lm=None, samprate=SAMPLE_RATE)
         self._phones.add_allphone_file("phones", None)
         self._phones.activate_search("phones")
         self.reset()
 
     def reset(self) -> None:
-        """Forgets the utterance under way and starts counting time anew; what was learnt of the room stays."""
-        self._denoiser = Denoiser()
-        self._vad = self._sphinx.Vad(_STRICT, SAMPLE_RATE, _FRAME / SAMPLE_RATE)
-        count = round(_WINDOW_S * SAMPLE_RATE / _FRAME)
-        self._needed = math.ceil(_SHARE * count)
-        self._recent: deque[tuple[bool, I16]] = deque(maxlen=count + _LEAD)
-        self._count = count
-        self._rest = np.zeros(0, np.int16)
-        self._frames = 0
-        self._start = 0
-        self._loudest = 0.0
-        self._speaking = False
+        """Forgets the utterance under way and starts counting time anew."""
+        self._segments = Segmenter(clean=True)
         self._said: list[I16] = []
-        self._silent = 0
         self._decoded: Hypotheses | None = None
+        self._known = False
 
     def feed(self, samples: Samples) -> list[Hypotheses]:
         """Takes the next samples, any number of them; returns the utterances that ended in them, oldest first."""
-        clean = self._denoiser.feed(np.nan_to_num(as_float(samples)))
-        sound = np.concatenate([self._rest, np.asarray(np.rint(np.clip(clean, -1.0, 1.0) * 32767.0), np.int16)])
-        whole = len(sound) // _FRAME * _FRAME
-        self._rest = sound[whole:]
         found: list[Hypotheses] = []
-        for at in range(0, whole, _FRAME):
-            self._hear(sound[at : at + _FRAME], found)
+        for stage, sound in self._segments.feed(samples):
+            if stage is Stage.BEGIN:
+                self._said = []
+            self._said.append(sound)
+            if stage is Stage.PAUSE:  # found out now, it is known when it turns out to have been the end
+                self._decoded, self._known = self._understood(), True
+            elif stage in (Stage.BEGIN, Stage.SPEECH):
+                self._known = False
+            elif stage is Stage.END:
+                found += self._finish()
         return found
 
     def flush(self) -> list[Hypotheses]:
         """Ends the utterance that is under way (push to talk let go, end of a file); returns it, if it was one."""
-        found: list[Hypotheses] = []
-        if self._speaking:
-            self._finish(found)
-        self._recent.clear()
-        self._rest = np.zeros(0, np.int16)
-        return found
+        return self._finish() if self._segments.flush() else []
 
-    def _hear(self, frame: I16, found: list[Hypotheses]) -> None:
-        self._frames += 1
-        level = float(np.sqrt(np.mean(frame.astype(np.float32) ** 2)))
-        speech = bool(self._vad.is_speech(frame.tobytes())) and level >= _FAINT * self._loudest
-        if self._speaking:
-            self._loudest = max(self._loudest, level)
-        self._recent.append((speech, frame))
-        spoken = sum(speech for speech, _ in list(self._recent)[-self._count :])
-        if not self._speaking:
-            if spoken >= self._needed:
-                self._begin()
-            return
-        self._said.append(frame)
-        self._silent = 0 if speech else self._silent + 1
-        if self._silent == _EARLY:
-            self._decoded = self._understood()
-        long = (self._frames - self._start) * _FRAME >= _LONGEST_S * SAMPLE_RATE
-        if spoken <= self._count - self._needed or long:
-            self._finish(found)
-
-    def _begin(self) -> None:
-        self._speaking = True
-        self._start = self._frames - len(self._recent)
-        self._said = [frame for _, frame in self._recent]
-        self._silent = 0
-
-    def _finish(self, found: list[Hypotheses]) -> None:
-        heard = self._decoded if self._silent >= _EARLY else self._understood()
-        self._speaking = False
-        self._loudest = 0.0
-        self._recent.clear()
-        self._said.clear()
-        self._decoded = None
-        if heard is not None:
-            found.append(heard)
+    def _finish(self) -> list[Hypotheses]:
+        heard = self._decoded if self._known else self._understood()
+        self._said, self._known = [], False
+        return [heard] if heard is not None else []
 
     def _decode(self) -> None:
         """The whole utterance at once: its own mean takes microphone and voice out, which a running one does less well."""
@@ -178,9 +94,11 @@ class EnglishRecogniser:
         worse = (_log_score(s for s in self._commands.seg()) - loop) / max(1, last - first + 1)
         self.last_evidence = worse, len(segments), float(best.prob)
         belief = confidence(*self.last_evidence)
-        begin = self._start * _FRAME / SAMPLE_RATE
+        begin = self._segments.start_s
         bounds = begin + 0.01 * first, begin + 0.01 * (last + 1)
-        texts = list(dict.fromkeys([best.hypstr, *(n.hypstr for _, n in zip(range(40), self._commands.nbest(), strict=False))]))
+        # Some of the alternatives are None: paths that ended nowhere.
+        others = [n.hypstr for _, n in zip(range(_ALTERNATIVES), self._commands.nbest(), strict=False) if n is not None]
+        texts = list(dict.fromkeys([best.hypstr, *others]))
         out: dict[tuple[str, ...], Heard] = {}
         for place, text in enumerate(texts):
             said = self._grammar.read(text)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from vistel.speech.engines.choice import Chosen
+from vistel.speech.engines.engine import EngineError
 from vistel.speech.grammar import Grammar, Language
 from vistel.speech.grammar_file import Fault, load_grammar
 from vistel.speech.heard import Recogniser
@@ -17,11 +19,19 @@ class RecogniserError(RuntimeError):
     """A language cannot be recognised here; one line that says why and how to mend it."""
 
 
-def recogniser(language: Language, grammar: Grammar, voice: Path | None = None) -> Recogniser:
-    """What hears `language`. voice: what `vistel speech enrol` learnt of who speaks. Raises RecogniserError."""
+def recogniser(language: Language, grammar: Grammar, voice: Path | None = None, chosen: Chosen | None = None) -> Recogniser:
+    """What hears `language`. voice: what `vistel speech enrol` learnt of who speaks; chosen: another engine than the language's
+    own. Raises RecogniserError."""
     if not grammar.by_language.get(language):
         raise RecogniserError(f"the grammar has no sentence in {NAMES[language]}")
-    return MAKERS[language](grammar, voice)
+    if chosen is None or chosen.name == "own":
+        return MAKERS[language](grammar, voice)
+    from vistel.speech.engines.adapter import made  # noqa: PLC0415  others are used by few
+
+    try:
+        return made(chosen, grammar, language)
+    except EngineError as e:
+        raise RecogniserError(str(e)) from e
 
 
 def unrecognisable(language: Language, text: str) -> str | None:
@@ -33,11 +43,11 @@ def unrecognisable(language: Language, text: str) -> str | None:
             return str(e)
         return None
     # Loads pocketsphinx, which Japanese does without.
-    from vistel.speech.english import EnglishError, unknown_word  # noqa: PLC0415
+    from vistel.speech.sphinx import SphinxError, unknown_word  # noqa: PLC0415
 
     try:
         return unknown_word(text)
-    except EnglishError:
+    except SphinxError:
         return None
 
 
@@ -60,11 +70,12 @@ def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
 
 
 def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
-    from vistel.speech.english import EnglishError, EnglishRecogniser  # noqa: PLC0415  as above
+    from vistel.speech.english import EnglishRecogniser  # noqa: PLC0415  as above
+    from vistel.speech.sphinx import SphinxError  # noqa: PLC0415
 
     try:
         return EnglishRecogniser(grammar)
-    except EnglishError as e:
+    except SphinxError as e:
         raise RecogniserError(str(e)) from e
 
 

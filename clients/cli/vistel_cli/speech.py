@@ -30,6 +30,8 @@ SOUNDS = (".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a")
 Extra = Annotated[list[Path] | None, typer.Option("--grammar", help="File of further words and sentences; may be repeated.")]
 Tongue = Annotated[str, typer.Option(help="ja or en.")]
 Voice = Annotated[Path | None, typer.Option(help="What `vistel speech enrol` learnt.")]
+Engine = Annotated[str, typer.Option(help="own, vosk, sherpa, whisper or julius; all but own need --model.")]
+Model = Annotated[Path | None, typer.Option(help="Where the engine's model lies.")]
 Accept = Annotated[float, typer.Option(help="Confidence from which a sentence is done.", min=0.0, max=1.0)]
 
 
@@ -99,6 +101,7 @@ def _show_meaning(known: Grammar, text: str) -> None:
 def try_(
     sound: Annotated[str, typer.Argument(help='A recording, "default" for the microphone, or a part of its name.')] = "default",
     language: Tongue = "ja", extra: Extra = None, voice: Voice = None, accept: Accept = 0.5,
+    engine: Engine = "own", model: Model = None,
     seconds: Annotated[float, typer.Option(help="How long to listen to a microphone; 0: until Ctrl-C.", min=0.0)] = 0.0,
 ) -> None:  # fmt: skip
     """Listen, and show what was understood.
@@ -109,7 +112,7 @@ def try_(
 
       vistel speech try said.wav --language en
     """
-    known, hears, tongue = _prepared(language, extra, voice)
+    known, hears, tongue = _prepared(language, extra, voice, engine, model)
     count = 0
     if Path(sound).suffix.lower() in SOUNDS:
         for heard in _understood(Path(sound), hears):
@@ -195,6 +198,7 @@ class Score:
 def test_(
     folder: Annotated[Path, typer.Argument(help="Recordings; NAME.txt says what NAME.wav says, or the name itself does.")],
     language: Tongue = "ja", extra: Extra = None, voice: Voice = None, accept: Accept = 0.5,
+    engine: Engine = "own", model: Model = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per recording, and one for all.")] = False,
 ) -> None:  # fmt: skip
     """Score a folder of recordings: right, and right and accepted. A text that is no sentence of the grammar is other talk:
@@ -204,7 +208,7 @@ def test_(
 
       vistel speech test recordings --language en
     """
-    known, hears, tongue = _prepared(language, extra, voice)
+    known, hears, tongue = _prepared(language, extra, voice, engine, model)
     files = sorted(p for p in folder.glob("*") if p.suffix.lower() in SOUNDS) if folder.is_dir() else []
     if not files:
         fail(f"{folder}: holds no recordings ({', '.join(SOUNDS)})", USAGE)
@@ -353,7 +357,10 @@ def _sound_of(path: Path) -> F32:
         fail(f"{path.name}: {e}", FAILED)
 
 
-def _prepared(language: str, extra: list[Path] | None, voice: Path | None) -> tuple[Grammar, Recogniser, Language]:
+def _prepared(
+    language: str, extra: list[Path] | None, voice: Path | None, engine: str, model: Path | None
+) -> tuple[Grammar, Recogniser, Language]:
+    from vistel.speech.engines.choice import ENGINES, Chosen  # noqa: PLC0415
     from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser  # noqa: PLC0415
 
     tongue = _language(language)
@@ -361,7 +368,10 @@ def _prepared(language: str, extra: list[Path] | None, voice: Path | None) -> tu
     for fault in faults:
         out.print(f"[yellow]{escape(str(fault))}[/]", highlight=False, soft_wrap=True)
     try:
-        return known, recogniser(tongue, known, voice), tongue
+        chosen = next((Chosen(name, model) for name in ENGINES if name == engine), None)
+        if chosen is None:
+            fail(f"--engine {engine}: expected one of {', '.join(ENGINES)}", USAGE)
+        return known, recogniser(tongue, known, voice, chosen), tongue
     except RecogniserError as e:
         fail(str(e), FAILED)
 

@@ -9,15 +9,18 @@ from typing import Literal
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.conference.speech import Spoken
+from vistel.speech.engines.choice import Chosen
 
 
 @dataclass(frozen=True)
 class Speaker:
-    """Somebody whose microphone is listened to. voice: what enrolment learnt of them."""
+    """Somebody whose microphone is listened to. voice: what enrolment learnt of them; engine: what hears them, where
+    that is not the language's own recogniser."""
 
     participant: str
     language: Spoken = "ja"
     voice: Path | None = None
+    engine: Chosen | None = None
 
 
 @dataclass(frozen=True)
@@ -44,5 +47,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         if audio.microphone_of(person.name, i == 0) == "none":
             continue
         learnt = speech.voices / f"{person.name}.npz" if speech.voices is not None else None
-        speakers.append(Speaker(person.name, speech.language_of(person.name), learnt if learnt and learnt.is_file() else None))
+        language = speech.language_of(person.name)
+        engine = Chosen(speech.engine, speech.model) if speech.engine != "own" and language == speech.language else None
+        speakers.append(Speaker(person.name, language, learnt if learnt and learnt.is_file() else None, engine))
     return Config(site.name, tuple(speakers), speech.listen, tuple(speech.grammar), speech.accept, speech.reply)

@@ -43,7 +43,7 @@ class _Site:
         self._echoes = Echoes()
         for speaker in config.speakers:
             try:
-                hears = recogniser(speaker.language, grammar, speaker.voice)
+                hears = recogniser(speaker.language, grammar, speaker.voice, speaker.engine)
             except RecogniserError as e:
                 log.error("event=no_recogniser participant=%s language=%s reason=%r", speaker.participant, speaker.language, str(e))
                 continue
