@@ -20,6 +20,21 @@ U8 = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
+class Target:
+    """A shape that a mesh can be drawn towards, as files of faces bring them: vertices (N,) and by how much they move at its full
+    (N, 3) [m]. name: as its file has it; what it means to a face, `vistel.figure.face.targets` tells."""
+
+    name: str
+    vertex: I32
+    offset: F32
+
+    def of(self, place: NDArray[np.integer]) -> Target:
+        """Of the part of the mesh in which vertex v has become place[v], those at -1 gone."""
+        to = place[self.vertex]
+        return Target(self.name, to[to >= 0].astype(np.int32), self.offset[to >= 0])
+
+
+@dataclass(frozen=True)
 class Mesh:
     """A closed surface and its texture coordinates.
 
@@ -31,6 +46,7 @@ class Mesh:
     limb: (V,) index into `Body.names` of the primitive each vertex belongs to.
     bone, weight: (V, 4) bones (joints, then `vistel.figure.rigid_weights.TWIST_BONES`) that a vertex follows and their
     shares, largest first; None: found from the joint chain.
+    targets: shapes of expressions that its file brought.
     """
 
     vertices: F32
@@ -41,6 +57,7 @@ class Mesh:
     limb: I32
     bone: I32 | None = None
     weight: F32 | None = None
+    targets: tuple[Target, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,7 +105,13 @@ def scaled(avatar: Avatar, height: float) -> Avatar:
     skeleton = Skeleton(avatar.skeleton.rest * scale, avatar.skeleton.tip * scale)
 
     def grown(level: Avatar) -> Avatar:
-        mesh, *eyes = (replace(m, vertices=m.vertices * np.float32(scale)) for m in (level.mesh, *level.eyeballs))
+        mesh, *eyes = (
+            replace(
+                m, vertices=m.vertices * np.float32(scale),
+                targets=tuple(replace(t, offset=t.offset * np.float32(scale)) for t in m.targets),
+            )
+            for m in (level.mesh, *level.eyeballs)
+        )  # fmt: skip
         return replace(level, skeleton=skeleton, body=body, mesh=mesh, eyeballs=tuple(eyes), coarser=())
 
     return replace(grown(avatar), coarser=tuple(grown(level) for level in avatar.coarser))

@@ -12,7 +12,7 @@ from vistel.figure.rigid_weights import TWIST_BONES
 from vistel.figure.skeleton import JOINTS
 
 MOST_VERTICES, MOST_TRIANGLES = 200_000, 400_000
-MOST_LEVELS = 6
+MOST_LEVELS, MOST_TARGETS = 6, 300
 MOST_TEXELS = 4096
 """Along a side of the texture."""
 MOST_WRINKLES = 1 << 18
@@ -55,12 +55,24 @@ def _check_mesh(mesh: Mesh, primitives: int, where: str) -> None:
     _within(mesh.limb, primitives, where)
     if not np.array_equal(mesh.corner_vertex[mesh.corner_triangles], mesh.triangles):
         raise AvatarFileError(f"{where}: texture corners of other triangles")
+    check_targets(mesh, where)
     if (mesh.bone is None) != (mesh.weight is None):
         raise AvatarFileError(f"{where}: bones without weights")
     if mesh.bone is not None and mesh.weight is not None:
         if mesh.bone.shape != (count, 4) or mesh.weight.shape != (count, 4) or not np.isfinite(mesh.weight).all():
             raise AvatarFileError(f"{where}: weights that do not fit the mesh")
         _within(mesh.bone, len(JOINTS) + len(TWIST_BONES), where)
+
+
+def check_targets(mesh: Mesh, where: str) -> None:
+    """Raises AvatarFileError, one line that begins with `where`, for targets of vertices that are not there."""
+    if len(mesh.targets) > MOST_TARGETS:
+        raise AvatarFileError(f"{where}: {len(mesh.targets)} targets, expected at most {MOST_TARGETS}")
+    for t in mesh.targets:
+        if t.vertex.ndim != 1 or t.offset.shape != (len(t.vertex), 3) or not np.isfinite(t.offset).all():
+            raise AvatarFileError(f"{where}: target {t.name!r} is damaged")
+        if len(t.vertex) and (t.vertex.min() < 0 or t.vertex.max() >= len(mesh.vertices) or np.abs(t.offset).max() > 1.0):
+            raise AvatarFileError(f"{where}: target {t.name!r} moves what is not there, or far away")
 
 
 def _within(index: NDArray[np.int32], limit: int, where: str) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar import Avatar, Mesh, Target
 from vistel.figure.body import Body
 from vistel.figure.skeleton import Skeleton
 
@@ -53,6 +53,11 @@ def save_avatar(avatar: Avatar, path: Path) -> None:
                 arrays[f"level{k}.mesh{i}.{array}"] = getattr(mesh, array)
             if mesh.bone is not None:
                 arrays[f"level{k}.mesh{i}.bone"], arrays[f"level{k}.mesh{i}.weight"] = mesh.bone, mesh.weight
+            if mesh.targets:
+                arrays[f"level{k}.mesh{i}.target"] = np.array([t.name for t in mesh.targets])
+                arrays[f"level{k}.mesh{i}.target.size"] = np.array([len(t.vertex) for t in mesh.targets])
+                arrays[f"level{k}.mesh{i}.target.vertex"] = np.concatenate([t.vertex for t in mesh.targets])
+                arrays[f"level{k}.mesh{i}.target.offset"] = np.concatenate([t.offset for t in mesh.targets])
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
     try:
         with os.fdopen(handle, "wb") as stream:
@@ -77,6 +82,7 @@ def load_avatar(path: Path) -> Avatar:
                     Mesh(
                         *(file[f"level{k}.mesh{i}.{array}"] for array in _MESH_ARRAYS),
                         *(file[f"level{k}.mesh{i}.{array}"] for array in ("bone", "weight") if f"level{k}.mesh{i}.bone" in file),
+                        targets=_targets(file, f"level{k}.mesh{i}.target"),
                     )
                     for i in range(1 + int(file["eyeballs"]))
                 )
@@ -100,6 +106,17 @@ def load_avatar(path: Path) -> Avatar:
         if isinstance(fault, AvatarFileError):
             raise
         raise AvatarFileError(f"{path}: not a whole avatar file ({fault})") from fault
+
+
+def _targets(file: Any, key: str) -> tuple[Target, ...]:
+    if key not in file:
+        return ()
+    size, vertex, offset = file[f"{key}.size"], file[f"{key}.vertex"], file[f"{key}.offset"]
+    if size.min(initial=0) < 0 or size.sum() != len(vertex) or len(vertex) != len(offset):
+        raise AvatarFileError(f"targets of {int(size.sum())} vertices, {len(vertex)} and {len(offset)} are there")
+    at = np.cumsum(size)[:-1]
+    rows = zip(file[key].tolist(), np.split(vertex, at), np.split(offset, at), strict=True)
+    return tuple(Target(str(name), v.astype(np.int32), o.astype(np.float32)) for name, v, o in rows)
 
 
 def load_any(path: Path) -> Avatar:

@@ -25,7 +25,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from vistel.figure.avatar import Avatar, Mesh, Registration
+from vistel.figure.avatar_check import check_targets
 from vistel.figure.avatar_file import AvatarFileError
+from vistel.figure.avatar_usd_targets import read_targets, write_targets
 from vistel.figure.body import Body
 from vistel.figure.making.pictures import decode
 from vistel.figure.making.source import MakingError
@@ -185,6 +187,7 @@ def _write_mesh(stage: Any, at: str, mesh: Mesh, avatar: Avatar, material: Any, 
         binding.CreateJointIndicesPrimvar(False, 4).Set(Vt.IntArray.FromNumpy(np.ascontiguousarray(indices.reshape(-1))))
         binding.CreateJointWeightsPrimvar(False, 4).Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(shares.reshape(-1))))
     binding.CreateGeomBindTransformAttr(_identity())
+    write_targets(stage, at, binding, mesh)
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
 
 
@@ -288,7 +291,9 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
                 mesh = replace(
                     mesh, bone=array(prim, "vistel:bone", np.int32, 4), weight=array(prim, "vistel:weight", np.float32, 4)
                 )
+            mesh = replace(mesh, targets=read_targets(stage, prim))
             check_mesh(mesh, body, path)
+            check_targets(mesh, str(path))
             meshes.append(mesh)
         levels.append(Avatar(str(get(root, "vistel:name")), skeleton, body, meshes[0], tuple(meshes[1:]), albedo))
     kept: tuple[Registration, ...] = ()

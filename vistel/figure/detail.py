@@ -108,4 +108,5 @@ def _compact(mesh: Mesh, tri: I64, corner: I64) -> Mesh:
         mesh.vertices[vertices], triangles.reshape(-1, 3).astype(np.int32), place[mesh.corner_vertex[corners]],
         mesh.uv[corners], corner_triangles.reshape(-1, 3).astype(np.int32), mesh.limb[vertices],
         None if mesh.bone is None else mesh.bone[vertices], None if mesh.weight is None else mesh.weight[vertices],
+        tuple(t.of(place) for t in mesh.targets),
     )  # fmt: skip

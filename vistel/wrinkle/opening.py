@@ -31,7 +31,7 @@ def between_the_lips(avatar: Avatar, owner: NDArray[np.int32], weight: F32) -> t
     except ValueError:
         return np.zeros(0, np.int64), np.zeros(0, np.float32)
     mesh = avatar.mesh
-    shape = FaceShape(mesh.vertices, marks)
+    shape = FaceShape(mesh.vertices, marks, triangles=mesh.triangles)
     share = np.zeros(len(mesh.vertices))
     share[shape.vertex] = shape.jaw[: len(shape.vertex)]
     corner = marks.marks[MARK_INDEX["left_mouth_corner"]]

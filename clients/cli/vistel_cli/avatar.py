@@ -85,6 +85,9 @@ def import_(
     target: Annotated[
         list[str] | None, typer.Option(help="MakeHuman morph target, FILE or FILE=SHARE; may be given more than once.")
     ] = None,
+    expressions: Annotated[
+        Path | None, typer.Option(help="Folder of MakeHuman targets that its face makes, or one of them.")
+    ] = None,
     primitives: Primitives = 55,
     as_json: Json = False,
 ) -> None:
@@ -118,7 +121,7 @@ def import_(
         return
     try:
         with busy(f"reading {file.name}", not as_json):
-            source = read_source(file, Extras(texture, tuple(clothes or ()), rig, weights, tuple(target or ())))
+            source = read_source(file, Extras(texture, tuple(clothes or ()), rig, weights, tuple(target or ()), expressions))
         fitting = time.perf_counter()
         with busy("fitting", not as_json) as status:
             made = make_avatar(

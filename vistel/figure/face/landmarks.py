@@ -84,6 +84,8 @@ def _on_the_front(vertices: NDArray[np.float32], wanted: F64, middle: F64, scale
     for k, p in enumerate(wanted):
         away = np.hypot(v[:, 0] - p[0], v[:, 1] - p[1])
         near = np.flatnonzero(away < 0.009 * scale)
+        if len(near) == 0:  # a coarse mesh
+            near = np.flatnonzero(away < 0.020 * scale)
         if len(near) == 0:
             raise ValueError(f"there is no skin where {MARKS[k]} should be")
         foremost = near[v[near, 2] > v[near, 2].max() - 0.012 * scale]

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.avatar import Target
 from vistel.figure.face.landmarks import EYEBALL, Landmarks
+from vistel.figure.face.lips import line_of_lips, sides_of_mouth
 from vistel.figure.face.rules import FaceRules, OneSided, Pull, builtin_rules
+from vistel.figure.face.targets import half, shapes_of
 from vistel.figure.face_marks import MARK_COUNT, MARK_INDEX
 
 F64 = NDArray[np.float64]
@@ -17,6 +21,7 @@ I64 = NDArray[np.int64]
 
 REACH_M, MOST_REST = 0.05, 0.012
 """How far round a mark the skin follows what the rules leave of its motion, and how much of it at most."""
+BLINK = "AU45"
 LID_SPAN = np.radians(34.0)
 """Along the eyeball, from a lid's edge to where the skin no longer follows it."""
 MEET = 0.0
@@ -64,8 +69,12 @@ class _Lid:
 class FaceShape:
     """The rules laid on one head."""
 
-    def __init__(self, vertices: NDArray[np.floating], marks: Landmarks, rules: FaceRules | None = None) -> None:
-        """vertices: (V, 3) at rest, of skin that may move."""
+    def __init__(
+        self, vertices: NDArray[np.floating], marks: Landmarks, rules: FaceRules | None = None,
+        triangles: NDArray[np.integer] | None = None, targets: Sequence[Target] = (),
+    ) -> None:
+        """vertices: (V, 3) at rest, of skin that may move. triangles: (T, 3) of it; None: taken for closed between the lips.
+        targets: the head's own shapes, which take the place of the rules for the units that they mean."""
         self.rules = builtin_rules() if rules is None else rules
         self.landmarks = marks
         scale = self._scale = marks.scale
@@ -75,8 +84,15 @@ class FaceShape:
         """(F,) those that may move at all."""
         # After them the marks themselves, which tell how far the rules bring them.
         self._p = np.concatenate((v[self.vertex], marks.marks))
-        self._below = below_the_lips(self._p, marks)
-        self.jaw = _jaw_weight(self._p, self._below, marks)
+        self._below, inside = below_the_lips(self._p, marks), np.zeros(len(self._p), np.bool_)
+        if triangles is not None:
+            side, within = sides_of_mouth(v, np.asarray(triangles, np.int64), marks)
+            inside[:-MARK_COUNT] = within[self.vertex]
+            self._below[:-MARK_COUNT] = _of_lip(
+                self._p[:-MARK_COUNT], side[self.vertex], self._below[:-MARK_COUNT], within[self.vertex], marks
+            )
+        self._outside = 1.0 - inside.astype(np.float64)
+        self.jaw = _jaw_weight(self._p, self._below, marks, inside)
         """(F,) share of the jaw's motion."""
         self._unit = np.array([self._pulled(u) for u in self.rules.units]).reshape(len(self.rules.units), -1)
         self._jaw = np.radians([u.unit.jaw for u in self.rules.units]).reshape(-1, 2)
@@ -85,11 +101,15 @@ class FaceShape:
             for eye in range(2):
                 if u.side == 0 or (u.side > 0) == (eye == 0):
                     self._close[k, eye] = u.unit.lids
+        self._blinks = [-1, -1]
+        if targets:
+            self._own(targets, len(v))
         self._follow = self._following()
         self._lids = [_lid(self._p, eye, scale) for eye in marks.eyes]
 
     def offsets(self, e: Expression) -> F32:
         """(F, 3) how far each vertex moves [m]."""
+        e = self._blinking(e)
         p = self._by_rules(e)
         if e.marks is not None:
             made = (p[-MARK_COUNT:] - self.landmarks.marks)[:, :2]
@@ -107,6 +127,37 @@ class FaceShape:
         opens, turns = (float(x) for x in e.intensity @ self._jaw)
         return self._jaw_turned(p, opens, turns) if opens or turns else p
 
+    def _own(self, targets: Sequence[Target], count: int) -> None:
+        """Let the units be what the head's own shapes say."""
+        place = np.full(count, -1)
+        place[self.vertex] = np.arange(len(self.vertex))
+        skin = self._p[:-MARK_COUNT]
+        at = [int(np.argmin(np.linalg.norm(skin - m, axis=1))) for m in self.landmarks.marks]
+        for k, u in enumerate(self.rules.units):
+            shapes, split = shapes_of(u, targets)
+            if not shapes:
+                continue
+            moved = np.zeros_like(self._p)
+            for shape in (t.of(place) for t in shapes):
+                np.add.at(moved, shape.vertex, shape.offset)
+            if split:
+                moved *= half(self._p, self.landmarks.middle, self._scale, u.side)[:, None]
+            moved[-MARK_COUNT:] = moved[at]
+            self._unit[k], self._jaw[k], self._close[k] = moved.ravel(), 0.0, 0.0
+            if u.unit.name == BLINK:
+                self._blinks[0 if u.side > 0 else 1] = k
+
+    def _blinking(self, e: Expression) -> Expression:
+        """What the lids do as the head's own shapes of blinking, where it has them."""
+        if max(self._blinks) < 0 or e.lids == (1.0, 1.0):
+            return e
+        intensity, lids = e.intensity.copy(), list(e.lids)
+        for eye, k in enumerate(self._blinks):
+            if k >= 0:
+                intensity[k] = min(1.0, max(float(intensity[k]), 1.0 - e.lids[eye]))
+                lids[eye] = 1.0
+        return replace(e, intensity=intensity, lids=(lids[0], lids[1]))
+
     def _pulled(self, u: OneSided) -> F64:
         """(F, 3) what a unit's pulls do at its full."""
         total, out = np.zeros(len(self._p)), np.zeros_like(self._p)
@@ -121,7 +172,7 @@ class FaceShape:
         centre = self.landmarks.marks[u.mark(pull.at)]
         offset = np.array((u.mirror * pull.offset[0], pull.offset[1], pull.offset[2]))
         away = (self._p - centre - 1e-3 * self._scale * offset) / (1e-3 * self._scale * np.array(pull.radius))
-        weight = np.maximum(0.0, 1.0 - (away * away).sum(axis=1)) ** 2
+        weight = self._outside * np.maximum(0.0, 1.0 - (away * away).sum(axis=1)) ** 2
         if pull.lip == "lower":
             weight = weight * self._below
         elif pull.lip == "upper":
@@ -140,7 +191,7 @@ class FaceShape:
         across, up, ahead = (np.abs(p[:, 0] - marks.middle[0]), np.abs(p[:, 1] - marks.middle[1]), p[:, 2] - marks.hinge[2])
         rim = _smooth((0.11 - across / scale) / 0.03) * _smooth((0.16 - up / scale) / 0.04) * _smooth((ahead / scale + 0.02) / 0.04)
         own = weight[-MARK_COUNT:] + 1e-3 * np.eye(MARK_COUNT)
-        return rim[:, None] * (weight @ np.linalg.inv(own))
+        return (rim * self._outside)[:, None] * (weight @ np.linalg.inv(own))
 
     def _jaw_turned(self, p: F64, opens: float, turns: float) -> F64:
         """Turned about the hinge: down by `opens`, to the left by `turns` [rad], each vertex its share."""
@@ -171,21 +222,22 @@ class FaceShape:
 
 def below_the_lips(p: F64, marks: Landmarks) -> F64:
     """(N,) 0 above, 1 below the line between the lips; beyond the corners of the mouth the change is wide."""
-    scale, m = marks.scale, marks.marks
-    left, right = m[MARK_INDEX["left_mouth_corner"]], m[MARK_INDEX["right_mouth_corner"]]
-    middle = marks.between
-    of_left = (p[:, 0] > middle[0]).astype(np.float64)
-    corner = right[1] + of_left * (left[1] - right[1])
-    half = (middle[0] - right[0]) + of_left * (left[0] + right[0] - 2.0 * middle[0])
-    across = np.abs(p[:, 0] - middle[0]) / np.maximum(half, 1e-6)
-    line = middle[1] + (corner - middle[1]) * np.minimum(across, 1.0) ** 2
+    line, across = line_of_lips(p, marks)
     beyond = np.clip((across - 0.75) / 0.55, 0.0, 1.0)
-    soft = scale * (0.0009 + 0.020 * beyond * beyond)
+    soft = marks.scale * (0.0009 + 0.020 * beyond * beyond)
     return _smooth((line - p[:, 1]) / soft * 0.5 + 0.5)
 
 
-def _jaw_weight(p: F64, below: F64, marks: Landmarks) -> F64:
-    """(N,) how much of the jaw's turn a vertex makes: all below the lips to the chin, little at the throat, nothing above."""
+def _of_lip(p: F64, side: F64, below: F64, inside: NDArray[np.bool_], marks: Landmarks) -> F64:
+    """(N,) `below`, sharp between the lips' edges where it is known which lip a vertex is of, as it was at the corners."""
+    _, across = line_of_lips(p, marks)
+    corner = np.where(inside, 0.0, _smooth((across - 0.72) / 0.25))
+    return np.where(np.isnan(side), below, side + corner * (below - side))
+
+
+def _jaw_weight(p: F64, below: F64, marks: Landmarks, inside: NDArray[np.bool_]) -> F64:
+    """(N,) how much of the jaw's turn a vertex makes: all below the lips to the chin, little at the throat, nothing above; what is
+    inside the mouth moves with its own jaw, as teeth do."""
     scale, m = marks.scale, marks.marks
     q = p - marks.hinge
     angle = np.arctan2(-q[:, 1], q[:, 2])
@@ -198,6 +250,7 @@ def _jaw_weight(p: F64, below: F64, marks: Landmarks) -> F64:
     # Beside the mouth the cheek stretches over a hand's breadth of angle; towards the jaw's corners skin goes along less and less.
     cheek = _smooth((angle - (mouth - 0.33)) / 0.60)
     at_lips = (1.0 - _smooth((aside / half - 0.45) / 0.5)) * _smooth((q[:, 2] - 0.045 * scale) / (0.02 * scale))
+    at_lips = np.where(inside, 1.0, at_lips)
     weight = (cheek + at_lips * (below - cheek)) * (1.0 - _smooth((aside / scale - JAW_SIDE[0]) / (JAW_SIDE[1] - JAW_SIDE[0])))
     throat = 1.0 - _smooth((angle - last - 0.18) / 0.62)
     return weight * throat

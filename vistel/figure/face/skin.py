@@ -19,7 +19,7 @@ class FaceSkin:
     """Lays expressions on a posed skin after it has been deformed: what presses on a cheek moves it, the smile stays."""
 
     def __init__(self, mesh: Mesh, marks: Landmarks, rules: FaceRules | None = None) -> None:
-        self.shape = FaceShape(mesh.vertices, marks, rules)
+        self.shape = FaceShape(mesh.vertices, marks, rules, mesh.triangles, mesh.targets)
         self.vertex = self.shape.vertex.astype(np.int32)
         moving = np.zeros(len(mesh.vertices), np.bool_)
         moving[self.vertex] = True

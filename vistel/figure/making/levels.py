@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar import Avatar, Mesh, Target
 from vistel.figure.detail import with_levels
 
 LEVELS = (6_000, 2_600)
@@ -59,4 +59,15 @@ def cut_apart(mesh: Mesh) -> Mesh:
     return Mesh(
         mesh.vertices[old], new.reshape(-1, 3).astype(np.int32), pairs[:, 0].astype(np.int32), mesh.uv[pairs[:, 1]],
         drawn.reshape(-1, 3).astype(np.int32), mesh.limb[old], rows(mesh.bone), rows(mesh.weight),  # type: ignore[arg-type]
+        tuple(_doubled(t, old, len(mesh.vertices)) for t in mesh.targets),
     )  # fmt: skip
+
+
+def _doubled(target: Target, old: NDArray[np.int64], count: int) -> Target:
+    """A target of the mesh whose vertex k was old[k]."""
+    whole = np.zeros((count, 3), np.float32)
+    whole[target.vertex] = target.offset
+    there = np.zeros(count, np.bool_)
+    there[target.vertex] = True
+    vertex = np.flatnonzero(there[old])
+    return Target(target.name, vertex.astype(np.int32), whole[old[vertex]])

@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar import Avatar, Mesh, Target
 from vistel.figure.body import pose_body, standard_body
 from vistel.figure.detail import coarser
+from vistel.figure.face.targets import meant
 from vistel.figure.making.dress import Dressed, drawn, dress
 from vistel.figure.making.joints import NEEDED, Jointed, jointed
 from vistel.figure.making.landmarks import joints_by_shape
@@ -24,7 +25,7 @@ from vistel.figure.making.primitives import WITH_FINGERS, BodyFit, fit_body
 from vistel.figure.making.repose import repose
 from vistel.figure.making.rigs import mapped
 from vistel.figure.making.source import MakingError, Source
-from vistel.figure.making.upright import upright
+from vistel.figure.making.upright import Upright, upright
 from vistel.figure.making.weights import blended_weights, limb_groups_of, strongest
 from vistel.figure.posture import JointPose
 from vistel.figure.rigid_weights import TWIST_BONES, bone_weights, smoothed
@@ -130,6 +131,7 @@ def make_avatar(
     limb_joint = _limb_joints(joints, p0, file, known.joint_of_column)
     own = bone_weights(joints.found, p0.astype(np.float32), tri, limb_joint)
     weight = own if file is None else blended_weights(file, known.joint_of_column, own)
+    weight0 = weight
     p = repose(p0, weight, joints)
     own = bone_weights(joints.rest, p.astype(np.float32), tri, limb_joint)
     # Weights painted for straight blends go over so abruptly that skin folds into itself at finger roots and elbows.
@@ -147,7 +149,9 @@ def make_avatar(
     dressed = _dress(source, parts, skin_faces, index, bone, p, points, to)
     notes += dressed.notes
     vertex, uv, corner = drawn(dressed.corner_uv[: len(tri)], tri)
-    mesh = Mesh(p.astype(np.float32), tri, vertex, uv, corner, fit.limb, bone, share)
+    targets, said = _targets(source, placed, index[to], p0, lambda v, q: repose(q, weight0[v], joints))
+    notes += said
+    mesh = Mesh(p.astype(np.float32), tri, vertex, uv, corner, fit.limb, bone, share, targets)
     head = fit.body.names.index("skull")
     balls = _eyeballs(points + floor, eyes, dressed.corner_uv[len(tri) :], head)
     avatar = Avatar(name, rest, fit.body, mesh, balls, dressed.albedo)
@@ -166,6 +170,31 @@ def make_avatar(
         avatar, tuple(notes), skeleton_from, known.joint_of, known.unknown,
         "rig" if file is not None else "joint chain", float(np.arctan2(-arm[1], np.hypot(arm[0], arm[2]))), sound, fit,
     )  # fmt: skip
+
+
+def _targets(
+    source: Source, placed: Upright, row: I32, points: F64, bent: Callable[[I32, F64], F64]
+) -> tuple[tuple[Target, ...], list[str]]:
+    """The expressions of a file that a face knows, on the mesh as it is made. row: (V,) of each vertex of the file, -1 none;
+    points: (N, 3) of the mesh, upright; bent: points of these rows in the T-pose."""
+    names = [t.name for t in source.targets]
+    wanted = meant(names)
+    kept: list[Target] = []
+    for t in source.targets:
+        to = row[t.vertex]
+        if t.name not in wanted or not (to >= 0).any():
+            continue
+        v, first = np.unique(to[to >= 0], return_index=True)
+        offset = placed.turned(t.offset[to >= 0][first])
+        moved = bent(v, points[v] + offset) - bent(v, points[v])
+        kept.append(Target(t.name, v.astype(np.int32), moved.astype(np.float32)))
+    if not names:
+        return (), []
+    said = f"{len(kept)} targets of expressions drive its face"
+    left = [n for n in names if n not in wanted]
+    if left:
+        said += f"; {len(left)} whose names say nothing left out ({', '.join(left[:4])}{', ...' if len(left) > 4 else ''})"
+    return tuple(kept), [said]
 
 
 def refit(avatar: Avatar, primitives: int) -> tuple[Avatar, BodyFit]:

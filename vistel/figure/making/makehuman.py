@@ -90,20 +90,30 @@ def _weights(path: Path, names: tuple[str, ...], count: int) -> NDArray[np.float
 
 def apply_target(source: Source, path: Path, share: float) -> Source:
     """The mesh with a morph target (lines "vertex dx dy dz") added. Raises MakingError."""
+    vertex, offset = read_target(path, len(source.points))
     points = source.points.copy()
+    np.add.at(points, vertex, share * offset)
+    return replace(source, points=points)
+
+
+def read_target(path: Path, count: int) -> tuple[NDArray[np.int32], F64]:
+    """Vertices (N,) of a mesh of `count` and how far a morph target moves them (N, 3). Raises MakingError."""
+    vertex: list[int] = []
+    offset: list[list[float]] = []
     for number, line in enumerate(_text(path).splitlines(), 1):
         words = line.split()
         if not words or words[0].startswith("#"):
             continue
         try:
             v = int(words[0])
-            delta = np.array([float(w) for w in words[1:4]])
-            if not 0 <= v < len(points) or len(delta) != 3:
-                raise ValueError(f"vertex {v} of {len(points)}")
+            delta = [float(w) for w in words[1:4]]
+            if not 0 <= v < count or len(delta) != 3:
+                raise ValueError(f"vertex {v} of {count}")
         except ValueError as fault:
             raise MakingError(f"{path}:{number}: not a line of a morph target ({fault}); expected vertex dx dy dz") from fault
-        points[v] += share * delta
-    return replace(source, points=points)
+        vertex.append(v)
+        offset.append(delta)
+    return np.array(vertex, np.int32), np.array(offset, np.float64).reshape(-1, 3)
 
 
 def _cube_centres(source: Source) -> dict[str, F64]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from vistel.figure.making.expressions import makehuman_expressions
 from vistel.figure.making.makehuman import apply_target, cubes_rig, read_clothes, read_rig
 from vistel.figure.making.parts import WORN, is_eye, parts_of
 from vistel.figure.making.pictures import decode, read_picture
@@ -29,13 +30,14 @@ EYES = "eyeballs"
 @dataclass(frozen=True)
 class Extras:
     """Files beside the mesh: a picture of the skin, meshes worn, MakeHuman's rig, weights and targets (FILE or
-    FILE=SHARE)."""
+    FILE=SHARE); expressions: a folder of targets that its face can make, or one."""
 
     texture: Path | None = None
     clothes: Sequence[Path] = ()
     rig: Path | None = None
     weights: Path | None = None
     targets: Sequence[str] = ()
+    expressions: Path | None = None
 
 
 def read_source(path: Path, extras: Extras | None = None) -> Source:
@@ -45,6 +47,8 @@ def read_source(path: Path, extras: Extras | None = None) -> Source:
     for text in extras.targets:
         file, _, share = text.rpartition("=") if _is_number(text.rpartition("=")[2]) else (text, "", "1")
         source = apply_target(source, Path(file), float(share))
+    if extras.expressions is not None:
+        source = makehuman_expressions(source, extras.expressions)
     if extras.rig is not None:
         source = replace(source, rig=read_rig(extras.rig, extras.weights, source))
     elif source.rig is None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.figure.making.expressions import joined, named, vrm_expressions
 from vistel.figure.making.gltf import Document, read_document
 from vistel.figure.making.gltf_nodes import Nodes, influences, parents_within
 from vistel.figure.making.pictures import decode
-from vistel.figure.making.source import MakingError, Material, Rig, Source
+from vistel.figure.making.source import Finish, MakingError, Material, Rig, Source, SourceTarget
 from vistel.figure.making.vrm import humanoid, version
 
 F64 = NDArray[np.float64]
@@ -50,6 +51,7 @@ class _Part:
     weight: NDArray[np.float32] | None
     group: int
     material: int
+    targets: Sequence[SourceTarget] = ()
 
 
 class _Reader:
@@ -64,7 +66,7 @@ class _Reader:
         self._pictures: dict[int, NDArray[np.uint8] | None] = {}
         self.materials = [self._material(m) for m in document.rows("materials")]
         self.materials.append(Material("", None, None))
-        self.morphs = 0
+        self.expressions = vrm_expressions(document)
 
     def source(self) -> Source:
         parts = [p for node in self.nodes.drawn() for p in self._node(node)]
@@ -74,8 +76,6 @@ class _Reader:
             raise MakingError(f"{path}: no triangles; expected a glTF file with the surface of a person")
         if kind := version(self.document):
             self.notes.append(f"{kind}, humanoid map of {len(self.told)} bones")
-        if self.morphs:
-            self.notes.append(f"{self.morphs} morph targets left out: figures move by their joints")
         starts = np.cumsum([0, *(len(p.points) for p in parts)])
         points = np.vstack([p.points for p in parts])
         if not np.isfinite(points).all():
@@ -92,7 +92,7 @@ class _Reader:
             path.stem, points, triangles, np.nan_to_num(uv), np.where(bare[:, None], np.int32(-1), triangles),
             np.repeat([p.group for p in parts], counts).astype(np.int32), tuple(self.groups),
             np.repeat([p.material for p in parts], counts).astype(np.int32), tuple(self.materials), self._rig(parts),
-            1.0, "Y", tuple(self.notes),
+            1.0, "Y", tuple(self.notes), joined([(start, p.targets) for p, start in zip(parts, starts, strict=False)]),
         )  # fmt: skip
 
     def _rig(self, parts: Sequence[_Part]) -> Rig | None:
@@ -122,14 +122,14 @@ class _Reader:
             if primitive.get("mode", _TRIANGLES) not in (_TRIANGLES, _STRIP, _FAN):
                 self.notes.append(f"{name}: lines or points left out")
                 continue
-            out.append(self._primitive(primitive, mesh, row, node, group))
+            part = self._primitive(primitive, mesh, row, node, group)
+            out.append(replace(part, targets=self._targets(primitive, mesh, row, node, len(part.points))))
         return out
 
     def _primitive(self, primitive: dict[str, Any], mesh: dict[str, Any], row: dict[str, Any], node: int, group: int) -> _Part:
         read, attributes = self.document.array, primitive["attributes"]
         points = self._columns(attributes["POSITION"], 3)
         targets, shares = primitive.get("targets", []), row.get("weights", mesh.get("weights", []))
-        self.morphs += len(targets)
         for target, share in zip(targets, shares, strict=False):
             if share and "POSITION" in target:
                 points = points + float(share) * self._columns(target["POSITION"], 3)
@@ -153,6 +153,28 @@ class _Reader:
         triangles = self._seen(triangles, uv, material)
         return _Part(points, triangles.astype(np.int32), uv, weight, group, material)
 
+    def _targets(
+        self, primitive: dict[str, Any], mesh: dict[str, Any], row: dict[str, Any], node: int, count: int
+    ) -> list[SourceTarget]:
+        """The primitive's morph targets, and expressions made of them, turned as its points are."""
+        read = [self._columns(t["POSITION"], 3) if "POSITION" in t else np.zeros((count, 3)) for t in primitive.get("targets", [])]
+        if any(len(offset) != count for offset in read):
+            raise MakingError(f"{self.document.path}: a morph target of other vertices than its mesh; export the file again")
+        if not read:
+            return []
+        here = (("mesh", row["mesh"]), ("node", node))
+        binds = ((name, [(k, share) for on, k, share in of if on in here]) for name, of in self.expressions.items())
+        found = named(mesh.get("extras", {}).get("targetNames", []), read, binds)
+        if "skin" not in row:
+            turn = self.nodes.matrix[node][:3, :3]
+            return [replace(t, offset=t.offset @ turn.T) for t in found]
+        joints, share, matrices = self._bound(primitive["attributes"], self.document.row("skins", row["skin"]), count)
+        turned: list[SourceTarget] = []
+        for t in found:
+            turns = np.einsum("nk,nkij->nij", share[t.vertex], matrices[joints[t.vertex]][..., :3, :3])
+            turned.append(replace(t, offset=np.einsum("nij,nj->ni", turns, t.offset)))
+        return turned
+
     def _columns(self, accessor: int, columns: int) -> F64:
         out = self.document.array(accessor).astype(np.float64)
         if out.shape[1] != columns:
@@ -161,12 +183,8 @@ class _Reader:
 
     def _skinned(self, points: F64, attributes: dict[str, int], skin: dict[str, Any]) -> tuple[F64, NDArray[np.float32]]:
         """Points as the joints of the file stand, and their shares."""
-        joints, share = influences(self.document, attributes, skin, len(points))
+        joints, share, matrices = self._bound(attributes, skin, len(points))
         of = np.array([self.column[j] for j in skin["joints"]])
-        bind = np.tile(np.eye(4), (len(of), 1, 1))
-        if "inverseBindMatrices" in skin:
-            bind = self.document.array(skin["inverseBindMatrices"]).astype(np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
-        matrices = np.array([self.nodes.matrix[j] @ b for j, b in zip(skin["joints"], bind, strict=True)])
         whole = np.column_stack([points, np.ones(len(points))])
         moved, weight = np.zeros((len(points), 3)), np.zeros((len(points), len(self.joints)), np.float32)
         rows = np.arange(len(points))
@@ -174,6 +192,14 @@ class _Reader:
             moved += share[:, k, None] * np.einsum("nij,nj->ni", matrices[joints[:, k], :3], whole)
             np.add.at(weight, (rows, of[joints[:, k]]), share[:, k])
         return moved, weight
+
+    def _bound(self, attributes: dict[str, int], skin: dict[str, Any], count: int) -> tuple[NDArray[np.int64], F64, F64]:
+        """(count, K) joints of a skin, their shares, and (J, 4, 4) what each joint does to points of its skin."""
+        joints, share = influences(self.document, attributes, skin, count)
+        bind = np.tile(np.eye(4), (len(skin["joints"]), 1, 1))
+        if "inverseBindMatrices" in skin:
+            bind = self.document.array(skin["inverseBindMatrices"]).astype(np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
+        return joints, share, np.array([self.nodes.matrix[j] @ b for j, b in zip(skin["joints"], bind, strict=True)])
 
     def _rigid(self, node: int, count: int) -> NDArray[np.float32] | None:
         """Shares of a mesh that hangs on a joint, as eyes and hats do."""
@@ -249,11 +275,26 @@ class _Reader:
         r, g, b = np.round(255.0 * srgb(factor)).astype(int).tolist()
         info = _colour_texture(row)
         if "index" not in info:
-            return Material(name, (r, g, b))
+            return Material(name, (r, g, b), None, self._finish(row))
         picture = self._picture(info, name)
         if picture is not None and (factor < 1.0).any():
             picture = np.round(255.0 * srgb(linear(picture / 255.0) * factor)).astype(np.uint8)
-        return Material(name, (r, g, b), picture)
+        return Material(name, (r, g, b), picture, self._finish(row))
+
+    def _finish(self, row: dict[str, Any]) -> Finish | None:
+        """Its factors, times the means of a texture where there is one."""
+        told = row.get("pbrMetallicRoughness")
+        if not isinstance(told, dict):
+            return None
+        try:
+            factors = np.array([told.get("roughnessFactor", 1.0), told.get("metallicFactor", 1.0)], np.float64)
+        except (TypeError, ValueError):
+            return None
+        if "index" in told.get("metallicRoughnessTexture", {}):
+            picture = self._picture(told["metallicRoughnessTexture"], str(row.get("name", "")))
+            if picture is not None:
+                factors *= picture[..., 1:3].reshape(-1, 2).mean(axis=0) / 255.0
+        return Finish.of(*factors.tolist())
 
     def _picture(self, info: dict[str, Any], name: str) -> NDArray[np.uint8] | None:
         """One array for all materials that show the same picture."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -19,12 +20,29 @@ class MakingError(ValueError):
 
 
 @dataclass(frozen=True)
+class Finish:
+    """What a surface is like beside its colour, as UsdPreviewSurface has it. roughness: 0 a mirror .. 1 chalk; metallic: 0 .. 1."""
+
+    roughness: float
+    metallic: float
+
+    @staticmethod
+    def of(roughness: float, metallic: float) -> Finish | None:
+        """In bounds and rounded to what can be seen; None for what is no number."""
+        if not (math.isfinite(roughness) and math.isfinite(metallic)):
+            return None
+        return Finish(round(min(1.0, max(0.0, roughness)), 3), round(min(1.0, max(0.0, metallic)), 3))
+
+
+@dataclass(frozen=True)
 class Material:
-    """Colour of some faces: (3,) sRGB 0 to 255, and a picture (H, W, 3) where there is one."""
+    """Colour of some faces: (3,) sRGB 0 to 255, and a picture (H, W, 3) where there is one. finish: None where the file does not
+    say."""
 
     name: str
     colour: tuple[int, int, int] | None = None
     picture: U8 | None = None
+    finish: Finish | None = None
 
 
 @dataclass(frozen=True)
@@ -41,10 +59,20 @@ class Rig:
 
 
 @dataclass(frozen=True)
+class SourceTarget:
+    """A shape of an expression: vertices (N,) and by how much they move at its full (N, 3), in the file's frame and unit."""
+
+    name: str
+    vertex: I32
+    offset: F64
+
+
+@dataclass(frozen=True)
 class Source:
     """A mesh as a file holds it. points: (V, 3) in the file's frame and unit; triangles: (F, 3); uv: (T, 2) origin
     bottom left; uv_triangles: (F, 3), -1 where a face has none; group, material: (F,) indices into `groups`,
-    `materials`. unit: metres of one unit and up: "Y" or "Z", where the file says so. notes: what was remarkable."""
+    `materials`. unit: metres of one unit and up: "Y" or "Z", where the file says so. notes: what was remarkable. targets:
+    shapes of expressions."""
 
     name: str
     points: F64
@@ -59,10 +87,11 @@ class Source:
     unit: float | None = None
     up: str | None = None
     notes: tuple[str, ...] = field(default=())
+    targets: tuple[SourceTarget, ...] = ()
 
     def of_faces(self, keep: NDArray[np.bool_]) -> Source:
         """The part with these faces only; points stay as they are."""
         return Source(
             self.name, self.points, self.triangles[keep], self.uv, self.uv_triangles[keep], self.group[keep],
-            self.groups, self.material[keep], self.materials, self.rig, self.unit, self.up, self.notes,
+            self.groups, self.material[keep], self.materials, self.rig, self.unit, self.up, self.notes, self.targets,
         )  # fmt: skip

@@ -30,6 +30,10 @@ class Upright:
     def __call__(self, points: F64) -> F64:
         return points @ self.rotation.T * self.scale + self.shift
 
+    def turned(self, offsets: F64) -> F64:
+        """(V, 3) differences of places."""
+        return offsets @ self.rotation.T * self.scale
+
 
 def upright(
     points: F64, *, unit: float | None = None, up: str | None = None, height: float | None = None, left: F64 | None = None,

@@ -12,6 +12,7 @@ from vistel.figure.people.bake import rasterise, spread
 from vistel.figure.people.field import THRESHOLD, Solid
 from vistel.figure.people.hair import paint_hair, strands
 from vistel.figure.people.head import EYE, EYE_RADIUS
+from vistel.figure.people.mouth import Mouth, shade
 from vistel.figure.people.noise import noise, smoothstep
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.reduce import normals
@@ -40,12 +41,13 @@ def paint(
     recipe: Recipe,
     solid: Solid,
     parts: list[tuple[F64, I64]],
+    mouth: Mouth,
     corner_vertex: I64,
     uv: F64,
     corner_triangles: I64,
     size: int,
 ) -> U8:
-    """(size, size, 3) sRGB texture; parts are the skin mesh and the two eyeballs of the reference person."""
+    """(size, size, 3) sRGB texture; parts are the skin mesh, with its mouth, and the two eyeballs of the reference person."""
     owner, weight = rasterise(uv, corner_triangles, size)
     texel = owner >= 0
     corners = corner_vertex[corner_triangles[owner[texel]]]
@@ -58,12 +60,17 @@ def paint(
     n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-9)
     light = np.einsum("nk,nk->n", w, light_at[corners])
     eye = owner[texel] >= len(parts[0][1])
+    inside = ~eye & (owner[texel] >= mouth.face)
+    skin = ~(eye | inside)
     colour = np.empty((len(p), 3))
     colour[eye] = _eye(recipe, p[eye])
-    colour[~eye] = _surface(recipe, solid, p[~eye], n[~eye])
+    colour[skin] = _surface(recipe, solid, p[skin], n[skin])
     # The hollows a lamp never reaches, a little warm; ends of sleeves and legs show their dark inside.
-    colour[~eye] *= 1.0 - 0.55 * _insides(p[~eye], n[~eye])[:, None]
+    colour[skin] *= 1.0 - 0.55 * _insides(p[skin], n[skin])[:, None]
     colour *= 1.0 - (1.0 - light[:, None]) * np.array((0.50, 0.56, 0.58))
+    inner = np.zeros((len(normal_at), 3))
+    inner[: len(mouth.colour)] = mouth.colour
+    colour[inside] = shade(p[inside], _at(inner, corners[inside], w[inside]))
     image = np.zeros((size, size, 3), np.uint8)
     image[texel] = np.clip(colour + 0.5, 0, 255).astype(np.uint8)
     spread(image, texel, 8)

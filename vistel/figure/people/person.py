@@ -16,6 +16,7 @@ from vistel.figure.people import trunk
 from vistel.figure.people.field import Sculpture, Solid
 from vistel.figure.people.hand import add_hand
 from vistel.figure.people.head import EYE, EYE_RADIUS, add_head
+from vistel.figure.people.mouth import open_mouth
 from vistel.figure.people.paint import paint
 from vistel.figure.people.polygonise import graded_axis, polygonise
 from vistel.figure.people.recipe import Recipe
@@ -27,7 +28,7 @@ from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-VERSION = 8
+VERSION = 11
 """Of what this package makes; a change of it makes cached people void."""
 VERTICES = 10_000
 LEVELS = (6_000, 2_600)
@@ -73,13 +74,16 @@ def make_person(recipe: Recipe, *, name: str, height: float, texture_size: int =
         vertices, triangles = improve(vertices, triangles, size)
         vertices = solid.project(vertices, steps=3)
     vertices[:, 1] = np.maximum(vertices[:, 1], 0.0)  # soles are flat
-    _log.info("step=reduce vertices=%d triangles=%d", len(vertices), len(triangles))
+    skin = len(vertices)
+    vertices, triangles, mouth = open_mouth(vertices, triangles)
+    _log.info("step=reduce vertices=%d triangles=%d inside_mouth=%d", skin, len(triangles), len(vertices) - skin)
     eyes = [_eyeball(sign) for sign in (1.0, -1.0)]
     parts = [(vertices, triangles), *eyes]
     corner_vertex, uv, corner_triangles = _unwrap(parts, texture_size)
-    albedo = paint(recipe, solid, parts, corner_vertex, uv, corner_triangles, texture_size)
+    albedo = paint(recipe, solid, parts, mouth, corner_vertex, uv, corner_triangles, texture_size)
     _log.info("step=paint size=%d", texture_size)
     limb = _limbs(body, skeleton, vertices * scale)
+    limb[mouth.bag :] = body.names.index("face")
     meshes: list[Mesh] = []
     first_vertex = first_triangle = 0
     for (v, t), joint in zip(parts, (None, "left_eye", "right_eye"), strict=True):

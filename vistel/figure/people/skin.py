@@ -49,7 +49,7 @@ def paint_lip(r: Recipe, p: F64, normal: F64) -> F64:
 def _mouth_line(p: F64, out: F64) -> F64:
     x = np.abs(p[:, 0])
     middle = MOUTH_Y + 0.0002 + 0.0008 * (x / 0.026) ** 2
-    line = np.exp(-(((p[:, 1] - middle) / 0.0010) ** 2)) * smoothstep(0.0270, 0.0235, x) * (p[:, 2] > 0.06)
+    line = np.exp(-(((p[:, 1] - middle) / 0.0010) ** 2)) * smoothstep(0.0248, 0.0222, x) * (p[:, 2] > 0.06)
     return out * (1.0 - line[:, None] * np.array((0.55, 0.68, 0.66)))
 
 

@@ -1,0 +1,82 @@
+"""Which side of a mouth each vertex of a head belongs to, and which lie inside it.
+
+On skin that is cut along the lips both edges lie in one place at rest: only along the surface it can be told which lip a vertex is
+of.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra  # pyright: ignore[reportUnknownVariableType]
+
+from vistel.figure.face.landmarks import Landmarks
+from vistel.figure.face_marks import MARK_INDEX
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+CLEAR_M = 0.0022
+"""So far above or below the line between the lips a vertex is of that lip."""
+TALL_M, DEEP_M = 0.014, 0.055
+"""Of the room in which a mouth is looked for: above and below the line, and behind it."""
+INSIDE_M = 0.0065
+"""What lies so far behind other skin is inside the mouth."""
+
+
+def line_of_lips(p: F64, marks: Landmarks) -> tuple[F64, F64]:
+    """(N,) height of the line between the lips where a place is, and (N,) how far it is from the middle of the mouth to its corner:
+    1 at the corner."""
+    m = marks.marks
+    left, right = m[MARK_INDEX["left_mouth_corner"]], m[MARK_INDEX["right_mouth_corner"]]
+    middle = marks.between
+    of_left = (p[:, 0] > middle[0]).astype(np.float64)
+    corner = right[1] + of_left * (left[1] - right[1])
+    half = (middle[0] - right[0]) + of_left * (left[0] + right[0] - 2.0 * middle[0])
+    across = np.abs(p[:, 0] - middle[0]) / np.maximum(half, 1e-6)
+    return middle[1] + (corner - middle[1]) * np.minimum(across, 1.0) ** 2, across
+
+
+def sides_of_mouth(p: F64, triangles: I64, marks: Landmarks) -> tuple[F64, NDArray[np.bool_]]:
+    """(V,) 0 of the upper lip, 1 of the lower one, NaN where neither is near; and (V,) whether it is inside the mouth. p: (V, 3)
+    skin at rest; triangles: (T, 3)."""
+    side, inside = np.full(len(p), np.nan), np.zeros(len(p), np.bool_)
+    scale = marks.scale
+    line, across = line_of_lips(p, marks)
+    up = (p[:, 1] - line) / scale
+    behind = (marks.between[2] - p[:, 2]) / scale
+    box = np.flatnonzero((across < 1.15) & (np.abs(up) < TALL_M) & (behind < DEEP_M) & (behind > -0.025))
+    place = np.full(len(p), -1)
+    place[box] = np.arange(len(box))
+    faces = place[triangles]
+    whole = faces[(faces >= 0).all(axis=1)]
+    if not len(whole):
+        return side, inside
+    a, b = np.concatenate((whole[:, [0, 1]], whole[:, [1, 2]], whole[:, [2, 0]])).T
+    length = np.linalg.norm(p[box[a]] - p[box[b]], axis=1) + 1e-9
+    away = np.full((2, len(box)), np.inf)
+    graph = coo_matrix((length, (a, b)), (len(box), len(box))).tocsr()
+    for k, sign in enumerate((1.0, -1.0)):
+        seeds = np.flatnonzero(sign * up[box] > CLEAR_M)
+        if len(seeds):
+            away[k] = dijkstra(graph, directed=False, indices=seeds, min_only=True)
+    known = np.isfinite(away).any(axis=0)
+    side[box[known]] = (away[1] < away[0])[known]
+    inside[box] = _covered(p, box, triangles[(faces >= 0).any(axis=1)], INSIDE_M * scale)
+    return side, inside
+
+
+def _covered(p: F64, which: I64, triangles: I64, by: float) -> NDArray[np.bool_]:
+    """(len(which),) whether a triangle lies in front of a vertex by more than `by`."""
+    a, b, c = (p[triangles[:, k]] for k in range(3))
+    out = np.zeros(len(which), np.bool_)
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    real = np.abs(area) > 1e-12
+    a, b, c, area = a[real], b[real], c[real], area[real]
+    for k, v in enumerate(p[which]):
+        u = ((b[:, 0] - v[0]) * (c[:, 1] - v[1]) - (b[:, 1] - v[1]) * (c[:, 0] - v[0])) / area
+        w = ((c[:, 0] - v[0]) * (a[:, 1] - v[1]) - (c[:, 1] - v[1]) * (a[:, 0] - v[0])) / area
+        hit = (u >= 0.0) & (w >= 0.0) & (u + w <= 1.0)
+        out[k] = bool((u * a[:, 2] + w * b[:, 2] + (1.0 - u - w) * c[:, 2])[hit].max(initial=-np.inf) > v[2] + by)
+    return out
