@@ -79,13 +79,19 @@ def _render_site(
     reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: Look, folder: Path
 ) -> None:
     from vistel_services.renderer.film import count_of, film  # noqa: PLC0415  loads the mathematics
+    from vistel_services.renderer.film_sound import FilmSound  # noqa: PLC0415
     from vistel_services.renderer.service import configure  # noqa: PLC0415
     from vistel_services.renderer.video import FILM, VideoWriter  # noqa: PLC0415
 
     site = next(s for s in conference.sites if s.name == name)
     config = configure(conference, site, RunPaths(folder, folder))
     count = count_of(begin_ns, end_ns, look.rate)
-    pictures = film(config, told(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer)
+    voices: FilmSound | None = None
+    if not look.png and next(reader.records(topics=("voice",)), None) is not None:
+        seated = config.view.kind == "seat" or bool(config.view.screens)
+        spatial = site.audio is None or site.audio.spatial != "off"
+        voices = FilmSound(begin_ns, config.delay_s, config.view.eyes if seated else None, spatial)
+    pictures = film(config, told(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer, voices)
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=30), TextColumn("{task.completed:.0f} of {task.total:.0f}"))
     with Progress(*columns, TimeRemainingColumn(), console=out, transient=True) as bar:
         task = bar.add_task(name, total=count)
@@ -98,9 +104,11 @@ def _render_site(
         else:
             target = folder / f"{name}.mp4"
             target.unlink(missing_ok=True)
-            writer = VideoWriter(target, config.view.width, config.view.height, look.rate, quality=FILM)
+            writer = VideoWriter(target, config.view.width, config.view.height, look.rate, voices is not None, FILM)
             try:
                 for picture in pictures:
+                    for heard in picture.sounds:
+                        writer.put_sound(*heard)
                     if not writer.put_waiting(picture.t_ns, picture.rgba):
                         fail(f"{target}: cannot be written; is the disk full?", FAILED)
                     bar.advance(task)

@@ -6,9 +6,11 @@ OpenGL.
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -19,6 +21,7 @@ from vistel.space.files.interior import Interior
 from vistel.v1.world_pb2 import WorldState
 from vistel.wire.log import LogRecord
 from vistel.wire.world import Backlog, RoomNow, WorldDecoder
+from vistel_services.renderer.film_sound import FilmSound
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import decor_of
 from vistel_services.renderer.service import Config
@@ -27,25 +30,28 @@ from vistel_services.renderer.studio import Studio
 
 U8 = NDArray[np.uint8]
 
-TOPICS = ("participant", "motion", "world_state", "world_key", "world_detail")
+TOPICS = ("participant", "motion", "world_state", "world_key", "world_detail", "voice")
 """What of a log a film is made of."""
 _LOOK_S = 0.02
 
 
 @dataclass(frozen=True)
 class Picture:
-    """rgba: (height, width, 4), first row at the bottom; t_ns: conference time at which it is shown."""
+    """rgba: (height, width, 4), first row at the bottom; t_ns: conference time at which it is shown. sounds: what is heard
+    from it to the next one, as `VideoWriter.put_sound` takes it."""
 
     t_ns: int
     rgba: U8
+    sounds: Sequence[tuple[int, bytes]] = ()
 
 
 def film(
-    config: Config, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float, finer: int = 1
-) -> Iterator[Picture]:
+    config: Config, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float, finer: int = 1,
+    voices: FilmSound | None = None,
+) -> Iterator[Picture]:  # fmt: skip
     """`rate` pictures a second from `begin_ns` to `end_ns`, in order. records: of TOPICS, from some time before `begin_ns` on,
-    in the order of their arrival. finer: every pixel is the mean of so many by so many. There is time: where the view leaves the
-    light open, it is fine.
+    in the order of their arrival. finer: every pixel is the mean of so many by so many. voices: who hears them.
+    There is time: where the view leaves the light open, it is fine.
 
     Raises NoOpenGlError; RoomFileError for a room whose files are not here; ValueError for a finer wall of screens.
     """
@@ -58,11 +64,13 @@ def film(
     studio = Studio(large, config.seats, lambda about: load_shape(about, files=config.avatars), decor)
     studio.painter.saves_shadows = False
     try:
-        for instant in instants(config.delay_s, records, begin_ns, end_ns, rate):
+        # One instant ahead of what is drawn: what is heard until then belongs to the picture.
+        ahead = instants(config.delay_s, records, begin_ns, end_ns + math.ceil(1e9 / rate), rate, voices)
+        for instant, following in pairwise(ahead):
             picture = _drawn(studio, instant)
             if finer > 1:
                 picture = np.asarray(cv2.resize(picture, (view.width, view.height), interpolation=cv2.INTER_AREA), np.uint8)
-            yield Picture(instant.now_ns, picture)
+            yield Picture(instant.now_ns, picture, voices.until(following) if voices is not None else ())
     finally:
         studio.close()
 
@@ -72,10 +80,12 @@ def count_of(begin_ns: int, end_ns: int, rate: float) -> int:
     return max(0, int((end_ns - begin_ns) * 1e-9 * rate + 1e-9))
 
 
-def instants(delay_s: float, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float) -> Iterator[Instant]:
-    """What is shown, `rate` times a second from `begin_ns` to `end_ns`, of what `records` say (see `film`)."""
+def instants(
+    delay_s: float, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float, voices: FilmSound | None = None
+) -> Iterator[Instant]:
+    """What is shown, `rate` times a second from `begin_ns` to `end_ns`, of what `records` say (see `film`); `voices` hears it."""
     stage = Stage(round(delay_s * 1e9))
-    told = _Told(stage, iter(records))
+    told = _Told(stage, iter(records), voices)
     for n in range(count_of(begin_ns, end_ns, rate)):
         now_ns = begin_ns + round(n * 1e9 / rate)
         told.until(now_ns)
@@ -92,10 +102,10 @@ def _drawn(studio: Studio, instant: Instant) -> U8:
 
 
 class _Told:
-    """Tells the stage what the log says, up to a time."""
+    """Tells the stage, and who hears voices, what the log says, up to a time."""
 
-    def __init__(self, stage: Stage, records: Iterator[LogRecord]) -> None:
-        self._stage, self._records = stage, records
+    def __init__(self, stage: Stage, records: Iterator[LogRecord], voices: FilmSound | None) -> None:
+        self._stage, self._records, self._voices = stage, records, voices
         self._next = next(records, None)
         self._decoder, self._backlog = WorldDecoder(), Backlog()
 
@@ -113,6 +123,9 @@ class _Told:
                     self._stage.avatar_arrived(digest)
         elif record.topic.name == "motion":
             self._stage.hear_motion(record.names["participant"], message, record.log_ns)
+        elif record.topic.name == "voice":
+            if self._voices is not None:
+                self._voices.hear(record.names["participant"], message)
         elif record.topic.name == "world_key":
             self._backlog.key(message)
         elif record.topic.name == "world_detail":

@@ -28,7 +28,8 @@ U8 = NDArray[np.uint8]
 _TIME_BASE = Fraction(1, 90_000)
 _KEY_EVERY = 90_000
 _QUEUE = 8
-_SOUNDS = 500
+_SOUNDS = 2000
+"""Packets that wait for their pictures: of forty seconds."""
 _SOUND_LATE_NS = 1_000_000_000
 """Sound that has not come by then is silence."""
 
@@ -36,7 +37,9 @@ _SOUND_LATE_NS = 1_000_000_000
 Quality = Mapping[str, str]
 """Options of x264."""
 LIVE: Quality = {"preset": "ultrafast", "tune": "zerolatency", "crf": "21"}
-FILM: Quality = {"preset": "medium", "crf": "18"}
+FILM: Quality = {"preset": "medium", "crf": "18", "bf": "0"}
+"""Without pictures that are coded after later ones: a file in fragments cannot tell players to begin earlier for them, and the
+film would come behind its sound."""
 
 
 class VideoWriter:
@@ -114,6 +117,7 @@ class VideoWriter:
                 log.error("event=video_failed path=%s reason=%r written=%d", self.path, str(e), self.written)
         with contextlib.suppress(FFmpegError, OSError):
             if not self._failed:
+                self._sound()
                 self._container.mux(self._stream.encode(None))
             self._container.close()
 
@@ -131,11 +135,16 @@ class VideoWriter:
         frame.time_base = _TIME_BASE
         self._container.mux(self._stream.encode(frame))
         self.written += 1
+        self._sound()
         if self._track is not None:
-            while self._sounds:
-                at_ns, opus = self._sounds.popleft()
-                self._track.put(at_ns - self._start_ns, opus)
             self._track.fill(t_ns - self._start_ns - _SOUND_LATE_NS)
+
+    def _sound(self) -> None:
+        """Write the sounds that have come."""
+        while self._sounds and self._start_ns is not None:
+            at_ns, opus = self._sounds.popleft()
+            if self._track is not None:
+                self._track.put(at_ns - self._start_ns, opus)
 
 
 def _free(path: Path) -> Path:
