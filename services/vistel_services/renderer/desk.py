@@ -32,7 +32,7 @@ from vistel_services.renderer.stage import Instant
 from vistel_services.renderer.window import Window
 from vistel_services.renderer.window_input import LEFT, RIGHT, Button, Event, Held, Key, Lost, Pointer, Wheel
 from vistel_services.renderer.window_show import fitted
-from vistel_services.renderer.wishes import Ask, Carry, Draw, Record, Wish
+from vistel_services.renderer.wishes import Ask, Carry, Draw, LetGo, Record, Wish
 
 log = logging.getLogger("vistel.renderer")
 
@@ -309,6 +309,7 @@ class Desk:
             return
         if carrying.lost(instant.world.poses[carrying.thing][0], instant.now_ns) or not self._may_carry(carrying.thing, instant):
             self.facts = replace(self.facts, notice=self.facts.notice or "somebody else has it", amiss=True)
+            self._wishes.append(LetGo(carrying.thing))
             self._carrying = None
             return
         camera = next((s.camera for s in sights if s.camera.position is ray.origin), sights[0].camera)
@@ -317,7 +318,7 @@ class Desk:
     def _let_go(self, now_ns: int) -> None:
         if self._carrying is not None and self._dragged:
             c = self._carrying
-            self._wishes.append(Carry(c.thing, c.position, c.rotation, np.zeros(3)))
+            self._wishes += [Carry(c.thing, c.position, c.rotation, np.zeros(3)), LetGo(c.thing)]
             self._led = _Led(c.thing, (c.position, c.rotation), now_ns)
         self._carrying = None
 

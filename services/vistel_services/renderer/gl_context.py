@@ -5,8 +5,8 @@ A context is current in the thread that opened it; everything here is called fro
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
-import ctypes.util
 import logging
 import sys
 from collections.abc import Callable, Sequence
@@ -100,12 +100,19 @@ def _headless() -> moderngl.Context:
 
 
 def _windowed(panes: Sequence[Pane], eyes_apart: bool) -> Surface:
+    _leave_egl()
     window = Window(panes, eyes_apart)
     try:
         return Surface(moderngl.create_context(require=330), window)
     except Exception:
         window.close()
         raise
+
+
+def _leave_egl() -> None:
+    """Make no headless context current any more, not even one that is closed: a window's beside it would end the process."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL("libEGL.so.1").eglReleaseThread()
 
 
 def _gl_finish() -> Callable[[], None] | None:

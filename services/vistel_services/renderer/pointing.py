@@ -17,6 +17,8 @@ F64 = NDArray[np.float64]
 
 FURTHEST = 12.0
 """Nothing further than this is pointed at [m]."""
+EDGE = 1e-6
+"""A triangle reaches over its edges by this share of it: rays slip between no two."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ def first_met(corners: F64, origin: F64, way: F64) -> float:
     q = np.cross(s, ab)
     v = (q @ way) / safe
     t = (q * ac).sum(axis=1) / safe
-    met = (np.abs(det) >= 1e-14) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 1e-6)
+    met = (np.abs(det) >= 1e-14) & (u >= -EDGE) & (v >= -EDGE) & (u + v <= 1.0 + EDGE) & (t > 1e-6)
     return float(t[met].min()) if met.any() else math.inf
 
 

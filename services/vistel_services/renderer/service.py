@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
-import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.conference.model import Conference, Site
 from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
-from vistel.space.files.faults import RoomFileError
-from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
@@ -32,21 +25,18 @@ from vistel.wire.shared_pictures import shared_path
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world_listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
-from vistel_services.renderer.desk import Desk
-from vistel_services.renderer.facts import Facts
-from vistel_services.renderer.gl_context import NoOpenGlError
+from vistel_services.renderer.easel import Easel
 from vistel_services.renderer.outputs import Out, Outputs
 from vistel_services.renderer.people import files_of, load_shape
-from vistel_services.renderer.ready import decor_of
-from vistel_services.renderer.resolution import Resolution
 from vistel_services.renderer.room_deliveries import RoomDeliveries
 from vistel_services.renderer.screens import Screen, Stereo, boxes, picture_size
+from vistel_services.renderer.space_mouse import SpaceMouse
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.stream_address import StreamAddress
-from vistel_services.renderer.studio import Studio, View
+from vistel_services.renderer.view import View
 from vistel_services.renderer.window import Pane
 from vistel_services.renderer.window_wire import WindowWire
-from vistel_services.renderer.wishes import Ask, Carry, Draw, Record, Wish
+from vistel_services.renderer.wishes import Ask, Carry, LetGo, Record, Wish
 
 log = logging.getLogger("vistel.renderer")
 
@@ -57,11 +47,8 @@ _FRAME_TIME = Histogram(
 )  # fmt: skip
 _RATE = Gauge("vistel_renderer_rate_hertz", "Pictures per second over the last report", ["site"])
 _AGE = Gauge("vistel_renderer_motion_age_seconds", "Age of the newest motion when drawn", ["site", "participant"])
-_SCALE = Gauge("vistel_renderer_resolution_ratio", "Drawn part of the picture's width and height", ["site"])
 
 _REPORT_NS = 500_000_000
-_RETRY_S = 2.0
-_NO_GL_RETRY_S = 30.0
 
 
 @dataclass(frozen=True)
@@ -173,8 +160,12 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     inputs = _Inputs(bus, stage, clock, config.site, config.people)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
-    easel = _Easel(config, thread, deliveries, models)
+    load = partial(load_shape, files=config.avatars, parcel=deliveries.parcel)
+    easel = Easel(
+        config.site, config.view, config.rate, config.seats, config.room, config.whole, load, thread, models
+    )  # fmt: skip
     wire = WindowWire(bus, clock, config.view.eyes, config.sites) if config.view.window else None
+    mouse = SpaceMouse(clock) if config.view.window else None
     period_ns = round(1e9 / config.rate)
     somebody = False
     try:
@@ -188,8 +179,10 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             for sound in inputs.sounds():
                 outputs.put_sound(sound.header.t_ns, sound.opus)
             instant = stage.instant(clock.now_ns())
-            if wire is not None:
+            if wire is not None and mouse is not None:
                 wire.take()
+                mouse.look()
+                easel.puck = mouse.puck
                 easel.facts = wire.facts.now(instant.now_ns, outputs.film)
             picture = await easel.draw(instant)
             if wire is not None:
@@ -206,8 +199,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         inputs.close()
         deliveries.close()
         furniture.close()
-        if wire is not None:
+        if wire is not None and mouse is not None:
             wire.close()
+            mouse.close()
         await asyncio.shield(_wind_up(easel, outputs, thread))
 
 
@@ -218,13 +212,15 @@ def _grant(wishes: Sequence[Wish], wire: WindowWire, outputs: Outputs, now_ns: i
             wire.ask(wish)
         elif isinstance(wish, Carry):
             wire.carry(wish)
+        elif isinstance(wish, LetGo):
+            wire.let_go(wish)
         elif isinstance(wish, Record):
             fault = outputs.record(wish.on)
             if fault:
                 wire.facts.notice(fault, now_ns, amiss=True)
 
 
-async def _wind_up(easel: _Easel, outputs: Outputs, thread: ThreadPoolExecutor) -> None:
+async def _wind_up(easel: Easel, outputs: Outputs, thread: ThreadPoolExecutor) -> None:
     await easel.close()
     await outputs.close()
     thread.shutdown(wait=False)
@@ -262,133 +258,3 @@ class _Inputs:
     def close(self) -> None:
         for subscription in (self._about, self._motion, self._world, self._status, self._sound, self._said):
             subscription.close()
-
-
-class _Easel:
-    """The studio in its own thread; set up again when drawing fails (a graphics card lost, a window closed)."""
-
-    def __init__(
-        self, config: Config, thread: ThreadPoolExecutor, deliveries: Deliveries, models: dict[str, Model]
-    ) -> None:  # fmt: skip
-        """models: what things look like; filled with those of this site's files."""
-        self._config, self._thread, self._models = config, thread, models
-        self._load = partial(load_shape, files=config.avatars, parcel=deliveries.parcel)
-        self._view = config.view
-        self._resolution = None if config.whole else Resolution(config.rate, config.view.height)
-        self._studio: Studio | None = None
-        self._wishes: list[Wish] = []
-        self._set: Desk | None = None
-        self.facts = Facts()
-        """What the window tells beside its picture."""
-
-    def wishes(self) -> list[Wish]:
-        """What somebody at the window wants since the last call."""
-        out, self._wishes = self._wishes, []
-        return out
-
-    async def draw(self, instant: Instant) -> NDArray[np.uint8] | None:
-        """The picture, or None when there is none this time."""
-        try:
-            return await self._call(self._draw, instant)
-        except NoOpenGlError as e:
-            log.error("event=no_picture reason=%r retry_s=%.0f", str(e), _NO_GL_RETRY_S)
-            await asyncio.sleep(_NO_GL_RETRY_S)
-            return None
-        except Exception:
-            log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", _RETRY_S)
-            await self._call(self._give_up)
-            await asyncio.sleep(_RETRY_S)
-            return None
-
-    @property
-    def furnished(self) -> bool:
-        """What this site's files hold of the room is there."""
-        return self._studio is not None
-
-    @property
-    def stand_ins(self) -> int:
-        """Figures whose own avatar is not there yet."""
-        return self._studio.stand_ins if self._studio is not None else 0
-
-    async def close(self) -> None:
-        if self._studio is not None:
-            studio, self._studio = self._studio, None
-            await self._call(studio.close)
-
-    def _give_up(self) -> None:
-        """Leave what cannot draw any more: its windows go, what was set at them stays."""
-        studio, self._studio = self._studio, None
-        if studio is None:
-            return
-        self._set = studio.desk or self._set
-        with contextlib.suppress(Exception):  # of a context that is gone, nothing can be given back
-            studio.close()
-
-    async def _call(self, function: Any, *args: Any) -> Any:
-        return await asyncio.get_running_loop().run_in_executor(self._thread, function, *args)
-
-    def _decor(self) -> Interior | None:
-        """The room where it is from files; those that cannot be used are told, and the built-in one is drawn."""
-        if self._config.room is None:
-            return None
-        try:
-            decor = decor_of(self._config.room)
-            self._models.update(decor.models)
-            return decor
-        except RoomFileError as e:
-            log.error("event=room_file_not_used reason=%r shown=built-in", str(e))
-            return None
-
-    def _draw(self, instant: Instant) -> NDArray[np.uint8] | None:
-        if self._studio is None:
-            # Setting up takes a while: the instant is old when it is done, the next one is drawn.
-            began = time.perf_counter()
-            self._studio = Studio(self._view, self._config.seats, self._load, self._decor(), self._models)
-            if self._studio.desk is not None and self._set is not None:
-                self._studio.desk.go_on(self._set)
-            found = self._studio.capability
-            log.info(
-                "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",
-                found.renderer, found.version, found.software, found.window, self._view.width, self._view.height,
-                (time.perf_counter() - began) * 1e3,
-            )  # fmt: skip
-            return None
-        began_ns = time.perf_counter_ns()
-        desk = self._studio.desk
-        if desk is not None:
-            desk.facts = self.facts
-        picture = self._studio.render(instant)
-        if self._resolution is not None and self._studio.complete:
-            self._follow(self._studio, self._resolution, time.perf_counter_ns(), began_ns)
-        if desk is not None:
-            self._listen(self._studio, desk)
-        if self._studio is None:
-            return picture
-        if self._studio.closed_by_user:
-            log.info("event=window_closed using=headless")
-            self._give_up()
-            self._view = replace(self._view, window=False)
-        return picture
-
-    def _listen(self, studio: Studio, desk: Desk) -> None:
-        """Do what somebody at the window wants of the picture; the rest is for the others."""
-        for wish in desk.wishes():
-            if not isinstance(wish, Draw):
-                self._wishes.append(wish)
-                continue
-            if wish.scale is not None:
-                self._resolution = None if wish.scale else Resolution(self._config.rate, self._view.height)
-                studio.draw_at(wish.scale or 1.0)
-            if wish.light is not None:
-                log.info("event=light now=%s action=set_up_again", wish.light)
-                self._view = replace(self._view, light=wish.light)
-                self._give_up()
-
-    def _follow(self, studio: Studio, resolution: Resolution, now_ns: int, began_ns: int) -> None:
-        """As many pixels as there is time for."""
-        before = resolution.scale
-        scale = resolution.drew(now_ns, now_ns - began_ns)
-        if scale != before:
-            studio.draw_at(scale)
-            _SCALE.labels(self._config.site).set(scale)
-            log.info("event=resolution scale=%.2f took_ms=%.0f", scale, (now_ns - began_ns) * 1e-6)

@@ -39,8 +39,6 @@ from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
 from vistel_services.renderer.room import build_room, drawn_with_room
 from vistel_services.renderer.screens import (
-    EYE_DISTANCE,
-    Screen,
     Sight,
     Stereo,
     eyes_apart,
@@ -52,7 +50,7 @@ from vistel_services.renderer.screens import (
 from vistel_services.renderer.soft_things import pulls_of
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.things_shown import ThingsShown
-from vistel_services.renderer.window import Pane
+from vistel_services.renderer.view import View, choices_of
 
 log = logging.getLogger("vistel.renderer")
 
@@ -66,38 +64,6 @@ _FINE = {"auto": None, "fast": False, "fine": True}
 NO_SIGNAL_NS = 1_500_000_000
 EYES_SEEN = 350.0
 """Pixels per metre below which nobody sees that eyes converge."""
-
-
-@dataclass(frozen=True)
-class View:
-    """What the picture is of. kind: "seat" (through the eyes of participant `eyes`) or "room". window: it is shown in
-    one, or in several `panes`. engine: what deforms figures, one of `gpu_deform.ENGINES`. layers: muscles and bones move their
-    skins. wrinkles: on clothes and faces. screens: in the room, the picture holds all of theirs; none: a desktop. eye_distance,
-    convergence: of stereo [m]. light: "fast", "fine" or, as the machine can, "auto". gauges: how late everybody is stands over
-    it. samples: of each pixel; None: as the light wants it, or edges smoothed afterwards where more than one costs too much."""
-
-    width: int
-    height: int
-    kind: str
-    eyes: str
-    window: bool
-    title: str = "VISTEL"
-    engine: str = "auto"
-    layers: bool = True
-    screens: tuple[Screen, ...] = ()
-    stereo: Stereo = Stereo.MONO
-    eye_distance: float = EYE_DISTANCE
-    convergence: float = 1.0
-    wrinkles: bool = True
-    light: str = "auto"
-    gauges: bool = False
-    samples: int | None = None
-    panes: tuple[Pane, ...] = ()
-
-    @property
-    def stereoscopic(self) -> bool:
-        """Both eyes have a picture."""
-        return self.stereo is not Stereo.MONO
 
 
 @dataclass
@@ -390,12 +356,6 @@ class Studio:
             if not self.view.wrinkles:
                 shape.iron()
         return shape
-
-
-def choices_of(view: View) -> Choices:
-    """What a view sets of what can be set at a window."""
-    mode = Mode.SEAT if view.kind == "seat" else Mode.ROOM
-    return Choices(mode, view.eyes, 0.0, view.light, view.gauges, view.eye_distance, view.convergence)
 
 
 def open_desk(painter: Painter, view: View, models: Mapping[str, Model]) -> Desk | None:

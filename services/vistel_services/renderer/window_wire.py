@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
 
 from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
@@ -12,7 +16,10 @@ from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel_services.command_messages import message_of
 from vistel_services.renderer.facts import FactsHeard
-from vistel_services.renderer.wishes import Ask, Carry
+from vistel_services.renderer.wishes import Ask, Carry, LetGo
+
+AGAIN_NS = 60_000_000
+"""The world is told of a thing that is led at least this often."""
 
 
 class WindowWire:
@@ -29,6 +36,8 @@ class WindowWire:
         self._sound = bus.subscribe(BY_NAME["sound_status"], polled=True, site=bus.site)
         self._commands = bus.publish(BY_NAME["command"], participant=participant)
         self._carried: dict[str, Publication] = {}
+        self._led: dict[str, tuple[Carry, int]] = {}
+        self._steadily = asyncio.create_task(self._keep_on())
         self._asked: set[str] = set()
 
     def take(self) -> None:
@@ -56,7 +65,8 @@ class WindowWire:
         self._commands.put(command)
 
     def carry(self, wish: Carry) -> None:
-        """A thing is where the mouse leads it: told as a tracker on it would."""
+        """A thing is where the mouse leads it: told as a tracker on it would, and again until it is let go of, for pictures may
+        come slower than the world expects news of a tracker."""
         if wish.thing not in self._carried:
             self._carried[wish.thing] = self._bus.publish(BY_NAME["prop"], thing=wish.thing)
         message = Prop(thing=wish.thing, health=TrackerReceiver.HEALTH_GOOD)
@@ -66,8 +76,21 @@ class WindowWire:
         q.x, q.y, q.z, q.w = wish.rotation.tolist()
         v.x, v.y, v.z = wish.velocity.tolist()
         self._carried[wish.thing].put(message)
+        self._led[wish.thing] = wish, message.header.t_ns
+
+    def let_go(self, wish: LetGo) -> None:
+        """A thing is led no longer."""
+        self._led.pop(wish.thing, None)
+
+    async def _keep_on(self) -> None:
+        while True:
+            await self._clock.sleep_until_ns(self._clock.now_ns() + AGAIN_NS)
+            for carry, told_ns in list(self._led.values()):
+                if self._clock.now_ns() - told_ns > AGAIN_NS:
+                    self.carry(replace(carry, velocity=np.zeros(3)))
 
     def close(self) -> None:
-        """Hear no more."""
+        """Hear and tell no more."""
+        self._steadily.cancel()
         for inbox in (self._heartbeat, self._delay, self._devices, self._about, self._results, self._sound):
             inbox.close()

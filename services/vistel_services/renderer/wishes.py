@@ -30,6 +30,13 @@ class Carry:
 
 
 @dataclass(frozen=True)
+class LetGo:
+    """A thing is no longer led by the mouse."""
+
+    thing: str
+
+
+@dataclass(frozen=True)
 class Record:
     """The picture is to be recorded, or no longer."""
 
@@ -45,4 +52,4 @@ class Draw:
     scale: float | None = None
 
 
-Wish = Ask | Carry | Record | Draw
+Wish = Ask | Carry | LetGo | Record | Draw

@@ -1,0 +1,52 @@
+"""3Dconnexion's 3D mice on USB: what their HID reports say.
+
+A report begins with its number. 1: how the cap is pushed, three signed 16-bit numbers, little-endian; 2: how it is turned, the
+same; newer mice put all six into report 1. 3: a bit for each button. The device's axes are right, towards the user and down;
+counts reach about 350 either way. Reports come while the cap is touched, and once with zeros when it is let go of.
+
+Sources: linux/drivers/hid and the spacenavd project's descriptions of these devices.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, replace
+
+LOGITECH, THREE_DCONNEXION = 0x046D, 0x256F
+"""Vendors; the first made them until 2013."""
+_LOGITECH_PRODUCTS = frozenset((0xC621, 0xC623, 0xC625, 0xC626, 0xC627, 0xC628, 0xC629, 0xC62B))
+_MICE = range(0xC62E, 0xC660)
+FULL = 350
+"""Counts of a cap that is pushed or turned as far as it goes."""
+
+
+def is_space_mouse(vendor_id: int, product_id: int) -> bool:
+    """Whether a device of these ids is one."""
+    return product_id in (_LOGITECH_PRODUCTS if vendor_id == LOGITECH else _MICE)
+
+
+@dataclass(frozen=True)
+class SpaceMouseState:
+    """push: to the right, towards the user, down; turn: about these axes, right-handed; counts. buttons: a bit each."""
+
+    push: tuple[int, int, int] = (0, 0, 0)
+    turn: tuple[int, int, int] = (0, 0, 0)
+    buttons: int = 0
+
+
+def after(state: SpaceMouseState, report: bytes) -> SpaceMouseState:
+    """The state after a report; one that is none of these changes nothing."""
+    if len(report) >= 7 and report[0] in (1, 2):
+        axes = _axes(report[1:7])
+        if report[0] == 2:
+            return replace(state, turn=axes)
+        # A mouse of the older sort pads its reports with nothing: only those of the newer sort are so long.
+        return replace(state, push=axes, turn=_axes(report[7:13])) if len(report) >= 13 else replace(state, push=axes)
+    if len(report) >= 2 and report[0] == 3:
+        return replace(state, buttons=int.from_bytes(report[1:5], "little"))
+    return state
+
+
+def _axes(data: bytes) -> tuple[int, int, int]:
+    x, y, z = (max(-FULL, min(FULL, n)) for n in struct.unpack("<3h", data))
+    return x, y, z
