@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar import Avatar, Mesh, Target
 from vistel.figure.avatar_usd import joints_only
 from vistel.figure.gltf_binary import INDICES, Binary, png
 from vistel.figure.making.vrm import REQUIRED, vrm_name
@@ -55,7 +55,8 @@ class _Writer(Binary):
         for name, mesh in zip(names, (avatar.mesh, *avatar.eyeballs), strict=True):
             joint = None if name == "skin" else JOINT_INDEX[name]
             nodes.append({"name": name, "mesh": len(meshes), "skin": 0})
-            meshes.append({"name": name, "primitives": [self._primitive(avatar, mesh, joint)]})
+            told = {"extras": {"targetNames": [t.name for t in mesh.targets]}} if mesh.targets else {}
+            meshes.append({"name": name, "primitives": [self._primitive(avatar, mesh, joint)]} | told)
         roots = [0, *range(len(JOINTS), len(nodes))]
         image = self.view(png(avatar.albedo))
         tree: dict[str, Any] = {
@@ -101,7 +102,13 @@ class _Writer(Binary):
             "JOINTS_0": self.accessor(joints), "WEIGHTS_0": self.accessor(shares),
         }  # fmt: skip
         index = self.accessor(mesh.corner_triangles.reshape(-1, 1).astype(np.uint32), target=INDICES)
-        return {"attributes": attributes, "indices": index, "material": 0, "mode": 4}
+        moved = {"targets": [self._target(t, mesh) for t in mesh.targets]} if mesh.targets else {}
+        return {"attributes": attributes, "indices": index, "material": 0, "mode": 4} | moved
+
+    def _target(self, target: Target, mesh: Mesh) -> dict[str, int]:
+        whole = np.zeros_like(mesh.vertices)
+        whole[target.vertex] = target.offset
+        return {"POSITION": self.accessor(whole[mesh.corner_vertex], bounds=True)}
 
     def _exact(self, mesh: Mesh) -> dict[str, int]:
         """Accessors of what the drawn vertices do not tell."""

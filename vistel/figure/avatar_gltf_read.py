@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from vistel.figure.avatar import Avatar, Mesh, Registration
+from vistel.figure.avatar import Avatar, Mesh, Registration, Target
+from vistel.figure.avatar_check import check_targets
 from vistel.figure.avatar_file import AvatarFileError
 from vistel.figure.avatar_gltf import EXTENSION, EYES, FORMAT
 from vistel.figure.avatar_usd import check_body, check_mesh
@@ -53,7 +54,9 @@ def _restored(document: Document, kept: dict[str, Any], path: Path) -> Avatar | 
         mesh = _mesh(document, row["primitives"][0], exact)
         if mesh is None:
             return None
+        mesh = replace(mesh, targets=_targets(document, row, mesh))
         check_mesh(mesh, body, path)
+        check_targets(mesh, str(path))
         meshes.append(mesh)
     if len(document.rows("nodes")) != len(JOINTS) + len(meshes):
         return None
@@ -76,6 +79,18 @@ def _registration(kept: dict[str, Any]) -> tuple[Registration, ...]:
 def _pair(numbers: Any) -> tuple[float, float]:
     u, v = numbers
     return float(u), float(v)
+
+
+def _targets(document: Document, row: dict[str, Any], mesh: Mesh) -> tuple[Target, ...]:
+    """Shapes of expressions, of the vertices that they move."""
+    out: list[Target] = []
+    names = row.get("extras", {}).get("targetNames", [])
+    for name, target in zip(names, row["primitives"][0].get("targets", []), strict=True):
+        whole = np.zeros_like(mesh.vertices)
+        whole[mesh.corner_vertex] = document.array(target["POSITION"])
+        vertex = np.flatnonzero(whole.any(axis=1)).astype(np.int32)
+        out.append(Target(str(name), vertex, whole[vertex]))
+    return tuple(out)
 
 
 def _mesh(document: Document, primitive: dict[str, Any], exact: dict[str, int]) -> Mesh | None:

@@ -13,6 +13,8 @@ from gltf_fixture import chunks, foreign, small, write_glb
 
 from vistel.figure.avatar import Avatar, Target
 from vistel.figure.avatar_file import AvatarFileError, load_avatar, save_avatar
+from vistel.figure.avatar_gltf import save_gltf
+from vistel.figure.avatar_gltf_read import load_gltf
 from vistel.figure.avatar_usd import load_usd, save_usd
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.rules import builtin_rules
@@ -116,6 +118,14 @@ def test_targets_are_kept_in_files(made: tuple[Avatar, tuple[str, ...]], tmp_pat
     avatar, _ = made
     save_avatar(avatar, tmp_path / "me.npz")
     save_usd(avatar, tmp_path / "me.usda")
+    save_gltf(avatar, tmp_path / "me.glb")
+    exported = load_gltf(tmp_path / "me.glb")
+    assert exported is not None
+    for a, b in zip(avatar.mesh.targets, exported.mesh.targets, strict=True):
+        assert a.name == b.name
+        still = np.abs(a.offset).max(axis=1) == 0.0
+        assert np.array_equal(a.vertex[~still], b.vertex)
+        assert np.allclose(a.offset[~still], b.offset, atol=1e-7)
     for again in (load_avatar(tmp_path / "me.npz"), load_usd(tmp_path / "me.usda")):
         for level, kept in zip((avatar, *avatar.coarser), (again, *again.coarser), strict=True):
             assert [t.name for t in kept.mesh.targets] == [t.name for t in level.mesh.targets]

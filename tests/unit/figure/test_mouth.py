@@ -84,7 +84,9 @@ def test_at_every_level_of_detail_the_lips_part_teeth_stay_with_their_jaw_and_no
     assert lower.any()
     after = p + moved
     assert after[upper, 1].min() - after[lower, 1].max() > 0.012
-    # Teeth are as stiff as teeth.
+    # Teeth are as stiff as teeth; the upper ones reach below the line between the lips.
+    if level == 0:
+        assert (inside & (side == 0.0) & (p[:, 1] < marks.between[1] - 0.002)).sum() > 5
     assert np.abs(moved[inside & (side == 0.0)]).max() < 1e-6
     middle = inside & (side == 1.0) & (np.abs(p[:, 0]) < 0.015)
     assert moved[middle, 1].max() < -0.008

@@ -55,15 +55,16 @@ def sides_of_mouth(p: F64, triangles: I64, marks: Landmarks) -> tuple[F64, NDArr
         return side, inside
     a, b = np.concatenate((whole[:, [0, 1]], whole[:, [1, 2]], whole[:, [2, 0]])).T
     length = np.linalg.norm(p[box[a]] - p[box[b]], axis=1) + 1e-9
+    inside[box] = _covered(p, box, triangles[(faces >= 0).any(axis=1)], INSIDE_M * scale)
     away = np.full((2, len(box)), np.inf)
     graph = coo_matrix((length, (a, b)), (len(box), len(box))).tocsr()
     for k, sign in enumerate((1.0, -1.0)):
-        seeds = np.flatnonzero(sign * up[box] > CLEAR_M)
+        # Teeth reach past the line between the lips: only from outside it can be told.
+        seeds = np.flatnonzero((sign * up[box] > CLEAR_M) & ~inside[box])
         if len(seeds):
             away[k] = dijkstra(graph, directed=False, indices=seeds, min_only=True)
     known = np.isfinite(away).any(axis=0)
     side[box[known]] = (away[1] < away[0])[known]
-    inside[box] = _covered(p, box, triangles[(faces >= 0).any(axis=1)], INSIDE_M * scale)
     return side, inside
 
 

@@ -24,6 +24,8 @@ REACH_M, MOST_REST = 0.05, 0.012
 BLINK = "AU45"
 LID_SPAN = np.radians(34.0)
 """Along the eyeball, from a lid's edge to where the skin no longer follows it."""
+OVERLAP = np.radians(3.0)
+"""By which the upper lid goes past the lower one's edge, so that no eye looks out between coarse triangles."""
 MEET = 0.0
 """Where lids meet, from the lower one's edge upwards: the upper one comes down nearly all the way."""
 JAW_SIDE = 0.020, 0.080
@@ -283,7 +285,7 @@ def _lid(p: F64, centre: F64, scale: float) -> _Lid:
     upper = angle[vertex] > 0.5 * (top + bottom)
     from_edge = np.where(upper, angle[vertex] - top * width[vertex], bottom * width[vertex] - angle[vertex])
     share = (1.0 - _smooth(from_edge / LID_SPAN)) * (1.0 - _smooth((away[vertex] / ball - 1.25) / 0.9)) * width[vertex]
-    turn = np.where(upper, top - meet, bottom - meet) * share
+    turn = np.where(upper, top - meet + OVERLAP, bottom - meet) * share
     return _Lid(centre, vertex, upper, turn, np.where(upper, share, 0.35 * share))
 
 
