@@ -215,9 +215,10 @@ def main() -> None:
     arguments = parser.parse_args()
     for name in arguments.names:
         picture = PICTURES[name]()
-        # Dithered: a palette alone paints blotches on faces.
-        flat = picture.quantize(palette=picture.quantize(256), dither=Image.Dither.FLOYDSTEINBERG)
-        flat.save(arguments.out / f"wrinkle-{name}.png", optimize=True)
+        if name in ("sleeve", "face", "figure"):
+            # Dithered: a palette alone paints blotches on faces; on flat cloth dithering hatches its shades.
+            picture = picture.quantize(palette=picture.quantize(256), dither=Image.Dither.FLOYDSTEINBERG)
+        picture.save(arguments.out / f"wrinkle-{name}.png", optimize=True)
 
 
 if __name__ == "__main__":

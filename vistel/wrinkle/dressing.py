@@ -17,6 +17,7 @@ from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.making.pictures import atlas
 from vistel.figure.people.bake import rasterise
 from vistel.wrinkle.errors import WrinkleError
+from vistel.wrinkle.islands import shown_by, spread_out
 from vistel.wrinkle.region import Region, Tube, builtin_regions, sides_of, tube
 
 F64 = NDArray[np.float64]
@@ -28,6 +29,8 @@ TEXELS_PER_METRE = 1000.0
 MARGIN = 0.06
 """How far a chart goes on beyond once round, in turns: triangles lie across the seam."""
 BEFORE = 0.01
+APART = 16
+"""Texels round a chart that go on in its colour: smaller copies of the texture must not mix in what lies beside it."""
 EVEN = 64
 """Texels that the sides of the texture are a multiple of."""
 
@@ -70,10 +73,13 @@ def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) 
         at = one.place(avatar.mesh.vertices[one.member])[:, 1]
         spans.append((float(at.min()) - BEFORE, float(at.max()) + BEFORE))
     wide = sum(one.plane[0] for one in tubes) * (1.0 + BEFORE + MARGIN)
-    density = min(TEXELS_PER_METRE, (avatar.albedo.shape[1] - len(tubes)) / max(wide, 1e-6))
+    density = min(TEXELS_PER_METRE, (avatar.albedo.shape[1] - len(tubes) * (2 * APART + 1)) / max(wide, 1e-6))
     pictures = [unrolled(avatar, one, span, density) for one, span in zip(tubes, spans, strict=True)]
-    albedo, where = _even(*atlas([avatar.albedo, *pictures]))
-    charts = tuple(_chart(one.name, span, box) for one, span, box in zip(tubes, spans, where[1:], strict=True))
+    own = spread_out(avatar.albedo, shown_by((avatar.mesh, *avatar.eyeballs), avatar.albedo.shape[:2]))
+    framed = [np.pad(p, ((APART, APART), (APART, APART), (0, 0)), mode="edge") for p in pictures]
+    albedo, where = _even(*atlas([own, *framed]))
+    boxes = [_inside(box, p.shape[:2]) for box, p in zip(where[1:], framed, strict=True)]
+    charts = tuple(_chart(one.name, span, box) for one, span, box in zip(tubes, spans, boxes, strict=True))
 
     def level(of: Avatar) -> Avatar:
         mesh = _kept(of.mesh, where[0])
@@ -102,6 +108,12 @@ def _even(picture: U8, where: F64) -> tuple[U8, F64]:
     where = where * np.array((width, height, width, height))
     where[:, 1] += more
     return out, where / np.array((out.shape[1], out.shape[0], out.shape[1], out.shape[0]))
+
+
+def _inside(box: F64, texels: tuple[int, int]) -> F64:
+    """The part of a framed picture's box (left, bottom, width, height) that is within the frame; texels: (H, W) of the picture."""
+    frame = APART * box[2:] / np.array((texels[1], texels[0]))
+    return np.concatenate((box[:2] + frame, box[2:] - 2.0 * frame))
 
 
 def _chart(name: str, span: tuple[float, float], box: F64) -> Chart:

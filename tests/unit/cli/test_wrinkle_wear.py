@@ -39,7 +39,7 @@ def test_an_avatar_puts_wrinkles_on_says_so_and_takes_them_off(me: Path) -> None
     said = json.loads(_run(str(me), "face", "--json"))
     assert said["output"] == str(me)
     assert said["regions"] == ["face", "neck"]
-    assert [s.entry.name for s in sets_in(load_usd(me).wrinkles, "me")][0] == "forehead"
+    assert next(s.entry.name for s in sets_in(load_usd(me).wrinkles, "me")) == "forehead"
     assert json.loads(_run(str(me), "--json"))["sets"] == said["sets"] > 3
     _run(str(me), "--off")
     assert load_usd(me).wrinkles == ""
