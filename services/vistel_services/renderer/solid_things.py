@@ -9,7 +9,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.space.files.surfaces import Piece
+from vistel.figure.making.source import Finish
+from vistel.space.files.surfaces import PLAIN, Piece
 from vistel.space.tessellate import Surface3
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.shadow import ShadowMap
@@ -18,9 +19,14 @@ F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]
 
 
+SMOOTHEST = 0.06
+"""Roughness of the best mirror: a sharper one would show how coarsely the room was taken for it."""
+
+
 @dataclass
 class Solid:
-    """A surface on the graphics side; more: (n, 4) tint of its vertices, or (n, 2) their places in the picture."""
+    """A surface on the graphics side; more: (n, 4) tint of its vertices, or (n, 2) their places in the picture; finish: how it
+    shines where it is of a polymesh."""
 
     vao: moderngl.VertexArray
     shadow: moderngl.VertexArray
@@ -28,6 +34,7 @@ class Solid:
     more: F32
     picture: moderngl.Texture | None = None
     silhouette: moderngl.VertexArray | None = None
+    finish: Finish = PLAIN
 
     def release(self) -> None:
         """Give it back."""
@@ -63,7 +70,7 @@ class SolidThings:
         vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(s.triangles.astype(np.int32).tobytes())
         vao = self.ctx.vertex_array(self._pictured, [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo)
         shadow = self._shadow.solid(vbo, "3f 20x", ibo)
-        return Solid(vao, shadow, [vbo, ibo], uv, self._texture(picture))
+        return Solid(vao, shadow, [vbo, ibo], uv, self._texture(picture), finish=piece.finish)
 
     def draw(self, views: Sequence[tuple[bytes, Solid]], gloss: float, shared: dict[str, object]) -> None:
         """Draw solids at matrices (as OpenGL reads them) with what all shaders share."""
@@ -74,11 +81,14 @@ class SolidThings:
                 solid.vao.render()
         if not any(solid.picture for _, solid in views):
             return
-        put(self._pictured, gloss=0.3 * gloss, rough=0.8, picture=0, **shared)
+        put(self._pictured, picture=0, **shared)
         self.ctx.disable(moderngl.CULL_FACE)  # polymeshes of others may be sheets, seen from both sides
         for matrix, solid in views:
             if solid.picture is not None:
-                put(self._pictured, room_from_thing=matrix)
+                put(
+                    self._pictured, room_from_thing=matrix, metallic=solid.finish.metallic,
+                    rough=max(SMOOTHEST, solid.finish.roughness),
+                )  # fmt: skip
                 solid.picture.use(0)
                 solid.vao.render()
         self.ctx.enable(moderngl.CULL_FACE)

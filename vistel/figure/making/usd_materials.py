@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.making.pictures import decode
 from vistel.figure.making.read_gltf import srgb
-from vistel.figure.making.source import MakingError, Material
+from vistel.figure.making.source import Finish, MakingError, Material
 
 _DEEP = 8
 """Shaders in a row through which a colour is followed to its picture."""
@@ -75,10 +75,35 @@ class Materials:
             colour = _bytes(value) if value is not None and hasattr(value, "__len__") and len(value) >= 3 else None
             asset = self._asset(source, 0)
             if asset is not None:
-                return Material(name, colour, self._picture(asset, name))
+                return Material(name, colour, self._picture(asset, name), self._finish(shader, name))
             if colour is not None:
-                return Material(name, colour)
+                return Material(name, colour, None, self._finish(shader, name))
         return Material(name)
+
+    def _finish(self, shader: Any, name: str) -> Finish | None:
+        """Roughness and metallic; of pictures, their means. What a UsdPreviewSurface leaves out has its default."""
+        preview = str(shader.GetIdAttr().Get()) == "UsdPreviewSurface"
+        roughness = self._number(shader, ("roughness", "specular_roughness", "reflection_roughness_constant"), name)
+        metallic = self._number(shader, ("metallic", "metalness", "metallic_constant"), name)
+        if roughness is None and metallic is None and not preview:
+            return None
+        return Finish.of(0.5 if roughness is None else roughness, 0.0 if metallic is None else metallic)
+
+    def _number(self, shader: Any, names: tuple[str, ...], material: str) -> float | None:
+        """The first of these inputs that the shader has."""
+        source = next((s for s in (shader.GetInput(n) for n in names) if s), None)
+        if source is None:
+            return None
+        if source.HasConnectedSource():
+            asset = self._asset(source, 0)
+            picture = self._picture(asset, material) if asset is not None else None
+            if picture is not None:
+                connected = source.GetConnectedSources()
+                rows = connected[0] if isinstance(connected, tuple) else connected
+                channel = {"g": 1, "b": 2}.get(str(rows[0].sourceName), 0) if rows else 0
+                return float(picture[..., channel].mean()) / 255.0
+        value = source.Get()
+        return float(value) if isinstance(value, int | float) else None
 
     def _asset(self, source: Any, deep: int) -> Any:
         """The first picture among the shaders that feed an input."""

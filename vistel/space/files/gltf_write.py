@@ -79,9 +79,9 @@ class _Writer(Binary):
         return {"attributes": attributes, "indices": index, "material": self._material(p), "mode": 4}
 
     def _material(self, p: Piece) -> int:
-        key = (id(p.picture), p.mesh) if p.picture is not None else (*p.colour, p.mesh)
+        key = (id(p.picture), p.mesh, p.finish) if p.picture is not None else (*p.colour, p.mesh, p.finish)
         if key not in self._known:
-            look: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 0.6}
+            look: dict[str, Any] = {"metallicFactor": p.finish.metallic, "roughnessFactor": p.finish.roughness}
             if p.picture is not None:
                 self._keep.append(p.picture)  # its id stays its own
                 self.images.append({"mimeType": "image/png", "bufferView": self.view(png(p.picture))})

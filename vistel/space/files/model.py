@@ -39,6 +39,8 @@ class Model:
             h.update(array.tobytes())
         for m in self.materials:
             h.update(f"{m.name!r}{m.colour}".encode())
+            if m.finish is not None:
+                h.update(f"{m.finish.roughness:.3f}{m.finish.metallic:.3f}".encode())
             if m.picture is not None:
                 h.update(f"{m.picture.shape}".encode())
                 h.update(m.picture.tobytes())

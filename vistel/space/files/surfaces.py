@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.making.source import Finish
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.files.model import Model
 from vistel.space.tessellate import Surface3, tessellate_thing
@@ -23,18 +24,21 @@ U8 = NDArray[np.uint8]
 CREASE = math.cos(math.radians(42.0))
 """Faces that meet at more than this angle have an edge between them."""
 GREY = (180, 180, 180)
+PLAIN = Finish(0.6, 0.0)
+"""Of what a file says nothing about."""
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
     """Part of what is drawn, in the thing's frame. colour: (3,) sRGB bytes; with a picture (H, W, 3) uv: (n, 2), origin
-    bottom left; mesh: it is of a polymesh, which may be open."""
+    bottom left; mesh: it is of a polymesh, which may be open. finish: how it shines."""
 
     surface: Surface3
     colour: tuple[int, int, int]
     uv: F32 | None = None
     picture: U8 | None = None
     mesh: bool = False
+    finish: Finish = PLAIN
 
 
 def pieces_of(thing: Thing, models: Mapping[str, Model], detail: float = 0.7) -> list[Piece]:
@@ -114,7 +118,7 @@ def _look_pieces(look: Look, model: Model) -> list[Piece]:
         )
         uv = model.uv[np.maximum(places, 0).ravel()[first]] if shown is not None else None
         colour = rgb(look.colour) if look.colour else material.colour or GREY
-        out.append(Piece(surface, colour, uv, shown, True))
+        out.append(Piece(surface, colour, uv, shown, True, material.finish or PLAIN))
     return out
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.making.source import Material
+from vistel.figure.making.source import Finish, Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 
@@ -38,7 +38,9 @@ def picture_digest(picture: U8) -> str:
 
 def pack_model(model: Model) -> bytes:
     """A polymesh without its pictures."""
-    told = [[m.name, m.colour, "" if m.picture is None else picture_digest(m.picture)] for m in model.materials]
+    told = [
+        [m.name, m.colour, "" if m.picture is None else picture_digest(m.picture), *finish_told(m)] for m in model.materials
+    ]  # fmt: skip
     out = io.BytesIO()
     arrays = {name: getattr(model, name) for name in _ARRAYS}
     np.savez_compressed(out, materials=np.frombuffer(json.dumps(told).encode(), np.uint8), **arrays)
@@ -54,7 +56,7 @@ def pack_picture(picture: U8) -> bytes:
 
 def pictures_in(data: bytes) -> tuple[str, ...]:
     """Digests of the pictures that a packed polymesh names. Raises ValueError for what is none."""
-    return tuple(dict.fromkeys(digest for _, _, digest in _materials(_read(data)) if digest))
+    return tuple(dict.fromkeys(digest for _, _, digest, _ in _materials(_read(data)) if digest))
 
 
 def unpack_model(data: bytes, digest: str, pictures: Mapping[str, U8]) -> Model:
@@ -64,8 +66,8 @@ def unpack_model(data: bytes, digest: str, pictures: Mapping[str, U8]) -> Model:
         if arrays[name].ndim != 2 or arrays[name].shape[1] != width:
             raise ValueError(f"polymesh: {name} of shape {arrays[name].shape}")
     materials = tuple(
-        Material(name, None if colour is None else (colour[0], colour[1], colour[2]), pictures[which] if which else None)
-        for name, colour, which in _materials(arrays)
+        Material(name, None if colour is None else (colour[0], colour[1], colour[2]), pictures[which] if which else None, finish)
+        for name, colour, which, finish in _materials(arrays)
     )  # fmt: skip
     a = {name: np.ascontiguousarray(arrays[name]) for name in _ARRAYS}
     model = Model(a["vertices"], a["triangles"], a["uv"], a["uv_triangles"], a["material"], materials)
@@ -119,14 +121,30 @@ def _read(data: bytes) -> dict[str, NDArray]:
         raise ValueError(f"polymesh: damaged ({fault})") from fault
 
 
-def _materials(arrays: Mapping[str, NDArray]) -> list[tuple[str, list[int] | None, str]]:
+def finish_told(m: Material) -> list[list[float]]:
+    """What is added to a material's row for how it shines; nothing where that is not known."""
+    return [] if m.finish is None else [[m.finish.roughness, m.finish.metallic]]
+
+
+def finish_read(more: list[list[float]]) -> Finish | None:
+    """The other way. Raises ValueError for what is none."""
+    if not more:
+        return None
+    roughness, metallic = more[0]
+    found = Finish.of(float(roughness), float(metallic))
+    if found is None:
+        raise ValueError("a material's finish that is no number")
+    return found
+
+
+def _materials(arrays: Mapping[str, NDArray]) -> list[tuple[str, list[int] | None, str, Finish | None]]:
     told = json.loads(arrays["materials"].tobytes())
     if not isinstance(told, list) or len(told) > MOST_MATERIALS:
         raise ValueError("polymesh: materials that are none")
-    out: list[tuple[str, list[int] | None, str]] = []
+    out: list[tuple[str, list[int] | None, str, Finish | None]] = []
     for row in told:
-        name, colour, digest = row
+        name, colour, digest, *more = row
         if not (isinstance(name, str) and isinstance(digest, str) and (colour is None or len(colour) == 3)):
             raise ValueError("polymesh: a material that is none")
-        out.append((name, colour, digest))
+        out.append((name, colour, digest, finish_read(more)))
     return out

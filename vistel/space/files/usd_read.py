@@ -16,6 +16,7 @@ from vistel.figure.making.source import MakingError, Material
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
+from vistel.space.files.travel import finish_read
 from vistel.space.files.usd_write import FORMAT
 from vistel.space.room import Room, Seat
 from vistel.space.thing_json import from_thing, to_thing
@@ -151,9 +152,9 @@ class _Reader:
         return Model(vertices, triangles, uv, uv_triangles, material, materials)
 
     def _material(self, text: str) -> Material:
-        name, colour, digest = json.loads(text)
+        name, colour, digest, *more = json.loads(text)
         own = None if colour is None else (int(colour[0]), int(colour[1]), int(colour[2]))
-        return Material(str(name), own, self._picture(str(digest)) if digest else None)
+        return Material(str(name), own, self._picture(str(digest)) if digest else None, finish_read(more))
 
     def _picture(self, digest: str) -> NDArray[np.uint8] | None:
         if digest not in self.pictures:

@@ -28,7 +28,8 @@ from PIL import Image
 from vistel.figure.making.source import Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
-from vistel.space.files.surfaces import rgb
+from vistel.space.files.surfaces import PLAIN, rgb
+from vistel.space.files.travel import finish_told
 from vistel.space.tessellate import join, tessellate_thing
 from vistel.space.thing_json import from_thing
 from vistel.space.things import BEARS, Thing
@@ -230,7 +231,7 @@ class _Writer:
 
     def _told(self, m: Material) -> str:
         """A material as the attribute tells it."""
-        return json.dumps([m.name, m.colour, _digest(m.picture)], ensure_ascii=False)
+        return json.dumps([m.name, m.colour, _digest(m.picture), *finish_told(m)], ensure_ascii=False)
 
     def _material(self, m: Material) -> Any:
         from pxr import Sdf, UsdShade  # noqa: PLC0415
@@ -242,7 +243,9 @@ class _Writer:
         material = self.materials[key] = UsdShade.Material.Define(self.stage, at)
         surface = UsdShade.Shader.Define(self.stage, f"{at}/Surface")
         surface.CreateIdAttr("UsdPreviewSurface")
-        surface.CreateInput("roughness", types.Float).Set(0.6)
+        finish = m.finish or PLAIN
+        surface.CreateInput("roughness", types.Float).Set(finish.roughness)
+        surface.CreateInput("metallic", types.Float).Set(finish.metallic)
         colour = surface.CreateInput("diffuseColor", types.Color3f)
         if m.picture is not None:
             reader = UsdShade.Shader.Define(self.stage, f"{at}/TextureCoordinates")

@@ -39,19 +39,20 @@ float lobe(float nl, float nv, float nh, float rough) {
     return a2 / (PI * d * d) * 0.5 / max(smith, 1e-4);
 }
 
-float fresnel(float f0, float c) {
+vec3 fresnel(vec3 f0, float c) {
     float k = 1.0 - c, k2 = k * k;
     return f0 + (1.0 - f0) * k2 * k2 * k;
 }
 
 // Share of the surroundings that is mirrored, after their mean light was taken for the lobe (Karis' fit).
-float mirrored_share(float f0, float rough, float nv) {
+vec3 mirrored_share(vec3 f0, float rough, float nv) {
     vec4 r = rough * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     float a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
     return f0 * (-1.04 * a + r.z) + (1.04 * a + r.w);
 }
 
-vec3 fine_light(Surface s, vec3 p, vec3 n, float open_share) {
+// f0: what is mirrored straight on; metals mirror in their colour.
+vec3 fine_light_of(Surface s, vec3 f0, vec3 p, vec3 n, float open_share) {
     vec3 v = normalize(eye - p), l = normalize(KEY_DIRECTION), h = normalize(l + v);
     float c = dot(n, l), nl = max(c, 0.0), nv = max(abs(dot(n, v)), 1e-3), nh = max(dot(n, h), 0.0), vh = max(dot(v, h), 0.0);
     float visible = lit_softly(p, n);
@@ -60,11 +61,11 @@ vec3 fine_light(Surface s, vec3 p, vec3 n, float open_share) {
     vec3 seen = mix(vec3(visible), vec3(sqrt(visible), visible, visible), 0.5 * s.skin);
     vec3 out_diffuse = s.base * (KEY * reach * seen + around(n) * open_share);
 
-    float bright = nl * fresnel(s.f0, vh) * mix(lobe(nl, nv, nh, s.rough), lobe(nl, nv, nh, 0.55 * s.rough), 0.15 * s.skin);
+    vec3 bright = nl * fresnel(f0, vh) * mix(lobe(nl, nv, nh, s.rough), lobe(nl, nv, nh, 0.55 * s.rough), 0.15 * s.skin);
     // The key light is a lamp of some size, seen in the mirror of smooth surfaces: KEY is what it lights, times pi its own light.
-    vec3 mirror_key = KEY * (min(bright, 6.0) * PI * visible);
+    vec3 mirror_key = KEY * (min(bright, vec3(6.0)) * PI * visible);
     vec3 r = reflect(-v, n);
-    vec3 mirror_room = mirror(r, s.rough) * (mirrored_share(s.f0, s.rough, nv) * open_share * clamp(1.0 + 1.2 * r.y + 0.6, 0.0, 1.0));
+    vec3 mirror_room = mirror(r, s.rough) * (mirrored_share(f0, s.rough, nv) * open_share * clamp(1.0 + 1.2 * r.y + 0.6, 0.0, 1.0));
 
     // Fuzz: brightest along the surface, from every side (Estevez and Kulla's distribution, roughness 0.5).
     float sine = sqrt(max(0.0, 1.0 - nh * nh));
@@ -72,4 +73,8 @@ vec3 fine_light(Surface s, vec3 p, vec3 n, float open_share) {
     float edge = 1.0 - nv;
     vec3 sheen = s.sheen * (KEY * (PI * nl * fuzz * visible) + around(n) * (edge * edge * open_share));
     return out_diffuse + mirror_key + mirror_room + sheen;
+}
+
+vec3 fine_light(Surface s, vec3 p, vec3 n, float open_share) {
+    return fine_light_of(s, vec3(s.f0), p, n, open_share);
 }
