@@ -181,6 +181,7 @@ class Painter:
             target.clear(*(_DARK if self._shell else _OPEN), viewport=sight.box or self._whole)
             self._paint(frame, sight, clip, seen, things)
         target.color_mask = (True, True, True, True)
+        target.use()  # only now does the mask hold
         self._projectors.join(target, frame.sights)
         target.viewport = self._whole
         self._canvas.resolve()

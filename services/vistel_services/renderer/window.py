@@ -59,6 +59,7 @@ class Window:
         self._handles: list[Any] = []
         self._bare: list[BareGl] = []
         self._events: list[Event] = []
+        self._at: dict[int, tuple[float, float]] = {}
         self.eyes_apart = eyes_apart
         self.stereo = False
         """Whether each eye has a buffer of its own."""
@@ -146,11 +147,13 @@ class Window:
         return next((name for key, name in _NAMED.items() if getattr(glfw, f"KEY_{key}") == code), "")
 
     def _button(self, number: int, handle: Any, button: int, action: int, _mods: int) -> None:
-        x, y = self._in_pixels(handle, *self._glfw.get_cursor_pos(handle))
+        # Where the mouse was then, not where it is by now: events wait while a picture is drawn.
+        x, y = self._at.get(number) or self._in_pixels(handle, *self._glfw.get_cursor_pos(handle))
         self._events.append(Button(button, action == self._glfw.PRESS, x, y, number))
 
     def _moved(self, number: int, handle: Any, x: float, y: float) -> None:
-        self._events.append(Pointer(*self._in_pixels(handle, x, y), number))
+        self._at[number] = self._in_pixels(handle, x, y)
+        self._events.append(Pointer(*self._at[number], number))
 
     def _focus(self, _handle: Any, focused: int) -> None:
         if not focused:
