@@ -30,7 +30,8 @@ def test_every_bundle_is_what_its_sources_give(node: str, tmp_path: Path) -> Non
 
 
 def test_the_sources_have_no_type_faults(node: str) -> None:
-    done = subprocess.run([node, "node_modules/typescript/bin/tsc", "--noEmit"], cwd=WEB, capture_output=True, text=True, check=False)
+    command = [node, "node_modules/typescript/bin/tsc", "--noEmit"]
+    done = subprocess.run(command, cwd=WEB, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
 
 

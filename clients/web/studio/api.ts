@@ -22,6 +22,8 @@ export interface UpdateRequest {
   seek?: { set: number; side: string };
   focus?: { set: number; side: string };
   have: number;
+  /** Also what never changes while the texture lies as it does. */
+  whole?: boolean;
 }
 
 const page = Math.random().toString(36).slice(2);
@@ -53,13 +55,13 @@ export function albedoAddress(session: string, version: number): string {
 }
 
 export async function post(path: string, body: unknown): Promise<Response> {
+  return sent(path, JSON.stringify(body), "application/json");
+}
+
+async function sent(path: string, body: BodyInit, type: string): Promise<Response> {
   let answer: Response;
   try {
-    answer = await fetch(path, {
-      method: "POST",
-      headers: { "Content-Type": "application/json" },
-      body: JSON.stringify(body),
-    });
+    answer = await fetch(path, { method: "POST", headers: { "Content-Type": type }, body });
   } catch {
     throw new Refusal("The studio does not answer; is it still running?", 0);
   }
@@ -68,6 +70,17 @@ export async function post(path: string, body: unknown): Promise<Response> {
     throw new Refusal(said.error ?? `the studio said ${answer.status}`, answer.status);
   }
   return answer;
+}
+
+/** Brings a photograph for an island of the avatar `base`. */
+export async function picture(
+  session: string,
+  island: number,
+  base: number,
+  file: File,
+): Promise<{ base: number; notes: string[] }> {
+  const address = `/api/picture?session=${encodeURIComponent(session)}&island=${island}&base=${base}&page=${page}`;
+  return (await sent(address, file, "application/octet-stream")).json();
 }
 
 const KINDS = { f4: Float32Array, u4: Uint32Array, u1: Uint8Array };

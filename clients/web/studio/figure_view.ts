@@ -43,7 +43,7 @@ void main() {
   float sky = 0.5 + 0.5 * m.y;
   float lamp = max(dot(m, key), 0.0);
   float fill = max(dot(m, normalize(vec3(-key.x, 0.2, key.z * 0.6))), 0.0);
-  float rim = pow(1.0 - max(dot(m, to_eye), 0.0), 4.0) * 0.16;
+  float rim = pow(1.0 - max(dot(m, to_eye), 0.0), 4.0) * 0.07;
   vec3 lit = base * folds * (mix(vec3(0.16, 0.15, 0.15), vec3(0.30, 0.32, 0.35), sky) + lamp * vec3(0.82, 0.79, 0.74) + fill * 0.16);
   lit += rim * vec3(0.5, 0.55, 0.62) * folds;
   lit = lit / (1.0 + 0.18 * lit);

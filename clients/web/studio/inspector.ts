@@ -34,9 +34,11 @@ export class Inspector {
     const key = JSON.stringify([set && { ...set, drive: 0 }, selection, wrinkle && this.state.shape]);
     if (key === this.key) return;
     this.key = key;
+    const focus = this.panel.contains(document.activeElement) ? document.activeElement?.getAttribute("aria-label") : null;
     if (!set) this.panel.replaceChildren();
     else if (wrinkle) this.panel.replaceChildren(...this.ofPoint(), ...this.ofCurve(), ...this.ofWrinkle(wrinkle));
     else this.panel.replaceChildren(...this.ofSet());
+    if (focus) this.panel.querySelector<HTMLElement>(`[aria-label="${focus}"]`)?.focus();
   }
 
   /** A slider that is held stays where it is while the page follows. */
@@ -130,7 +132,7 @@ export class Inspector {
       }),
       choice("Material", set.material, [["cloth", "Cloth"], ["skin", "Skin"]], (x) =>
         adjustSet(state, "Material", (s) => (s.material = x as "cloth" | "skin"))),
-      number("Lifts the mesh", 100 * set.lift, { low: 0, high: 100, step: 5, unit: "%" }, (x, held) =>
+      number("Lift", 100 * set.lift, { low: 0, high: 100, step: 5, unit: "%" }, (x, held) =>
         adjustSet(state, "Lift", (s) => (s.lift = x / 100), this.step("lift", held))),
       number("Memory", 100 * set.memory, { low: 0, high: 100, step: 5, unit: "%" }, (x, held) =>
         adjustSet(state, "Memory", (s) => (s.memory = x / 100), this.step("memory", held))),

@@ -18,6 +18,7 @@ export class Link {
   private seek = false;
   private focus = false;
   private timer = 0;
+  private whole = false;
   /** Told when all that was asked for is shown. */
   settled: () => void = () => undefined;
 
@@ -27,7 +28,15 @@ export class Link {
     private readonly plane: PlaneView,
     private readonly bends: () => BendsView,
     private readonly say: (text: string, kind: "busy" | "fault" | "") => void,
+    private readonly repaint: () => Promise<void>,
   ) {}
+
+  /** The figure was used for something else: everything of it is to come again. */
+  anew(): void {
+    this.version = 0;
+    this.whole = true;
+    this.ask({ form: true });
+  }
 
   /** Something changed. form: what is edited; seek: the figure is to bend until the selected set is strongest. */
   ask(what: { form?: boolean; seek?: boolean; focus?: boolean } = {}): void {
@@ -53,6 +62,12 @@ export class Link {
       have: this.version,
       plane: { set, side },
     };
+    if (state.mode === "photograph") {
+      // The plane is not seen; the page catches up when it is.
+      this.waits = false;
+      return;
+    }
+    if (this.whole) asked.whole = true;
     if (this.formWaits) asked.form = structuredClone(state.form);
     const { seek, focus } = this;
     if (seek) asked.seek = { set, side };
@@ -62,6 +77,11 @@ export class Link {
     const slow = window.setInterval(() => void this.tellSlow(), SLOW_MS);
     try {
       const { head, arrays } = await api.update(state.opened.session, asked);
+      if (head.albedo && arrays.triangles && arrays.still) {
+        this.figure.mesh(arrays.triangles as Uint32Array, arrays.still as Float32Array);
+        await this.repaint();
+        this.whole = false;
+      }
       this.take(head, arrays, seek && !this.seek);
       this.say("", "");
     } catch (fault) {

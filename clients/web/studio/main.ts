@@ -8,9 +8,10 @@ import * as edits from "./edits";
 import { FigureView } from "./figure_view";
 import { driveChoices, Inspector } from "./inspector";
 import { Link } from "./link";
+import { PinsView } from "./pins_view";
 import { PlaneView } from "./plane_view";
 import { SetList } from "./set_list";
-import { State, type Tool } from "./state";
+import { State, type Mode, type Tool } from "./state";
 
 const notice = byId("notice");
 
@@ -43,8 +44,14 @@ function studio(state: State, figure: FigureView): void {
   new DriveView(byId<HTMLCanvasElement>("drive"), state);
   new Inspector(byId("inspector"), state);
   new SetList(byId("sets"), state);
-  const link: Link = new Link(state, figure, plane, () => bends, say);
-  const bends = new BendsView(byId("bends"), state, () => link.ask());
+  let paintings = 0;
+  const repaint = (): Promise<void> => painted(figure, state.opened.session, ++paintings);
+  const link: Link = new Link(state, figure, plane, () => bends, say, repaint);
+  const pins = new PinsView(byId<HTMLCanvasElement>("pins"), state, figure, say);
+  const bends = new BendsView(byId("bends"), state, () => {
+    if (state.mode === "photograph") void pins.pose();
+    else link.ask();
+  });
   const { opened } = state;
   byId("title").textContent = opened.name;
   byId("file").textContent = opened.saves;
@@ -108,6 +115,25 @@ function studio(state: State, figure: FigureView): void {
     state.tell("look");
   }
 
+  async function mode(which: Mode): Promise<void> {
+    if (state.mode === which) return;
+    plane.finish(false);
+    state.mode = which;
+    document.body.classList.toggle("photograph", which === "photograph");
+    byId("mode-wrinkles").classList.toggle("chosen", which === "wrinkles");
+    byId("mode-photograph").classList.toggle("chosen", which === "photograph");
+    if (which === "wrinkles") {
+      link.anew();
+      return;
+    }
+    try {
+      await pins.enter();
+      figure.whole();
+    } catch (fault) {
+      say(fault instanceof Error ? fault.message : String(fault), "fault");
+    }
+  }
+
   async function save(): Promise<void> {
     say(`Writing ${opened.saves} …`, "busy");
     const form = structuredClone(state.form);
@@ -134,6 +160,9 @@ function studio(state: State, figure: FigureView): void {
   click("save", () => void save());
   click("help", () => byId<HTMLDialogElement>("keys").showModal());
   click("keys-close", () => byId<HTMLDialogElement>("keys").close());
+  click("mode-wrinkles", () => void mode("wrinkles"));
+  click("mode-photograph", () => void mode("photograph"));
+  click("photograph", () => byId("photograph-file").click());
   click("tool-select", () => tool("select"));
   click("tool-draw", () => tool("draw"));
   click("tool-branch", () => tool("branch"));
@@ -180,8 +209,8 @@ function studio(state: State, figure: FigureView): void {
     "-": () => edits.turn(state, 0, 1 / 1.05),
     "+": () => edits.turn(state, 0, 1.05),
     "=": () => edits.turn(state, 0, 1.05),
-    Delete: () => edits.remove(state),
-    Backspace: () => edits.remove(state),
+    Delete: () => (state.mode === "photograph" ? pins.remove() : edits.remove(state)),
+    Backspace: () => (state.mode === "photograph" ? pins.remove() : edits.remove(state)),
     Enter: () => void plane.finish(true),
     Escape: () => {
       if (!plane.finish(false)) state.select({ wrinkle: -1 });
@@ -229,7 +258,7 @@ function studio(state: State, figure: FigureView): void {
   state.select({ set: Math.max(0, first) });
   say("Drag a point, or press ? for keys", "");
   // For tests and for the curious.
-  Object.assign(window, { studio: { state, plane, figure, link } });
+  Object.assign(window, { studio: { state, plane, figure, link, pins } });
 }
 
 const HINTS: Record<Tool, string> = {

@@ -64,9 +64,28 @@ export interface WrinkleSet {
   mouth: boolean;
 }
 
+/** How the texture lies on an island (vistel.figure.avatar.Registration): parts of the texture, radians, factor. */
+export interface Lying {
+  island: number;
+  move: Vec;
+  turn: number;
+  scale: number;
+}
+
+/** A place of an island's own coordinates, and where on the picture it belongs. */
+export interface Pin {
+  island: number;
+  from: Vec;
+  to: Vec;
+}
+
+/** base: which of the avatars the server has, one more for each photograph that was brought. */
 export interface Form {
   shapes: Shape[];
   sets: WrinkleSet[];
+  texture: Lying[];
+  pins: Pin[];
+  base: number;
 }
 
 /** A region; planes: width and height [m] by side ("left_", "right_" or ""); knots: joints and their v. */
@@ -134,4 +153,5 @@ export interface Updated {
   planeSize?: Vec;
   focus?: { middle: [number, number, number]; facing: [number, number, number]; radius: number };
   jitters?: Jitter[];
+  albedo?: Vec;
 }

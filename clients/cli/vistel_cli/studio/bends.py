@@ -56,8 +56,8 @@ class Bend:
 BENDS = (
     Bend("left_elbow", "Left elbow", "Arms", 0, 148, 8, joints=("left_lower_arm",)),
     Bend("right_elbow", "Right elbow", "Arms", 0, 148, 8, joints=("right_lower_arm",)),
-    Bend("left_arm", "Left arm raised", "Arms", 0, 160, 25, joints=("left_upper_arm",)),
-    Bend("right_arm", "Right arm raised", "Arms", 0, 160, 25, joints=("right_upper_arm",)),
+    Bend("left_arm", "Left arm up", "Arms", 0, 160, 25, joints=("left_upper_arm",)),
+    Bend("right_arm", "Right arm up", "Arms", 0, 160, 25, joints=("right_upper_arm",)),
     Bend("reach", "Arms forward", "Arms", 0, 90, 0),
     Bend("fist", "Fists", "Arms", 0, 1, 0, "", tuple(
         f"{side}_{finger}_{part}" for side in ("left", "right") for finger in ("thumb", "index", "middle", "ring", "little")

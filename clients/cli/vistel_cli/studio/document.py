@@ -59,20 +59,20 @@ def check(form: Any, before: Checked | None = None) -> Checked:
         try:
             shape = checked(Shape, data, f"shape {name}")
         except WrinkleError as fault:
-            faults += [Fault(line, None, name) for line in str(fault).splitlines()]
+            faults += [Fault(line.replace(": file: ", ": "), None, name) for line in str(fault).splitlines()]
             continue
         if shape.name in own or shape.name in builtin_shapes():
             faults.append(Fault(f"shape {shape.name}: there is another of that name; rename it", None, shape.name))
         own[shape.name] = shape
-    bad = {fault.shape for fault in faults}
+    bad = {str(fault.shape): fault.text for fault in faults}
 
     def look(name: str) -> Shape:
         if name in own:
             return own[name]
         known = builtin_shapes()
         if name not in known:
-            why = "has a fault" if name in bad else f"is not there; there are {', '.join([*own, *known])}"
-            raise WrinkleError(f"shape {name!r} {why}")
+            there = ", ".join([*own, *known])
+            raise WrinkleError(bad.get(name, f"shape {name}: is not there; there are {there}"))
         return known[name]
 
     sets: dict[int, WrinkleSet] = {}
@@ -85,7 +85,10 @@ def check(form: Any, before: Checked | None = None) -> Checked:
             names.add(name)
             made = sets_of({"sets": [data]}, name, look)[0]
         except WrinkleError as fault:
-            faults += [Fault(line.replace(": sets[0].", ": "), k) for line in str(fault).splitlines()]
+            for line in str(fault).splitlines():
+                # A fault of a shape is said once, and is the set's as well.
+                of_shape = next((text for text in bad.values() if line.endswith(text)), None)
+                faults.append(Fault(of_shape or line.replace(": sets[0].", ": "), k))
             continue
         sets[k] = _same(made, before) or made
     return Checked(sets, tuple(faults))

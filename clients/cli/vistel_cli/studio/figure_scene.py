@@ -50,23 +50,25 @@ class Seen:
 
 
 class FigureScene:
-    """say: is told what is being done."""
+    """say: is told what is being done. like: the same person with another texture, or with the texture lying otherwise."""
 
-    def __init__(self, avatar: Avatar, say: Callable[[str], None]) -> None:
+    def __init__(self, avatar: Avatar, say: Callable[[str], None], like: FigureScene | None = None) -> None:
         self.avatar = avatar
         say("laying cloth on sleeves and legs")
         self._made = dressed(avatar)
         of = self._made.avatar
-        say("preparing the figure")
-        self._figure = Figure(of)
-        self._face = _face(of)
+        if like is None:
+            say("preparing the figure")
+        self._figure = Figure(of) if like is None else like._figure
+        self._face = _face(of) if like is None else like._face
         say("looking where the texture lies")
         self.bare = Worn(of, (), self._made.charts)
         covered = self.bare.covered()
-        away, nearest = distance_transform_edt(~covered, return_indices=True)
+        found: Any = distance_transform_edt(~covered, return_indices=True)
+        away, nearest = found
         edge = np.flatnonzero((away > 0.0) & (away <= BLEED))
         self._edge: I64 = edge
-        self._beside: I64 = np.ravel_multi_index(tuple(nearest.reshape(2, -1)[:, edge]), covered.shape)
+        self._beside: I64 = np.asarray(np.ravel_multi_index(tuple(nearest.reshape(2, -1)[:, edge]), covered.shape), np.int64)
         meshes = (of.mesh, *of.eyeballs)
         starts = np.cumsum([0, *(len(m.uv) for m in meshes)])
         self.triangles: U32 = np.concatenate(
@@ -99,6 +101,21 @@ class FigureScene:
         uv = self.uv.copy()
         uv[: len(self._corners[0])] = worn.coordinates(weights)
         return Seen(positions.astype(np.float32), normals.astype(np.float32), uv, weights, driven)
+
+    def undressed(self, values: Mapping[str, float]) -> dict[str, NDArray[Any]]:
+        """Triangles, positions and normals of the avatar's own drawn vertices, eyes included, without wrinkles."""
+        state = self._figure.pose(posture_of(values))
+        meshes = (self.avatar.mesh, *self.avatar.eyeballs)
+        starts = np.cumsum([0, *(len(m.uv) for m in meshes)])
+        shapes = ((state.vertices, state.normals), *state.eyeballs)
+        positions, normals = (
+            np.concatenate([shape[k][m.corner_vertex] for shape, m in zip(shapes, meshes, strict=True)]) for k in (0, 1)
+        )
+        triangles = np.concatenate([m.corner_triangles + start for m, start in zip(meshes, starts, strict=False)])
+        return {
+            "triangles": triangles.astype(np.uint32), "positions": positions.astype(np.float32),
+            "normals": normals.astype(np.float32),
+        }  # fmt: skip
 
     def light(self, worn: Worn, weights: F64) -> U8:
         """(H, W) brightness of the texture in linear light, in steps of 1 / PLAIN."""

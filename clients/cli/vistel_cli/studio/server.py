@@ -19,11 +19,13 @@ from PIL import Image
 
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.shape_file import builtin_shapes
+from vistel.wrinkle.wardrobe import WrinkleSet
 from vistel_cli.studio.bends import BENDS, driving_actions, driving_joints
 from vistel_cli.studio.document import check, page_form
 from vistel_cli.studio.envelope import packed
 from vistel_cli.studio.figure_scene import FigureScene
 from vistel_cli.studio.opened import ConflictError, Opened
+from vistel_cli.studio.photograph import PictureError, texture_of
 from vistel_cli.studio.session import Session
 
 log = logging.getLogger("vistel.studio")
@@ -57,6 +59,7 @@ class Studio:
         self._opened = opened
         self._sessions: OrderedDict[str, Session] = OrderedDict()
         self._scene: FigureScene | None = None
+        self._laid: tuple[FigureScene, list[WrinkleSet], Session] | None = None
         self._doing: dict[str, str] = {}
         self._maths = ThreadPoolExecutor(1, thread_name_prefix="studio")
         self._hosts: Set[str] = frozenset()
@@ -70,6 +73,8 @@ class Studio:
         app.router.add_post("/api/open", self._open)
         app.router.add_post("/api/update", self._update)
         app.router.add_post("/api/save", self._save)
+        app.router.add_post("/api/photograph", self._photograph)
+        app.router.add_post("/api/picture", self._picture)
         app.router.add_get("/api/albedo", self._albedo)
         app.router.add_get("/api/doing", self._now)
         app.on_cleanup.append(self._close)
@@ -93,7 +98,7 @@ class Studio:
             return _said(str(fault), fault.status)
         except web.HTTPException as fault:
             return _said(fault.reason, fault.status)
-        except (WrinkleError, OSError) as fault:
+        except (WrinkleError, PictureError, OSError) as fault:
             log.info("event=refused path=%s reason=%r", request.path, str(fault))
             return _said(str(fault), 400)
         except Exception:
@@ -116,8 +121,12 @@ class Studio:
                 self._scene = FigureScene(self._opened.avatar, say)
             scene, revision = self._scene, self._opened.revision()
             form = page_form(self._opened.sets)
-            session = Session(scene, check(form), scene.bare, say)
-            session.lay()
+            if self._laid is None or self._laid[0] is not scene or self._laid[1] is not self._opened.sets:
+                first = Session(scene, check(form), scene.bare, say)
+                first.lay()
+                self._laid = scene, self._opened.sets, first
+            first = self._laid[2]
+            session = Session(scene, first.checked, first.worn, say, left_out=first.left_out)
             key = secrets.token_urlsafe(12)
             self._sessions[key] = session
             while len(self._sessions) > MOST_PAGES:
@@ -125,7 +134,8 @@ class Studio:
             mesh = {"triangles": scene.triangles, "uv": scene.uv}
             return {
                 "session": key, "revision": revision, "name": scene.avatar.name, "source": self._opened.source,
-                "saves": self._opened.path.name, "readable": self._opened.readable.name, "form": form,
+                "saves": self._opened.path.name, "readable": self._opened.readable.name,
+                "form": {**form, "texture": texture_of(scene.avatar), "pins": [], "base": 0},
                 "height": round(scene.avatar.skeleton.height, 3), "regions": session.regions(),
                 "shapes": {name: shape.model_dump(mode="json") for name, shape in builtin_shapes().items()},
                 "bends": [_of(bend, "name", "label", "group", "low", "high", "start", "unit", "action") for bend in BENDS],
@@ -143,6 +153,20 @@ class Studio:
         head, arrays = await self._do(str(asked.get("page", "")), lambda: session.update(asked))
         return _packed(head, arrays)
 
+    async def _photograph(self, request: web.Request) -> web.StreamResponse:
+        asked = await _asked(request)
+        session = self._session(asked)
+        return _packed(*await self._do(str(asked.get("page", "")), lambda: session.photograph(asked)))
+
+    async def _picture(self, request: web.Request) -> web.StreamResponse:
+        """A photograph as it is, for ?island= of the session's avatar."""
+        session, data = self._session(request.query), await request.read()
+        try:
+            island = int(request.query.get("island", ""))
+        except ValueError as fault:
+            raise RefusedError("island: expected a number") from fault
+        return web.json_response(await self._do(request.query.get("page", ""), lambda: session.bring(island, data)))
+
     async def _save(self, request: web.Request) -> web.StreamResponse:
         """{session, revision, form}: 409 where the file is of another revision."""
         asked = await _asked(request)
@@ -150,8 +174,15 @@ class Studio:
 
         def saved() -> str:
             session.say(f"writing {self._opened.path.name}")
-            sets = check(asked.get("form"), session.checked).whole
-            return self._opened.save(session.scene.avatar, sets, str(asked.get("revision", "")))
+            form = asked.get("form")
+            form = form if isinstance(form, dict) else {}
+            session.retexture(form)
+            faults = session.wear(form) or session.left_out
+            if faults:
+                raise RefusedError(faults[0].text)
+            revision = self._opened.save(session.scene.avatar, session.checked.whole, str(asked.get("revision", "")))
+            self._scene = session.scene
+            return revision
 
         try:
             revision = await self._do(str(asked.get("page", "")), saved)
@@ -164,8 +195,9 @@ class Studio:
         session = self._session(request.query)
 
         def png() -> bytes:
+            plain = request.query.get("of") == "avatar"
             stream = io.BytesIO()
-            Image.fromarray(session.scene.albedo).save(stream, "png", compress_level=1)
+            Image.fromarray(session.texture(request.query) if plain else session.scene.albedo).save(stream, "png", compress_level=1)
             return stream.getvalue()
 
         return web.Response(body=await self._do("", png), content_type="image/png")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.avatar import Avatar
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.region import builtin_regions, sides_of, tube
@@ -17,6 +18,7 @@ from vistel.wrinkle.worn import REFERENCE_HEIGHT, Worn, WornSet
 from vistel_cli.studio.bends import strongest, values_of
 from vistel_cli.studio.document import Checked, Fault, check
 from vistel_cli.studio.figure_scene import FigureScene, Seen
+from vistel_cli.studio.photograph import PictureError, laid_out, lying, photographed, texture_of
 
 U8 = NDArray[np.uint8]
 BATCH = 4
@@ -37,6 +39,13 @@ class Session:
     version: int = 0
     light: U8 | None = None
     left_out: list[Fault] = field(default_factory=list[Fault])
+    bases: list[Avatar] = field(default_factory=list[Avatar])
+    """The avatar as it was opened, then with each photograph that the page brought."""
+    base: int = 0
+    _laid_out: tuple[Avatar, Answer] | None = None
+
+    def __post_init__(self) -> None:
+        self.bases = [self.scene.avatar]
 
     def lay(self) -> None:
         """Wear what is checked; sets that leave the region of this avatar are left out, with a fault."""
@@ -50,6 +59,20 @@ class Session:
             usable = self._with(usable, new[start : start + BATCH])
         kept = {id(s) for s in usable}
         self.worn = self.worn.wearing([s for s in whole if id(s) in kept])
+
+    def wear(self, form: Mapping[str, Any]) -> list[Fault]:
+        """Wears the sets of a form, or stays as it is and says what is wrong with it."""
+        before = self.checked, self.worn, self.left_out
+        known = {fault.set for fault in self.left_out}
+        checked = check(form, self.checked)
+        if checked.faults:
+            return list(checked.faults)
+        self.checked = checked
+        self.lay()
+        new = [fault for fault in self.left_out if fault.set not in known]
+        if new:
+            self.checked, self.worn, self.left_out = before
+        return new
 
     def _with(self, usable: list[WrinkleSet], new: list[WrinkleSet]) -> list[WrinkleSet]:
         try:
@@ -67,13 +90,11 @@ class Session:
     def update(self, asked: Mapping[str, Any]) -> Answer:
         """What changed on the page by a request: `form` (or none: as before), `bends`, `held`, `plane`, `seek`, `have`. A form with
         faults changes nothing."""
-        faults: tuple[Fault, ...] = ()
+        anew, faults = bool(asked.get("whole")), list[Fault]()
         if asked.get("form") is not None:
-            checked = check(asked["form"], self.checked)
-            faults = checked.faults
-            if not faults:
-                self.checked = checked
-                self.lay()
+            form = _table(asked["form"])
+            anew = self.retexture(form) or anew
+            faults = self.wear(form)
         values = values_of(_table(asked.get("bends")))
         numbers = {id(s): k for k, s in self.checked.sets.items()}
         found = self._seek(asked.get("seek"), values)
@@ -81,7 +102,7 @@ class Session:
         held = frozenset(str(name) for name in _list(asked.get("held")))
         seen = self.scene.seen(self.worn, values, held)
         head: dict[str, Any] = {
-            "faults": [vars(fault) for fault in (*faults, *self.left_out, *self._unfit())],
+            "faults": [vars(fault) for fault in dict.fromkeys((*faults, *self.left_out, *self._unfit()))],
             "bends": values, "sets": [
                 {"set": numbers[id(s.what)], "side": s.side, "weight": round(w, 4), "driven": round(d, 4)}
                 for s, w, d in zip(self.worn.sets, seen.weights.tolist(), seen.driven, strict=True)
@@ -94,7 +115,61 @@ class Session:
             head["focus"] = self.scene.focus(self.worn, of, seen)
         if asked.get("form") is not None:
             head["jitters"] = self._jitters()
+        if anew:
+            head["albedo"] = list(self.scene.albedo.shape[1::-1])
+            arrays |= {"triangles": self.scene.triangles, "still": self.scene.uv}
         return head, arrays
+
+    def photograph(self, asked: Mapping[str, Any]) -> Answer:
+        """What the page needs to lay the texture: the figure as it stands, and its islands."""
+        made = self._lying(_table(asked.get("form")))
+        if self._laid_out is None or self._laid_out[0] is not made:
+            self._laid_out = made, laid_out(made)
+        head, arrays = self._laid_out[1]
+        return head, arrays | self.scene.undressed(values_of(_table(asked.get("bends"))))
+
+    def bring(self, island: int, data: bytes) -> dict[str, Any]:
+        """A photograph for an island of the newest avatar. Raises PictureError."""
+        self.say("laying the photograph")
+        made, notes = photographed(self.bases[self.base], island, data)
+        self.bases = [*self.bases[: self.base + 1], made]
+        self.base += 1
+        return {"base": self.base, "notes": notes}
+
+    def texture(self, asked: Mapping[str, str]) -> U8:
+        """(H, W, 3) the picture that lies on the islands."""
+        return self.bases[self._number(asked)].albedo
+
+    def _number(self, form: Mapping[str, Any]) -> int:
+        try:
+            number = int(form.get("base") or 0)
+        except ValueError:
+            number = -1
+        if not 0 <= number < len(self.bases):
+            raise PictureError(f"photograph {number} is not there; bring it again")
+        return number
+
+    def _lying(self, form: Mapping[str, Any]) -> Avatar:
+        self.base = self._number(form)
+        of, said = self.bases[self.base], form.get("texture")
+        if said is None or texture_of(of) == said:
+            return of
+        return self.scene.avatar if self._lies_so(of, said) else lying(of, _list(said))
+
+    def _lies_so(self, of: Avatar, said: Any) -> bool:
+        """Whether the scene's avatar is that one with that texture."""
+        return self.scene.avatar.albedo is of.albedo and texture_of(self.scene.avatar) == said
+
+    def retexture(self, form: Mapping[str, Any]) -> bool:
+        """Lays the texture as the form says; whether that is otherwise than before. Takes some seconds then."""
+        made = self._lying(form)
+        if texture_of(made) == texture_of(self.scene.avatar) and made.albedo is self.scene.avatar.albedo:
+            return False
+        self.say("laying the texture")
+        self.scene = FigureScene(made, self.say, self.scene)
+        self.worn, self.light = self.scene.bare, None
+        self.lay()
+        return True
 
     def _lit(self, seen: Seen, have: int, head: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> None:
         """Only the part of the light that changed, where the page has what was before."""

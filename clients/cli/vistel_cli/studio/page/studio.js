@@ -24,13 +24,12 @@ function albedoAddress(session, version) {
   return `/api/albedo?session=${encodeURIComponent(session)}&version=${version}`;
 }
 async function post(path, body) {
+  return sent(path, JSON.stringify(body), "application/json");
+}
+async function sent(path, body, type) {
   let answer;
   try {
-    answer = await fetch(path, {
-      method: "POST",
-      headers: { "Content-Type": "application/json" },
-      body: JSON.stringify(body)
-    });
+    answer = await fetch(path, { method: "POST", headers: { "Content-Type": type }, body });
   } catch {
     throw new Refusal("The studio does not answer; is it still running?", 0);
   }
@@ -39,6 +38,10 @@ async function post(path, body) {
     throw new Refusal(said.error ?? `the studio said ${answer.status}`, answer.status);
   }
   return answer;
+}
+async function picture(session, island, base, file) {
+  const address = `/api/picture?session=${encodeURIComponent(session)}&island=${island}&base=${base}&page=${page}`;
+  return (await sent(address, file, "application/octet-stream")).json();
 }
 var KINDS = { f4: Float32Array, u4: Uint32Array, u1: Uint8Array };
 async function unpacked(answer) {
@@ -780,7 +783,7 @@ void main() {
   float sky = 0.5 + 0.5 * m.y;
   float lamp = max(dot(m, key), 0.0);
   float fill = max(dot(m, normalize(vec3(-key.x, 0.2, key.z * 0.6))), 0.0);
-  float rim = pow(1.0 - max(dot(m, to_eye), 0.0), 4.0) * 0.16;
+  float rim = pow(1.0 - max(dot(m, to_eye), 0.0), 4.0) * 0.07;
   vec3 lit = base * folds * (mix(vec3(0.16, 0.15, 0.15), vec3(0.30, 0.32, 0.35), sky) + lamp * vec3(0.82, 0.79, 0.74) + fill * 0.16);
   lit += rim * vec3(0.5, 0.55, 0.62) * folds;
   lit = lit / (1.0 + 0.18 * lit);
@@ -850,10 +853,10 @@ var FigureView = class {
     }
     this.redraw();
   }
-  paint(picture) {
+  paint(picture2) {
     const { gl } = this;
     gl.bindTexture(gl.TEXTURE_2D, this.albedo);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, picture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, picture2);
     gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
@@ -1038,11 +1041,11 @@ function number(label, value, range, change) {
   field.addEventListener("change", () => {
     const typed = Number(field.value);
     if (!Number.isFinite(typed)) return;
-    const kept = Math.min(range.high, Math.max(range.low, typed));
-    field.value = shown(kept);
-    slider.value = String(kept);
+    const kept2 = Math.min(range.high, Math.max(range.low, typed));
+    field.value = shown(kept2);
+    slider.value = String(kept2);
     fill();
-    change(kept, false);
+    change(kept2, false);
   });
   return make("label", { class: "field" }, make("span", {}, label), slider, make("span", { class: "value" }, field, make("i", {}, range.unit ?? "")));
 }
@@ -1091,9 +1094,11 @@ var Inspector = class {
     const key = JSON.stringify([set && { ...set, drive: 0 }, selection, wrinkle && this.state.shape]);
     if (key === this.key) return;
     this.key = key;
+    const focus = this.panel.contains(document.activeElement) ? document.activeElement?.getAttribute("aria-label") : null;
     if (!set) this.panel.replaceChildren();
     else if (wrinkle) this.panel.replaceChildren(...this.ofPoint(), ...this.ofCurve(), ...this.ofWrinkle(wrinkle));
     else this.panel.replaceChildren(...this.ofSet());
+    if (focus) this.panel.querySelector(`[aria-label="${focus}"]`)?.focus();
   }
   /** A slider that is held stays where it is while the page follows. */
   step(name, held) {
@@ -1177,7 +1182,7 @@ var Inspector = class {
         this.key = "";
       }),
       choice("Material", set.material, [["cloth", "Cloth"], ["skin", "Skin"]], (x) => adjustSet(state, "Material", (s) => s.material = x)),
-      number("Lifts the mesh", 100 * set.lift, { low: 0, high: 100, step: 5, unit: "%" }, (x, held) => adjustSet(state, "Lift", (s) => s.lift = x / 100, this.step("lift", held))),
+      number("Lift", 100 * set.lift, { low: 0, high: 100, step: 5, unit: "%" }, (x, held) => adjustSet(state, "Lift", (s) => s.lift = x / 100, this.step("lift", held))),
       number("Memory", 100 * set.memory, { low: 0, high: 100, step: 5, unit: "%" }, (x, held) => adjustSet(state, "Memory", (s) => s.memory = x / 100, this.step("memory", held))),
       make("p", { class: "quiet" }, "Click a curve to edit it, or draw one with P.")
     ];
@@ -1228,18 +1233,20 @@ function button(label, key, click) {
 var LATER_MS = 60;
 var SLOW_MS = 700;
 var Link = class {
-  constructor(state, figure, plane, bends, say2) {
+  constructor(state, figure, plane, bends, say2, repaint) {
     this.state = state;
     this.figure = figure;
     this.plane = plane;
     this.bends = bends;
     this.say = say2;
+    this.repaint = repaint;
   }
   state;
   figure;
   plane;
   bends;
   say;
+  repaint;
   version = 0;
   busy = false;
   formWaits = false;
@@ -1247,8 +1254,15 @@ var Link = class {
   seek = false;
   focus = false;
   timer = 0;
+  whole = false;
   /** Told when all that was asked for is shown. */
   settled = () => void 0;
+  /** The figure was used for something else: everything of it is to come again. */
+  anew() {
+    this.version = 0;
+    this.whole = true;
+    this.ask({ form: true });
+  }
   /** Something changed. form: what is edited; seek: the figure is to bend until the selected set is strongest. */
   ask(what = {}) {
     this.waits = true;
@@ -1271,6 +1285,11 @@ var Link = class {
       have: this.version,
       plane: { set, side }
     };
+    if (state.mode === "photograph") {
+      this.waits = false;
+      return;
+    }
+    if (this.whole) asked.whole = true;
     if (this.formWaits) asked.form = structuredClone(state.form);
     const { seek, focus } = this;
     if (seek) asked.seek = { set, side };
@@ -1280,6 +1299,11 @@ var Link = class {
     const slow = window.setInterval(() => void this.tellSlow(), SLOW_MS);
     try {
       const { head, arrays } = await update(state.opened.session, asked);
+      if (head.albedo && arrays.triangles && arrays.still) {
+        this.figure.mesh(arrays.triangles, arrays.still);
+        await this.repaint();
+        this.whole = false;
+      }
       this.take(head, arrays, seek && !this.seek);
       this.say("", "");
     } catch (fault) {
@@ -1314,6 +1338,387 @@ var Link = class {
       this.plane.show(arrays.plane, head.planeSize[0], head.planeSize[1]);
     if (head.focus) this.figure.focus(head.focus.middle, head.focus.facing, head.focus.radius);
     state.tell("answer");
+  }
+};
+
+// studio/registration.ts
+function applied(s, p) {
+  return [s.a * p[0] - s.b * p[1] + s.t[0], s.b * p[0] + s.a * p[1] + s.t[1]];
+}
+function solved(from, to, before) {
+  const n = from.length;
+  if (n === 0) return before;
+  const mean = (points) => {
+    const sum = points.reduce(add, [0, 0]);
+    return [sum[0] / n, sum[1] / n];
+  };
+  const p = mean(from);
+  const q = mean(to);
+  let { a, b } = before;
+  let along = 0;
+  let across = 0;
+  let size = 0;
+  for (let k = 0; k < n; k++) {
+    const x = sub(from[k], p);
+    const y = sub(to[k], q);
+    along += x[0] * y[0] + x[1] * y[1];
+    across += x[0] * y[1] - x[1] * y[0];
+    size += x[0] * x[0] + x[1] * x[1];
+  }
+  if (n > 1 && size > 1e-9) {
+    a = along / size;
+    b = across / size;
+  }
+  const turned = applied({ a, b, t: [0, 0] }, p);
+  return { a, b, t: sub(q, turned) };
+}
+function kept(island, s, middle, size) {
+  const k = Math.hypot(s.a, s.b);
+  const m = [middle[0] * size[0], middle[1] * size[1]];
+  const w = sub(m, s.t);
+  const back = [(s.a * w[0] + s.b * w[1]) / (k * k), (-s.b * w[0] + s.a * w[1]) / (k * k)];
+  const move = sub(back, m);
+  return { island, move: [move[0] / size[0], move[1] / size[1]], turn: -Math.atan2(s.b, s.a), scale: 1 / k };
+}
+function ofKept(said, middle, size) {
+  if (!said) return { a: 1, b: 0, t: [0, 0] };
+  const k = 1 / said.scale;
+  const a = k * Math.cos(-said.turn);
+  const b = k * Math.sin(-said.turn);
+  const m = [middle[0] * size[0], middle[1] * size[1]];
+  const at = add(m, [said.move[0] * size[0], said.move[1] * size[1]]);
+  return { a, b, t: sub(m, applied({ a, b, t: [0, 0] }, at)) };
+}
+function rest(pins, s, size) {
+  return pins.map((pin) => {
+    const at = applied(s, [pin.from[0] * size[0], pin.from[1] * size[1]]);
+    return Math.hypot(at[0] - pin.to[0] * size[0], at[1] - pin.to[1] * size[1]);
+  });
+}
+
+// studio/pins_view.ts
+var PinsView = class {
+  constructor(canvas, state, figure, say2) {
+    this.canvas = canvas;
+    this.state = state;
+    this.figure = figure;
+    this.say = say2;
+    canvas.addEventListener("pointerdown", (e) => this.down(e));
+    canvas.addEventListener("pointermove", (e) => this.move(e));
+    canvas.addEventListener("pointerup", () => this.up());
+    canvas.addEventListener("pointercancel", () => this.up());
+    canvas.addEventListener("contextmenu", (e) => e.preventDefault());
+    canvas.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
+    new ResizeObserver(() => this.redraw()).observe(canvas);
+    state.listen((change) => {
+      if (change === "form" && state.mode === "photograph") void this.follow();
+    });
+    const select = byId("island");
+    select.addEventListener("change", () => this.choose(Number(select.value)));
+    const file = byId("photograph-file");
+    file.addEventListener("change", () => void this.bring(file));
+    byId("pins-clear").addEventListener("click", () => this.clear());
+  }
+  canvas;
+  state;
+  figure;
+  say;
+  laid = null;
+  island = 0;
+  pin = -1;
+  drag = null;
+  zoom = 1;
+  middle = [0.5, 0.5];
+  count = 0;
+  asked = false;
+  posing = false;
+  bent = false;
+  /** The avatar whose texture is shown, of those that the server has. */
+  shownBase = 0;
+  /** Shows the texture and the figure without wrinkles. */
+  async enter() {
+    this.say("Unfolding the texture …", "busy");
+    const { session } = this.state.opened;
+    const asked = { session, form: this.state.form, bends: this.state.bends };
+    const { head, arrays } = await unpacked(await post("/api/photograph", asked));
+    const address = `${albedoAddress(session, this.state.form.base)}&of=avatar&base=${this.state.form.base}`;
+    const picture2 = await createImageBitmap(await (await fetch(address)).blob(), { colorSpaceConversion: "none" });
+    this.laid = { ...head, ...arrays, picture: picture2 };
+    const { laid } = this;
+    byId("island").replaceChildren(
+      ...laid.islands.map((i) => make("option", { value: i.number, selected: i.number === this.island }, `${i.number}  ${words(i.part)}`))
+    );
+    this.figure.mesh(laid.triangles, laid.uv);
+    this.figure.shade(new Uint8Array([128]), [1, 1], [0, 0, 1, 1]);
+    this.figure.paint(laid.picture);
+    this.choose(laid.islands.some((i) => i.number === this.island) ? this.island : 0);
+    this.say("Click the net to set a pin; drag pins to where they belong on the picture", "");
+  }
+  /** Bends the figure as the sliders say; the newest that is asked for comes last. */
+  async pose() {
+    if (!this.laid) return;
+    this.bent = true;
+    if (this.posing) return;
+    this.posing = true;
+    try {
+      while (this.bent) {
+        this.bent = false;
+        const { session } = this.state.opened;
+        const asked = { session, form: this.state.form, bends: this.state.bends };
+        const { arrays } = await unpacked(await post("/api/photograph", asked));
+        this.laid.positions = arrays.positions;
+        this.laid.normals = arrays.normals;
+        this.redraw();
+      }
+    } catch (fault) {
+      this.say(fault instanceof Error ? fault.message : String(fault), "fault");
+    } finally {
+      this.posing = false;
+    }
+  }
+  async follow() {
+    if (this.shownBase !== this.state.form.base) {
+      this.shownBase = this.state.form.base;
+      await this.enter();
+    }
+    this.redraw();
+  }
+  choose(island) {
+    this.island = island;
+    this.pin = -1;
+    const box = this.laid?.islands.find((i) => i.number === island)?.box;
+    if (box && this.laid) {
+      const [w, h] = this.laid.size;
+      this.middle = [(box[0] + box[2]) / 2 * w, (box[1] + box[3]) / 2 * h];
+      const { clientWidth, clientHeight } = this.canvas;
+      this.zoom = 0.8 * Math.min(clientWidth / ((box[2] - box[0]) * w + 1), clientHeight / ((box[3] - box[1]) * h + 1));
+    }
+    this.redraw();
+  }
+  async bring(file) {
+    const chosen = file.files?.[0];
+    file.value = "";
+    if (!chosen) return;
+    this.say(`Laying ${chosen.name} …`, "busy");
+    try {
+      const answer = await picture(this.state.opened.session, this.island, this.state.form.base, chosen);
+      this.shownBase = answer.base;
+      const { island } = this;
+      this.state.edit("Photograph", (form) => {
+        form.base = answer.base;
+        form.pins = form.pins.filter((p) => p.island !== island);
+        form.texture = form.texture.filter((t) => t.island !== island);
+      });
+      await this.enter();
+      this.say(answer.notes.join("; ") || `${chosen.name} lies on the island; pin it`, "good");
+    } catch (fault) {
+      this.say(fault instanceof Error ? fault.message : String(fault), "fault");
+    }
+  }
+  clear() {
+    const { island } = this;
+    this.state.edit("Clear pins", (form) => {
+      form.pins = form.pins.filter((p) => p.island !== island);
+      form.texture = form.texture.filter((t) => t.island !== island);
+    });
+    this.pin = -1;
+  }
+  /** Deletes the selected pin; the rest hold the texture. */
+  remove() {
+    const gone = this.mine()[this.pin];
+    if (!gone) return;
+    this.pin = -1;
+    this.change("Delete pin", (pins) => pins.filter((p) => JSON.stringify(p) !== JSON.stringify(gone)));
+  }
+  mine() {
+    return this.state.form.pins.filter((p) => p.island === this.island);
+  }
+  centre(island) {
+    const box = this.laid?.islands.find((i) => i.number === island)?.box ?? [0, 0, 1, 1];
+    return [(box[0] + box[2]) / 2, (box[1] + box[3]) / 2];
+  }
+  similarity(island = this.island) {
+    const said = this.state.form.texture.find((t) => t.island === island);
+    return ofKept(said, this.centre(island), this.laid?.size ?? [1, 1]);
+  }
+  change(label, how, merge = "") {
+    const { laid, island } = this;
+    if (!laid) return;
+    const [w, h] = laid.size;
+    const before = this.similarity();
+    this.state.edit(label, (form) => {
+      const mine = how(form.pins.filter((p) => p.island === island));
+      form.pins = [...form.pins.filter((p) => p.island !== island), ...mine];
+      const texels = (p) => [p[0] * w, p[1] * h];
+      const found = solved(mine.map((p) => texels(p.from)), mine.map((p) => texels(p.to)), before);
+      form.texture = form.texture.filter((t) => t.island !== island);
+      if (mine.length > 0) form.texture.push(kept(island, found, this.centre(island), laid.size));
+    }, merge);
+  }
+  /** Texels to CSS pixels; the picture's first row is v = 1. */
+  toScreen(p) {
+    const { clientWidth, clientHeight } = this.canvas;
+    return [clientWidth / 2 + (p[0] - this.middle[0]) * this.zoom, clientHeight / 2 - (p[1] - this.middle[1]) * this.zoom];
+  }
+  toTexels(s) {
+    const { clientWidth, clientHeight } = this.canvas;
+    return [this.middle[0] + (s[0] - clientWidth / 2) / this.zoom, this.middle[1] - (s[1] - clientHeight / 2) / this.zoom];
+  }
+  at(e) {
+    const box = this.canvas.getBoundingClientRect();
+    return [e.clientX - box.left, e.clientY - box.top];
+  }
+  down(e) {
+    const { laid } = this;
+    if (!laid) return;
+    this.canvas.focus();
+    this.canvas.setPointerCapture(e.pointerId);
+    const s = this.at(e);
+    const [w, h] = laid.size;
+    const name = `pin ${++this.count}`;
+    if (e.button !== 0) {
+      this.drag = { pan: s, name };
+      return;
+    }
+    this.pin = this.mine().findIndex((p) => {
+      const at = this.toScreen([p.to[0] * w, p.to[1] * h]);
+      return Math.hypot(at[0] - s[0], at[1] - s[1]) < 10;
+    });
+    if (this.pin < 0 && this.onNet(s)) {
+      const to = this.toTexels(s);
+      const { a, b, t } = this.similarity();
+      const k = a * a + b * b;
+      const d = [to[0] - t[0], to[1] - t[1]];
+      const from = [(a * d[0] + b * d[1]) / k / w, (-b * d[0] + a * d[1]) / k / h];
+      const pin = { island: this.island, from, to: [to[0] / w, to[1] / h] };
+      this.change("Set pin", (pins) => [...pins, pin], name);
+      this.pin = this.mine().length - 1;
+    }
+    this.drag = { pan: this.pin < 0 ? s : null, name };
+    this.redraw();
+  }
+  /** Whether a corner of the island's net is near. */
+  onNet(s) {
+    const { laid } = this;
+    if (!laid) return false;
+    const how = this.similarity();
+    const [w, h] = laid.size;
+    let least = Infinity;
+    for (let k = 0; k < laid.island.length; k++) {
+      if (laid.island[k] !== this.island) continue;
+      const at = this.toScreen(applied(how, [laid.uv[2 * k] * w, laid.uv[2 * k + 1] * h]));
+      least = Math.min(least, Math.hypot(at[0] - s[0], at[1] - s[1]));
+    }
+    return least < 24;
+  }
+  move(e) {
+    const { drag, laid } = this;
+    if (!drag || !laid) return;
+    const s = this.at(e);
+    if (drag.pan) {
+      this.middle = [this.middle[0] - (s[0] - drag.pan[0]) / this.zoom, this.middle[1] + (s[1] - drag.pan[1]) / this.zoom];
+      drag.pan = s;
+      this.redraw();
+      return;
+    }
+    const to = this.toTexels(s);
+    const number2 = this.pin;
+    this.change("Move pin", (pins) => pins.map((p, k) => k === number2 ? { ...p, to: [to[0] / laid.size[0], to[1] / laid.size[1]] } : p), drag.name);
+  }
+  up() {
+    this.drag = null;
+    this.state.history.seal();
+  }
+  wheel(e) {
+    e.preventDefault();
+    const s = this.at(e);
+    const before = this.toTexels(s);
+    this.zoom = clamp(this.zoom * Math.exp(-e.deltaY * 15e-4), 0.02, 60);
+    const after = this.toTexels(s);
+    this.middle = [this.middle[0] + before[0] - after[0], this.middle[1] + before[1] - after[1]];
+    this.redraw();
+  }
+  redraw() {
+    if (this.asked || this.state.mode !== "photograph") return;
+    this.asked = true;
+    requestAnimationFrame(() => {
+      this.asked = false;
+      this.paint();
+    });
+  }
+  paint() {
+    const ratio = fitted(this.canvas);
+    const ink = this.canvas.getContext("2d");
+    const { laid } = this;
+    if (!ink || !laid) return;
+    ink.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const { clientWidth, clientHeight } = this.canvas;
+    ink.fillStyle = INK.back;
+    ink.fillRect(0, 0, clientWidth, clientHeight);
+    const [w, h] = laid.size;
+    const [left, top] = this.toScreen([0, h]);
+    ink.drawImage(laid.picture, left, top, w * this.zoom, h * this.zoom);
+    const how = this.similarity();
+    ink.strokeStyle = "rgba(88,214,169,0.5)";
+    ink.lineWidth = 0.7;
+    ink.beginPath();
+    const place = (k) => this.toScreen(applied(how, [laid.uv[2 * k] * w, laid.uv[2 * k + 1] * h]));
+    for (let t = 0; t < laid.triangles.length; t += 3) {
+      const [i, j, k] = [laid.triangles[t], laid.triangles[t + 1], laid.triangles[t + 2]];
+      if (laid.island[i] !== this.island) continue;
+      const [a, b, c] = [place(i), place(j), place(k)];
+      ink.moveTo(a[0], a[1]);
+      ink.lineTo(b[0], b[1]);
+      ink.lineTo(c[0], c[1]);
+    }
+    ink.stroke();
+    this.paintPins(ink, how);
+    this.dress();
+  }
+  paintPins(ink, how) {
+    const [w, h] = this.laid?.size ?? [1, 1];
+    const pins = this.mine();
+    const away = rest(pins, how, [w, h]);
+    ink.font = FONT;
+    ink.textBaseline = "middle";
+    pins.forEach((pin, k) => {
+      const to = this.toScreen([pin.to[0] * w, pin.to[1] * h]);
+      const at = this.toScreen(applied(how, [pin.from[0] * w, pin.from[1] * h]));
+      ink.strokeStyle = INK.fault;
+      ink.lineWidth = 1.5;
+      ink.beginPath();
+      ink.moveTo(at[0], at[1]);
+      ink.lineTo(to[0], to[1]);
+      ink.stroke();
+      ink.beginPath();
+      ink.arc(to[0], to[1], 6, 0, 2 * Math.PI);
+      ink.fillStyle = k === this.pin ? INK.bright : INK.pin;
+      ink.fill();
+      ink.strokeStyle = "#0b0c0d";
+      ink.lineWidth = 2;
+      ink.stroke();
+      if (away[k] >= 1) {
+        ink.fillStyle = INK.bright;
+        ink.fillText(`${away[k].toFixed(0)} px off`, to[0] + 11, to[1]);
+      }
+    });
+  }
+  /** The figure with the texture as pins hold it. */
+  dress() {
+    const { laid } = this;
+    if (!laid) return;
+    const [w, h] = laid.size;
+    const moved = laid.uv.slice();
+    for (const said of this.state.form.texture) {
+      const how = this.similarity(said.island);
+      for (let k = 0; k < laid.island.length; k++) {
+        if (laid.island[k] !== said.island) continue;
+        const at = applied(how, [laid.uv[2 * k] * w, laid.uv[2 * k + 1] * h]);
+        moved[2 * k] = at[0] / w;
+        moved[2 * k + 1] = at[1] / h;
+      }
+    }
+    this.figure.pose(laid.positions, laid.normals, moved);
   }
 };
 
@@ -1367,12 +1772,12 @@ var PlaneView = class {
   asked = false;
   /** The plane's colour under the light of its set, (h, w, 4). */
   show(pixels, width, height) {
-    const picture = document.createElement("canvas");
-    picture.width = width;
-    picture.height = height;
+    const picture2 = document.createElement("canvas");
+    picture2.width = width;
+    picture2.height = height;
     const data = new ImageData(new Uint8ClampedArray(pixels), width, height);
-    picture.getContext("2d")?.putImageData(data, 0, 0);
-    this.picture = picture;
+    picture2.getContext("2d")?.putImageData(data, 0, 0);
+    this.picture = picture2;
     this.redraw();
   }
   /** Shows the whole plane. */
@@ -1975,8 +2380,14 @@ function studio(state, figure) {
   new DriveView(byId("drive"), state);
   new Inspector(byId("inspector"), state);
   new SetList(byId("sets"), state);
-  const link = new Link(state, figure, plane, () => bends, say);
-  const bends = new BendsView(byId("bends"), state, () => link.ask());
+  let paintings = 0;
+  const repaint = () => painted(figure, state.opened.session, ++paintings);
+  const link = new Link(state, figure, plane, () => bends, say, repaint);
+  const pins = new PinsView(byId("pins"), state, figure, say);
+  const bends = new BendsView(byId("bends"), state, () => {
+    if (state.mode === "photograph") void pins.pose();
+    else link.ask();
+  });
   const { opened } = state;
   byId("title").textContent = opened.name;
   byId("file").textContent = opened.saves;
@@ -2033,6 +2444,24 @@ function studio(state, figure) {
     say(HINTS[which], "");
     state.tell("look");
   }
+  async function mode(which) {
+    if (state.mode === which) return;
+    plane.finish(false);
+    state.mode = which;
+    document.body.classList.toggle("photograph", which === "photograph");
+    byId("mode-wrinkles").classList.toggle("chosen", which === "wrinkles");
+    byId("mode-photograph").classList.toggle("chosen", which === "photograph");
+    if (which === "wrinkles") {
+      link.anew();
+      return;
+    }
+    try {
+      await pins.enter();
+      figure.whole();
+    } catch (fault) {
+      say(fault instanceof Error ? fault.message : String(fault), "fault");
+    }
+  }
   async function save2() {
     say(`Writing ${opened.saves} …`, "busy");
     const form = structuredClone(state.form);
@@ -2057,6 +2486,9 @@ function studio(state, figure) {
   click("save", () => void save2());
   click("help", () => byId("keys").showModal());
   click("keys-close", () => byId("keys").close());
+  click("mode-wrinkles", () => void mode("wrinkles"));
+  click("mode-photograph", () => void mode("photograph"));
+  click("photograph", () => byId("photograph-file").click());
   click("tool-select", () => tool("select"));
   click("tool-draw", () => tool("draw"));
   click("tool-branch", () => tool("branch"));
@@ -2101,8 +2533,8 @@ function studio(state, figure) {
     "-": () => turn(state, 0, 1 / 1.05),
     "+": () => turn(state, 0, 1.05),
     "=": () => turn(state, 0, 1.05),
-    Delete: () => remove(state),
-    Backspace: () => remove(state),
+    Delete: () => state.mode === "photograph" ? pins.remove() : remove(state),
+    Backspace: () => state.mode === "photograph" ? pins.remove() : remove(state),
     Enter: () => void plane.finish(true),
     Escape: () => {
       if (!plane.finish(false)) state.select({ wrinkle: -1 });
@@ -2150,7 +2582,7 @@ function studio(state, figure) {
   const first = state.form.sets.findIndex((s) => s.name === "sleeve_deep");
   state.select({ set: Math.max(0, first) });
   say("Drag a point, or press ? for keys", "");
-  Object.assign(window, { studio: { state, plane, figure, link } });
+  Object.assign(window, { studio: { state, plane, figure, link, pins } });
 }
 var HINTS = {
   select: "",
