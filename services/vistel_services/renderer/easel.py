@@ -35,8 +35,8 @@ log = logging.getLogger("vistel.renderer")
 
 _SCALE = Gauge("vistel_renderer_resolution_ratio", "Drawn part of the picture's width and height", ["site"])
 
-_RETRY_S = 2.0
-_NO_GL_RETRY_S = 30.0
+RETRY_S, NO_GL_RETRY_S = 2.0, 30.0
+"""After how long drawing is tried again when it failed, and when there is no OpenGL at all."""
 
 
 class Easel:
@@ -69,13 +69,13 @@ class Easel:
         try:
             return await self._call(self._draw, instant)
         except NoOpenGlError as e:
-            log.error("event=no_picture reason=%r retry_s=%.0f", str(e), _NO_GL_RETRY_S)
-            await asyncio.sleep(_NO_GL_RETRY_S)
+            log.error("event=no_picture reason=%r retry_s=%.0f", str(e), NO_GL_RETRY_S)
+            await asyncio.sleep(NO_GL_RETRY_S)
             return None
         except Exception:
-            log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", _RETRY_S)
+            log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", RETRY_S)
             await self._call(self._give_up)
-            await asyncio.sleep(_RETRY_S)
+            await asyncio.sleep(RETRY_S)
             return None
 
     @property

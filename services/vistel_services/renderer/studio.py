@@ -61,6 +61,8 @@ U8 = NDArray[np.uint8]
 ARM, NEAREST = 0.25, 0.45
 """How much nearer than the hips a person is taken to be for the level of detail, and the nearest it can be [m]."""
 _FINE = {"auto": None, "fast": False, "fine": True}
+LOST = ("GL_UNKNOWN_ERROR", "GL_OUT_OF_MEMORY")
+"""Errors after which nothing is drawn any more; the first is what moderngl makes of a lost context."""
 NO_SIGNAL_NS = 1_500_000_000
 EYES_SEEN = 350.0
 """Pixels per metre below which nobody sees that eyes converge."""
@@ -134,6 +136,8 @@ class Studio:
         drawn, shown = self.painter.size, (self.view.width, self.view.height)
         out = np.empty((drawn[1], drawn[0], 4), np.uint8)
         self.painter.read_into(out)
+        if (fault := self.painter.error()) in LOST:
+            raise RuntimeError(f"OpenGL says {fault}: the graphics card is lost, or out of memory")
         if self._smooths and self._smoothing.done():
             out = antialias(out)
             if self.desk is not None:
