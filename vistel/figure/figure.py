@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from vistel.figure.rigid import Influences, RigidSkin
 from vistel.figure.rotation import move_points
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.deform import Deformer, DeformReport
-from vistel.implicit.embedding import embed, group_fields
+from vistel.implicit.embedding import Embedding, embed, group_fields
 from vistel.implicit.ghost import GhostSource
 
 F32 = NDArray[np.float32]
@@ -42,6 +42,21 @@ class FigureState:
     report: DeformReport
 
 
+_ON_BONE = ("skull", "face")
+_DENT, _RISE = 0.025, 0.004
+"""How far skin of a head gives way to what presses, and rises beside it [m]. Noses and lips stand far out of the one primitive of a
+face, where its field is shallow: the rise beside a finger on the cheek would throw them aside by centimetres."""
+
+
+def _held_by_the_skull(embedding: Embedding, avatar: Avatar) -> Embedding:
+    names = np.isin(avatar.body.names, _ON_BONE)[avatar.mesh.limb]
+    inward, outward = (
+        np.where(names, np.minimum(room, most), room).astype(room.dtype)
+        for room, most in ((embedding.inward, _DENT), (embedding.outward, _RISE))
+    )
+    return replace(embedding, inward=inward, outward=outward)
+
+
 class Figure:
     """Poses and deforms one avatar. Not for two threads at once; different figures are independent.
 
@@ -57,7 +72,7 @@ class Figure:
         self.skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, limb_joint, given)
         limbs = limbs_of(avatar.skeleton, avatar.body)
         fit = same_body.embedding.fit if same_body is not None else None
-        self.embedding = embed(mesh.vertices, mesh.limb, limbs, fit, normals)
+        self.embedding = _held_by_the_skull(embed(mesh.vertices, mesh.limb, limbs, fit, normals), avatar)
         self.deformer = Deformer(mesh.triangles, self.embedding)
         self._layers: SkinLayers | None = None
         self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)
