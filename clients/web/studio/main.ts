@@ -41,7 +41,7 @@ async function painted(figure: FigureView, session: string, version = 0): Promis
 
 function studio(state: State, figure: FigureView): void {
   const plane = new PlaneView(byId<HTMLCanvasElement>("plane"), state, (text) => say(text, "busy"));
-  new DriveView(byId<HTMLCanvasElement>("drive"), state);
+  const drive = new DriveView(byId<HTMLCanvasElement>("drive"), state);
   new Inspector(byId("inspector"), state);
   new SetList(byId("sets"), state);
   let paintings = 0;
@@ -88,7 +88,8 @@ function studio(state: State, figure: FigureView): void {
   }
 
   function faults(): void {
-    byId("faults").replaceChildren(...[...new Set(state.faults.map((f) => f.text))].slice(0, 4).map((text) => make("li", {}, text)));
+    const said = new Map(state.faults.map((f) => [f.text, f.set === null && f.shape === null ? "note" : "fault"]));
+    byId("faults").replaceChildren(...[...said].slice(0, 4).map(([text, kind]) => make("li", { class: kind }, text)));
   }
 
   let headed = "";
@@ -258,7 +259,7 @@ function studio(state: State, figure: FigureView): void {
   state.select({ set: Math.max(0, first) });
   say("Drag a point, or press ? for keys", "");
   // For tests and for the curious.
-  Object.assign(window, { studio: { state, plane, figure, link, pins } });
+  Object.assign(window, { studio: { state, plane, drive, figure, link, pins } });
 }
 
 const HINTS: Record<Tool, string> = {

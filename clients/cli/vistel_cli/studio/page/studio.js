@@ -2377,7 +2377,7 @@ async function painted(figure, session, version = 0) {
 }
 function studio(state, figure) {
   const plane = new PlaneView(byId("plane"), state, (text2) => say(text2, "busy"));
-  new DriveView(byId("drive"), state);
+  const drive = new DriveView(byId("drive"), state);
   new Inspector(byId("inspector"), state);
   new SetList(byId("sets"), state);
   let paintings = 0;
@@ -2420,7 +2420,8 @@ function studio(state, figure) {
     button2.title = title;
   }
   function faults() {
-    byId("faults").replaceChildren(...[...new Set(state.faults.map((f) => f.text))].slice(0, 4).map((text2) => make("li", {}, text2)));
+    const said = new Map(state.faults.map((f) => [f.text, f.set === null && f.shape === null ? "note" : "fault"]));
+    byId("faults").replaceChildren(...[...said].slice(0, 4).map(([text2, kind]) => make("li", { class: kind }, text2)));
   }
   let headed = "";
   function head() {
@@ -2582,7 +2583,7 @@ function studio(state, figure) {
   const first = state.form.sets.findIndex((s) => s.name === "sleeve_deep");
   state.select({ set: Math.max(0, first) });
   say("Drag a point, or press ? for keys", "");
-  Object.assign(window, { studio: { state, plane, figure, link, pins } });
+  Object.assign(window, { studio: { state, plane, drive, figure, link, pins } });
 }
 var HINTS = {
   select: "",
