@@ -1,4 +1,4 @@
-"""English commands: pocketsphinx over the room's grammar, scored on synthesised and on human speech."""
+"""English commands: pocketsphinx over the room's grammar, scored on synthesised speech."""
 
 from __future__ import annotations
 
@@ -10,23 +10,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.row import Row, machine
+from benchmarks.speech_english_sentences import TEST
 from benchmarks.speech_score import false_accepts, score, share_of_core
 from benchmarks.speech_sounds import Place
 from vistel.speech.features import Resampler
 from vistel.speech.grammar import Grammar, Said
-from vistel.speech.heard import SAMPLE_RATE, Hypotheses
+from vistel.speech.heard import SAMPLE_RATE, Hypotheses, Recogniser
 from vistel.speech.meaning import asked_for
-from vistel.speech.recognisers import checked_grammar, recogniser
+from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser
 from vistel.speech.synthesis import synthesise, voices
 
 F32 = NDArray[np.float32]
 
 VOICES = ("rms", "slt", "awb", "kal16")
-"""Of flite; the first three are of recorded people (CMU Arctic). None was used to fit confidence; beams and the noise filter
-were chosen with some of their sentences in view."""
+"""Of flite; the first three are of recorded people (CMU Arctic). Settings and confidence were chosen with others: festival's ked,
+espeak-ng."""
 TARGETS = {"clean": 0.97, "20 dB": 0.95, "10 dB": 0.85}
 BELIEVED = 0.5
-COUNT, TALK_S = 40, 300.0
+COUNT, TALK_S = len(TEST), 600.0
+_SEED = 29
 TALK = (
     "What time does the train leave tomorrow morning", "We should have lunch before the meeting starts",
     "Did anybody see the game last night", "My sister is coming to visit us next week", "The weather is really lovely today",
@@ -52,12 +54,14 @@ def _end_s(sound: F32) -> float:
     return (int(np.flatnonzero(frames > 0.03 * frames.max())[-1]) + 1) * 0.01
 
 
-def _commands(grammar: Grammar, count: int) -> Iterator[tuple[Said, F32]]:
-    draw = stdrandom.Random(11)
+def _commands(grammar: Grammar, count: int, *, usual: bool) -> Iterator[tuple[Said, F32]]:
+    """usual: what a person would say, instead of what the grammar allows at random."""
+    draw = stdrandom.Random(_SEED)
     names = [v for v in VOICES if f"flite:{v}" in voices()]
     for k in range(count):
-        said = grammar.pick("en", draw)
-        yield said, _spoken(said.spoken, f"flite:{names[k % len(names)]}")
+        said = grammar.read(TEST[k]) if usual else grammar.pick("en", draw)
+        if said is not None:
+            yield said, _spoken(said.spoken, f"flite:{names[k % len(names)]}")
 
 
 def _talk(seconds: float) -> F32:
@@ -73,29 +77,50 @@ def _talk(seconds: float) -> F32:
 
 def rows(count: int = COUNT, talk_s: float = TALK_S) -> Iterator[Row]:
     """Figures as they come; none where flite or pocketsphinx is missing."""
-    if "flite" not in voices():
+    if not any(v.startswith("flite:") for v in voices()):
+        print("speech, English: skipped, flite is not installed (apt-get install flite)", flush=True)
         return
     grammar, _ = checked_grammar()
-    hears = recogniser("en", grammar)
-    spoken = list(_commands(grammar, count))
+    try:
+        hears = recogniser("en", grammar)
+    except RecogniserError as e:
+        print(f"speech, English: skipped, {e}", flush=True)
+        return
     late: list[float] = []
-    for condition, target in TARGETS.items():
-        place = Place(condition, [sound for _, sound in spoken])
-        heard = [(place.heard(sound), 0.7 + _end_s(sound)) for _, sound in spoken]
-
-        def understood(index: int, found: Hypotheses) -> bool:
-            said = grammar.said(found[0].words, "en") if found[0].words else None
-            return said is not None and asked_for(said.means) == asked_for(spoken[index][0].means)
-
-        result = score(hears, heard, understood, BELIEVED)
-        late += result.late_s[np.isfinite(result.late_s)].tolist()
-        yield _row(f"English, {condition}", "commands right", "share", result.right, f">= {target}", result.right >= target)
-        yield _row(f"English, {condition}", "right and accepted", "share", result.accepted, ">= 0.9", result.accepted >= 0.9)
+    for condition in TARGETS:
+        for usual in (True, False):
+            yield from accuracy(grammar, hears, condition, count, late, usual=usual)
     after_s = float(np.percentile(late, 95)) if late else float("nan")
     yield _row("English", "end of speech to command, p95", "s", after_s, "<= 0.3", after_s <= 0.3)
-    talk = Place("clean", [sound for _, sound in spoken]).heard(_talk(talk_s))
-    wrong = len(false_accepts(hears, talk, BELIEVED)) * 600.0 * SAMPLE_RATE / len(talk)
-    yield _row("English, other talk", "false accepts in 10 minutes", "", wrong, "<= 1", wrong <= 1.0)
+    yield from listening(hears, talk_s)
+
+
+def accuracy(
+    grammar: Grammar, hears: Recogniser, condition: str, count: int, late: list[float], *, usual: bool
+) -> Iterator[Row]:
+    """Of one set of sentences in one condition; late: gets how late each result was [s]."""
+    spoken = list(_commands(grammar, count, usual=usual))
+    place = Place(condition, [sound for _, sound in spoken])
+    heard = [(place.heard(sound), 0.7 + _end_s(sound)) for _, sound in spoken]
+
+    def understood(index: int, found: Hypotheses) -> bool:
+        said = grammar.said(found[0].words, "en") if found[0].words else None
+        return said is not None and asked_for(said.means) == asked_for(spoken[index][0].means)
+
+    result = score(hears, heard, understood, BELIEVED)
+    late += result.late_s[np.isfinite(result.late_s)].tolist()
+    case = f"English, {condition}, {len(spoken)} {'sentences people say' if usual else 'drawn from the grammar'}"
+    yield _row(case, "commands right", "share", result.right, f">= {TARGETS[condition]}", result.right >= TARGETS[condition])
+    yield _row(case, "right and accepted", "share", result.accepted, ">= 0.9", result.accepted >= 0.9)
+
+
+def listening(hears: Recogniser, talk_s: float) -> Iterator[Row]:
+    """What is believed of other talk, and what listening to a quiet room costs."""
+    talk = _talk(talk_s)
+    heard = Place("clean", [talk[: 10 * SAMPLE_RATE]]).heard(talk)
+    wrong = len(false_accepts(hears, heard, BELIEVED)) * 600.0 * SAMPLE_RATE / len(talk)
+    case = f"English, {talk_s / 60.0:.0f} minutes of other talk"
+    yield _row(case, "false accepts in 10 minutes", "", wrong, "<= 1", wrong <= 1.0)
     hiss = (1e-3 * np.random.default_rng(4).standard_normal(20 * SAMPLE_RATE)).astype(np.float32)
     share = share_of_core(hears, hiss)
     yield _row("English, idle", "processor", "of a core", share, "<= 0.25", share <= 0.25)

@@ -18,7 +18,7 @@ _CHUNK = SAMPLE_RATE // 50
 @dataclass(frozen=True)
 class Score:
     """Of commands. right: share understood as meant; accepted: share also believed; late_s: (n,) from the end of each
-    utterance that was understood to its result [s], waiting and computing together."""
+    utterance that was understood to its result [s], waiting and computing together, as if sound came in real time."""
 
     right: float
     accepted: float
@@ -37,13 +37,14 @@ def score(
         recogniser.reset()
         count += 1
         best: tuple[float, Hypotheses, float] | None = None
+        ready = 0.0  # when the recogniser is done with what it was given so far
         for at in range(0, len(sound), _CHUNK):
             began = time.thread_time()
             found = recogniser.feed(sound[at : at + _CHUNK])
-            spent = time.thread_time() - began
+            ready = max(ready, (at + _CHUNK) / SAMPLE_RATE) + time.thread_time() - began
             for each in found:
                 if best is None or each[0].confidence > best[0]:
-                    best = (each[0].confidence, each, (at + _CHUNK) / SAMPLE_RATE - end_s + spent)
+                    best = (each[0].confidence, each, ready - end_s)
         for each in recogniser.flush():
             if best is None or each[0].confidence > best[0]:
                 best = (each[0].confidence, each, float("nan"))

@@ -6,7 +6,9 @@ Beside the grammar a loop of phones hears the same sound; how much worse than th
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,13 +17,14 @@ from numpy.typing import NDArray
 from vistel.speech.grammar import Grammar
 from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
 from vistel.speech.segmenter import Segmenter, Stage
-from vistel.speech.sphinx import sphinx
+from vistel.speech.sphinx import pronunciations, sphinx
 from vistel.speech.word_graph import word_graph
 
 I16 = NDArray[np.int16]
 
-_SEARCH: Mapping[str, float] = {"maxhmmpf": 5000, "wip": 0.2, "silprob": 0.05}
-"""Of the beams pocketsphinx's own: wider ones cost five times as much in noise and find no more."""
+_SEARCH: Mapping[str, float] = {"bestpath": False, "compallsen": True, "maxhmmpf": 5000, "wip": 0.2, "silprob": 0.05}
+"""Of the beams pocketsphinx's own: wider ones cost five times as much in noise and find no more. Its second pass over a lattice
+of words (bestpath) forgets what sounds came before and after each, and makes "that" of "it"."""
 _ALTERNATIVES = 40
 
 
@@ -31,13 +34,16 @@ class EnglishRecogniser:
     def __init__(self, grammar: Grammar, most: int = 5) -> None:
         module = sphinx()
         self._grammar, self._most = grammar, most
-        self._commands = module.Decoder(lm=None, samprate=SAMPLE_RATE, **_SEARCH)
+        with tempfile.TemporaryDirectory() as folder:
+            words = Path(folder) / "words.dict"
+            words.write_text(pronunciations(grammar.words("en")), "utf-8")
+            self._commands = module.Decoder(lm=None, dict=str(words), samprate=SAMPLE_RATE, **_SEARCH)
         graph = word_graph(grammar, "en")  # a fifth of what JSGF is expanded to
         arcs: list[tuple[Any, ...]] = [(a, b, p, word) for (a, b, word), p in zip(graph.arcs, graph.chances, strict=True)]
         arcs += [(end, graph.states, p) for end, p in zip(graph.ends, graph.end_chances, strict=True)]
         self._commands.add_fsg("commands", self._commands.create_fsg("commands", 0, graph.states, arcs))
         self._commands.activate_search("commands")
-        self._phones = module.Decoder(lm=None, samprate=SAMPLE_RATE)
+        self._phones = module.Decoder(lm=None, samprate=SAMPLE_RATE, compallsen=True)
         self._phones.add_allphone_file("phones", None)
         self._phones.activate_search("phones")
         self.reset()
@@ -90,10 +96,8 @@ class EnglishRecogniser:
         if not segments:
             return None
         first, last = segments[0].start_frame, segments[-1].end_frame
-        loop = _log_score(s for s in self._phones.seg())
-        worse = (_log_score(s for s in self._commands.seg()) - loop) / max(1, last - first + 1)
-        self.last_evidence = worse, len(segments), float(best.prob)
-        belief = confidence(*self.last_evidence)
+        self.last_evidence = evidence(_spans(self._commands), _spans(self._phones), len(segments), first, last + 1)
+        belief = confidence(self.last_evidence)
         begin = self._segments.start_s
         bounds = begin + 0.01 * first, begin + 0.01 * (last + 1)
         # Some of the alternatives are None: paths that ended nowhere.
@@ -108,14 +112,32 @@ class EnglishRecogniser:
         return tuple(out.values())[: self._most] or (Heard((), 0.0, *bounds),)
 
 
-def confidence(worse: float, words: int, probability: float) -> float:
-    """0 to 1. worse: log score of the sentence less that of a loop of phones, per frame; words: spoken; probability: of the
-    sentence among those of the grammar. The weights were fitted to voices of espeak-ng at 10 to 40 dB (logistic regression)."""
-    return 1.0 / (1.0 + math.exp(-min(30.0, max(-30.0, _BIAS + _WORSE * worse + _WORDS * math.log(words) + _SURE * probability))))
+Span = tuple[int, int, float]
+"""Of a word or a phone: first frame, the one after the last, log score."""
 
 
-_BIAS, _WORSE, _WORDS, _SURE = 6.6, 0.66, -1.63, 0.99
+def _spans(decoder: Any) -> list[Span]:
+    scale = 2**_SHIFT
+    return [(s.start_frame, s.end_frame + 1, scale * math.log(max(s.ascore, 1e-300))) for s in decoder.seg()]
 
 
-def _log_score(segments: Any) -> float:
-    return sum(math.log(max(s.ascore, 1e-300)) for s in segments)
+def evidence(words: list[Span], loop: list[Span], spoken: int, first: int, end: int) -> NDArray[np.float64]:
+    """(4,) what a sentence's confidence is made of: 1; how much worse than a loop of phones it fits, per frame of speech
+    (`first` to `end`), as a whole and in its worst word; the logarithm of how many words were spoken."""
+    by_frame = np.zeros(max([end, *(b for _, b, _ in words + loop)]) + 1)
+    for a, b, score in loop:
+        by_frame[a:b] = score / max(1, b - a)
+    total = np.concatenate([[0.0], np.cumsum(by_frame)])
+    whole = (sum(score for _, _, score in words) - sum(score for _, _, score in loop)) / max(1, end - first)
+    each = [(score - (total[b] - total[a])) / max(1, b - a) for a, b, score in words if a >= first and b <= end]
+    return np.array([1.0, whole, min(each, default=0.0), math.log(max(1, spoken))])
+
+
+def confidence(found: NDArray[np.float64]) -> float:
+    """0 to 1. The weights were fitted to voices of festival and espeak-ng at 10 dB to clean (logistic regression)."""
+    return float(1.0 / (1.0 + np.exp(-np.clip(found @ _BELIEF, -30.0, 30.0))))
+
+
+_BELIEF = np.array([3.634, 1.495, 0.43, 0.779])
+_SHIFT = 10
+"""Bits by which pocketsphinx's graph search and its loop of phones scale their scores down."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
@@ -26,6 +27,22 @@ def sphinx() -> Any:
 @cache
 def _dictionary() -> Any:
     return sphinx().Decoder(lm=None, samprate=SAMPLE_RATE)
+
+
+_NEVER = {("that", "DH AH T")}
+"""Ways to say a word that commands never have: "that" is weak only before a clause, and then it sounds like "it"."""
+
+
+def pronunciations(words: Iterable[str]) -> str:
+    """The dictionary's lines for some words, as pocketsphinx reads them; those it does not know are left out."""
+    lines: list[str] = []
+    for word in sorted(words):
+        found = [_dictionary().lookup_word(word)]
+        while found[-1] is not None:
+            found.append(_dictionary().lookup_word(f"{word}({len(found) + 1})"))
+        said = [phones for phones in found[:-1] if (word, phones) not in _NEVER]
+        lines += [f"{word}{f'({n + 1})' if n else ''} {phones}" for n, phones in enumerate(said)]
+    return "\n".join(lines) + "\n"
 
 
 def unknown_word(text: str) -> str | None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from vistel.speech.denoise import Denoiser
 from vistel.speech.features import Resampler
+from vistel.speech.grammar_file import load_grammar
 from vistel.speech.heard import SAMPLE_RATE
 from vistel.speech.recognisers import checked_grammar, recogniser, unrecognisable
 from vistel.speech.synthesis import SynthesisError, synthesise, voices
@@ -37,6 +40,70 @@ def test_commands_are_understood_one_after_the_other_and_talk_is_believed_less()
     hears.reset()
     assert hears.flush() == []
     assert hears.feed(np.full(SAMPLE_RATE, np.nan, np.float32)) == []
+
+
+HUMAN = """
+[classes.rank]
+all = { en = ["ace", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "jack", "queen", "king", "lady"] }
+[classes.suit]
+all = { en = ["clubs", "hearts", "diamonds", "spades"] }
+[classes.direction]
+all = { en = ["forward", "backward"] }
+[classes.unit]
+all = { en = ["meter", "meters"] }
+[[sentences]]
+en = ["<rank> of? <suit>", "<rank> <rank> of? <suit>", "<rank> <rank>", "go <direction> <rank> <unit>?"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("goforward.raw", "go forward ten meters"), ("cards/001.wav", "ten of clubs"), ("cards/002.wav", "four queen of clubs"),
+        ("cards/003.wav", "seven of clubs"),
+    ],
+)  # fmt: skip
+def test_people_are_understood(shared_data: Path, tmp_path: Path, name: str, text: str) -> None:
+    pytest.importorskip("pocketsphinx")
+    path = shared_data / "speech" / name
+    if not path.is_file():
+        pytest.skip(f"{path} is not here")
+    (tmp_path / "human.toml").write_text(HUMAN)
+    grammar, faults = load_grammar(tmp_path / "human.toml", base=None)
+    assert faults == []
+    pcm = np.frombuffer(path.read_bytes()[44 if name.endswith(".wav") else 0 :], "<i2")
+    hears = recogniser("en", grammar)
+    found = [*hears.feed(pcm), *hears.flush()]
+    said = grammar.said(found[0][0].words, "en")
+    assert said is not None
+    assert said.text == text
+
+
+def test_weak_that_is_no_way_to_say_that() -> None:
+    pytest.importorskip("pocketsphinx")
+    from vistel.speech.sphinx import pronunciations  # noqa: PLC0415
+
+    lines = pronunciations(["the", "that", "zzyzx"]).splitlines()
+    assert lines[0] == "that DH AE T"
+    assert [line.split()[0] for line in lines[1:]] == ["the", "the(2)"]
+
+
+@needs_a_voice
+@pytest.mark.parametrize("kind", ["clipped", "after an hour's silence"])
+def test_bad_sound_stops_nothing(kind: str) -> None:
+    pytest.importorskip("pocketsphinx")
+    grammar, _ = checked_grammar()
+    hears = recogniser("en", grammar)
+    sound = said("make the cone larger")
+    if kind == "clipped":
+        sound = np.clip(5.0 * sound, -1.0, 1.0).astype(np.float32)
+    else:
+        for _ in range(12):  # seconds stand for the hour: nothing is kept of silence
+            assert hears.feed(np.zeros(5 * SAMPLE_RATE, np.float32)) == []
+    found = [*hears.feed(sound), *hears.flush()]
+    best = grammar.said(found[0][0].words, "en") if found and found[0][0].words else None
+    assert best is not None
+    assert best.text == "make the cone larger"
 
 
 def test_words_without_a_pronunciation_are_named() -> None:
