@@ -158,8 +158,8 @@ def _studio() -> Studio:
         studio.render(there)
         if studio.complete:
             return studio
-        time.sleep(0.1)
-    raise RuntimeError("the figures were not made within a minute")
+        time.sleep(1.0)  # they are made beside it, on cores that drawing would take
+    raise RuntimeError("the figures were not made within ten minutes")
 
 
 def _known(message: Participant) -> About:
