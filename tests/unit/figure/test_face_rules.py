@@ -146,6 +146,16 @@ def test_a_face_whose_marks_are_lost_goes_back_to_rest_gently_and_comes_back_gen
     assert back[-1] > 0.9 * high
 
 
+def test_skin_at_a_mark_missing_from_the_start_goes_where_the_others_say(head: tuple[FaceShape, Landmarks, F64]) -> None:
+    shape, marks, p = head
+    lost = marks_of(jawOpen=0.8)
+    lost[[MARK_INDEX["chin"], MARK_INDEX["left_inner_brow"]]] = np.nan
+    chin = np.linalg.norm(p - marks.marks[MARK_INDEX["chin"]], axis=1) < 0.008
+    moved, whole = (shape.offsets(Countenance().step(Posture(face=m)).expression) for m in (lost, marks_of(jawOpen=0.8)))
+    assert np.isfinite(moved).all()
+    assert moved[chin, 1].max() < 0.7 * whole[chin, 1].max() < -0.008
+
+
 def test_who_is_only_heard_moves_the_mouth_and_who_is_silent_does_not() -> None:
     face = Countenance()
     loud = [face.step(Posture(), n * SECOND // 60, -22.0) for n in range(120)]

@@ -52,7 +52,8 @@ class Countenance:
         seen = posture.face is not None and bool(np.isfinite(posture.face).any())
         if seen and posture.face is not None:
             target, moved = self._reader.read(posture.face)
-            marks = np.nan_to_num(moved)
+            # Of a mark that is not seen the others tell where it went.
+            marks = np.where(np.isfinite(moved), moved, np.tensordot(target, self._patterns, 1))
         else:
             target = np.zeros(len(self._kept))
             if level_db is not None and at_ns is not None:

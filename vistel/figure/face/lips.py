@@ -4,12 +4,14 @@ On skin that is cut along the lips both edges lie in one place at rest: only alo
 of.
 """
 
+# pyright: basic
+
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import dijkstra  # pyright: ignore[reportUnknownVariableType]
+from scipy.sparse.csgraph import dijkstra
 
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face_marks import MARK_INDEX
