@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check fuzz bench speech-model proto web lock docs clean
+.PHONY: help setup demo test check fuzz bench speech-model proto web looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -41,6 +41,9 @@ proto:  ## generate Python from proto/, after a check for breaking changes
 
 web:  ## check and bundle the pages of clients/web
 	@cd clients/web && npm install --no-package-lock --no-audit --no-fund --silent && npm run --silent check && npm run --silent build
+
+looks: setup  ## compare scenes with pictures that were looked at; VISTEL_ACCEPT_LOOKS=1 takes them anew
+	@$(PY) -m pytest tests/looks
 
 lock:  ## write requirements.lock anew
 	./scripts/lock.sh

@@ -1,0 +1,141 @@
+"""The looks: scenes in fine light are compared with pictures that somebody has looked at.
+
+    make looks                                     # compares; what differs is put beside what was expected in /tmp
+    VISTEL_ACCEPT_LOOKS=1 make looks               # takes what is drawn now; look at it before it is committed
+
+MEAN and WORST (see picture_difference) were set between what the same scene gives under changes nobody minds and what real
+faults give; `test_the_measure_...` holds both sides, so that the thresholds cannot be moved past either:
+
+    of the hand on the ball and the face                  mean            worst tile
+    noise of 2 levels, colours rounded to 7 bits          0.0019          0.0025
+    JPEG of quality 90                                    0.0035          0.0092
+    moved by a fifth of a pixel                           0.0034          0.0143
+    limit                                                 0.008           0.030
+    light dimmer by 15 %                                  0.028           0.051
+    red 8 % up and blue 6 % down                          0.017           0.029
+    moved by three pixels                                 0.023           0.108
+    figures throw no shadows                              0.006           0.209
+    nothing throws a shadow                               0.008           0.209
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from picture_difference import difference
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "docs" / "pictures"))
+from scenes import SCENES, photograph  # noqa: E402  of this repository, not installed
+
+from vistel_services.renderer.gl_context import NoOpenGlError, open_surface  # noqa: E402
+from vistel_services.renderer.studio import Studio  # noqa: E402
+
+pytestmark = [pytest.mark.gl, pytest.mark.slow]
+
+GOLDEN = Path(__file__).parent / "golden"
+LOOKED_AT = sorted(p.stem for p in GOLDEN.glob("*.png"))
+WIDTH, HEIGHT = 320, 180
+MEAN, WORST = 0.008, 0.030
+
+
+def expected(name: str) -> np.ndarray:
+    return np.asarray(Image.open(GOLDEN / f"{name}.png").convert("RGB"), np.uint8)
+
+
+def drawn(name: str, light: str = "fine", prepare=None) -> np.ndarray:
+    try:
+        surface = open_surface(16, 16)
+    except NoOpenGlError as e:
+        pytest.skip(str(e))
+    software = surface.capability.software
+    surface.close()
+    if not software:
+        pytest.skip("what was looked at was drawn by software OpenGL")
+    return photograph(SCENES[name](), WIDTH, HEIGHT, light, prepare)
+
+
+@pytest.mark.parametrize("name", list(SCENES) if os.environ.get("VISTEL_ACCEPT_LOOKS") else LOOKED_AT)
+def test_a_scene_looks_as_it_did_when_somebody_looked_at_it(name: str) -> None:
+    picture = drawn(name)
+    if os.environ.get("VISTEL_ACCEPT_LOOKS"):
+        Image.fromarray(picture).save(GOLDEN / f"{name}.png", optimize=True)
+        pytest.skip("accepted")
+    found = difference(picture, expected(name))
+    if found.mean > MEAN or found.worst > WORST:
+        shown = Path(tempfile.gettempdir()) / f"vistel-look-{name}.png"
+        Image.fromarray(np.hstack((expected(name), picture))).save(shown)
+        pytest.fail(f"{name} looks different: {found}; expected and drawn are in {shown}")
+
+
+def without_shadows(studio: Studio) -> None:
+    draw = studio.painter.shadow.draw
+    studio.painter.shadow.draw = lambda limbs, solids: draw([], [])  # type: ignore[method-assign]
+
+
+def without_limbs_shadows(studio: Studio) -> None:
+    draw = studio.painter.shadow.draw
+    studio.painter.shadow.draw = lambda limbs, solids: draw([], solids)  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("fault", [without_shadows, without_limbs_shadows])
+def test_the_measure_finds_that_shadows_are_missing(fault) -> None:
+    found = difference(drawn("hand-on-ball", prepare=fault), expected("hand-on-ball"))
+    assert found.mean > 1.3 * MEAN or found.worst > 1.3 * WORST, found
+
+
+def test_the_measure_finds_the_other_light() -> None:
+    found = difference(drawn("hand-on-ball", "fast"), expected("hand-on-ball"))
+    assert found.mean > 1.3 * MEAN or found.worst > 1.3 * WORST, found
+
+
+def dimmer(picture: np.ndarray) -> np.ndarray:
+    return np.round(255.0 * (0.85 * (picture / 255.0) ** 2.2) ** (1 / 2.2)).astype(np.uint8)
+
+
+def redder(picture: np.ndarray) -> np.ndarray:
+    return np.clip(picture * (1.08, 1.0, 0.94), 0, 255).astype(np.uint8)
+
+
+def moved(picture: np.ndarray) -> np.ndarray:
+    return np.roll(picture, 3, axis=1)
+
+
+@pytest.mark.parametrize("fault", [dimmer, redder, moved])
+@pytest.mark.parametrize("name", LOOKED_AT)
+def test_the_measure_finds_other_light_other_colours_and_another_place(name: str, fault) -> None:
+    found = difference(fault(expected(name)), expected(name))
+    assert found.mean > 1.3 * MEAN or found.worst > 1.3 * WORST, found
+
+
+def noisy(picture: np.ndarray) -> np.ndarray:
+    noise = np.random.default_rng(1).normal(0.0, 2.0, picture.shape)
+    return np.clip(np.round(picture + noise), 0, 255).astype(np.uint8)
+
+
+def coded(picture: np.ndarray) -> np.ndarray:
+    return cv2.imdecode(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 90])[1], cv2.IMREAD_COLOR)
+
+
+def shifted(picture: np.ndarray) -> np.ndarray:
+    """By a fifth of a pixel each way: another rule of which pixels a triangle covers."""
+    matrix = np.array(((1.0, 0.0, 0.2), (0.0, 1.0, 0.2)))
+    return cv2.warpAffine(picture, matrix, (WIDTH, HEIGHT), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+
+
+def rounded(picture: np.ndarray) -> np.ndarray:
+    return (picture.astype(int) // 2 * 2).astype(np.uint8)
+
+
+@pytest.mark.parametrize("harmless", [noisy, coded, shifted, rounded])
+@pytest.mark.parametrize("name", LOOKED_AT)
+def test_the_measure_does_not_mind_what_nobody_sees(name: str, harmless) -> None:
+    found = difference(harmless(expected(name)), expected(name))
+    assert found.mean < 0.7 * MEAN and found.worst < 0.7 * WORST, found
