@@ -138,3 +138,15 @@ def test_japanese_moves_the_box_as_well(tmp_path: Path) -> None:
     assert talk.utterances[-1].text.replace("を", "") == "青い箱右に動かして"
     assert talk.utterances[-1].reply == "はい"
     assert list(talk.utterances[-1].things) == ["box"]
+
+
+def test_words_of_a_conference_that_cannot_be_recognised_are_named_and_the_rest_is_listened_for(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text('[classes.verb]\npet = { kana = ["xyz"], en = ["qzxv"], means = { do = "select" } }\n', "utf-8")
+    with caplog.at_level("INFO", "vistel.speech"):
+        talk = Talk(tmp_path, [], conference("ja", grammar=[str(own)])).run(0.4)
+    assert talk.utterances == []
+    assert f"event=grammar_fault at={own}:2" in caplog.text
+    assert "event=listening participant=aiko" in caplog.text
