@@ -27,7 +27,7 @@ U8 = NDArray[np.uint8]
 TEXELS_PER_METRE = 1000.0
 """At most: charts lie side by side below the avatar's own texture and are no wider together."""
 MARGIN = 0.06
-"""How far a chart goes on beyond once round, in turns: triangles lie across the seam."""
+"""How far a chart goes on at least beyond once round, in turns: triangles lie across the seam."""
 BEFORE = 0.01
 APART = 16
 """Texels round a chart that go on in its colour: smaller copies of the texture must not mix in what lies beside it."""
@@ -68,23 +68,20 @@ def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) 
     tubes = [one for name in regions for side in sides_of(known[name]) if (one := _there(avatar, known[name], side)) is not None]
     if not tubes:
         return Dressed(avatar, ())
-    spans: list[tuple[float, float]] = []
-    for one in tubes:
-        at = one.place(avatar.mesh.vertices[one.member])[:, 1]
-        spans.append((float(at.min()) - BEFORE, float(at.max()) + BEFORE))
-    wide = sum(one.plane[0] for one in tubes) * (1.0 + BEFORE + MARGIN)
+    spans, beyond = zip(*(_extent((avatar, *avatar.coarser), one) for one in tubes), strict=True)
+    wide = sum(one.plane[0] * (1.0 + BEFORE + more) for one, more in zip(tubes, beyond, strict=True))
     density = min(TEXELS_PER_METRE, (avatar.albedo.shape[1] - len(tubes) * (2 * APART + 1)) / max(wide, 1e-6))
-    pictures = [unrolled(avatar, one, span, density) for one, span in zip(tubes, spans, strict=True)]
+    pictures = [unrolled(avatar, one, span, density, more) for one, span, more in zip(tubes, spans, beyond, strict=True)]
     own = spread_out(avatar.albedo, shown_by((avatar.mesh, *avatar.eyeballs), avatar.albedo.shape[:2]))
     framed = [np.pad(p, ((APART, APART), (APART, APART), (0, 0)), mode="edge") for p in pictures]
     albedo, where = _even(*atlas([own, *framed]))
     boxes = [_inside(box, p.shape[:2]) for box, p in zip(where[1:], framed, strict=True)]
-    charts = tuple(_chart(one.name, span, box) for one, span, box in zip(tubes, spans, boxes, strict=True))
+    charts = tuple(_chart(t.name, span, more, box) for t, span, more, box in zip(tubes, spans, beyond, boxes, strict=True))
 
     def level(of: Avatar) -> Avatar:
         mesh = _kept(of.mesh, where[0])
         for one, chart in zip(tubes, charts, strict=True):
-            mesh = _registered(mesh, tube(of, one.region, one.name.removesuffix(one.region.name), like=one), chart)
+            mesh = _registered(mesh, _alike(of, one), chart)
         eyes = tuple(_kept(eye, where[0]) for eye in of.eyeballs)
         return replace(of, mesh=mesh, eyeballs=eyes, albedo=albedo, registration=(), coarser=())
 
@@ -98,6 +95,25 @@ def _there(avatar: Avatar, region: Region, side: str) -> Tube | None:
     except WrinkleError:
         return None
     return one if one.member[avatar.mesh.triangles].all(axis=1).any() else None
+
+
+def _alike(avatar: Avatar, one: Tube) -> Tube:
+    """The region of a coarser level."""
+    return tube(avatar, one.region, one.name.removesuffix(one.region.name), like=one)
+
+
+def _extent(levels: Sequence[Avatar], one: Tube) -> tuple[tuple[float, float], float]:
+    """Lowest and highest v of a region, and how far its triangles reach beyond once round, on all levels: the coarser they are the
+    farther they lie across the seam."""
+    low, high, beyond = np.inf, -np.inf, MARGIN
+    for level in levels:
+        here = _alike(level, one)
+        faces = np.flatnonzero(here.member[level.mesh.triangles].all(axis=1))
+        if len(faces):
+            at = _turns(here, level.mesh, faces)
+            low, high = min(low, float(at[..., 1].min())), max(high, float(at[..., 1].max()))
+            beyond = max(beyond, float(at[..., 0].max()) - 1.0 + BEFORE)
+    return (low - BEFORE, high + BEFORE), beyond
 
 
 def _even(picture: U8, where: F64) -> tuple[U8, F64]:
@@ -116,8 +132,8 @@ def _inside(box: F64, texels: tuple[int, int]) -> F64:
     return np.concatenate((box[:2] + frame, box[2:] - 2.0 * frame))
 
 
-def _chart(name: str, span: tuple[float, float], box: F64) -> Chart:
-    width = 1.0 + BEFORE + MARGIN
+def _chart(name: str, span: tuple[float, float], beyond: float, box: F64) -> Chart:
+    width = 1.0 + BEFORE + beyond
     scale = float(box[2]) / width, float(box[3]) / (span[1] - span[0])
     origin = float(box[0]) + BEFORE * scale[0], float(box[1]) - span[0] * scale[1]
     return Chart(name, origin, scale, (float(box[0]), float(box[1]), float(box[0] + box[2]), float(box[1] + box[3])))
@@ -135,12 +151,12 @@ def _turns(one: Tube, mesh: Mesh, triangles: I64) -> F64:
     return at
 
 
-def unrolled(avatar: Avatar, one: Tube, span: tuple[float, float], density: float) -> U8:
-    """(H, W, 3) colour of a region on its plane, v of `span`, the lowest at the bottom; u goes on by BEFORE and MARGIN beyond once
-    round. density: texels per metre."""
+def unrolled(avatar: Avatar, one: Tube, span: tuple[float, float], density: float, beyond: float = MARGIN) -> U8:
+    """(H, W, 3) colour of a region on its plane, v of `span`, the lowest at the bottom; u goes on by BEFORE and `beyond` beyond
+    once round. density: texels per metre."""
     mesh = avatar.mesh
     plane = one.plane
-    width, height = 1.0 + BEFORE + MARGIN, span[1] - span[0]
+    width, height = 1.0 + BEFORE + beyond, span[1] - span[0]
     columns, rows = (max(8, round(s * density)) for s in (plane[0] * width, plane[1] * height))
     faces = np.flatnonzero(one.member[mesh.triangles].all(axis=1))
     at = _turns(one, mesh, faces)

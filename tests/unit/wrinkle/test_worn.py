@@ -105,6 +105,16 @@ def _colours(uv: NDArray[np.float32], albedo: NDArray[np.uint8]) -> NDArray[np.f
     return albedo[((1.0 - middle[:, 1]) * h).astype(int), (middle[:, 0] * w).astype(int)].astype(np.float64)
 
 
+def test_on_every_level_triangles_lie_on_one_chart_or_on_none(eva: Dressed) -> None:
+    for level in (eva.avatar, *eva.avatar.coarser):
+        for chart in eva.charts:
+            inside = np.zeros(len(level.mesh.uv), np.bool_)
+            inside[chart.drawn(level.mesh)] = True
+            corners = inside[level.mesh.corner_triangles]
+            assert corners.any()
+            assert (corners.all(axis=1) == corners.any(axis=1)).all()
+
+
 def test_a_straight_arm_has_no_wrinkles_and_a_bent_one_has(worn: Worn) -> None:
     assert not worn.displacement(_weights(worn, _bent(5.0))).any()
     bent = worn.displacement(_weights(worn, _bent(110.0)))
