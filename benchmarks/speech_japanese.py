@@ -26,7 +26,7 @@ from vistel.speech.phones import PHONES, kana_phones
 
 F32 = NDArray[np.float32]
 
-COUNT, TALK_S, ENROLMENT_S = 100, 300.0, 150.0
+COUNT, TALK_S, ENROLMENT_S = 100, 600.0, 150.0
 TARGETS = {"clean": 0.95, "20 dB": 0.94, "10 dB": 0.88, "reverberant": 0.92}
 _FAR_STEP = 1.25
 """A throat a fifth shorter than the held-out voice's: a child, far from all that was trained on."""

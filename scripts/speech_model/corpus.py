@@ -26,7 +26,7 @@ HTS_TRAINING = {
 """Packs of each voice. The voice "mei" and the ESPEAK_TEST variants are held out for tests."""
 HTS_MIXED = (*HTS_TRAINING, "takumi_sad")
 """Voices of which everybody in the packs "mixed" is made, no one of them alone. "takumi_sad" is for choosing settings."""
-MIXED_PACKS = 12
+MIXED_PACKS = 10
 ESPEAK_TRAINING = (
     "m1", "m2", "m3", "m4", "m6", "f1", "f2", "f4", "Andy", "Annie", "Denis", "Gene", "Henrique", "Iven", "Jacky", "Lee", "Mario",
     "Michael", "Mike", "Pedro", "Steph", "Alex", "anika", "norbert",

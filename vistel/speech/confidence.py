@@ -9,9 +9,13 @@ from numpy.typing import NDArray
 
 from vistel.speech.decoder import Sentence
 
-FEATURES = 4
+FEATURES = 5
+WHOLE, PACE, SHORTNESS = 1, 3, 4
+"""Which of them are how well the whole fits, how far the speed is from the usual, and how short it was."""
 _USUAL = 3.8
 """Frames that a state lasts when people speak as usual."""
+_SHORT = 30.0
+"""Frames of a short word: so little is soon like something by chance."""
 
 
 def evidence(sentence: Sentence, garbage: Sequence[float]) -> NDArray[np.float64]:
@@ -26,7 +30,7 @@ def evidence(sentence: Sentence, garbage: Sequence[float]) -> NDArray[np.float64
         for (a, b), score in zip(sentence.bounds, sentence.word_scores, strict=True)
     ]
     pace = np.log(frames / max(1, sentence.states) / _USUAL)
-    return np.array([1.0, 4.0 * whole, 2.0 * min(words, default=-4.0), pace * pace])
+    return np.array([1.0, 4.0 * whole, 2.0 * min(words, default=-4.0), pace * pace, _SHORT / frames])
 
 
 def confidence(belief: NDArray[np.float32], features: NDArray[np.float64]) -> float:

@@ -21,7 +21,7 @@ ACCEPT = 0.5
 """The confidence from which a sentence is to be believed, unless somebody decides otherwise."""
 _BEFORE = 40
 """Frames before speech was noticed that belong to the utterance."""
-_ENOUGH, _LONG = 17, 50
+_ENOUGH, _LONG = 14, 50
 """Silent frames that end an utterance: after a whole sentence, and otherwise."""
 _WHOLE = 20.0
 """How far [log] a whole sentence may be behind the best beginning of another and still be what was said."""
@@ -31,7 +31,7 @@ _STEADY = 0.3
 """Spread of the level [log energy] under which nobody spoke: speech falls and swells."""
 _EDGE = 5
 """Frames at either end of an utterance in which sounds begin and end."""
-_PRIOR = 0.9
+_PRIOR = 0.6
 """How much of the priors of training is taken off again."""
 _WORD_COST = 3.0
 

@@ -24,7 +24,7 @@ patterns = st.lists(
 def model(random: np.random.Generator) -> Model:
     stay = random.uniform(0.3, 0.9, STATES).astype(np.float32)
     none = np.zeros(0, np.float32)
-    return Model(none, none, (), (), none, stay, none)
+    return Model((0,), none, none, (), (), none, stay, none)
 
 
 def ways(automaton: Automaton, junction: int = 0) -> Iterator[list[int]]:
