@@ -1,15 +1,14 @@
 // The texture of a region, unrolled, with its wrinkles as curves that are drawn and dragged.
 
-import { FONT, INK } from "./colours";
-import { fitted, words } from "./dom";
+import { INK } from "./colours";
+import { fitted } from "./dom";
 import * as edits from "./edits";
-import { attribute, clamp, distance, nearest, sampled, sub, type OnCurve } from "./geometry";
+import { clamp, distance, nearest, sampled, sub, type OnCurve } from "./geometry";
+import { AROUND, paintPlane, paintPoint, paintWidth, path } from "./ink";
 import type { State } from "./state";
-import type { Branch, Vec } from "./types";
+import type { Vec } from "./types";
 
 const GRAB = 9;
-/** How far beyond once round the plane is shown, in turns: curves may cross its seam. */
-const AROUND = 0.5;
 
 interface Hit {
   wrinkle: number;
@@ -109,6 +108,8 @@ export class PlaneView {
     const { clientWidth, clientHeight } = this.canvas;
     return [clientWidth / 2 + (p[0] - this.middle[0]) * this.zoom, clientHeight / 2 - (p[1] - this.middle[1]) * this.zoom];
   }
+
+  private readonly there = (p: Vec): Vec => this.toScreen(p);
 
   private toPlane(s: Vec): Vec {
     const { clientWidth, clientHeight } = this.canvas;
@@ -246,7 +247,7 @@ export class PlaneView {
       edits.shift(state, sub(p, drag.last), drag.name);
       drag.last = p;
     } else if (drag.kind === "point") {
-      edits.reshape(state, "Move point", (points, shape) => {
+      edits.reshape(state, "Move point", (points) => {
         const of = points[drag.branch];
         if (!of) return;
         const from = of[drag.point] as Vec;
@@ -261,7 +262,6 @@ export class PlaneView {
           }),
         );
         of[drag.point] = there;
-        void shape;
       }, drag.name); // prettier-ignore
     } else {
       const at = state.pointsOf(state.selection.wrinkle)[drag.branch]?.[drag.point];
@@ -320,59 +320,13 @@ export class PlaneView {
     ink.fillStyle = INK.back;
     ink.fillRect(0, 0, clientWidth, clientHeight);
     if (!this.state.set) return;
-    this.paintPlane(ink);
+    const knots = this.state.regionOf(this.state.set)?.knots ?? [];
+    paintPlane(ink, this.there, this.state.plane, this.picture, knots);
     (this.state.set.wrinkles ?? []).forEach((_, n) => {
       if (n !== this.state.selection.wrinkle) this.paintWrinkle(ink, n, false);
     });
     if (this.state.wrinkle) this.paintWrinkle(ink, this.state.selection.wrinkle, true);
     this.paintDrawing(ink);
-  }
-
-  private paintPlane(ink: CanvasRenderingContext2D): void {
-    const [w, h] = this.state.plane;
-    const [left, top] = this.toScreen([0, h]);
-    const width = w * this.zoom;
-    const height = h * this.zoom;
-    ink.save();
-    ink.beginPath();
-    ink.rect(left - AROUND * width, top, (1 + 2 * AROUND) * width, height);
-    ink.clip();
-    for (const k of [-1, 0, 1]) {
-      ink.globalAlpha = k === 0 ? 1 : 0.28;
-      if (this.picture) ink.drawImage(this.picture, left + k * width, top, width, height);
-      else {
-        ink.fillStyle = "#26282c";
-        ink.fillRect(left + k * width, top, width, height);
-      }
-    }
-    ink.restore();
-    ink.strokeStyle = INK.line;
-    ink.lineWidth = 1;
-    ink.strokeRect(Math.round(left) + 0.5, Math.round(top) + 0.5, Math.round(width), Math.round(height));
-    ink.font = FONT;
-    ink.textBaseline = "middle";
-    for (const [joint, v] of this.state.regionOf(this.state.set)?.knots ?? []) {
-      const y = Math.round(this.toScreen([0, clamp(v, 0, 1) * h])[1]) + 0.5;
-      ink.strokeStyle = INK.line;
-      ink.setLineDash([3, 5]);
-      ink.beginPath();
-      ink.moveTo(left - AROUND * width, y);
-      ink.lineTo(left + width * (1 + AROUND), y);
-      ink.stroke();
-      ink.setLineDash([]);
-      ink.fillStyle = INK.text;
-      ink.textAlign = "left";
-      ink.fillText(words(joint), Math.max(8, left - AROUND * width + 6), y + (v >= 1 ? 10 : -9));
-    }
-  }
-
-  private path(ink: CanvasRenderingContext2D, curve: Vec[]): void {
-    ink.beginPath();
-    curve.forEach((p, k) => {
-      const [x, y] = this.toScreen(p);
-      if (k === 0) ink.moveTo(x, y);
-      else ink.lineTo(x, y);
-    });
   }
 
   private paintWrinkle(ink: CanvasRenderingContext2D, n: number, chosen: boolean): void {
@@ -386,11 +340,11 @@ export class PlaneView {
     const tinted = chosen || this.hovered?.wrinkle === n;
     shape.branches.forEach((branch, b) => {
       const curve = sampled(points[b] ?? []);
-      if (chosen) this.paintWidth(ink, branch, curve, w.thickness, colour);
+      if (chosen) paintWidth(ink, this.there, branch, curve, w.thickness, colour);
       ink.lineJoin = ink.lineCap = "round";
       ink.strokeStyle = "rgba(0,0,0,0.55)";
       ink.lineWidth = chosen && b === state.selection.branch ? 4.5 : 3.5;
-      this.path(ink, curve.map((c) => c.at));
+      path(ink, this.there, curve.map((c) => c.at));
       ink.stroke();
       ink.strokeStyle = tinted ? colour : INK.other;
       ink.lineWidth = chosen && b === state.selection.branch ? 2.2 : 1.4;
@@ -400,13 +354,13 @@ export class PlaneView {
     shape.branches.forEach((branch, b) =>
       (points[b] ?? []).forEach((p, k) => {
         const end = k === 0 ? branch.start : k === branch.points.length - 1 ? branch.end : null;
-        this.paintPoint(ink, p, colour, end, b === state.selection.branch && k === state.selection.point);
+        paintPoint(ink, this.there, p, colour, end, b === state.selection.branch && k === state.selection.point);
       }),
     );
     const handle = this.widthHandle();
     const at = points[state.selection.branch]?.[state.selection.point];
     if (handle && at) {
-      this.path(ink, [at, handle]);
+      path(ink, this.there, [at, handle]);
       ink.strokeStyle = INK.bright;
       ink.lineWidth = 1;
       ink.stroke();
@@ -416,60 +370,17 @@ export class PlaneView {
     }
   }
 
-  /** The band within the wrinkle's radius, fainter where its intensity is less. */
-  private paintWidth(ink: CanvasRenderingContext2D, branch: Branch, curve: OnCurve[], radius: number, colour: string): void {
-    ink.save();
-    ink.fillStyle = colour;
-    const left: Vec[] = [];
-    const right: Vec[] = [];
-    curve.forEach((c, k) => {
-      const before = (curve[Math.max(0, k - 1)] as OnCurve).at;
-      const after = (curve[Math.min(curve.length - 1, k + 1)] as OnCurve).at;
-      const d = sub(after, before);
-      const length = Math.hypot(...d) || 1;
-      const r = (radius * attribute(branch, "thickness", c) * Math.sqrt(Math.abs(attribute(branch, "intensity", c)))) / length;
-      left.push([c.at[0] - d[1] * r, c.at[1] + d[0] * r]);
-      right.push([c.at[0] + d[1] * r, c.at[1] - d[0] * r]);
-    });
-    this.path(ink, [...left, ...right.reverse()]);
-    ink.closePath();
-    ink.globalAlpha = 0.16;
-    ink.fill();
-    ink.globalAlpha = 0.5;
-    ink.lineWidth = 0.75;
-    ink.strokeStyle = colour;
-    ink.stroke();
-    ink.restore();
-  }
-
-  private paintPoint(ink: CanvasRenderingContext2D, p: Vec, colour: string, end: string | null, chosen: boolean): void {
-    const [x, y] = this.toScreen(p);
-    ink.beginPath();
-    if (end === "taper") {
-      ink.moveTo(x, y - 6);
-      ink.lineTo(x + 6, y);
-      ink.lineTo(x, y + 6);
-      ink.lineTo(x - 6, y);
-      ink.closePath();
-    } else ink.arc(x, y, chosen ? 5.5 : 4.5, 0, 2 * Math.PI);
-    ink.fillStyle = chosen ? INK.bright : end === "vanish" ? INK.back : colour;
-    ink.fill();
-    ink.strokeStyle = chosen ? colour : end === "vanish" ? colour : "rgba(0,0,0,0.7)";
-    ink.lineWidth = chosen ? 2.5 : 1.5;
-    ink.stroke();
-  }
-
   private paintDrawing(ink: CanvasRenderingContext2D): void {
     if (this.state.tool === "select") return;
     const places = this.hover && this.drawn.length > 0 ? [...this.drawn, this.hover] : this.drawn;
     if (places.length >= 2) {
-      this.path(ink, sampled(places).map((c) => c.at));
+      path(ink, this.there, sampled(places).map((c) => c.at));
       ink.strokeStyle = INK.ridge;
       ink.lineWidth = 2;
       ink.setLineDash([6, 4]);
       ink.stroke();
       ink.setLineDash([]);
     }
-    for (const p of this.drawn) this.paintPoint(ink, p, INK.ridge, null, false);
+    for (const p of this.drawn) paintPoint(ink, this.there, p, INK.ridge, null, false);
   }
 }

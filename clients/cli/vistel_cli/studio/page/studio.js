@@ -23,13 +23,13 @@ async function doing() {
 function albedoAddress(session, version) {
   return `/api/albedo?session=${encodeURIComponent(session)}&version=${version}`;
 }
-async function post(path, body) {
-  return sent(path, JSON.stringify(body), "application/json");
+async function post(path2, body) {
+  return sent(path2, JSON.stringify(body), "application/json");
 }
-async function sent(path, body, type) {
+async function sent(path2, body, type) {
   let answer;
   try {
-    answer = await fetch(path, { method: "POST", headers: { "Content-Type": type }, body });
+    answer = await fetch(path2, { method: "POST", headers: { "Content-Type": type }, body });
   } catch {
     throw new Refusal("The studio does not answer; is it still running?", 0);
   }
@@ -1722,9 +1722,97 @@ var PinsView = class {
   }
 };
 
+// studio/ink.ts
+var AROUND = 0.5;
+function path(ink, there, curve) {
+  ink.beginPath();
+  curve.forEach((p, k) => {
+    const [x, y] = there(p);
+    if (k === 0) ink.moveTo(x, y);
+    else ink.lineTo(x, y);
+  });
+}
+function paintWidth(ink, there, branch, curve, radius, colour) {
+  ink.save();
+  ink.fillStyle = colour;
+  const left = [];
+  const right = [];
+  curve.forEach((c, k) => {
+    const before = curve[Math.max(0, k - 1)].at;
+    const after = curve[Math.min(curve.length - 1, k + 1)].at;
+    const d = sub(after, before);
+    const length = Math.hypot(...d) || 1;
+    const r = radius * attribute(branch, "thickness", c) * Math.sqrt(Math.abs(attribute(branch, "intensity", c))) / length;
+    left.push([c.at[0] - d[1] * r, c.at[1] + d[0] * r]);
+    right.push([c.at[0] + d[1] * r, c.at[1] - d[0] * r]);
+  });
+  path(ink, there, [...left, ...right.reverse()]);
+  ink.closePath();
+  ink.globalAlpha = 0.16;
+  ink.fill();
+  ink.globalAlpha = 0.5;
+  ink.lineWidth = 0.75;
+  ink.strokeStyle = colour;
+  ink.stroke();
+  ink.restore();
+}
+function paintPoint(ink, there, p, colour, end, chosen) {
+  const [x, y] = there(p);
+  ink.beginPath();
+  if (end === "taper") {
+    ink.moveTo(x, y - 6);
+    ink.lineTo(x + 6, y);
+    ink.lineTo(x, y + 6);
+    ink.lineTo(x - 6, y);
+    ink.closePath();
+  } else ink.arc(x, y, chosen ? 5.5 : 4.5, 0, 2 * Math.PI);
+  ink.fillStyle = chosen ? INK.bright : end === "vanish" ? INK.back : colour;
+  ink.fill();
+  ink.strokeStyle = chosen ? colour : end === "vanish" ? colour : "rgba(0,0,0,0.7)";
+  ink.lineWidth = chosen ? 2.5 : 1.5;
+  ink.stroke();
+}
+function paintPlane(ink, there, plane, picture2, knots) {
+  const h = plane[1];
+  const [left, top] = there([0, h]);
+  const [right, bottom] = there([plane[0], 0]);
+  const width = right - left;
+  const height = bottom - top;
+  ink.save();
+  ink.beginPath();
+  ink.rect(left - AROUND * width, top, (1 + 2 * AROUND) * width, height);
+  ink.clip();
+  for (const k of [-1, 0, 1]) {
+    ink.globalAlpha = k === 0 ? 1 : 0.28;
+    if (picture2) ink.drawImage(picture2, left + k * width, top, width, height);
+    else {
+      ink.fillStyle = "#26282c";
+      ink.fillRect(left + k * width, top, width, height);
+    }
+  }
+  ink.restore();
+  ink.strokeStyle = INK.line;
+  ink.lineWidth = 1;
+  ink.strokeRect(Math.round(left) + 0.5, Math.round(top) + 0.5, Math.round(width), Math.round(height));
+  ink.font = FONT;
+  ink.textBaseline = "middle";
+  for (const [joint, v] of knots) {
+    const y = Math.round(there([0, clamp(v, 0, 1) * h])[1]) + 0.5;
+    ink.strokeStyle = INK.line;
+    ink.setLineDash([3, 5]);
+    ink.beginPath();
+    ink.moveTo(left - AROUND * width, y);
+    ink.lineTo(left + width * (1 + AROUND), y);
+    ink.stroke();
+    ink.setLineDash([]);
+    ink.fillStyle = INK.text;
+    ink.textAlign = "left";
+    ink.fillText(words(joint), Math.max(8, left - AROUND * width + 6), y + (v >= 1 ? 10 : -9));
+  }
+}
+
 // studio/plane_view.ts
 var GRAB = 9;
-var AROUND = 0.5;
 var PlaneView = class {
   constructor(canvas, state, say2) {
     this.canvas = canvas;
@@ -1806,6 +1894,7 @@ var PlaneView = class {
     const { clientWidth, clientHeight } = this.canvas;
     return [clientWidth / 2 + (p[0] - this.middle[0]) * this.zoom, clientHeight / 2 - (p[1] - this.middle[1]) * this.zoom];
   }
+  there = (p) => this.toScreen(p);
   toPlane(s) {
     const { clientWidth, clientHeight } = this.canvas;
     return [this.middle[0] + (s[0] - clientWidth / 2) / this.zoom, this.middle[1] - (s[1] - clientHeight / 2) / this.zoom];
@@ -1933,7 +2022,7 @@ var PlaneView = class {
       shift(state, sub(p, drag.last), drag.name);
       drag.last = p;
     } else if (drag.kind === "point") {
-      reshape(state, "Move point", (points, shape) => {
+      reshape(state, "Move point", (points) => {
         const of = points[drag.branch];
         if (!of) return;
         const from = of[drag.point];
@@ -1947,7 +2036,6 @@ var PlaneView = class {
           })
         );
         of[drag.point] = there;
-        void shape;
       }, drag.name);
     } else {
       const at = state.pointsOf(state.selection.wrinkle)[drag.branch]?.[drag.point];
@@ -2001,57 +2089,13 @@ var PlaneView = class {
     ink.fillStyle = INK.back;
     ink.fillRect(0, 0, clientWidth, clientHeight);
     if (!this.state.set) return;
-    this.paintPlane(ink);
+    const knots = this.state.regionOf(this.state.set)?.knots ?? [];
+    paintPlane(ink, this.there, this.state.plane, this.picture, knots);
     (this.state.set.wrinkles ?? []).forEach((_, n) => {
       if (n !== this.state.selection.wrinkle) this.paintWrinkle(ink, n, false);
     });
     if (this.state.wrinkle) this.paintWrinkle(ink, this.state.selection.wrinkle, true);
     this.paintDrawing(ink);
-  }
-  paintPlane(ink) {
-    const [w, h] = this.state.plane;
-    const [left, top] = this.toScreen([0, h]);
-    const width = w * this.zoom;
-    const height = h * this.zoom;
-    ink.save();
-    ink.beginPath();
-    ink.rect(left - AROUND * width, top, (1 + 2 * AROUND) * width, height);
-    ink.clip();
-    for (const k of [-1, 0, 1]) {
-      ink.globalAlpha = k === 0 ? 1 : 0.28;
-      if (this.picture) ink.drawImage(this.picture, left + k * width, top, width, height);
-      else {
-        ink.fillStyle = "#26282c";
-        ink.fillRect(left + k * width, top, width, height);
-      }
-    }
-    ink.restore();
-    ink.strokeStyle = INK.line;
-    ink.lineWidth = 1;
-    ink.strokeRect(Math.round(left) + 0.5, Math.round(top) + 0.5, Math.round(width), Math.round(height));
-    ink.font = FONT;
-    ink.textBaseline = "middle";
-    for (const [joint, v] of this.state.regionOf(this.state.set)?.knots ?? []) {
-      const y = Math.round(this.toScreen([0, clamp(v, 0, 1) * h])[1]) + 0.5;
-      ink.strokeStyle = INK.line;
-      ink.setLineDash([3, 5]);
-      ink.beginPath();
-      ink.moveTo(left - AROUND * width, y);
-      ink.lineTo(left + width * (1 + AROUND), y);
-      ink.stroke();
-      ink.setLineDash([]);
-      ink.fillStyle = INK.text;
-      ink.textAlign = "left";
-      ink.fillText(words(joint), Math.max(8, left - AROUND * width + 6), y + (v >= 1 ? 10 : -9));
-    }
-  }
-  path(ink, curve) {
-    ink.beginPath();
-    curve.forEach((p, k) => {
-      const [x, y] = this.toScreen(p);
-      if (k === 0) ink.moveTo(x, y);
-      else ink.lineTo(x, y);
-    });
   }
   paintWrinkle(ink, n, chosen) {
     const { state } = this;
@@ -2064,11 +2108,11 @@ var PlaneView = class {
     const tinted = chosen || this.hovered?.wrinkle === n;
     shape.branches.forEach((branch, b) => {
       const curve = sampled(points[b] ?? []);
-      if (chosen) this.paintWidth(ink, branch, curve, w.thickness, colour);
+      if (chosen) paintWidth(ink, this.there, branch, curve, w.thickness, colour);
       ink.lineJoin = ink.lineCap = "round";
       ink.strokeStyle = "rgba(0,0,0,0.55)";
       ink.lineWidth = chosen && b === state.selection.branch ? 4.5 : 3.5;
-      this.path(ink, curve.map((c) => c.at));
+      path(ink, this.there, curve.map((c) => c.at));
       ink.stroke();
       ink.strokeStyle = tinted ? colour : INK.other;
       ink.lineWidth = chosen && b === state.selection.branch ? 2.2 : 1.4;
@@ -2078,13 +2122,13 @@ var PlaneView = class {
     shape.branches.forEach(
       (branch, b) => (points[b] ?? []).forEach((p, k) => {
         const end = k === 0 ? branch.start : k === branch.points.length - 1 ? branch.end : null;
-        this.paintPoint(ink, p, colour, end, b === state.selection.branch && k === state.selection.point);
+        paintPoint(ink, this.there, p, colour, end, b === state.selection.branch && k === state.selection.point);
       })
     );
     const handle = this.widthHandle();
     const at = points[state.selection.branch]?.[state.selection.point];
     if (handle && at) {
-      this.path(ink, [at, handle]);
+      path(ink, this.there, [at, handle]);
       ink.strokeStyle = INK.bright;
       ink.lineWidth = 1;
       ink.stroke();
@@ -2093,59 +2137,18 @@ var PlaneView = class {
       ink.fillRect(x - 3.5, y - 3.5, 7, 7);
     }
   }
-  /** The band within the wrinkle's radius, fainter where its intensity is less. */
-  paintWidth(ink, branch, curve, radius, colour) {
-    ink.save();
-    ink.fillStyle = colour;
-    const left = [];
-    const right = [];
-    curve.forEach((c, k) => {
-      const before = curve[Math.max(0, k - 1)].at;
-      const after = curve[Math.min(curve.length - 1, k + 1)].at;
-      const d = sub(after, before);
-      const length = Math.hypot(...d) || 1;
-      const r = radius * attribute(branch, "thickness", c) * Math.sqrt(Math.abs(attribute(branch, "intensity", c))) / length;
-      left.push([c.at[0] - d[1] * r, c.at[1] + d[0] * r]);
-      right.push([c.at[0] + d[1] * r, c.at[1] - d[0] * r]);
-    });
-    this.path(ink, [...left, ...right.reverse()]);
-    ink.closePath();
-    ink.globalAlpha = 0.16;
-    ink.fill();
-    ink.globalAlpha = 0.5;
-    ink.lineWidth = 0.75;
-    ink.strokeStyle = colour;
-    ink.stroke();
-    ink.restore();
-  }
-  paintPoint(ink, p, colour, end, chosen) {
-    const [x, y] = this.toScreen(p);
-    ink.beginPath();
-    if (end === "taper") {
-      ink.moveTo(x, y - 6);
-      ink.lineTo(x + 6, y);
-      ink.lineTo(x, y + 6);
-      ink.lineTo(x - 6, y);
-      ink.closePath();
-    } else ink.arc(x, y, chosen ? 5.5 : 4.5, 0, 2 * Math.PI);
-    ink.fillStyle = chosen ? INK.bright : end === "vanish" ? INK.back : colour;
-    ink.fill();
-    ink.strokeStyle = chosen ? colour : end === "vanish" ? colour : "rgba(0,0,0,0.7)";
-    ink.lineWidth = chosen ? 2.5 : 1.5;
-    ink.stroke();
-  }
   paintDrawing(ink) {
     if (this.state.tool === "select") return;
     const places = this.hover && this.drawn.length > 0 ? [...this.drawn, this.hover] : this.drawn;
     if (places.length >= 2) {
-      this.path(ink, sampled(places).map((c) => c.at));
+      path(ink, this.there, sampled(places).map((c) => c.at));
       ink.strokeStyle = INK.ridge;
       ink.lineWidth = 2;
       ink.setLineDash([6, 4]);
       ink.stroke();
       ink.setLineDash([]);
     }
-    for (const p of this.drawn) this.paintPoint(ink, p, INK.ridge, null, false);
+    for (const p of this.drawn) paintPoint(ink, this.there, p, INK.ridge, null, false);
   }
 };
 
