@@ -7,8 +7,6 @@ which alone is told of the server.
 from __future__ import annotations
 
 import json
-import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -17,10 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from null_sink import environment_of, needs_pulseaudio, server
 
-pytestmark = [
-    pytest.mark.slow, pytest.mark.skipif(shutil.which("pulseaudio") is None, reason="PulseAudio is not installed")
-]  # fmt: skip
+pytestmark = [pytest.mark.slow, needs_pulseaudio]
 
 LOOP = '''
 import json, sys, time
@@ -70,28 +67,8 @@ capture.close()
 '''
 
 
-def server(folder: Path, environment: dict[str, str]) -> subprocess.Popen[bytes]:
-    arguments = [
-        "pulseaudio", "-n", "--exit-idle-time=-1", "--daemonize=no", "--disable-shm=yes", "-L", "module-null-sink rate=48000",
-        "-L", f"module-native-protocol-unix socket={folder}/native auth-anonymous=1",
-    ]  # fmt: skip
-    (folder / "native").unlink(missing_ok=True)
-    alone = {k: v for k, v in environment.items() if k != "PULSE_SERVER"}
-    out = subprocess.Popen(arguments, env=alone, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    over = time.monotonic() + 20.0
-    while not (folder / "native").exists():
-        if out.poll() is not None or time.monotonic() > over:
-            out.kill()
-            pytest.skip("PulseAudio does not start here")
-        time.sleep(0.05)
-    return out
-
-
 def test_claps_are_heard_when_they_were_played_and_a_card_that_goes_is_named_and_comes_back(tmp_path: Path) -> None:
-    environment = dict(os.environ) | {
-        "PULSE_RUNTIME_PATH": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path), "PULSE_COOKIE": str(tmp_path / "cookie"),
-        "PULSE_SERVER": f"unix:{tmp_path}/native",
-    }  # fmt: skip
+    environment = environment_of(tmp_path)
     pulse = server(tmp_path, environment)
     loop = subprocess.Popen([sys.executable, "-c", LOOP, "14"], env=environment, stdout=subprocess.PIPE, text=True)
     try:
