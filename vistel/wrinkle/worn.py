@@ -232,6 +232,10 @@ class Worn:
         v = around.place(mesh.vertices[mesh.corner_vertex[drawn]])[:, 1]
         # The cloth now seen at v came from below it.
         by = -scale * entry.pulled(v) / around.plane[1] * chart.scale[1]
+        # On its edge cloth goes on into triangles that lie elsewhere on the texture and do not move.
+        edge = np.ones(len(mesh.corner_vertex), np.bool_)
+        edge[drawn] = False
+        by[np.isin(mesh.corner_vertex[drawn], mesh.corner_vertex[edge])] = 0.0
         keep = by != 0.0
         return drawn[keep], np.stack((np.zeros(int(keep.sum())), by[keep]), axis=1).astype(np.float32)
 

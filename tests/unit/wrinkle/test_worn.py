@@ -115,6 +115,17 @@ def test_on_every_level_triangles_lie_on_one_chart_or_on_none(eva: Dressed) -> N
             assert (corners.all(axis=1) == corners.any(axis=1)).all()
 
 
+def test_cloth_lies_still_where_its_chart_ends(worn: Worn, eva: Dressed) -> None:
+    mesh = eva.avatar.mesh
+    moved = worn.coordinates(np.ones(len(worn.sets))) - mesh.uv
+    on_a_chart = np.zeros(len(mesh.uv), np.bool_)
+    for chart in eva.charts:
+        on_a_chart[chart.drawn(mesh)] = True
+    edge = np.isin(mesh.corner_vertex, mesh.corner_vertex[~on_a_chart])
+    assert np.abs(moved).max() > 0.005
+    assert np.abs(moved[edge]).max() == 0.0
+
+
 def test_a_straight_arm_has_no_wrinkles_and_a_bent_one_has(worn: Worn) -> None:
     assert not worn.displacement(_weights(worn, _bent(5.0))).any()
     bent = worn.displacement(_weights(worn, _bent(110.0)))
