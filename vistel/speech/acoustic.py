@@ -115,9 +115,9 @@ def load(path: Path = FILE) -> Model:
     if [w.shape[0] for w in weights] != widths[:-1] or widths[-1] != STATES:
         raise ValueError(f"speech model {path}: layers of {widths} do not fit; make it anew with: make speech-model")
     biases = tuple(arrays[f"bias{k}"] for k in layers)
-    of_frames = (arrays[name] for name in ("start_mean", "scale"))
-    of_states = (arrays[name] for name in ("log_prior", "stay", "belief"))
-    return Model(offsets, *of_frames, weights, biases, *of_states)
+    start_mean, scale = arrays["start_mean"], arrays["scale"]
+    log_prior, stay, belief = arrays["log_prior"], arrays["stay"], arrays["belief"]
+    return Model(offsets, start_mean, scale, weights, biases, log_prior, stay, belief)
 
 
 @cache
@@ -151,7 +151,7 @@ class Acoustic:
         scaled = frames * self._model.scale
         if self._adaptation is not None:
             scaled = scaled @ self._adaptation.turn + self._adaptation.shift
-        scaled = np.concatenate([self._kept, scaled])
+        scaled = np.asarray(np.concatenate([self._kept, scaled]), np.float32)
         past = self._model.past
         count = max(0, len(scaled) - past - self._model.future)
         self._kept = scaled[count:].copy()
