@@ -52,7 +52,7 @@ UP = np.array([0.0, 1.0, 0.0])
 
 @dataclass(frozen=True)
 class Moment:
-    """What is drawn. camera: from where, None as the view says; screens: a wall's are `view.screens`."""
+    """What is drawn. camera: from where, None as the view says."""
 
     view: View
     instant: Instant
@@ -96,13 +96,8 @@ def choreographed(file: Path, site: int, t_s: float) -> Moment:
 
 def three_at_the_table() -> Moment:
     """From the room."""
-    moment = choreographed(ROOT / "examples" / "conferences" / "demo.toml", 0, 6.4)
-    return replace(moment, view=replace(moment.view, kind="room"))
-
-
-def v_wall() -> Moment:
-    """What is sent to the two screens, for the eye between the viewer's eyes."""
-    return choreographed(ROOT / "examples" / "conferences" / "v-wall.toml", 0, 6.4)
+    moment = choreographed(ROOT / "examples" / "conferences" / "v-wall.toml", 0, 6.4)
+    return replace(moment, view=replace(moment.view, kind="room", screens=()))
 
 
 class Played:
@@ -213,7 +208,7 @@ def face() -> Moment:
 
 
 SCENES: dict[str, Callable[[], Moment]] = {
-    "table": three_at_the_table, "v-wall": v_wall, "handshake": handshake, "hand-on-ball": hand_on_ball, "face": face,
+    "table": three_at_the_table, "handshake": handshake, "hand-on-ball": hand_on_ball, "face": face,
 }  # fmt: skip
 
 __all__ = ["SCENES", "Moment", "photograph"]
