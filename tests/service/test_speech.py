@@ -19,6 +19,7 @@ from vistel.v1.audio_pb2 import VoiceControl
 from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.topics import BY_NAME
 from vistel_services import audio, speech
+from vistel_services.speech import mouth
 from vistel_sim.sayings import Sayings
 from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
 
@@ -150,3 +151,28 @@ def test_words_of_a_conference_that_cannot_be_recognised_are_named_and_the_rest_
     assert talk.utterances == []
     assert f"event=grammar_fault at={own}:2" in caplog.text
     assert "event=listening participant=aiko" in caplog.text
+
+
+@needs_a_voice
+@pytest.mark.parametrize("installed", [True, False])
+def test_a_sentence_after_the_wake_word_is_done_and_answered_aloud_where_espeak_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, installed: bool
+) -> None:
+    if not installed:
+        monkeypatch.setattr(mouth, "voices", lambda: ())
+    said = ["いたをかくして", "こんぴゅーたいたをかくして"]
+    aloud: list[Any] = []
+    listening: list[Any] = []
+
+    def listen(talk: Talk) -> None:
+        listening.append(talk.bus.subscribe(BY_NAME["spoken_reply"], queue_all=True))
+
+    def count(talk: Talk) -> None:
+        aloud.extend(s for s in listening[0].take() if s.message.opus)
+
+    talk = Talk(tmp_path, said, conference("ja", listen="wake", reply="spoken")).run(15.0, {1.0: listen, 14.6: count})
+    assert talk.states == ["SENT", "DONE"], "without the wake word nothing is said to the room"
+    assert talk.utterances[0].start_ns > START_NS + 9_000_000_000
+    assert (list(talk.utterances[-1].things), talk.utterances[-1].reply) == (["tile"], "はい")
+    assert talk.site.rooms()[-1].things["tile"].hidden
+    assert bool(aloud) == installed
