@@ -28,11 +28,11 @@ from benchmarks.render_scene import save_scene
 from benchmarks.row import Row, machine
 from vistel.figure.posture import ELBOW, NECK, SHOULDER, SPINE_ROTATION, Posture, Stance
 from vistel.space.room import Room, meeting_room, seat_pose
+from vistel_services.renderer.out.video import VideoWriter
 from vistel_services.renderer.playout import Timing
 from vistel_services.renderer.screens import Stereo
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.video import VideoWriter
 from vistel_services.renderer.world_view import WorldView
 
 WIDTH, HEIGHT = 640, 360

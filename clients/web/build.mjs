@@ -3,7 +3,7 @@ import { build } from "esbuild";
 
 const root = process.argv[2] ?? "../../";
 const pages = {
-  "watch/main.ts": "services/vistel_services/renderer/page/watch.js",
+  "watch/main.ts": "services/vistel_services/renderer/out/page/watch.js",
   "studio/main.ts": "clients/cli/vistel_cli/studio/page/studio.js",
 };
 

@@ -18,7 +18,7 @@ from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh_bus import Router, ZenohBus
 from vistel_services.renderer import Config, run
-from vistel_services.renderer.outputs import Out
+from vistel_services.renderer.out.outputs import Out
 from vistel_services.renderer.studio import View
 
 pytestmark = pytest.mark.gl

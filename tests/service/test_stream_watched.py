@@ -15,8 +15,8 @@ import pytest
 from browser import page
 
 from vistel.wire.clock import SystemClock
-from vistel_services.renderer.stream import MOST_READERS, Stream
-from vistel_services.renderer.stream_address import StreamAddress
+from vistel_services.renderer.out.stream import MOST_READERS, Stream
+from vistel_services.renderer.out.stream_address import StreamAddress
 
 WIDTH, HEIGHT, RATE = 640, 360, 25.0
 LOCAL = StreamAddress("127.0.0.1", 0)

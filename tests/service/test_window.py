@@ -23,10 +23,10 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world_listener import WorldListener
 from vistel_services import world
 from vistel_services.renderer import easel, service
-from vistel_services.renderer.navigation import Mode
-from vistel_services.renderer.outputs import Out
+from vistel_services.renderer.out.outputs import Out
 from vistel_services.renderer.studio import Studio
 from vistel_services.renderer.view import View
+from vistel_services.renderer.window.navigation import Mode
 
 pytestmark = pytest.mark.gl
 WIDTH, HEIGHT = 640, 400

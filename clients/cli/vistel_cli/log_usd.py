@@ -14,10 +14,10 @@ from vistel.wire.log import LogReader
 from vistel_cli.recorded_avatars import with_recorded_avatars
 from vistel_cli.render_log import told
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
-from vistel_services.renderer.film import count_of, instants
+from vistel_services.renderer.out.film import count_of, instants
+from vistel_services.renderer.out.usd_film import write_usd
 from vistel_services.renderer.people import files_of, load_avatar_of
 from vistel_services.renderer.stage import Instant
-from vistel_services.renderer.usd_film import write_usd
 
 ENDINGS = (".usda", ".usdc", ".usd")
 

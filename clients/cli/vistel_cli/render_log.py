@@ -16,7 +16,7 @@ from vistel.wire.log import LogReader, LogRecord
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 if TYPE_CHECKING:
-    from vistel_services.renderer.film import Picture
+    from vistel_services.renderer.out.film import Picture
 
 PREROLL_NS = 2_500_000_000
 """Before the asked time: key frames of motion and the world come at least so often."""
@@ -78,10 +78,10 @@ def _shown(conference: Conference, name: str, look: Look) -> Conference:
 def _render_site(
     reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: Look, folder: Path
 ) -> None:
-    from vistel_services.renderer.film import count_of, film  # noqa: PLC0415  loads the mathematics
-    from vistel_services.renderer.film_sound import FilmSound  # noqa: PLC0415
+    from vistel_services.renderer.out.film import count_of, film  # noqa: PLC0415  loads the mathematics
+    from vistel_services.renderer.out.film_sound import FilmSound  # noqa: PLC0415
+    from vistel_services.renderer.out.video import FILM, VideoWriter  # noqa: PLC0415
     from vistel_services.renderer.service import configure  # noqa: PLC0415
-    from vistel_services.renderer.video import FILM, VideoWriter  # noqa: PLC0415
 
     site = next(s for s in conference.sites if s.name == name)
     config = configure(conference, site, RunPaths(folder, folder))
@@ -119,7 +119,7 @@ def _render_site(
 
 def told(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
     """What a film is made of: who takes part from the log's beginning on, all else from a little before the asked time."""
-    from vistel_services.renderer.film import TOPICS  # noqa: PLC0415
+    from vistel_services.renderer.out.film import TOPICS  # noqa: PLC0415
 
     first_ns = max(reader.begin_ns, begin_ns - PREROLL_NS)
     yield from reader.records(topics=("participant",), end_ns=first_ns)

@@ -32,7 +32,7 @@ from vistel_services.renderer.solid_things import Solid, SolidThings
 from vistel_services.renderer.subtitles import Subtitles
 from vistel_services.renderer.surroundings import Mirrors, open_air, surroundings
 from vistel_services.renderer.textures import texture_of
-from vistel_services.renderer.window_show import Presenter
+from vistel_services.renderer.window.show import Presenter
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

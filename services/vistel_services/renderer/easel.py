@@ -19,17 +19,17 @@ from vistel.conference.model import Room as RoomKeys
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
-from vistel_services.renderer.desk import Desk
-from vistel_services.renderer.facts import Facts
 from vistel_services.renderer.figures import Shape
 from vistel_services.renderer.gl_context import NoOpenGlError
-from vistel_services.renderer.navigation import Puck
 from vistel_services.renderer.ready import decor_of
 from vistel_services.renderer.resolution import Resolution
 from vistel_services.renderer.stage import About, Instant
 from vistel_services.renderer.studio import Studio
 from vistel_services.renderer.view import View
-from vistel_services.renderer.wishes import Draw, Wish
+from vistel_services.renderer.window.desk import Desk
+from vistel_services.renderer.window.facts import Facts
+from vistel_services.renderer.window.navigation import Puck
+from vistel_services.renderer.window.wishes import Draw, Wish
 
 log = logging.getLogger("vistel.renderer")
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import moderngl
 
-from vistel_services.renderer.window import Pane, Window
+from vistel_services.renderer.window.window import Pane, Window
 
 log = logging.getLogger("vistel.renderer")
 

@@ -26,17 +26,17 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world_listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.easel import Easel
-from vistel_services.renderer.outputs import Out, Outputs
+from vistel_services.renderer.out.outputs import Out, Outputs
+from vistel_services.renderer.out.stream_address import StreamAddress
 from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.room_deliveries import RoomDeliveries
 from vistel_services.renderer.screens import Screen, Stereo, boxes, picture_size
-from vistel_services.renderer.space_mouse import SpaceMouse
 from vistel_services.renderer.stage import Instant, Stage
-from vistel_services.renderer.stream_address import StreamAddress
 from vistel_services.renderer.view import View
-from vistel_services.renderer.window import Pane
-from vistel_services.renderer.window_wire import WindowWire
-from vistel_services.renderer.wishes import Ask, Carry, LetGo, Record, Wish
+from vistel_services.renderer.window.space_mouse import SpaceMouse
+from vistel_services.renderer.window.window import Pane
+from vistel_services.renderer.window.wire import WindowWire
+from vistel_services.renderer.window.wishes import Ask, Carry, LetGo, Record, Wish
 
 log = logging.getLogger("vistel.renderer")
 

@@ -23,7 +23,6 @@ from vistel.space.files.model import Model
 from vistel.space.room import meeting_room
 from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
-from vistel_services.renderer.desk import Desk
 from vistel_services.renderer.draw import Frame, Painter
 from vistel_services.renderer.drawn_figures import FigureView
 from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
@@ -32,9 +31,7 @@ from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
 from vistel_services.renderer.gpu_deform import open_deformer
 from vistel_services.renderer.labels import Label
-from vistel_services.renderer.navigation import Mode
 from vistel_services.renderer.overlays import LabelView
-from vistel_services.renderer.panel import Choices
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
 from vistel_services.renderer.room import build_room, drawn_with_room
@@ -51,6 +48,9 @@ from vistel_services.renderer.soft_things import pulls_of
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.things_shown import ThingsShown
 from vistel_services.renderer.view import View, choices_of
+from vistel_services.renderer.window.desk import Desk
+from vistel_services.renderer.window.navigation import Mode
+from vistel_services.renderer.window.panel import Choices
 
 log = logging.getLogger("vistel.renderer")
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vistel_services.renderer.navigation import Mode
-from vistel_services.renderer.panel import Choices
 from vistel_services.renderer.screens import EYE_DISTANCE, Screen, Stereo
-from vistel_services.renderer.window import Pane
+from vistel_services.renderer.window.navigation import Mode
+from vistel_services.renderer.window.panel import Choices
+from vistel_services.renderer.window.window import Pane
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from vistel.protocol.space_mouse import SpaceMouseState, after
 from vistel.wire.clock import SystemClock
 from vistel_services.renderer.camera import look_at
-from vistel_services.renderer.navigation import HIGHEST, LOWEST, REACH, STEEPEST, Puck, Walker, walked
-from vistel_services.renderer.space_mouse import SpaceMouse
+from vistel_services.renderer.window.navigation import HIGHEST, LOWEST, REACH, STEEPEST, Puck, Walker, walked
+from vistel_services.renderer.window.space_mouse import SpaceMouse
 from vistel_sim.space_mouse import SpaceMouseReports
 
 START = Walker(np.array((0.2, 1.5, 1.0)), 0.4, -0.2)

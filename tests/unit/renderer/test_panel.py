@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from vistel_services.renderer.camera import look_at
-from vistel_services.renderer.desk import Desk
-from vistel_services.renderer.facts import Facts, SiteFacts
 from vistel_services.renderer.gl_context import Surface
-from vistel_services.renderer.navigation import Mode
-from vistel_services.renderer.panel import Choices, Shown, open_panel
 from vistel_services.renderer.stage import Instant
-from vistel_services.renderer.window_input import LEFT, Button, Pointer
+from vistel_services.renderer.window.desk import Desk
+from vistel_services.renderer.window.events import LEFT, Button, Pointer
+from vistel_services.renderer.window.facts import Facts, SiteFacts
+from vistel_services.renderer.window.navigation import Mode
+from vistel_services.renderer.window.panel import Choices, Shown, open_panel
 
 pytestmark = pytest.mark.gl
 
@@ -90,7 +90,7 @@ def test_the_panel_is_drawn_over_the_picture_and_its_buttons_choose(surface: Sur
 
 
 def test_a_desk_without_a_panel_looks_about_by_keys(surface: Surface) -> None:
-    from vistel_services.renderer.window_input import Key  # noqa: PLC0415
+    from vistel_services.renderer.window.events import Key  # noqa: PLC0415
 
     class Keys:
         eyes_apart = False

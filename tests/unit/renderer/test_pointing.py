@@ -13,10 +13,10 @@ from vistel.space.room import meeting_room
 from vistel.space.tessellate import tessellate, tessellate_thing
 from vistel.space.things import Primitive
 from vistel_services.renderer.camera import look_at
-from vistel_services.renderer.carrying import Carrying
-from vistel_services.renderer.pointing import Hit, Ray, Targets, on_plane, ray_through
 from vistel_services.renderer.screens import Screen, Sight, Stereo, sights_of_screens
-from vistel_services.renderer.window_show import fitted
+from vistel_services.renderer.window.carrying import Carrying
+from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane, ray_through
+from vistel_services.renderer.window.show import fitted
 
 WIDTH, HEIGHT = 640, 400
 EYE = look_at(np.array((0.1, 1.3, -0.9)), np.array((0.0, 0.8, 0.1)), 0.9)

@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.conference.display import Display
-from vistel_services.renderer.stream_address import StreamAddress, answered
-from vistel_services.renderer.stream_encoder import KEY_PICTURE, StreamEncoder
-from vistel_services.renderer.stream_reader import MOST_PICTURES, MOST_SOUNDS, MOST_WORDS, Picture, Reader
+from vistel_services.renderer.out.stream_address import StreamAddress, answered
+from vistel_services.renderer.out.stream_encoder import KEY_PICTURE, StreamEncoder
+from vistel_services.renderer.out.stream_reader import MOST_PICTURES, MOST_SOUNDS, MOST_WORDS, Picture, Reader
 
 
 def received(reader: Reader, count: int) -> list[str | bytes]:

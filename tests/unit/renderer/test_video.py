@@ -13,12 +13,12 @@ import av
 import numpy as np
 import pytest
 
-from vistel_services.renderer.video import VideoWriter, save_png
+from vistel_services.renderer.out.video import VideoWriter, save_png
 
 ENDLESS = """
 import sys, time, numpy as np
 from pathlib import Path
-from vistel_services.renderer.video import VideoWriter
+from vistel_services.renderer.out.video import VideoWriter
 video = VideoWriter(Path(sys.argv[1]), 160, 90, 30.0)
 for k in range(100000):
     picture = np.full((90, 160, 4), k % 200 + 20, np.uint8)

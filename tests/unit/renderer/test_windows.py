@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from x_server import Hands, x_server
 
-from vistel_services.renderer import window_show
-from vistel_services.renderer.bare_gl import BACK_LEFT, BACK_RIGHT
 from vistel_services.renderer.draw import Painter
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
-from vistel_services.renderer.window import Pane
+from vistel_services.renderer.window import show as window_show
+from vistel_services.renderer.window.bare_gl import BACK_LEFT, BACK_RIGHT
+from vistel_services.renderer.window.window import Pane
 
 pytestmark = pytest.mark.gl
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from prometheus_client import Counter, Gauge
 
 from vistel.wire.clock import Clock
-from vistel_services.renderer.stream_address import StreamAddress, answered
-from vistel_services.renderer.stream_encoder import SOUND, StreamEncoder, message
-from vistel_services.renderer.stream_reader import Picture, Reader
+from vistel_services.renderer.out.stream_address import StreamAddress, answered
+from vistel_services.renderer.out.stream_encoder import SOUND, StreamEncoder, message
+from vistel_services.renderer.out.stream_reader import Picture, Reader
 
 if TYPE_CHECKING:
     from aiohttp import web
@@ -132,7 +132,7 @@ class Stream:
         if not answered(request.headers.get("Host"), None):
             raise web.HTTPForbidden(text="ask for this page by the address of its machine\n")
         name, kind = _SERVED[request.path]
-        text = (resources.files("vistel_services.renderer") / "page" / name).read_text("utf-8")
+        text = (resources.files("vistel_services.renderer.out") / "page" / name).read_text("utf-8")
         return web.Response(text=text, content_type=kind, charset="utf-8", headers=_HEADERS)
 
     async def _watch(self, request: web.Request) -> web.StreamResponse:
@@ -172,7 +172,7 @@ class Stream:
         try:
             said = json.loads(text)
             ping = said.get("ping")
-        except (ValueError, AttributeError):
+        except (ValueError, AttributeError, RecursionError):
             return
         if said.get("lost") is True:
             reader.lose()

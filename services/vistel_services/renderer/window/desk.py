@@ -21,18 +21,18 @@ from vistel.space.files.model import Model
 from vistel.space.files.surfaces import pieces_of
 from vistel.space.things import Thing
 from vistel_services.renderer.camera import Camera, overview
-from vistel_services.renderer.carrying import Carrying
-from vistel_services.renderer.facts import Facts
-from vistel_services.renderer.navigation import LOOK, Mode, Puck, Walker, moves, walked
 from vistel_services.renderer.outlines import Outline
-from vistel_services.renderer.panel import KEYS, Choices, Panel, Shown, open_panel
-from vistel_services.renderer.pointing import Hit, Ray, Targets, ray_through
 from vistel_services.renderer.screens import Box, Sight
 from vistel_services.renderer.stage import Instant
-from vistel_services.renderer.window import Window
-from vistel_services.renderer.window_input import LEFT, RIGHT, Button, Event, Held, Key, Lost, Pointer, Wheel
-from vistel_services.renderer.window_show import fitted
-from vistel_services.renderer.wishes import Ask, Carry, Draw, LetGo, Record, Wish
+from vistel_services.renderer.window.carrying import Carrying
+from vistel_services.renderer.window.events import LEFT, RIGHT, Button, Event, Held, Key, Lost, Pointer, Wheel
+from vistel_services.renderer.window.facts import Facts
+from vistel_services.renderer.window.navigation import LOOK, Mode, Puck, Walker, moves, walked
+from vistel_services.renderer.window.panel import KEYS, Choices, Panel, Shown, open_panel
+from vistel_services.renderer.window.pointing import Hit, Ray, Targets, ray_through
+from vistel_services.renderer.window.show import fitted
+from vistel_services.renderer.window.window import Window
+from vistel_services.renderer.window.wishes import Ask, Carry, Draw, LetGo, Record, Wish
 
 log = logging.getLogger("vistel.renderer")
 

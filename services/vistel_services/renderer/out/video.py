@@ -19,7 +19,7 @@ from av.video.frame import PictureType
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 from numpy.typing import NDArray
 
-from vistel_services.renderer.sound_track import SoundTrack
+from vistel_services.renderer.out.sound_track import SoundTrack
 
 log = logging.getLogger("vistel.renderer")
 

@@ -15,11 +15,11 @@ import moderngl
 from PIL import ImageFont
 
 from vistel_services.renderer.captions import FONTS
-from vistel_services.renderer.facts import Facts
-from vistel_services.renderer.navigation import Mode
-from vistel_services.renderer.panel_draw import ImguiPainter
 from vistel_services.renderer.stage import PersonNow
-from vistel_services.renderer.window_input import Button, Event, Key, Lost, Pointer, Text, Wheel
+from vistel_services.renderer.window.events import Button, Event, Key, Lost, Pointer, Text, Wheel
+from vistel_services.renderer.window.facts import Facts
+from vistel_services.renderer.window.navigation import Mode
+from vistel_services.renderer.window.panel_draw import ImguiPainter
 
 log = logging.getLogger("vistel.renderer")
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from vistel_services.renderer.bare_gl import BareGl, Box
-from vistel_services.renderer.window_input import Button, Event, Key, Lost, Pointer, Text, Wheel
+from vistel_services.renderer.window.bare_gl import BareGl, Box
+from vistel_services.renderer.window.events import Button, Event, Key, Lost, Pointer, Text, Wheel
 
 log = logging.getLogger("vistel.renderer")
 

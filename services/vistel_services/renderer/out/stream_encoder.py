@@ -18,7 +18,7 @@ from av.video.frame import PictureType
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 from numpy.typing import NDArray
 
-from vistel_services.renderer.stream_reader import Picture
+from vistel_services.renderer.out.stream_reader import Picture
 
 log = logging.getLogger("vistel.renderer")
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel_services.renderer.camera import Pinhole
-from vistel_services.renderer.pointing import Hit, Ray, Targets, on_plane
-from vistel_services.renderer.wishes import Carry
+from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane
+from vistel_services.renderer.window.wishes import Carry
 
 F64 = NDArray[np.float64]
 

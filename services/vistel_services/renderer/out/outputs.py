@@ -15,10 +15,10 @@ from prometheus_client import Counter
 
 from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import PictureWriter
-from vistel_services.renderer.stream import Stream
-from vistel_services.renderer.stream_address import StreamAddress
-from vistel_services.renderer.video import VideoWriter
-from vistel_services.renderer.virtual_camera import FileDevice, NoCameraError, VirtualCamera, find_device
+from vistel_services.renderer.out.stream import Stream
+from vistel_services.renderer.out.stream_address import StreamAddress
+from vistel_services.renderer.out.video import VideoWriter
+from vistel_services.renderer.out.virtual_camera import FileDevice, NoCameraError, VirtualCamera, find_device
 
 log = logging.getLogger("vistel.renderer")
 

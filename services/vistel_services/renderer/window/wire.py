@@ -15,8 +15,8 @@ from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel_services.command_messages import message_of
-from vistel_services.renderer.facts import FactsHeard
-from vistel_services.renderer.wishes import Ask, Carry, LetGo
+from vistel_services.renderer.window.facts import FactsHeard
+from vistel_services.renderer.window.wishes import Ask, Carry, LetGo
 
 AGAIN_NS = 60_000_000
 """The world is told of a thing that is led at least this often."""

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import moderngl
 
-from vistel_services.renderer.bare_gl import BACK, BACK_LEFT, BACK_RIGHT, Box
 from vistel_services.renderer.canvas import Canvas
-from vistel_services.renderer.window import Window
+from vistel_services.renderer.window.bare_gl import BACK, BACK_LEFT, BACK_RIGHT, Box
+from vistel_services.renderer.window.window import Window
 
 
 class Presenter:
