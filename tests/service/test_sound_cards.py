@@ -134,6 +134,19 @@ def test_a_card_that_refuses_48_khz_is_read_at_its_own_rate(portaudio: PortAudio
     assert np.argmax(np.abs(np.fft.rfft(said * np.hanning(len(said))))) == pytest.approx(200, abs=1)
 
 
+def test_what_small_blocks_bring_in_a_second_is_kept_and_no_more_than_is_asked_for(portaudio: PortAudio) -> None:
+    card = CardInput("headset", SimulatedClock(SECOND_NS), keep_s=1.0)
+    sound = np.arange(2 * RATE, dtype=np.float32)
+    stream = live(portaudio, "Headset")
+    for at in range(0, RATE, 100):
+        stream.go_on(sound[at : at + 100])
+    assert np.array_equal(np.concatenate([samples for samples, _ in card.take()]), sound[:RATE])
+    assert card.take() == []
+    for at in range(0, 2 * RATE, 100):
+        stream.go_on(sound[at : at + 100])
+    assert np.array_equal(np.concatenate([samples for samples, _ in card.take()]), sound[RATE:])
+
+
 def rounds(clock: SimulatedClock, seconds: float, step: Callable[[int], object]) -> None:
     for _ in range(round(seconds / 0.1)):
         step(clock.now_ns())

@@ -22,8 +22,12 @@ if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --
     from vistel.speech.features import F32
     from vistel.speech.grammar import Grammar, Language
     from vistel.speech.heard import Heard, Recogniser
+    from vistel_services.audio.inputs import CardInput
 
 app = typer.Typer(help="Spoken commands: try them, score recordings, check grammars.", no_args_is_help=True)
+
+_LOADING_S = 60.0
+"""A recogniser that is new here may take so long over its first sentence; nothing of what is said meanwhile is lost."""
 
 SOUNDS = (".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a")
 
@@ -119,7 +123,6 @@ def try_(
             count += 1
             _show(known, tongue, heard, accept)
     else:
-        out.print("listening; Ctrl-C ends it", style="dim")
         for heard in _live(sound, hears, seconds):
             count += 1
             _show(known, tongue, heard, accept)
@@ -144,6 +147,8 @@ def _show(known: Grammar, tongue: Language, heard: tuple[Heard, ...], accept: fl
 
 
 def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Heard, ...]]:
+    import numpy as np  # noqa: PLC0415
+
     from vistel.speech.features import Resampler  # noqa: PLC0415
     from vistel.wire.clock import SystemClock  # noqa: PLC0415
     from vistel_services.audio.inputs import CardInput, InputError  # noqa: PLC0415
@@ -156,13 +161,14 @@ def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Heard,
 
     before = {s: signal.signal(s, stop) for s in (signal.SIGINT, signal.SIGTERM)}
     try:
-        microphone = CardInput(name, SystemClock())
+        microphone = CardInput(name, SystemClock(), keep_s=_LOADING_S)
         resampler = Resampler(microphone.rate_hz)
         until = time.monotonic() + seconds if seconds else float("inf")
         with contextlib.closing(microphone):
+            out.print("listening; Ctrl-C ends it", style="dim")
             while not stopped and time.monotonic() < until:
-                for samples, _ in microphone.take():
-                    yield from hears.feed(resampler.feed(samples))
+                if parts := microphone.take():
+                    yield from hears.feed(resampler.feed(np.concatenate([samples for samples, _ in parts])))
                 time.sleep(0.02)
             yield from hears.flush()
     except InputError as e:
@@ -306,35 +312,39 @@ def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, 
     """Shows sentences, and records each."""
     import random  # noqa: PLC0415
 
-    rng = random.Random(1)
-    said: list[tuple[F32, str]] = []
-    for n in range(count):
-        sentence = known.pick("ja", rng)
-        out.print(f"{n + 1:3}/{count}  [bold]{sentence.text}[/]  [dim]{sentence.spoken}[/]")
-        typer.prompt("     Enter, then read", default="", show_default=False, prompt_suffix=" ")
-        said.append((_recorded_for(microphone, 1.5 + 0.25 * len(sentence.spoken)), sentence.spoken))
-    return said
-
-
-def _recorded_for(name: str, seconds: float) -> F32:
-    import numpy as np  # noqa: PLC0415
-
-    from vistel.speech.features import Resampler  # noqa: PLC0415
     from vistel.wire.clock import SystemClock  # noqa: PLC0415
     from vistel_services.audio.inputs import CardInput, InputError  # noqa: PLC0415
 
+    rng = random.Random(1)
+    said: list[tuple[F32, str]] = []
     try:
-        microphone = CardInput(name, SystemClock())
-        resampler = Resampler(microphone.rate_hz)
-        parts: list[F32] = []
-        until = time.monotonic() + seconds
-        with contextlib.closing(microphone):
-            while time.monotonic() < until:
-                parts += [resampler.feed(samples) for samples, _ in microphone.take()]
-                time.sleep(0.02)
-        return np.concatenate(parts) if parts else np.zeros(0, np.float32)
+        with contextlib.closing(CardInput(microphone, SystemClock())) as card:  # open all the time: opening takes a second
+            for n in range(count):
+                sentence = known.pick("ja", rng)
+                out.print(f"{n + 1:3}/{count}  [bold]{sentence.text}[/]  [dim]{sentence.spoken}[/]")
+                typer.prompt("     Enter, then read", default="", show_default=False, prompt_suffix=" ")
+                said.append((_recorded_for(card, 1.5 + 0.25 * len(sentence.spoken)), sentence.spoken))
     except InputError as e:
         fail(str(e), FAILED)
+    return said
+
+
+def _recorded_for(card: CardInput, seconds: float) -> F32:
+    """(n,) at 16 kHz: what is said from now on. Raises InputError."""
+    import numpy as np  # noqa: PLC0415
+
+    from vistel.speech.features import Resampler  # noqa: PLC0415
+    from vistel_services.audio.cards import InputError  # noqa: PLC0415
+
+    card.take()  # what was said before
+    parts: list[F32] = []
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        parts += [samples for samples, _ in card.take()]
+        time.sleep(0.02)
+    if not parts:
+        raise InputError(f"{card.about}: no samples come")
+    return Resampler(card.rate_hz).feed(np.concatenate(parts))
 
 
 def _text_of(path: Path) -> str:

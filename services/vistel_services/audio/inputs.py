@@ -8,6 +8,7 @@ import logging
 import os
 import stat
 import threading
+from collections import deque
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -25,7 +26,7 @@ _PIPE_BYTES = 65536
 _LOWEST, _HIGHEST = 8_000, 96_000
 _LONGEST_S = 900.0
 _QUEUED_MOST = 200
-"""Blocks of a sound card that nobody fetches."""
+"""Pieces from a pipe that nobody fetches."""
 
 
 class Input(Protocol):
@@ -194,11 +195,16 @@ class RecordingInput:
 
 
 class CardInput:
-    """A sound card, read in PortAudio's thread; at 48 kHz, or where it refuses that, at its own rate."""
+    """A sound card, read in PortAudio's thread; at 48 kHz, or where it refuses that, at its own rate.
 
-    def __init__(self, name: str, clock: Clock) -> None:
-        self._clock = clock
-        self._blocks: list[tuple[F32, int]] = []
+    keep_s: how much is kept of what nobody fetches. Blocks may be of any length, and some drivers hand over a second of
+    them at once.
+    """
+
+    def __init__(self, name: str, clock: Clock, keep_s: float = 2.0) -> None:
+        self._clock, self._keep_s = clock, keep_s
+        self._blocks: deque[tuple[F32, int]] = deque()
+        self._waiting = 0
         self._lock = threading.Lock()
         self._stream: Any = None
         with_card(lambda: self._open(name), clock.now_ns())
@@ -230,13 +236,17 @@ class CardInput:
         end_ns = self._clock.now_ns() - age_ns + round(frames / self.rate_hz * 1e9)
         with self._lock:
             self._blocks.append((data[:, 0].copy(), end_ns))
-            del self._blocks[:-_QUEUED_MOST]
+            self._waiting += frames
+            while self._waiting > self._keep_s * self.rate_hz and len(self._blocks) > 1:
+                self._waiting -= len(self._blocks.popleft()[0])
 
     def take(self) -> list[tuple[F32, int]]:
         if self._stream is None or not self._stream.active:
             raise InputError(f"{self.about}: the microphone is gone")
         with self._lock:
-            out, self._blocks = self._blocks, []
+            out = list(self._blocks)
+            self._blocks.clear()
+            self._waiting = 0
         return out
 
     def close(self) -> None:
