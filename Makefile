@@ -18,7 +18,7 @@ demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
 test: setup  ## checks and tests
 	@$(MAKE) --no-print-directory check
 	@$(PY) -m pytest tests/unit --numprocesses auto --dist loadscope
-	@$(PY) -m pytest tests/service tests/system
+	@$(PY) -m pytest tests/service tests/system tests/looks
 
 check: setup  ## style, types, import arrows
 	@$(VENV)/bin/ruff check .

@@ -21,7 +21,7 @@ def main() -> None:
     for name in sys.argv[1:] or ("hand-on-ball", "handshake"):
         picture = photograph(SCENES[name](), *SIZE)
         out = Image.fromarray(np.ascontiguousarray(picture))
-        out.quantize(256).save(Path(__file__).parent / f"{name}.png", optimize=True)
+        out.save(Path(__file__).parent / f"{name}.png", optimize=True)
 
 
 if __name__ == "__main__":

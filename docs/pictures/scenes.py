@@ -158,18 +158,22 @@ def reaching(
 
 
 def handshake() -> Moment:
-    """Two people beside the table who shake hands; both hands give way."""
+    """Two people beside the table who shake hands, fingers round the edge of each other's; both hands give way."""
     play = Played(ann="builtin:seed=7,hair_style=0", bob="builtin:seed=3")
     place, ahead, sideways = np.array([2.0, 1.02, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
-    grip = RELAXED.copy()
-    grip[[4, 8, 12, 16]] += 0.30
-    grip[[6, 10, 14, 18]] += 0.10
+    fingers = math.cos(0.45) * ahead - math.sin(0.45) * UP
+    straight = np.concatenate((RELAXED[:4], 0.3 * RELAXED[4:]))
+    grip = straight.copy()
+    grip[[4, 8, 12, 16]] += 0.25
+    grip[[6, 10, 14, 18]] += 0.5
     half = rotation_y(np.pi)
-    for k in range(36):
-        press, angles = min(0.004, -0.03 + 0.002 * k), RELAXED + (grip - RELAXED) * min(1.0, k / 29)
+    for k in range(30):
+        met = min(1.0, k / 22)
+        angles = straight + (grip - straight) * max(0.0, met - 0.4) / 0.6
+        palm = -0.03 * (1.0 - met) * sideways - 0.01 * ahead
         play.step(
-            ann=reaching(play.limbs("ann"), place + press * sideways, ahead, sideways, 0.0, angles),
-            bob=reaching(play.limbs("bob"), place + press * half @ sideways, half @ ahead, half @ sideways, np.pi, angles),
+            ann=reaching(play.limbs("ann"), place + palm, fingers, sideways, 0.0, angles),
+            bob=reaching(play.limbs("bob"), place + half @ palm, half @ fingers, half @ sideways, np.pi, angles),
         )
     return play.now(look_at(place + np.array([-0.95, 0.28, 0.10]), place + np.array([0.0, 0.02, 0.0]), math.radians(30.0)))
 
