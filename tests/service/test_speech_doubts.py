@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import wraps
 
 import numpy as np
+import pytest
 
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder
 from vistel.speech.grammar_file import load_grammar
@@ -102,7 +103,7 @@ class Person:
             message = Voice(opus=self._encoder.encode(pcm), talking=talking, level_db=-20.0)
             message.header.t_ns = self.now_ns
             if k not in lost:
-                self.listener.ear.hear(message)
+                self.listener.ear.hear(message, self.now_ns)
             self.now_ns += FRAME_NS
             if not at_once:
                 self.listener.round((), self.now_ns)
@@ -178,7 +179,7 @@ def test_a_service_that_was_kept_from_listening_hears_every_sample_all_the_same(
         for k in range(100):
             message = Voice(opus=encoder.encode(rng.uniform(-0.3, 0.3, FRAME).astype(np.float32)), talking=True)
             message.header.t_ns = START_NS + k * FRAME_NS
-            ear.hear(message)
+            ear.hear(message, message.header.t_ns)
             if k == 0 or k % every == every - 1:
                 out += [p.sound for p in ear.listen(START_NS + (k + 1) * FRAME_NS)]
         return np.concatenate(out)
@@ -187,6 +188,22 @@ def test_a_service_that_was_kept_from_listening_hears_every_sample_all_the_same(
     count = min(len(steady), len(late))
     assert count > 16_000
     assert np.array_equal(steady[:count], late[:count])
+
+
+@pytest.mark.parametrize("late_ms", [30, 53, 67, 190])
+def test_frames_that_all_come_late_are_waited_for(late_ms: int) -> None:
+    """A microphone may hold sound back, and so may a busy capture: 50 ms were enough to lose nearly all of somebody's words."""
+    ear, encoder = Ear(), Encoder(1, 24_000)
+    t = np.arange(FRAME) / RATE
+    heard = 0
+    for k in range(100):
+        message = Voice(opus=encoder.encode((0.2 * np.sin(2 * np.pi * 220.0 * t)).astype(np.float32)), talking=True)
+        message.header.t_ns = START_NS + k * FRAME_NS
+        now_ns = message.header.t_ns + late_ms * 1_000_000 + (k % 3) * 5_000_000
+        ear.hear(message, now_ns)
+        heard += sum(len(p.sound) for p in ear.listen(now_ns + 7_000_000))
+    assert heard > 24_000
+    assert ear.came(START_NS, START_NS + 100 * FRAME_NS).lost <= 0.04
 
 
 def test_an_hour_in_which_nobody_listened_is_not_caught_up_with() -> None:

@@ -16,8 +16,12 @@ from vistel.v1.audio_pb2 import Voice
 
 F32 = NDArray[np.float32]
 
-BEHIND_NS = 60_000_000
-"""How long frames that come late are waited for."""
+BEHIND_NS, _BEHIND_MOST_NS = 60_000_000, 800_000_000
+"""How long after it was said a moment is listened to, at the least and at the most."""
+_MARGIN_NS = 2 * FRAME_NS
+"""Over what frames lately needed to come: one is decoded with the one after it, and rounds are a frame apart."""
+_FORGET = 0.02
+"""How fast it is forgotten that frames came late: so much of the time that passes."""
 REST_NS = 1_500_000_000
 """Silence that is listened to; after it nothing is done until somebody speaks again."""
 _BACKLOG_NS = 2_000_000_000
@@ -47,7 +51,12 @@ class Came:
 
 
 class Ear:
-    """`hear` what comes, `listen` now and then."""
+    """`hear` what comes, `listen` now and then.
+
+    How late frames come depends on the microphone (a wireless one holds sound back by 200 ms) and on who else needs the
+    processor: it is measured, and listening stays that much behind. Nobody hears a recogniser's delay as an echo, and
+    sentences with holes are worth nothing.
+    """
 
     def __init__(self) -> None:
         self._stream = VoiceStream()
@@ -56,6 +65,7 @@ class Ear:
         self._quiet = np.asarray(_FLOOR * noise, np.float32)
         self._silent_ns = REST_NS
         self._next_ns: int | None = None
+        self._behind_ns = float(BEHIND_NS)
         self._talking: deque[tuple[int, bool]] = deque()
         self._made_up: deque[int] = deque()
         self._ended = True
@@ -66,8 +76,11 @@ class Ear:
         """Nobody speaks; nothing is fed."""
         return self._silent_ns >= REST_NS
 
-    def hear(self, message: Voice) -> None:
-        """A frame."""
+    def hear(self, message: Voice, received_ns: int) -> None:
+        """A frame, and when it came."""
+        late_ns = received_ns - message.header.t_ns + _MARGIN_NS
+        wanted_ns = max(late_ns, self._behind_ns - _FORGET * FRAME_NS)
+        self._behind_ns = min(_BEHIND_MOST_NS, max(BEHIND_NS, wanted_ns))
         self._stream.push(message.header.t_ns, message.opus, message.earlier)
         self._ended = not message.opus
         if message.opus:
@@ -76,9 +89,10 @@ class Ear:
     def listen(self, now_ns: int) -> Iterator[Piece]:
         """All that was said since the last call, piece by piece, none left out however long ago that was; none while there
         is nothing to listen to."""
-        if self._next_ns is None or now_ns - self._next_ns > _BACKLOG_NS:
-            self._next_ns, self._silent_ns = now_ns, REST_NS
-        while self._next_ns <= now_ns:
+        due_ns = now_ns - round(self._behind_ns - BEHIND_NS)
+        if self._next_ns is None or due_ns - self._next_ns > _BACKLOG_NS:
+            self._next_ns, self._silent_ns = due_ns, REST_NS
+        while self._next_ns <= due_ns:
             piece = self._listen(self._next_ns)
             self._next_ns += FRAME_NS
             if piece is not None:

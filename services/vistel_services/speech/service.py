@@ -64,7 +64,7 @@ class _Site:
                 self._things = tuple(Known(t.id, t.name, t.shape, name_of_colour(t.colour)) for t in sample.message.things)
         for sample in self._voices.take():
             if (listener := self._listeners.get(sample.names["participant"])) is not None:
-                listener.ear.hear(sample.message)
+                listener.ear.hear(sample.message, sample.received_ns)
         for sample in self._controls.take():
             if (listener := self._listeners.get(sample.names["participant"])) is not None:
                 listener.obey(sample.message, self._things, now_ns)
