@@ -66,6 +66,14 @@ def test_a_finger_shows_the_thing_on_its_line_and_another_one_when_that_is_gone(
     assert done(talk.say(ask.Select(Which(shown=Shown.POINTED)))) == ("can",)
 
 
+def test_what_is_the_only_one_of_its_kind_need_not_be_pointed_at() -> None:
+    talk = Talk()
+    talk.play.step({"ann": stands(0.0, -0.9, 0.0)})
+    assert done(talk.say(ask.Select(Which(shape="cylinder", shown=Shown.POINTED)))) == ("can",)
+    assert refused(talk.say(ask.Select(Which(shown=Shown.POINTED))))
+    assert refused(talk.say(ask.Select(Which(name="no such thing", shown=Shown.POINTED))))
+
+
 def test_the_eyes_show_what_they_look_at() -> None:
     talk = Talk()
     eyes = pose_joints(standard_skeleton(1.75), stands(0.0, -0.9, 0.0)).position[JOINT_INDEX["left_eye"]]

@@ -144,7 +144,9 @@ def meant(
     rows = [n for n, t in enumerate(things) if _fits(which, t)]
     if which.shown is not None:
         chosen = set(_shown(which.shown, speaker, things, positions, radii))
-        rows = [n for n in rows if n in chosen]
+        only = len(rows) == 1 and which.shown is Shown.POINTED and bool(which.name or which.shape or which.colour)
+        # "That cone" is the cone where there is no other; and "the" is easily heard as "that".
+        rows = rows if only else [n for n in rows if n in chosen]
     if not rows:
         raise Refused(_nothing(which))
     rows = [n for n in rows if not things[n].hidden] or rows
