@@ -17,8 +17,8 @@ log = logging.getLogger("vistel.sim")
 RATE = 48_000
 FIRST_S, EVERY_S = 4.0, 6.0
 """When the first sentence begins, and how much later the next one each."""
-_LOUD = 0.12
-"""Root mean square of a sentence."""
+_LOUD, _PEAK = 0.12, 0.9
+"""Root mean square of a sentence, and what its loudest sample may be: nobody's microphone is over-driven."""
 
 
 def said(text: str) -> F32:
@@ -28,7 +28,8 @@ def said(text: str) -> F32:
     half = reach(step)
     padded = np.concatenate([np.zeros(half, np.float32), pcm, np.zeros(half + 2, np.float32)])
     out = at_positions(padded, float(half), step, int(len(pcm) / step))
-    return np.asarray(_LOUD / max(1e-6, float(np.sqrt(np.mean(out**2)))) * out, np.float32)
+    gain = min(_LOUD / max(1e-6, float(np.sqrt(np.mean(out**2)))), _PEAK / max(1e-6, float(np.max(np.abs(out)))))
+    return np.asarray(gain * out, np.float32)
 
 
 class Sayings:
