@@ -18,6 +18,8 @@ F32 = NDArray[np.float32]
 
 BEHIND_NS, _BEHIND_MOST_NS = 60_000_000, 800_000_000
 """How long after it was said a moment is listened to, at the least and at the most."""
+_FIRST_NS = 150_000_000
+"""Before anything is known: the first word is not the price of finding out."""
 _MARGIN_NS = 2 * FRAME_NS
 """Over what frames lately needed to come: one is decoded with the one after it, and rounds are a frame apart."""
 _FORGET = 0.02
@@ -65,7 +67,7 @@ class Ear:
         self._quiet = np.asarray(_FLOOR * noise, np.float32)
         self._silent_ns = REST_NS
         self._next_ns: int | None = None
-        self._behind_ns = float(BEHIND_NS)
+        self._behind_ns = float(_FIRST_NS)
         self._talking: deque[tuple[int, bool]] = deque()
         self._made_up: deque[int] = deque()
         self._ended = True
