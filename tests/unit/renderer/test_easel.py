@@ -31,10 +31,11 @@ def test_a_context_that_is_lost_in_the_middle_is_made_again_and_pictures_go_on(
 
     async def picture() -> float:
         for _ in range(6):
+            whole = one._studio is not None and one._studio.complete
             drawn = await one.draw(Instant(1))
-            if drawn is not None and one._studio is not None:
-                if one._studio.complete:
-                    return float(drawn[..., :3].std())
+            if drawn is not None and whole:
+                return float(drawn[..., :3].std())
+            if one._studio is not None:
                 one._studio._smoothing.result()  # pictures come without their last filter until it is there
         raise AssertionError("no picture comes any more")
 
