@@ -6,11 +6,11 @@
 MEAN and WORST (see picture_difference) were set between what the same scene gives under changes nobody minds and what real
 faults give; `test_the_measure_...` holds both sides, so that the thresholds cannot be moved past either:
 
-    of the hand on the ball and the face                  mean            worst tile
+    of hands, a face, three at the table                  mean            worst tile
     noise of 2 levels, colours rounded to 7 bits          0.0019          0.0025
     JPEG of quality 90                                    0.0035          0.0092
-    moved by a fifth of a pixel                           0.0034          0.0143
-    limit                                                 0.008           0.030
+    moved by a fifth of a pixel (the table, full of lines) 0.0058         0.0187
+    limit                                                 0.009           0.030
     light dimmer by 15 %                                  0.028           0.051
     red 8 % up and blue 6 % down                          0.017           0.029
     moved by three pixels                                 0.023           0.108
@@ -43,7 +43,7 @@ pytestmark = [pytest.mark.gl, pytest.mark.slow]
 GOLDEN = Path(__file__).parent / "golden"
 LOOKED_AT = sorted(p.stem for p in GOLDEN.glob("*.png"))
 WIDTH, HEIGHT = 320, 180
-MEAN, WORST = 0.008, 0.030
+MEAN, WORST = 0.009, 0.030
 
 
 def expected(name: str) -> np.ndarray:
