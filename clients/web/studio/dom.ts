@@ -38,6 +38,19 @@ export function fitted(canvas: HTMLCanvasElement): number {
   return ratio;
 }
 
+/** A function that has `paint` called with the next picture of the screen, once however often it is asked. */
+export function nextFrame(paint: () => void): () => void {
+  let asked = false;
+  return () => {
+    if (asked) return;
+    asked = true;
+    requestAnimationFrame(() => {
+      asked = false;
+      paint();
+    });
+  };
+}
+
 /** Whether keys belong to a field that somebody types in. */
 export function typing(event: KeyboardEvent): boolean {
   const at = event.target;

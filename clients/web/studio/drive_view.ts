@@ -1,7 +1,7 @@
 // How much of a set of wrinkles is there over what drives it: a curve through knots that are dragged.
 
 import { FONT, INK } from "./colours";
-import { fitted } from "./dom";
+import { fitted, nextFrame } from "./dom";
 import { adjustSet } from "./edits";
 import { clamp, mix } from "./geometry";
 import type { State } from "./state";
@@ -13,7 +13,7 @@ export class DriveView {
   private knot = -1;
   private dragging = false;
   private count = 0;
-  private asked = false;
+  readonly redraw = nextFrame(() => this.paint());
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -113,15 +113,6 @@ export class DriveView {
     const gone = this.knot;
     this.knot = -1;
     adjustSet(this.state, "Delete knot", (set) => set.drive.curve.knots.splice(gone, 1));
-  }
-
-  redraw(): void {
-    if (this.asked) return;
-    this.asked = true;
-    requestAnimationFrame(() => {
-      this.asked = false;
-      this.paint();
-    });
   }
 
   private paint(): void {

@@ -1,6 +1,6 @@
 // The figure, posed and wrinkled by the server, drawn with WebGL 2; turned by dragging.
 
-import { fitted } from "./dom";
+import { fitted, nextFrame } from "./dom";
 import { clamp } from "./geometry";
 
 type Triple = [number, number, number];
@@ -61,7 +61,7 @@ export class FigureView {
   private index: WebGLBuffer | null = null;
   private count = 0;
   private painted = false;
-  private asked = false;
+  readonly redraw = nextFrame(() => this.draw());
   private yaw = 0.5;
   private pitch = 0.08;
   private away = 2.6;
@@ -202,15 +202,6 @@ export class FigureView {
     const s = Math.sin(this.yaw);
     this.target = [this.target[0] - dx * per * c, this.target[1] + dy * per, this.target[2] + dx * per * s];
     this.redraw();
-  }
-
-  redraw(): void {
-    if (this.asked) return;
-    this.asked = true;
-    requestAnimationFrame(() => {
-      this.asked = false;
-      this.draw();
-    });
   }
 
   private draw(): void {

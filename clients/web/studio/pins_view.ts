@@ -2,7 +2,7 @@
 
 import * as api from "./api";
 import { FONT, INK } from "./colours";
-import { byId, fitted, make, words } from "./dom";
+import { byId, fitted, make, nextFrame, words } from "./dom";
 import type { FigureView } from "./figure_view";
 import { clamp } from "./geometry";
 import { applied, kept, ofKept, rest, solved, type Similarity } from "./registration";
@@ -34,7 +34,7 @@ export class PinsView {
   private zoom = 1;
   private middle: Vec = [0.5, 0.5];
   private count = 0;
-  private asked = false;
+  private readonly repaint = nextFrame(() => this.paint());
   private posing = false;
   private bent = false;
   /** The avatar whose texture is shown, of those that the server has. */
@@ -288,12 +288,7 @@ export class PinsView {
   }
 
   redraw(): void {
-    if (this.asked || this.state.mode !== "photograph") return;
-    this.asked = true;
-    requestAnimationFrame(() => {
-      this.asked = false;
-      this.paint();
-    });
+    if (this.state.mode === "photograph") this.repaint();
   }
 
   private paint(): void {

@@ -1,7 +1,7 @@
 // The texture of a region, unrolled, with its wrinkles as curves that are drawn and dragged.
 
 import { INK } from "./colours";
-import { fitted } from "./dom";
+import { fitted, nextFrame } from "./dom";
 import * as edits from "./edits";
 import { clamp, distance, nearest, sampled, sub, type OnCurve } from "./geometry";
 import { AROUND, paintPlane, paintPoint, paintWidth, path } from "./ink";
@@ -34,7 +34,7 @@ export class PlaneView {
   private hover: Vec | null = null;
   private hovered: Hit | null = null;
   private count = 0;
-  private asked = false;
+  readonly redraw = nextFrame(() => this.paint());
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -300,15 +300,6 @@ export class PlaneView {
     const after = this.toPlane(s);
     this.middle = [this.middle[0] + before[0] - after[0], this.middle[1] + before[1] - after[1]];
     this.redraw();
-  }
-
-  redraw(): void {
-    if (this.asked) return;
-    this.asked = true;
-    requestAnimationFrame(() => {
-      this.asked = false;
-      this.paint();
-    });
   }
 
   private paint(): void {

@@ -85,6 +85,17 @@ function fitted(canvas) {
   }
   return ratio;
 }
+function nextFrame(paint) {
+  let asked = false;
+  return () => {
+    if (asked) return;
+    asked = true;
+    requestAnimationFrame(() => {
+      asked = false;
+      paint();
+    });
+  };
+}
 function typing(event) {
   const at = event.target;
   if (at instanceof HTMLInputElement) return at.type !== "range" && at.type !== "checkbox";
@@ -559,7 +570,7 @@ var DriveView = class {
   knot = -1;
   dragging = false;
   count = 0;
-  asked = false;
+  redraw = nextFrame(() => this.paint());
   get span() {
     const drive = this.state.set?.drive;
     if (!drive) return [0, 1];
@@ -633,14 +644,6 @@ var DriveView = class {
     const gone = this.knot;
     this.knot = -1;
     adjustSet(this.state, "Delete knot", (set) => set.drive.curve.knots.splice(gone, 1));
-  }
-  redraw() {
-    if (this.asked) return;
-    this.asked = true;
-    requestAnimationFrame(() => {
-      this.asked = false;
-      this.paint();
-    });
   }
   paint() {
     const ratio = fitted(this.canvas);
@@ -815,7 +818,7 @@ var FigureView = class {
   index = null;
   count = 0;
   painted = false;
-  asked = false;
+  redraw = nextFrame(() => this.draw());
   yaw = 0.5;
   pitch = 0.08;
   away = 2.6;
@@ -932,14 +935,6 @@ var FigureView = class {
     const s = Math.sin(this.yaw);
     this.target = [this.target[0] - dx * per * c, this.target[1] + dy * per, this.target[2] + dx * per * s];
     this.redraw();
-  }
-  redraw() {
-    if (this.asked) return;
-    this.asked = true;
-    requestAnimationFrame(() => {
-      this.asked = false;
-      this.draw();
-    });
   }
   draw() {
     const { gl, canvas } = this;
@@ -1430,7 +1425,7 @@ var PinsView = class {
   zoom = 1;
   middle = [0.5, 0.5];
   count = 0;
-  asked = false;
+  repaint = nextFrame(() => this.paint());
   posing = false;
   bent = false;
   /** The avatar whose texture is shown, of those that the server has. */
@@ -1639,12 +1634,7 @@ var PinsView = class {
     this.redraw();
   }
   redraw() {
-    if (this.asked || this.state.mode !== "photograph") return;
-    this.asked = true;
-    requestAnimationFrame(() => {
-      this.asked = false;
-      this.paint();
-    });
+    if (this.state.mode === "photograph") this.repaint();
   }
   paint() {
     const ratio = fitted(this.canvas);
@@ -1857,7 +1847,7 @@ var PlaneView = class {
   hover = null;
   hovered = null;
   count = 0;
-  asked = false;
+  redraw = nextFrame(() => this.paint());
   /** The plane's colour under the light of its set, (h, w, 4). */
   show(pixels, width, height) {
     const picture2 = document.createElement("canvas");
@@ -2071,14 +2061,6 @@ var PlaneView = class {
     const after = this.toPlane(s);
     this.middle = [this.middle[0] + before[0] - after[0], this.middle[1] + before[1] - after[1]];
     this.redraw();
-  }
-  redraw() {
-    if (this.asked) return;
-    this.asked = true;
-    requestAnimationFrame(() => {
-      this.asked = false;
-      this.paint();
-    });
   }
   paint() {
     const ratio = fitted(this.canvas);
