@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check fuzz bench speech-model proto web looks lock docs clean
+.PHONY: help setup demo test check warm fuzz bench speech-model proto web looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -16,14 +16,17 @@ demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
 	@$(VENV)/bin/vistel up $(DEMO)
 
 test: setup  ## checks and tests
-	@$(MAKE) --no-print-directory check
-	@$(PY) -m pytest tests/unit --numprocesses auto --dist loadscope
-	@$(PY) -m pytest tests/service tests/system tests/looks
+	@$(MAKE) --no-print-directory -j2 check warm
+	@$(PY) -m pytest -m "not alone" --numprocesses auto --dist loadscope --no-loadscope-reorder
+	@$(PY) -m pytest -m alone
 
 check: setup  ## style, types, import arrows
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/pyright
 	@PYTHONPATH=. $(VENV)/bin/lint-imports
+
+warm: setup  ## compile kernels and make the people of the demo, once
+	@$(PY) -m vistel_cli.prepare vistel/conference/demo.toml >/dev/null
 
 fuzz: setup  ## long fuzzing of parsers and graphs
 	@VISTEL_FUZZ_EXAMPLES=1000000 $(PY) -m pytest tests -k fuzz --timeout 36000
@@ -51,6 +54,7 @@ lock:  ## write requirements.lock anew
 docs: setup  ## make the pictures and reference pages of docs/
 	@for script in docs/pictures/*.py; do echo $$script; $(PY) $$script; done
 	@$(PY) -m vistel.wire.reference
+	@$(PY) -m vistel_services.metrics_reference
 
 clean:  ## remove what was built
 	rm -rf $(VENV) out run .pytest_cache .ruff_cache .hypothesis

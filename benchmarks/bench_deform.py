@@ -25,10 +25,10 @@ from benchmarks.timing import microseconds
 from vistel.figure.avatar_builtin import builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.posture import Posture, Stance, standing
-from vistel.implicit.contact import ContactScene
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.embedding import INVERSE_T, primitive_field
-from vistel.implicit.ghost import GhostSource, ghosts_of
+from vistel.implicit.contacts.contact import ContactScene
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.meshes.embedding import INVERSE_T, primitive_field
 
 ROUNDS = 60
 POSES = 10_000

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 import vistel.implicit as vi
 from benchmarks.row import Row, machine
-from vistel.implicit.pointers import pointer
+from vistel.implicit.jit.pointers import pointer
 
 F32 = NDArray[np.float32]
 SIDE, HALF, POINTS = 128, 0.75, 1_000_000

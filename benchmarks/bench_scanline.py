@@ -15,7 +15,7 @@ import vistel.implicit as vi
 from benchmarks.bench_field import alternating
 from benchmarks.row import Row, machine
 from benchmarks.scanline_scenes import CLAY, table2
-from vistel.implicit.program import compile
+from vistel.implicit.evaluation.program import compile
 from vistel.implicit.scanline import Picture, Scanline
 from vistel.implicit.scene import Scene, encoded
 from vistel.implicit.trace import render

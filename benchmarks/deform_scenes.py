@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deform import Deformer
-from vistel.implicit.embedding import Embedding, Limbs, embed
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.deformation.deform import Deformer
+from vistel.implicit.meshes.embedding import Embedding, Limbs, embed
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

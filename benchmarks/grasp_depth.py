@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.things import Primitive, Thing
 
 F64 = NDArray[np.float64]

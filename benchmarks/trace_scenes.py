@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import vistel.implicit as vi
+from vistel.implicit.graph.shape import Shape
 from vistel.implicit.scene import Camera, Light, Material, Mesh, Scene, mesh_of
-from vistel.implicit.shape import Shape
 
 CLAY, JADE, SAND, SLATE = (
     Material((0.8, 0.42, 0.3), reflection=0.08), Material((0.35, 0.6, 0.45), reflection=0.08),

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+# One thread for a matrix, as services have it: where other tests keep the cores busy, a second one waits for its turn and the
+# first for it, thirty times as long as the product takes. Read when numpy and OpenCV are first imported.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
+    os.environ.setdefault(_name, "1")
 
 # The first call of a kernel may compile it, and no test is about time.
 settings.register_profile("vistel", deadline=None)
@@ -21,3 +27,9 @@ def shared_data() -> Path:
     if not path.is_dir():
         pytest.skip("real recordings (../shared/data) are not on this machine")
     return path
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files with slow tests come first: run side by side, none of them is left for one process at the end."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)

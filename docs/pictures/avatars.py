@@ -130,9 +130,9 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO, format="%(name)s %(message)s")
     avatars = [builtin_avatar(f"builtin:{person}", name=person, height=1.75) for person in arguments.people]
     studio = Studio()
-    whole = [studio.photograph(a, (1.1, 1.25, 3.7), (0.0, 0.885, 0.0), (300, 460), 0.50) for a in avatars]
+    whole = [studio.photograph(a, (1.1, 1.25, 3.7), (0.0, 0.885, 0.0), (300, 310), 0.54) for a in avatars]
     faces = [studio.photograph(a, (0.26, 1.64, 0.72), (0.0, 1.605, 0.0), (300, 340), 0.46) for a in avatars]
-    sheet([whole, faces]).quantize(256).save(arguments.out / "avatars.png", optimize=True)
+    sheet([whole, faces]).save(arguments.out / "avatars.png", optimize=True)
     first = avatars[0]
     views = (
         ((0.0, 1.64, 0.75), (0.0, 1.615, 0.0)),
@@ -144,7 +144,7 @@ def main() -> None:
         [studio.photograph(first, eye, at, (420, 460), 0.45, lines=lines) for eye, at in views]
         for lines in (False, True)
     ]
-    sheet(rows).quantize(256).save(arguments.out / "avatar_close.png", optimize=True)
+    sheet(rows).save(arguments.out / "avatar_close.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,15 @@
-"""Takes docs/pictures/demo.png from what `make demo` left in out/: the moment when two people hold the baton.
+"""Draws docs/pictures/demo.png from the log that `make demo` left in out/: the moment when two people hold the baton.
 
     make demo && .venv/bin/python docs/pictures/demo.py
 """
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
-
-import av
 
 from vistel.wire.log import LogReader
 from vistel.wire.world import WorldDecoder
@@ -29,14 +30,14 @@ def main() -> None:
     moment, log_ns = shared[len(shared) // 2]
     holders = {g.participant for g in moment.grasps}
     site = next(site for name, site in THIRD.items() if name not in holders)
-    delays = reader.records(topics=("image_delay",))
-    # A renderer reports twice a second and films from the first picture with somebody in it.
-    begin_ns = next(r.message.header.t_ns for r in delays if r.names["site"] == site and r.message.streams)
-    due_s = (log_ns - begin_ns) * 1e-9 + 0.5
-    with av.open(str(out / f"{site}.mp4")) as video:
-        frame = min(video.decode(video=0), key=lambda f: abs(float(f.time or 0.0) - due_s))
-    path = ROOT / "docs/pictures/demo.png"
-    frame.to_image().save(path)
+    at_s = (log_ns - reader.begin_ns) * 1e-9
+    with tempfile.TemporaryDirectory() as folder:
+        render = ["replay", str(reader.path), "--render", "--png", "--site", site, "--size", "960x540", "--finer", "2"]
+        span = ["--from", f"{at_s - 1.0:.2f}", "--to", f"{at_s:.2f}", "--fps", "5", "--out", folder]
+        subprocess.run([sys.executable, "-m", "vistel_cli.main", *render, *span], check=True)
+        picture = max(Path(folder).rglob("*.png"))
+        path = ROOT / "docs/pictures/demo.png"
+        shutil.copyfile(picture, path)
     print(path.relative_to(ROOT))
 
 

@@ -15,8 +15,8 @@ from PIL import Image, ImageDraw
 
 from vistel.figure.avatar import builtin_avatar
 from vistel.figure.figure_limbs import limbs_of
-from vistel.implicit.embedding import embed
-from vistel.implicit.embedding_report import EDGES, FitReport, fit_report
+from vistel.implicit.meshes.embedding import embed
+from vistel.implicit.meshes.embedding_report import EDGES, FitReport, fit_report
 
 FOLDER = Path(__file__).parent
 COLD, WHITE, WARM = np.array((0.20, 0.38, 0.72)), np.array((0.96, 0.95, 0.93)), np.array((0.78, 0.22, 0.16))
@@ -95,7 +95,7 @@ def main() -> None:
     places = ((0, 0), (whole.width, 0), (whole.width, 310), (whole.width + head.width, 0))
     for image, place in zip((whole, head, hand, chart), places, strict=True):
         out.paste(image, place)
-    out.quantize(200).save(FOLDER / "embedding-fit.png", optimize=True)
+    out.save(FOLDER / "embedding-fit.png", optimize=True)
     print("embedding-fit.png")
 
 

@@ -29,8 +29,8 @@ from vistel.figure.reach import reach
 from vistel.figure.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.figure.standard_postures import standard_postures
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.ghost import GhostSource, ghosts_of
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 
 F64 = NDArray[np.float64]
 Shot = tuple[str, list[Part], tuple[float, float, float], tuple[float, float, float], float]
@@ -147,7 +147,7 @@ def legs_crossed(avatar: Avatar) -> list[Shot]:
     parts = dressed(figure, figure.pose(clear_of_body(avatar.skeleton, avatar.body, posture, 0.006)))
     x, y, z = np.add(at(figure, posture, "left_upper_leg"), (-0.05, 0.05, 0.25)).tolist()
     return [
-        ("legs crossed", parts, (x + 1.1, y + 0.55, z + 2.0), (x, y + 0.05, z - 0.1), 0.58),
+        ("legs crossed", parts, (x + 1.1, y + 0.55, z + 2.0), (x, y + 0.12, z - 0.1), 0.70),
         ("from the front", parts, (x - 0.1, y + 0.15, z + 1.5), (x, y, z), 0.50),
         ("from the right", parts, (x - 1.3, y + 0.25, z + 0.7), (x, y, z), 0.50),
     ]
@@ -178,7 +178,7 @@ def main() -> None:
     arguments = parser.parse_args()
     person = arguments.person
     avatar = load_any(Path(person)) if Path(person).is_file() else builtin_avatar(f"builtin:{person}", name=person, height=1.75)
-    sheet(avatar).quantize(256).save(arguments.out, optimize=True)
+    sheet(avatar).save(arguments.out, optimize=True)
 
 
 if __name__ == "__main__":

@@ -23,11 +23,11 @@ from vistel.figure.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure, FigureState
 from vistel.figure.posture import ELBOW, NECK, SHOULDER, WRIST, Posture, standing
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deformable import Deformable, collisions, deformed
-from vistel.implicit.ghost import ghosts_of
-from vistel.implicit.mesh_ghosts import dents
-from vistel.implicit.temporal import Memory, Plastic, Viscoelastic
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed
+from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.ghosts.mesh_ghosts import dents
+from vistel.implicit.ghosts.temporal import Memory, Plastic, Viscoelastic
 from vistel.space.soft import SoftRoom
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples/ghosts"))
@@ -182,7 +182,7 @@ def figure_14() -> None:
     below = [label(studio().photograph(crossed_arms(apart), *view, size, 0.34), text) for apart, view, text in (
         (0.30, front, "two arms of one person"), (0.12, front, "press on each other"), (0.05, front, "harder"),
         (0.05, above, "seen from above"))]  # fmt: skip
-    sheet([*upper, *below], 4, "figure-14-arm-and-ball", colours=128)
+    sheet([*upper, *below], 4, "figure-14-arm-and-ball")
 
 
 BALL_RADIUS = 0.048

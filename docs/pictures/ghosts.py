@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import vistel.implicit as vi
-from vistel.implicit.constraint import Constraint
-from vistel.implicit.deformable import Deformable, collisions, deformed
-from vistel.implicit.force_field import Force, gravity, wind
-from vistel.implicit.ghost_kind import Ghost
+from vistel.implicit.ghosts.constraint import Constraint
+from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed
+from vistel.implicit.ghosts.force_field import Force, gravity, wind
+from vistel.implicit.ghosts.ghost_kind import Ghost
 
 F64 = NDArray[np.float64]
 EDGE = 0.5411961
@@ -113,7 +113,7 @@ def figure_10() -> None:
         held = sum(not g.held(bodies[int(g.a[1])], bodies[int(g.b[1])]).out_of_reach for g in ghosts)
         image = picture(shapes.values(), (330, 300), width=4.3, azimuth=-90, height=62)
         pictures.append(label(image, f"{held} of {len(ghosts)} hold"))
-    sheet(pictures, 5, "figure-10-constraints-moving", colours=256)
+    sheet(pictures, 5, "figure-10-constraints-moving")
 
 
 def figure_11() -> None:

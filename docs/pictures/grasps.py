@@ -103,7 +103,7 @@ def main() -> None:
     for i, column in enumerate(columns):
         for j, image in enumerate(column):
             out.paste(image, (i * SIZE[0], j * high))
-    out.quantize(256).save(arguments.out, optimize=True)
+    out.save(arguments.out, optimize=True)
 
 
 if __name__ == "__main__":

@@ -78,7 +78,7 @@ def eyes() -> list[U8]:
 
 def main() -> None:
     sheet = Image.fromarray(np.vstack((np.hstack(faces()), np.hstack(eyes())))[..., ::-1])
-    sheet.quantize(96, dither=Image.Dither.NONE).save(OUT, optimize=True)
+    sheet.save(OUT, optimize=True)
     print(OUT)
 
 

@@ -118,13 +118,12 @@ def label(picture: Image.Image, text: str) -> Image.Image:
     return out
 
 
-def sheet(pictures: Sequence[Image.Image], columns: int, name: str, *, colours: int = 0) -> None:
-    """Pictures of one size side by side, saved as a PNG beside this script; with a palette of so many `colours`, if any."""
+def sheet(pictures: Sequence[Image.Image], columns: int, name: str) -> None:
+    """Pictures of one size side by side, saved as a PNG beside this script."""
     wide, high = pictures[0].size
     lines = -(-len(pictures) // columns)
     out = Image.new("RGB", (columns * wide, lines * high), "white")
     for i, picture in enumerate(pictures):
         out.paste(picture, (i % columns * wide, i // columns * high))
-    done = out.quantize(colours) if colours else out
-    done.save(FOLDER / f"{name}.png", optimize=True)
+    out.save(FOLDER / f"{name}.png", optimize=True)
     print(f"{name}.png")

@@ -126,12 +126,12 @@ def main() -> None:
     arguments = parser.parse_args()
     file = Path(arguments.avatar)
     avatar = load_any(file) if file.is_file() else builtin_avatar(arguments.avatar, name="layers", height=1.75)
-    layer_sheet(avatar).quantize(256).save(arguments.out / "layers.png", optimize=True)
+    layer_sheet(avatar).save(arguments.out / "layers.png", optimize=True)
     # Plain clay shows the shape.
     clay = replace(avatar, albedo=np.full((8, 8, 3), (205, 160, 135), np.uint8), coarser=())
     portraits = Portraits()
     for name, sheet in (("layers-skin", skin_sheet), ("layers-sweep", sweep_sheet)):
-        sheet(portraits, clay).quantize(128).save(arguments.out / f"{name}.png", optimize=True)
+        sheet(portraits, clay).save(arguments.out / f"{name}.png", optimize=True)
     portraits.close()
 
 

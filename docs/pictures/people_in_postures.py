@@ -3,19 +3,16 @@
     python docs/pictures/people_in_postures.py [--out FILE] [AVATAR ...]
 
 AVATAR: what follows "builtin:", or an avatar file; without, built-in people. Needs an OpenGL context (EGL without a display;
-software is fine). The picture in the repository has four built-in people (the first four of PEOPLE) and four made from
+software is fine). The picture in the repository has four built-in people (the first four of PEOPLE) and three made from
 MakeHuman's base mesh as docs/how-to/make-an-avatar.md says, with the rig game_engine and the skin
 young_lightskinned_male_diffuse2: caucasian-male-young and caucasian-female-young in male_casualsuit06, a heavy man
-(universal-male-young-averagemuscle-maxweight=1.3) and one half way between man and woman in male_elegantsuit01. The last went
-through Blender as GLB, his joints renamed Bone.000, Bone.001, ..., and was imported from that.
+(universal-male-young-averagemuscle-maxweight=1.3) in male_elegantsuit01.
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-
-from PIL import Image
 
 from vistel.figure.avatar import builtin_avatar
 from vistel.figure.avatar_file import load_any
@@ -38,8 +35,7 @@ def main() -> None:
     ]
     portraits = Portraits()
     sheet = portraits.sheet(avatars, standard_postures(), (130, 180))
-    # Dithered: a palette alone paints blotches on faces.
-    sheet.quantize(palette=sheet.quantize(256), dither=Image.Dither.FLOYDSTEINBERG).save(arguments.out, optimize=True)
+    sheet.save(arguments.out, optimize=True)
     portraits.close()
 
 

@@ -18,12 +18,12 @@ from PIL import Image
 
 import vistel.implicit as vi
 from vistel.figure.avatar import builtin_avatar
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deform import Deformer
-from vistel.implicit.embedding import INVERSE_T, embed
-from vistel.implicit.embedding_report import fit_report
-from vistel.implicit.ghost import ghosts_of
-from vistel.implicit.placement import Placement, place_skeletons
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.deformation.deform import Deformer
+from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.meshes.embedding import INVERSE_T, embed
+from vistel.implicit.meshes.embedding_report import fit_report
+from vistel.implicit.meshes.placement import Placement, place_skeletons
 from vistel.implicit.polygonise import polygonise
 from vistel.implicit.scene.mesh_file import read_polygons
 
@@ -106,7 +106,7 @@ def main() -> None:
     out = Image.new("RGB", (1200, 400 * len(rows)), "white")
     for k, image in enumerate(rows):
         out.paste(image, (0, 400 * k))
-    out.quantize(220).save(FOLDER / "placement.png", optimize=True)
+    out.save(FOLDER / "placement.png", optimize=True)
 
 
 if __name__ == "__main__":

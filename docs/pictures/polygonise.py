@@ -65,7 +65,7 @@ def main() -> None:
         label(view(studio, [drawn(fine, None, CLAY, 0.05)], (0.1, 0.05, 0), 0.98), f"within 4 mm: {len(fine.triangles)} triangles"),
         label(view(studio, [drawn(fine, None, CLAY, 0)], (0.1, 0.05, 0), 0.98), "within 4 mm, smooth"),
     ]
-    sheet(pictures, 3, "polygonise-cells", colours=128)
+    sheet(pictures, 3, "polygonise-cells")
 
     pictures = []
     places = {"28a": ((-0.2, 0, 0), 1.3), "28b": ((0, 0.12, 0), 0.95), "28c": ((0.85, 0.25, 0), 0.9)}
@@ -80,14 +80,14 @@ def main() -> None:
         pictures.append(label(view(studio, parts, centre, size), f"{name}: {mesh.retained} polygons kept"))
         parts = [drawn(mesh, None, CLAY, 0)]
         pictures.append(label(view(studio, parts, centre, size), f"{name}, shaded"))
-    sheet(pictures[::2] + pictures[1::2], 3, "polygonise-kept", colours=128)
+    sheet(pictures[::2] + pictures[1::2], 3, "polygonise-kept")
 
     pictures = []
     for number, mesh in enumerate(rounds(), 1):
         smooth = replace(mesh, **dict(zip(("normals", "normal_of"), auto_smooth(mesh.vertices, mesh.triangles, 0.9), strict=True)))
         part = drawn(smooth, None, CLAY, 0.0)
         pictures.append(label(view(studio, [part], (0, 0.15, 0), 0.95, 0.35), f"round {number}: {len(mesh.triangles)} triangles"))
-    sheet(pictures, 4, "polygonise-sculpting", colours=128)
+    sheet(pictures, 4, "polygonise-sculpting")
 
 
 if __name__ == "__main__":

@@ -96,7 +96,7 @@ def main() -> None:
     arguments = parser.parse_args()
     person = arguments.person
     avatar = load_any(Path(person)) if Path(person).is_file() else builtin_avatar(f"builtin:{person}", name=person, height=1.75)
-    sheet(avatar).quantize(192).save(arguments.out, optimize=True)
+    sheet(avatar).save(arguments.out, optimize=True)
 
 
 if __name__ == "__main__":

@@ -27,8 +27,8 @@ from vistel.figure.posture import WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.proportions import Proportions
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit.ghost import ghosts_of
-from vistel.implicit.mesh_ghosts import pulled
+from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.ghosts.mesh_ghosts import pulled
 from vistel.space.bonds import Bond
 from vistel.space.dents import imprints
 from vistel.space.inputs import MotionInput, Person, StepInputs
@@ -186,7 +186,7 @@ def main() -> None:
     out = Image.new("RGB", (SIZE[0] * len(pictures), pictures[0].height), "white")
     for i, picture in enumerate(pictures):
         out.paste(picture, (i * SIZE[0], 0))
-    out.quantize(256).save(arguments.out, optimize=True)
+    out.save(arguments.out, optimize=True)
 
 
 if __name__ == "__main__":

@@ -169,7 +169,7 @@ def face() -> Image.Image:
     studio = Studio()
     looks = {
         "at rest": {}, "brows raised (AU1)": {"AU1": 1.0}, "frown (AU4)": {"AU4": 1.0},
-        "smile, squint (AU6, AU12)": {"AU6": 1.0, "AU12": 1.0},
+        "smile, squint (AU6, AU12)": {"left_AU6": 1.0, "right_AU6": 1.0, "AU12": 1.0},
     }  # fmt: skip
     rows: list[list[tuple[str, Image.Image]]] = []
     for spec in ("seed=7,hair_style=0", "seed=4,pattern=4,top=7"):
@@ -214,11 +214,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path(__file__).parent)
     arguments = parser.parse_args()
     for name in arguments.names:
-        picture = PICTURES[name]()
-        if name in ("sleeve", "face", "figure"):
-            # Dithered: a palette alone paints blotches on faces; on flat cloth dithering hatches its shades.
-            picture = picture.quantize(palette=picture.quantize(256), dither=Image.Dither.FLOYDSTEINBERG)
-        picture.save(arguments.out / f"wrinkle-{name}.png", optimize=True)
+        PICTURES[name]().save(arguments.out / f"wrinkle-{name}.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vistel.implicit.constraint import Constraint
+from vistel.implicit.ghosts.constraint import Constraint
 from vistel.space.contact_forces import Surface
 from vistel.space.soft import SoftRoom
 from vistel.space.things import Primitive, Thing

@@ -6,8 +6,8 @@ is no thing of its own: it is what the ghosts of drop and lid make of their surf
 
 import numpy as np
 
-from vistel.implicit.constraint import Constraint
-from vistel.implicit.temporal import Viscoelastic
+from vistel.implicit.ghosts.constraint import Constraint
+from vistel.implicit.ghosts.temporal import Viscoelastic
 from vistel.space.contact_forces import Surface
 from vistel.space.soft import SoftRoom
 from vistel.space.things import Primitive, Thing

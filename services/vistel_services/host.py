@@ -113,7 +113,8 @@ async def _main(args: argparse.Namespace) -> int:
     if isinstance(clock, SystemClock):
         work.append(asyncio.create_task(follow_hub(bus, clock, plan.label), name="clock"))
     stopping = asyncio.create_task(stop.wait())
-    done, _ = await asyncio.wait([*work, stopping], return_when=asyncio.FIRST_COMPLETED)
+    with metrics.announced(paths.metrics(plan.node), plan.node, port):
+        done, _ = await asyncio.wait([*work, stopping], return_when=asyncio.FIRST_COMPLETED)
     code = 0
     stopping.cancel()
     for task in done - {stopping}:

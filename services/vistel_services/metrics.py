@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import logging
+from collections.abc import Iterator
+from pathlib import Path
 
 from prometheus_client import Gauge, start_http_server
 
@@ -19,3 +23,25 @@ def serve(node: str, services: tuple[str, ...], started_s: float, port: int = 0,
         log.error("metrics not served address=%s:%d reason=%s", address, port, e.strerror)
         return 0
     return int(server.server_port)
+
+
+@contextlib.contextmanager
+def announced(file: Path, node: str, port: int, address: str = "127.0.0.1") -> Iterator[None]:
+    """Tells Prometheus where a process "site/label" is, in a file for its `file_sd_configs`, until the end; port 0: nowhere."""
+    if port == 0:
+        yield
+        return
+    site, _, label = node.partition("/")
+    target = {"targets": [f"{address}:{port}"], "labels": {"site": site, "process": label}}
+    half = file.with_suffix(".new")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        half.write_text(json.dumps([target]) + "\n", "utf-8")
+        half.replace(file)  # at once: Prometheus reads it when it changes
+    except OSError as e:
+        log.warning("metrics not announced file=%s reason=%s", file, e.strerror)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            file.unlink()

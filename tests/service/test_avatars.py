@@ -74,7 +74,7 @@ class Viewer:
         self.deliveries = Deliveries(bus, self.stage)
         self._about = bus.subscribe(BY_NAME["participant"])
 
-    async def see(self, done: Callable[[Viewer], bool], seconds: float = 20.0) -> About:
+    async def see(self, done: Callable[[Viewer], bool], seconds: float = 60.0) -> About:
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
             for sample in self._about.take():

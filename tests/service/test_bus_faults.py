@@ -12,6 +12,8 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import pytest
+
 from vistel.v1.command_pb2 import Command
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.clock import SystemClock
@@ -163,6 +165,7 @@ def test_motion_and_presence_come_back_with_the_router() -> None:
     asyncio.run(run())
 
 
+@pytest.mark.alone
 def test_a_process_that_is_killed_is_missed_at_once() -> None:
     async def run() -> None:
         router = Router.open()
@@ -181,6 +184,7 @@ def test_a_process_that_is_killed_is_missed_at_once() -> None:
     asyncio.run(run())
 
 
+@pytest.mark.alone
 def test_a_reader_that_takes_50_ms_for_each_message_sees_fresh_ones_only() -> None:
     async def run() -> None:
         router = Router.open()

@@ -57,7 +57,7 @@ Play = Callable[[Supervisor], Awaitable[None]]
 
 
 def _conference(folder: Path) -> tuple[Conference, Path, RunPaths]:
-    people = [Participant(name="ada", tracker=None, gloves={})]
+    people = [Participant(name="aiko", height=1.64, avatar="builtin:seed=2", tracker=None, gloves={})]  # as in the demo
     conference = Conference(name="c", sites=[Site(name="s", participants=people)])
     paths = RunPaths(folder / "run", folder / "out")
     paths.run.mkdir()
@@ -219,6 +219,7 @@ def test_a_server_that_cannot_serve_says_why_in_one_line(tmp_path: Path, code: s
     assert sum("ERROR" in line for line in lines) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", ["built-in", "den"])
 def test_everything_a_conference_runs_loads_without_a_second_thread(tmp_path: Path, room: str) -> None:
     file = EXAMPLES / f"{room}.toml" if room != "built-in" else _conference(tmp_path)[1]

@@ -20,8 +20,8 @@ from vistel.figure.body import pose_body, standard_body
 from vistel.figure.hands import FLAT, RELAXED
 from vistel.figure.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
-from vistel.implicit.contact import find_contacts
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import find_contacts
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world import WorldDecoder
 from vistel_services.renderer.stage import Instant, Stage

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import re
 import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -76,13 +77,15 @@ def test_a_browser_shows_what_is_drawn_says_how_it_goes_and_comes_back(tmp_path:
                     assert np.abs(np.subtract(seen, wanted)).max() < 14, (seen, wanted)
                 said = await tab.value("document.getElementById('state').textContent")
                 assert f"{WIDTH} × {HEIGHT}" in said
-                assert "motions 42 ms" in said
+                drawn_so_late = 42  # and the picture is some time on its way
+                assert int(re.findall(r"motions (\d+) ms", said)[0]) >= drawn_so_late
                 assert await tab.value("document.title") == "VISTEL tokyo"
                 await tab.until("Number(document.getElementById('state').dataset.rate) > 5")
                 assert 0.0 <= float(await tab.value("document.getElementById('state').dataset.ageMs")) < 2000.0
                 cv2.imwrite(str(tmp_path / "page.png"), cv2.cvtColor(await tab.picture(), cv2.COLOR_RGB2BGR))
                 drawing.cancel()
             await tab.until("!document.getElementById('trouble').hidden")
+            assert "has ended" in await tab.value("document.getElementById('trouble').textContent")
             async with streaming(address) as stream:
                 drawing = asyncio.create_task(draw(stream, clock))
                 await tab.until("document.getElementById('trouble').hidden")

@@ -145,6 +145,13 @@ def test_a_thing_that_is_clicked_is_selected_and_one_that_is_drawn_goes_there_at
         await c.until(lambda: desk._carrying is None, "the ball off the mouse")
         await c.until(lambda: c.at("ball")[1] < up[1] - 0.04, "the ball fallen")
 
+        hands.key("u", True)
+        hands.key("u", False)
+        await c.until(lambda: bool(np.allclose(c.at("ball"), began, atol=5e-3)), "the ball where it was before the drag")
+        hands.key("y", True)
+        hands.key("y", False)
+        await c.until(lambda: c.at("ball")[1] > began[1] + 0.08, "the drag done again")
+
     played(tmp_path, monkeypatch, play)
 
 

@@ -15,7 +15,7 @@ import yaml
 
 from vistel.wire.log import LogReader
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.alone, pytest.mark.slow]
 
 ROOT = Path(__file__).resolve().parents[2]
 

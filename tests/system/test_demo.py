@@ -21,7 +21,7 @@ from vistel.v1.motion_pb2 import Motion
 from vistel.wire.log import LogReader
 from vistel.wire.world import WorldDecoder
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.alone, pytest.mark.slow]
 
 SITES = ("tokyo", "columbus", "zurich")
 PEOPLE = ("aiko", "ben", "carla")

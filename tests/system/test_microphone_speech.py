@@ -24,7 +24,7 @@ from vistel.speech import enrolment
 from vistel.speech.synthesis import voices
 from vistel_sim.sayings import said
 
-pytestmark = [pytest.mark.slow, needs_pulseaudio]
+pytestmark = [pytest.mark.alone, pytest.mark.slow, needs_pulseaudio]
 needs_voice = pytest.mark.skipif("espeak-ng" not in voices(), reason="espeak-ng is not installed")
 VISTEL = (sys.executable, "-u", "-m", "vistel_cli.main")
 

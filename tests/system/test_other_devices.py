@@ -14,8 +14,9 @@ from vistel.v1.motion_pb2 import Motion
 from vistel.wire.log import LogReader
 from vistel.wire.motion import MotionDecoder
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.alone, pytest.mark.slow]
 
+# Two of the demo's people, who are made once for all tests.
 FILE = """
 name = "other"
 
@@ -28,7 +29,9 @@ width = 160
 height = 90
 
 [[sites.participants]]
-name = "ann"
+name = "aiko"
+height = 1.64
+avatar = "builtin:seed=2"
 
 [sites.participants.tracker]
 kind = "liberty"
@@ -43,7 +46,9 @@ kind = "5dt_5"
 port = "sim"
 
 [[sites.participants]]
-name = "bob"
+name = "ben"
+height = 1.82
+avatar = "builtin:seed=4,pattern=4,top=7"
 
 [sites.participants.tracker]
 kind = "vmc"
@@ -66,11 +71,11 @@ def test_a_conference_runs_with_them_and_everything_reaches_the_motion(tmp_path:
     done = subprocess.run(command, capture_output=True, text=True, timeout=280, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     devices = json.loads((out / "report.json").read_text())["devices"]
-    assert set(devices) == {f"{p}-{d}" for p in ("ann", "bob") for d in ("tracker", "glove-left", "glove-right", "face")}
+    assert set(devices) == {f"{p}-{d}" for p in ("aiko", "ben") for d in ("tracker", "glove-left", "glove-right", "face")}
     # Contacts are told when they change, and twenty times a second on being asked; everything else is measured more often.
-    assert all(d["frames"] > (40 if name == "bob-glove-right" else 100) for name, d in devices.items())
+    assert all(d["frames"] > (40 if name == "ben-glove-right" else 100) for name, d in devices.items())
     (log,) = out.glob("*.mcap")
-    for person in ("ann", "bob"):
+    for person in ("aiko", "ben"):
         messages: list[Motion] = [
             r.message for r in LogReader(log).records(topics=("motion",)) if r.names["participant"] == person
         ]

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from null_sink import environment_of, needs_pulseaudio, server
 
-pytestmark = [pytest.mark.slow, needs_pulseaudio]
+pytestmark = [pytest.mark.alone, pytest.mark.slow, needs_pulseaudio]
 
 LOOP = '''
 import json, sys, time

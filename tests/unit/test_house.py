@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 import yaml
+from typer.testing import CliRunner
+
+from vistel_cli.main import app
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -61,9 +64,7 @@ def test_compose_services_run_commands_that_exist(service: str) -> None:
         for w in command
         if not w.startswith("-") and not w.startswith("/") and "/" not in w and w not in ("tokyo", "columbus")
     ]
-    done = subprocess.run(
-        [sys.executable, "-m", "vistel_cli.main", *words, "--help"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    done = CliRunner().invoke(app, [*words, "--help"])
+    assert done.exit_code == 0, done.output
     for option in (w for w in command if w.startswith("--")):
         assert option in done.stdout

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vistel.conference.kept import make_room, read_kept, write_whole
 from vistel.conference.model import Participant
-from vistel.figure.avatar_builtin import default_cache
+from vistel.figure.cache_folder import default_cache
 from vistel.figure.parcel import ENDING
 from vistel.wire.parcels import MOST_BYTES, digest_of, is_digest
 

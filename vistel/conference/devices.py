@@ -12,9 +12,9 @@ Name = Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9_\-]{0,31}$")]
 
 
 class Checked(BaseModel):
-    """Data of a conference file: nothing unknown, nothing changes."""
+    """Data of a conference file: nothing unknown, nothing changes, every number finite."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 STATIONS = {"fastrak": 4, "liberty": 16, "patriot": 2, "vrpn": 256}

@@ -40,8 +40,14 @@ class Screen(Checked):
         w, h = math.hypot(*across), math.hypot(*up)
         if min(w, h) < 0.01:
             raise ValueError(f"screen {self.name}: {w:.3f} m wide and {h:.3f} m high; are two corners the same?")
-        if abs(sum(a * b for a, b in zip(across, up, strict=True))) > 0.02 * w * h:
-            raise ValueError(f"screen {self.name}: its corners make no right angle at the lower left one")
+        cosine = sum(a * b for a, b in zip(across, up, strict=True)) / (w * h)
+        if abs(cosine) > 0.02:
+            corners = "corners lie in one line, they" if abs(cosine) > 0.999 else "corners"
+            angle = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
+            raise ValueError(
+                f"screen {self.name}: its {corners} make no right angle at the lower left one ({angle:.0f} degrees);"
+                " measure upper_left and lower_right again"
+            )
         if not all(0.0 <= g <= 1.0 for g in self.gain):
             raise ValueError(f"screen {self.name}: gain: expected three numbers from 0 to 1, got {list(self.gain)}")
         if not all(0.0 <= b <= 0.5 for b in self.blend):

@@ -24,6 +24,10 @@ class RunPaths:
         """The videos a site has written: one, and a numbered one for each time its renderer was started again."""
         return sorted(p for p in self.out.glob(f"{site}*.mp4") if p.stem.split(".")[0] == site)
 
+    def metrics(self, node: str) -> Path:
+        """Where Prometheus reads the address of a process "site/label"; there while the process is."""
+        return self.out / "metrics" / f"{node.replace('/', '-')}.json"
+
     @property
     def log(self) -> Path:
         return self.out / "conference.mcap"

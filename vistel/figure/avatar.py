@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import Body
+from vistel.figure.patch import Patch
 from vistel.figure.skeleton import Skeleton
 
 F32 = NDArray[np.float32]
@@ -82,6 +83,7 @@ class Avatar:
     coarser: the same person with fewer and fewer vertices, for pictures in which they are small.
     registration: transforms of the texture that the texture coordinates have in them.
     wrinkles: what it wears, as a file of sets says it (`vistel.wrinkle.wardrobe`); empty where nothing is said.
+    patches: what parts of the texture are like beside their colour, of all levels; none where the renderer decides by the limb.
     """
 
     name: str
@@ -93,6 +95,7 @@ class Avatar:
     coarser: tuple[Avatar, ...] = ()
     registration: tuple[Registration, ...] = ()
     wrinkles: str = ""
+    patches: tuple[Patch, ...] = ()
 
 
 def scaled(avatar: Avatar, height: float) -> Avatar:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import os
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from pathlib import Path
 
 from vistel.figure.avatar import Avatar
 from vistel.figure.avatar_file import AvatarFileError, load_avatar, save_avatar
+from vistel.figure.cache_folder import default_cache
 from vistel.figure.people.person import VERSION, make_person
 from vistel.figure.people.recipe import Recipe, parse_spec
 
@@ -72,14 +72,3 @@ def by_turns(lock: Path) -> Generator[None, None, None]:
         if sys.platform != "win32":
             fcntl.flock(stream, fcntl.LOCK_EX)
         yield
-
-
-def default_cache() -> Path:
-    """The user's cache directory for avatars on this platform."""
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "vistel" / "avatars"

@@ -6,15 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar, Mesh
-from vistel.figure.avatar_file import AvatarFileError
+from vistel.figure.avatar_file import MOST_TEXELS, AvatarFileError
+from vistel.figure.patch import fault_of
 from vistel.figure.proportions import Proportions
 from vistel.figure.rigid_weights import TWIST_BONES
 from vistel.figure.skeleton import JOINTS
 
 MOST_VERTICES, MOST_TRIANGLES = 200_000, 400_000
 MOST_LEVELS, MOST_TARGETS = 6, 300
-MOST_TEXELS = 4096
-"""Along a side of the texture."""
 MOST_WRINKLES = 1 << 18
 """Letters of what says which wrinkles it wears."""
 
@@ -32,6 +31,8 @@ def check_avatar(avatar: Avatar, where: str) -> None:
     texels = avatar.albedo
     if texels.dtype != np.uint8 or texels.ndim != 3 or texels.shape[2] != 3 or not 0 < max(texels.shape) <= MOST_TEXELS:
         raise AvatarFileError(f"{where}: a texture of {texels.shape}, expected at most {MOST_TEXELS} texels along a side")
+    if fault := fault_of(avatar.patches, MOST_TEXELS):
+        raise AvatarFileError(f"{where}: {fault}")
     for level in (avatar, *avatar.coarser):
         for mesh in (level.mesh, *level.eyeballs):
             _check_mesh(mesh, len(avatar.body), where)

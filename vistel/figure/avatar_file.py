@@ -20,9 +20,12 @@ from PIL import Image
 
 from vistel.figure.avatar import Avatar, Mesh, Target
 from vistel.figure.body import Body
+from vistel.figure.patch import from_arrays, to_arrays
 from vistel.figure.skeleton import Skeleton
 
 FORMAT = 2
+MOST_TEXELS = 4096
+"""Along a side of a texture."""
 _MESH_ARRAYS = ("vertices", "triangles", "corner_vertex", "uv", "corner_triangles", "limb")
 _BODY_ARRAYS = ("joint", "a", "b", "radius_a", "radius_b")
 
@@ -31,8 +34,8 @@ class AvatarFileError(ValueError):
     """An avatar file that cannot be used: which, and why."""
 
 
-def save_avatar(avatar: Avatar, path: Path) -> None:
-    """Writes the avatar to an .npz, whole or not at all. Raises OSError."""
+def save_avatar(avatar: Avatar, path: Path, *, small: bool = False) -> None:
+    """Writes the avatar to an .npz, whole or not at all; small: pictures of its patches as JPEG. Raises OSError."""
     arrays: dict[str, Any] = {
         "format": np.array(FORMAT),
         "name": np.array(avatar.name),
@@ -45,6 +48,7 @@ def save_avatar(avatar: Avatar, path: Path) -> None:
     }
     if avatar.wrinkles:
         arrays["wrinkles"] = np.array(avatar.wrinkles)
+    arrays |= to_arrays(avatar.patches, small=small)
     for array in _BODY_ARRAYS:
         arrays[f"body.{array}"] = getattr(avatar.body, array)
     for k, level in enumerate((avatar, *avatar.coarser)):
@@ -76,6 +80,7 @@ def load_avatar(path: Path) -> Avatar:
                 raise AvatarFileError(f"{path}: avatar format {int(file['format'])}, expected {FORMAT}")
             body = Body(tuple(str(n) for n in file["limbs"]), *(file[f"body.{array}"] for array in _BODY_ARRAYS))
             name, skeleton, albedo = str(file["name"]), Skeleton(file["rest"], file["tip"]), file["albedo"]
+            patches = from_arrays(file, MOST_TEXELS)
             levels: list[Avatar] = []
             for k in range(int(file["levels"])):
                 mesh, *eyeballs = (
@@ -86,7 +91,7 @@ def load_avatar(path: Path) -> Avatar:
                     )
                     for i in range(1 + int(file["eyeballs"]))
                 )
-                levels.append(Avatar(name, skeleton, body, mesh, tuple(eyeballs), albedo))
+                levels.append(Avatar(name, skeleton, body, mesh, tuple(eyeballs), albedo, patches=patches))
             wrinkles = str(file["wrinkles"]) if "wrinkles" in file else ""
             return replace(levels[0], coarser=tuple(levels[1:]), wrinkles=wrinkles)
     except (

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar, Mesh, Target
+from vistel.figure.avatar_gltf_materials import extensions_used, primitives, write_materials
 from vistel.figure.avatar_usd import joints_only
-from vistel.figure.gltf_binary import INDICES, Binary, png
+from vistel.figure.gltf_binary import Binary
 from vistel.figure.making.vrm import REQUIRED, vrm_name
 from vistel.figure.rigid_weights import influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
@@ -52,13 +53,15 @@ class _Writer(Binary):
         nodes = _joint_nodes(avatar)
         names = ("skin", *EYES)[: 1 + len(avatar.eyeballs)]
         meshes: list[dict[str, Any]] = []
+        orders: list[dict[str, int]] = []
         for name, mesh in zip(names, (avatar.mesh, *avatar.eyeballs), strict=True):
             joint = None if name == "skin" else JOINT_INDEX[name]
             nodes.append({"name": name, "mesh": len(meshes), "skin": 0})
             told = {"extras": {"targetNames": [t.name for t in mesh.targets]}} if mesh.targets else {}
-            meshes.append({"name": name, "primitives": [self._primitive(avatar, mesh, joint)]} | told)
+            parts, order = primitives(self, avatar, mesh, self._primitive(avatar, mesh, joint))
+            meshes.append({"name": name, "primitives": parts} | told)
+            orders.append({} if order is None else {"order": order})
         roots = [0, *range(len(JOINTS), len(nodes))]
-        image = self.view(png(avatar.albedo))
         tree: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": "VISTEL"}, "scene": 0, "scenes": [{"name": avatar.name, "nodes": roots}],
             "nodes": nodes, "meshes": meshes,
@@ -66,17 +69,12 @@ class _Writer(Binary):
                 "name": avatar.name, "skeleton": 0, "joints": list(range(len(JOINTS))),
                 "inverseBindMatrices": self.accessor(bind.reshape(-1, 16).astype(np.float32)),
             }],
-            "materials": [{
-                "name": "skin", "pbrMetallicRoughness": {
-                    "baseColorTexture": {"index": 0}, "metallicFactor": 0.0, "roughnessFactor": 0.7,
-                },
-            }],
-            "textures": [{"source": 0, "sampler": 0}],
-            "samplers": [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}],
-            "images": [{"name": "skin", "mimeType": "image/png", "bufferView": image}],
-            "extensionsUsed": [EXTENSION],
-            "extensions": {EXTENSION: _kept(avatar) | {"meshes": [self._exact(m) for m in (avatar.mesh, *avatar.eyeballs)]}},
+            "extensionsUsed": [EXTENSION, *extensions_used(avatar.patches)],
         }  # fmt: skip
+        materials, patches = write_materials(self, avatar)
+        tree |= materials
+        exact = [self._exact(m) | order for m, order in zip((avatar.mesh, *avatar.eyeballs), orders, strict=True)]
+        tree["extensions"] = {EXTENSION: _kept(avatar) | {"meshes": exact} | ({"patches": patches} if patches else {})}
         if vrm:
             tree["extensionsUsed"].append("VRMC_vrm")
             tree["extensions"]["VRMC_vrm"] = vrm_extension(avatar, author, len(JOINTS))
@@ -101,9 +99,8 @@ class _Writer(Binary):
             "TEXCOORD_0": self.accessor(np.column_stack([uv[:, 0], np.float32(1.0) - uv[:, 1]])),
             "JOINTS_0": self.accessor(joints), "WEIGHTS_0": self.accessor(shares),
         }  # fmt: skip
-        index = self.accessor(mesh.corner_triangles.reshape(-1, 1).astype(np.uint32), target=INDICES)
         moved = {"targets": [self._target(t, mesh) for t in mesh.targets]} if mesh.targets else {}
-        return {"attributes": attributes, "indices": index, "material": 0, "mode": 4} | moved
+        return {"attributes": attributes, "mode": 4} | moved
 
     def _target(self, target: Target, mesh: Mesh) -> dict[str, int]:
         whole = np.zeros_like(mesh.vertices)

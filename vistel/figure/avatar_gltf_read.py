@@ -14,6 +14,7 @@ from vistel.figure.avatar import Avatar, Mesh, Registration, Target
 from vistel.figure.avatar_check import check_targets
 from vistel.figure.avatar_file import AvatarFileError
 from vistel.figure.avatar_gltf import EXTENSION, EYES, FORMAT
+from vistel.figure.avatar_gltf_materials import read_patches
 from vistel.figure.avatar_usd import check_body, check_mesh
 from vistel.figure.body import Body
 from vistel.figure.making.gltf import Document, read_document
@@ -51,7 +52,7 @@ def _restored(document: Document, kept: dict[str, Any], path: Path) -> Avatar | 
         return None
     meshes: list[Mesh] = []
     for row, exact in zip(rows, kept["meshes"], strict=True):
-        mesh = _mesh(document, row["primitives"][0], exact)
+        mesh = _mesh(document, row["primitives"], exact)
         if mesh is None:
             return None
         mesh = replace(mesh, targets=_targets(document, row, mesh))
@@ -61,11 +62,11 @@ def _restored(document: Document, kept: dict[str, Any], path: Path) -> Avatar | 
     if len(document.rows("nodes")) != len(JOINTS) + len(meshes):
         return None
     try:
-        albedo = decode(document.picture(0), 16384)
+        albedo, patches = decode(document.picture(0), 16384), read_patches(document, kept)
     except MakingError as fault:
         raise AvatarFileError(f"{path}: its texture: {fault}") from fault
-    wears = str(kept.get("wrinkles", ""))
-    avatar = Avatar(str(kept["name"]), skeleton, body, meshes[0], tuple(meshes[1:]), albedo, (), _registration(kept), wears)
+    name, wears = str(kept["name"]), str(kept.get("wrinkles", ""))
+    avatar = Avatar(name, skeleton, body, meshes[0], tuple(meshes[1:]), albedo, (), _registration(kept), wears, patches)
     return with_coarser(avatar, manifold=soundness(avatar.mesh.triangles, len(avatar.mesh.vertices)).manifold)
 
 
@@ -93,12 +94,18 @@ def _targets(document: Document, row: dict[str, Any], mesh: Mesh) -> tuple[Targe
     return tuple(out)
 
 
-def _mesh(document: Document, primitive: dict[str, Any], exact: dict[str, int]) -> Mesh | None:
+def _mesh(document: Document, primitives: list[dict[str, Any]], exact: dict[str, int]) -> Mesh | None:
     """A mesh with its drawn vertices joined again; None where others have changed how many there are."""
     kept = {name: document.array(index) for name, index in exact.items()}
+    primitive = primitives[0]
     vertex, limb = kept["vertex"][:, 0].astype(np.int32), kept["limb"][:, 0].astype(np.int32)
     drawn = document.array(primitive["attributes"]["POSITION"])
-    corner = document.array(primitive["indices"]).reshape(-1, 3).astype(np.int32)
+    corner = np.vstack([document.array(p["indices"]).reshape(-1, 3) for p in primitives]).astype(np.int32)
+    if "order" in kept:
+        order = kept["order"][:, 0].astype(np.int64)
+        if not np.array_equal(np.sort(order), np.arange(len(corner))):
+            return None
+        corner[order] = corner.copy()
     if len(drawn) != len(vertex) or len(kept["uv"]) != len(vertex) or len(np.unique(vertex)) != len(limb):
         return None
     if not len(limb) or vertex.min() < 0 or vertex.max() >= len(limb) or corner.max() >= len(vertex):

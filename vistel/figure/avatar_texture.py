@@ -124,9 +124,11 @@ def with_picture(avatar: Avatar, island: int, picture: U8) -> Avatar:
         replace(r, middle=_scaled(r.middle, where[0], 1.0), move=_scaled(r.move, where[0], 0.0)) for r in avatar.registration
     )
     out = _each_level(avatar, of, island, placed)
+    patches = tuple(p.within(where[0]) for p in avatar.patches)
     return replace(
-        out, albedo=albedo, registration=kept, coarser=tuple(replace(level, albedo=albedo) for level in out.coarser)
-    )
+        out, albedo=albedo, registration=kept, patches=patches,
+        coarser=tuple(replace(level, albedo=albedo, patches=patches) for level in out.coarser),
+    )  # fmt: skip
 
 
 def _scaled(point: tuple[float, float], box: F64, shift: float) -> tuple[float, float]:

@@ -4,7 +4,7 @@
     /Avatar/Skeleton   joints under the house's names (VRM's bones in snake case, spine_1 ... spine_8)
     /Avatar/Skin       Mesh with joint weights, texture coordinates (st) and vistel:limb for every vertex
     /Avatar/LeftEye    Mesh bound to its joint, RightEye the same
-    /Avatar/Materials/Skin   UsdPreviewSurface with the texture
+    /Avatar/Materials/Skin   UsdPreviewSurface with the texture; others for its patches (`vistel.figure.avatar_usd_materials`)
 
 Levels of detail are variants of /Avatar ("detail": full, level_1, ...). Skinning weights in `primvars:skel:...` are of
 joints only, as UsdSkel has it; those with twist bones are kept in vistel:bone and vistel:weight. Numbers are kept exactly.
@@ -27,10 +27,12 @@ from PIL import Image
 from vistel.figure.avatar import Avatar, Mesh, Registration
 from vistel.figure.avatar_check import check_targets
 from vistel.figure.avatar_file import AvatarFileError
+from vistel.figure.avatar_usd_materials import bind, pictures_of, read_patches, write_materials
 from vistel.figure.avatar_usd_targets import read_targets, write_targets
 from vistel.figure.body import Body
 from vistel.figure.making.pictures import decode
 from vistel.figure.making.source import MakingError
+from vistel.figure.patch import fault_of
 from vistel.figure.rigid_weights import TWIST_BONES, influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
 
@@ -41,8 +43,8 @@ _FULL = "full"
 
 
 def save_usd(avatar: Avatar, path: Path) -> None:
-    """Writes .usda, .usdc or .usd with the texture as NAME_texture.png beside it, or .usdz with both in one file; whole or
-    not at all. Raises OSError, and ValueError for another ending."""
+    """Writes .usda, .usdc or .usd with the texture as NAME_texture.png beside it and the pictures of its patches, or .usdz with all
+    in one file; whole or not at all. Raises OSError, and ValueError for another ending."""
     if path.suffix.lower() not in USD_ENDINGS:
         raise ValueError(f"{path}: expected a name that ends in {', '.join(USD_ENDINGS)}")
     from pxr import UsdUtils  # noqa: PLC0415 - takes long to load
@@ -52,14 +54,18 @@ def save_usd(avatar: Avatar, path: Path) -> None:
         stage = Path(folder) / (f"{path.stem}.usdc" if packed else path.name)
         texture = Path(folder) / f"{path.stem}_texture.png"
         Image.fromarray(avatar.albedo).save(texture)
-        _write(avatar, stage, texture.name)
+        more = pictures_of(avatar.patches, path.stem)
+        for name, picture in more.items():
+            picture.save(Path(folder) / name)
+        _write(avatar, stage, texture.name, path.stem)
         if packed:
             package = Path(folder) / path.name
             if not UsdUtils.CreateNewUsdzPackage(str(stage), str(package)):
                 raise OSError(f"{path}: could not be packed")
             os.replace(package, path)
         else:
-            os.replace(texture, path.with_name(texture.name))
+            for name in (texture.name, *more):
+                os.replace(Path(folder) / name, path.with_name(name))
             os.replace(stage, path)
 
 
@@ -85,7 +91,7 @@ def load_usd(path: Path) -> Avatar:
         raise AvatarFileError(f"{path}: not a whole avatar file ({fault})") from fault
 
 
-def _write(avatar: Avatar, path: Path, texture: str) -> None:
+def _write(avatar: Avatar, path: Path, texture: str, stem: str) -> None:
     from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt  # noqa: PLC0415
 
     stage: Any = Usd.Stage.CreateNew(str(path))
@@ -128,7 +134,7 @@ def _write(avatar: Avatar, path: Path, texture: str) -> None:
     keep(skeleton.GetPrim(), "rest", types.Point3dArray, Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(avatar.skeleton.rest)))
     keep(skeleton.GetPrim(), "tip", types.Double3Array, tips)
 
-    material = _material(stage, texture)
+    plain, patched = write_materials(stage, texture, stem, avatar.patches)
     levels = [avatar, *avatar.coarser]
     variants = prim.GetVariantSets().AddVariantSet("detail")
     for k, level in enumerate(levels):
@@ -137,7 +143,8 @@ def _write(avatar: Avatar, path: Path, texture: str) -> None:
         variants.SetVariantSelection(variant)
         with variants.GetVariantEditContext():
             for name, mesh, joint in _meshes(level):
-                _write_mesh(stage, f"/Avatar/{name}", mesh, avatar, material, joint, keep)
+                geometry = _write_mesh(stage, f"/Avatar/{name}", mesh, avatar, joint, keep)
+                bind(geometry, mesh, plain, avatar.patches, patched)
     variants.SetVariantSelection(_FULL)
     bound = UsdSkel.BindingAPI.Apply(prim)
     bound.CreateSkeletonRel().SetTargets(["/Avatar/Skeleton"])
@@ -155,8 +162,8 @@ def _meshes(level: Avatar) -> list[tuple[str, Mesh, int | None]]:
     return [("Skin", level.mesh, None), *eyes]
 
 
-def _write_mesh(stage: Any, at: str, mesh: Mesh, avatar: Avatar, material: Any, joint: int | None, keep: Any) -> None:
-    from pxr import Sdf, UsdGeom, UsdShade, UsdSkel, Vt  # noqa: PLC0415
+def _write_mesh(stage: Any, at: str, mesh: Mesh, avatar: Avatar, joint: int | None, keep: Any) -> Any:
+    from pxr import Sdf, UsdGeom, UsdSkel, Vt  # noqa: PLC0415
 
     types = Sdf.ValueTypeNames
     geometry = UsdGeom.Mesh.Define(stage, at)
@@ -188,7 +195,7 @@ def _write_mesh(stage: Any, at: str, mesh: Mesh, avatar: Avatar, material: Any, 
         binding.CreateJointWeightsPrimvar(False, 4).Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(shares.reshape(-1))))
     binding.CreateGeomBindTransformAttr(_identity())
     write_targets(stage, at, binding, mesh)
-    UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
+    return geometry
 
 
 def joints_only(bone: NDArray[np.int32], weight: NDArray[np.float32]) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
@@ -224,29 +231,6 @@ def joint_path(joint: int) -> str:
     return "/".join(reversed(names))
 
 
-def _material(stage: Any, texture: str) -> Any:
-    from pxr import Sdf, UsdGeom, UsdShade  # noqa: PLC0415
-
-    types = Sdf.ValueTypeNames
-    UsdGeom.Scope.Define(stage, "/Avatar/Materials")
-    material = UsdShade.Material.Define(stage, "/Avatar/Materials/Skin")
-    surface = UsdShade.Shader.Define(stage, "/Avatar/Materials/Skin/Surface")
-    surface.CreateIdAttr("UsdPreviewSurface")
-    surface.CreateInput("roughness", types.Float).Set(0.7)
-    reader = UsdShade.Shader.Define(stage, "/Avatar/Materials/Skin/TextureCoordinates")
-    reader.CreateIdAttr("UsdPrimvarReader_float2")
-    reader.CreateInput("varname", types.String).Set("st")
-    picture = UsdShade.Shader.Define(stage, "/Avatar/Materials/Skin/Texture")
-    picture.CreateIdAttr("UsdUVTexture")
-    picture.CreateInput("file", types.Asset).Set(Sdf.AssetPath(f"./{texture}"))
-    picture.CreateInput("sourceColorSpace", types.Token).Set("sRGB")
-    picture.CreateInput("st", types.Float2).ConnectToSource(reader.CreateOutput("result", types.Float2))
-    colour = surface.CreateInput("diffuseColor", types.Color3f)
-    colour.ConnectToSource(picture.CreateOutput("rgb", types.Float3))
-    material.CreateSurfaceOutput().ConnectToSource(surface.CreateOutput("surface", types.Token))
-    return material
-
-
 def _read(stage: Any, root: Any, path: Path) -> Avatar:
     from pxr import UsdGeom  # noqa: PLC0415
 
@@ -268,7 +252,11 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
     chain = stage.GetPrimAtPath(f"{root.GetPath()}/Skeleton")
     skeleton = Skeleton(array(chain, "vistel:rest", np.float64, 3), array(chain, "vistel:tip", np.float64, 3))
     check_body(body, skeleton, path)
-    albedo = _texture(stage, root, path)
+    shown = stage.GetPrimAtPath(f"{root.GetPath()}/Materials/Skin/Texture").GetAttribute("inputs:file").Get()
+    albedo = _picture(shown, path)
+    patches = read_patches(stage, root, lambda asset: _picture(asset, path))
+    if fault := fault_of(patches, 16384):
+        raise AvatarFileError(f"{path}: {fault}")
     variants = root.GetVariantSets().GetVariantSet("detail")
     stage.SetEditTarget(stage.GetSessionLayer())
     levels: list[Avatar] = []
@@ -295,7 +283,7 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
             check_mesh(mesh, body, path)
             check_targets(mesh, str(path))
             meshes.append(mesh)
-        levels.append(Avatar(str(get(root, "vistel:name")), skeleton, body, meshes[0], tuple(meshes[1:]), albedo))
+        levels.append(Avatar(str(get(root, "vistel:name")), skeleton, body, meshes[0], tuple(meshes[1:]), albedo, patches=patches))
     kept: tuple[Registration, ...] = ()
     if root.HasAttribute("vistel:registration:island"):
         rows = zip(
@@ -337,11 +325,10 @@ def check_mesh(mesh: Mesh, body: Body, path: Path) -> None:
         raise AvatarFileError(f"{path}: a mesh that is damaged; export the avatar again")
 
 
-def _texture(stage: Any, root: Any, path: Path) -> NDArray[np.uint8]:
-    """The picture the material names."""
+def _picture(value: Any, path: Path) -> NDArray[np.uint8]:
+    """The picture of an asset that a material names."""
     from pxr import Ar  # noqa: PLC0415
 
-    value = stage.GetPrimAtPath(f"{root.GetPath()}/Materials/Skin/Texture").GetAttribute("inputs:file").Get()
     found = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(value.resolvedPath)) if value and value.resolvedPath else None
     if found is None:
         raise AvatarFileError(f"{path}: its texture {value.path if value else ''} is not there; put it beside the file")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.posture import JointPose
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]

@@ -17,9 +17,9 @@ from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid import Influences, RigidSkin
 from vistel.figure.rotation import move_points
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit.deform import Deformer, DeformReport
-from vistel.implicit.embedding import Embedding, embed, group_fields
-from vistel.implicit.ghost import GhostSource
+from vistel.implicit.deformation.deform import Deformer, DeformReport
+from vistel.implicit.ghosts.ghost import GhostSource
+from vistel.implicit.meshes.embedding import Embedding, embed, group_fields
 
 F32 = NDArray[np.float32]
 
@@ -94,7 +94,7 @@ class Figure:
         """The figure in `posture`, deformed by its own limbs and by the ghosts of other bodies.
 
         displacement: (V,) of the skin along its normal [m], wrinkles; flattened where something presses. Make ghosts with
-        `Figure.ghosts` of another figure and `vistel.implicit.ghost.ghosts_of` of things.
+        `Figure.ghosts` of another figure and `vistel.implicit.ghosts.ghost.ghosts_of` of things.
         """
         joints = pose_joints(self.avatar.skeleton, posture)
         self.skin.pose(joints, self._vertices, self._normals)

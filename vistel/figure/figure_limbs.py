@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vistel.figure.body import Body, pose_body
 from vistel.figure.posture import rest_pose
 from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton
-from vistel.implicit.embedding import Hinge, Limbs
+from vistel.implicit.meshes.embedding import Hinge, Limbs
 
 I32 = NDArray[np.int32]
 

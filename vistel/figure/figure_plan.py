@@ -1,4 +1,4 @@
-"""A figure in a posture, planned for an engine that skins and deforms elsewhere (see `vistel.implicit.deform_plan`).
+"""A figure in a posture, planned for an engine that skins and deforms elsewhere (see `vistel.implicit.deformation.deform_plan`).
 
 Only the vertices that tell who touches whom are posed here.
 """
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure import Figure
 from vistel.figure.posture import JointPose, Posture, pose_joints
-from vistel.implicit.deform_plan import FramePlan, Planner
-from vistel.implicit.ghost import GhostSource
+from vistel.implicit.deformation.deform_plan import FramePlan, Planner
+from vistel.implicit.ghosts.ghost import GhostSource
 
 F32 = NDArray[np.float32]
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -18,12 +18,14 @@ import numpy as np
 from PIL import Image
 
 from vistel.figure.avatar import Avatar
-from vistel.figure.avatar_check import MOST_TEXELS, check_avatar
-from vistel.figure.avatar_file import AvatarFileError, load_any, load_avatar, save_avatar
+from vistel.figure.avatar_check import check_avatar
+from vistel.figure.avatar_file import MOST_TEXELS, AvatarFileError, load_any, load_avatar, save_avatar
 
 ENDING = ".parcel"
 TEXELS, QUALITY = 2048, 90
 """Of the texture that travels: along a side, and JPEG's."""
+PATCH_TEXELS = 1024
+"""Of the pictures that say what its surface is like beside its colour, along a side."""
 MOST_UNPACKED = 256 << 20
 """Bytes of all arrays together."""
 _HEAD = struct.Struct("<8sII")
@@ -39,9 +41,10 @@ def pack(avatar: Avatar) -> bytes:
     picture = io.BytesIO()
     image.save(picture, "JPEG", quality=QUALITY, subsampling=0)
     bare = tuple(replace(level, name="", albedo=_NOTHING) for level in avatar.coarser)
+    patches = tuple(p.reduced(PATCH_TEXELS) for p in avatar.patches)
     with tempfile.TemporaryDirectory(prefix="vistel-") as folder:
         path = Path(folder) / "arrays.npz"
-        save_avatar(replace(avatar, name="", albedo=_NOTHING, coarser=bare), path)
+        save_avatar(replace(avatar, name="", albedo=_NOTHING, coarser=bare, patches=patches), path, small=True)
         arrays = path.read_bytes()
     return _HEAD.pack(_MAGIC, _FORMAT, len(arrays)) + arrays + picture.getvalue()
 

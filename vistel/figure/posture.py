@@ -43,7 +43,7 @@ from vistel.figure.rotation import (
     turn,
 )
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, SPINE_SEGMENTS, Skeleton
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 

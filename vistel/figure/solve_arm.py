@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vistel.figure.posture import collar_scale
 from vistel.figure.rotation import quaternion_from_matrix, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import COLLAR_SHORTENING
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 

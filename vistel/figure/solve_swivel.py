@@ -23,7 +23,7 @@ from vistel.figure.solve_arm import (
     elbow_circle,
     elbow_flexion,
 )
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 

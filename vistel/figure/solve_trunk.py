@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.posture import spine_chord
 from vistel.figure.rotation import matrix_from_rotvec, rotvec_from_matrix
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 

@@ -11,7 +11,8 @@ The surface of a shape is where its field is T = 1/2. See docs/reference/implici
 
 from vistel.implicit.blend import HERMITE, QUAD2, QUARTIC, THRESHOLD, WYVILL, Blend
 from vistel.implicit.checks import ShapeError
-from vistel.implicit.combine import (
+from vistel.implicit.evaluation.program import Evaluation, FieldProgram, compile
+from vistel.implicit.graph.combine import (
     Attributed,
     Complement,
     Diff,
@@ -26,15 +27,14 @@ from vistel.implicit.combine import (
     total,
     union,
 )
-from vistel.implicit.kinds import KINDS, primitive_of
-from vistel.implicit.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
-from vistel.implicit.pointblob import Pointblob, PointSetblob
-from vistel.implicit.polyblob import Polyblob
-from vistel.implicit.polyhedron import Polyhedron, box, prism, sphere_mesh, torus_mesh
-from vistel.implicit.primitive import Primitive
-from vistel.implicit.program import Evaluation, FieldProgram, compile
-from vistel.implicit.shape import Shape
-from vistel.implicit.superquadric import Superellipsoid, Supertoroid
+from vistel.implicit.graph.shape import Shape
+from vistel.implicit.primitives.kinds import KINDS, primitive_of
+from vistel.implicit.primitives.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
+from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
+from vistel.implicit.primitives.polyblob import Polyblob
+from vistel.implicit.primitives.polyhedron import Polyhedron, box, prism, sphere_mesh, torus_mesh
+from vistel.implicit.primitives.primitive import Primitive
+from vistel.implicit.primitives.superquadric import Superellipsoid, Supertoroid
 
 __all__ = [
     "HERMITE",

@@ -1,7 +1,7 @@
 """What sticks: bonds between a sticky thing and what touched it, held by constraints until they tear (Singh §2.2).
 
 A bond is made where a limb or another thing touches, moves along while it slides in touch, and is drawn out when they part:
-skin and thing bulge towards each other, as `vistel.implicit.constraint` has it. It draws both together with a force that
+skin and thing bulge towards each other, as `vistel.implicit.ghosts.constraint` has it. It draws both together with a force that
 grows with the gap, and at the force it bears it tears for good and its bulges fade.
 """
 

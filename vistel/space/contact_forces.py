@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact import find_contacts
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import find_contacts
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.patch_kernels import (
     ANGLES,
     AREA,

@@ -1,6 +1,6 @@
 """What things of the room remember of what pressed on them (Singh §C.2): dents of primitives, in the thing's own frame.
 
-The laws are those of `vistel.implicit.temporal`, for the primitives that the world's contacts are made of: a plastic thing
+The laws are those of `vistel.implicit.ghosts.temporal`, for the primitives that the world's contacts are made of: a plastic thing
 keeps the deepest imprint of every contact, several side by side where the maker slides; the ghost of a viscoelastic one
 follows its maker with a time constant once that draws back. A dent is known by a number, and only those that changed need
 to be told.
@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, slerp
-from vistel.implicit.contact import find_contacts
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.ghost_terms import decay_quartic
-from vistel.implicit.temporal import FADED
+from vistel.implicit.contacts.contact import find_contacts
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.ghost_terms import decay_quartic
+from vistel.implicit.ghosts.temporal import FADED
 from vistel.space.things import Matter, Primitive
 
 F64 = NDArray[np.float64]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.collide_kernels import PUSHER, WIDTH, detect  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.kernels import matrices, solve  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.solids import Solids, pose_solids

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from vistel.figure.posture import Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, finger_joints
 from vistel.figure.solve import FINGER_LIMITS
-from vistel.implicit.contact import find_contacts
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import find_contacts
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.people import DIGITS, HAND_JOINT, PALM, SIDES, THUMB, Build
 
 F64 = NDArray[np.float64]

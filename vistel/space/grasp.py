@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, slerp
-from vistel.implicit.contact import ContactArray
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import ContactArray
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.axes import axes_of
 from vistel.space.fitting import fit
 from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion, flexion_of

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, rotvec_from_matrix
-from vistel.implicit.contact import ContactArray, find_contacts
+from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.fitting import hand_of
 from vistel.space.grasp import Grasp, Pose, hand_frame
 from vistel.space.people import DIGITS, Posed

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact import ContactArray
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import ContactArray
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact_forces import STIFFEST, Surface
 from vistel.space.dynamics import FIXED, Motions
 from vistel.space.near import Bodies, placed

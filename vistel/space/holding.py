@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
-from vistel.implicit.contact import ContactArray, find_contacts
+from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space import grasp as hands
 from vistel.space import sharing
 from vistel.space.dynamics import FREE, HELD, Motions, wake_around

@@ -44,7 +44,8 @@ class MotionInput:
 class PropInput:
     """Where a tracked thing is: position (3,) [m], rotation (4,) quaternion (x, y, z, w), room frame.
 
-    t_ns: when it was measured, conference time; velocity (3,) [m/s], spin (3,) [rad/s] then.
+    t_ns: when it was measured, conference time; velocity (3,) [m/s], spin (3,) [rad/s] then. led_by: the participant who leads
+    it with a mouse, empty where it has a receiver; let_go: the last word, from here on it is free.
     """
 
     thing: str
@@ -53,6 +54,8 @@ class PropInput:
     t_ns: int
     velocity: F64 = field(default_factory=lambda: np.zeros(3))
     spin: F64 = field(default_factory=lambda: np.zeros(3))
+    led_by: str = ""
+    let_go: bool = False
 
 
 @dataclass(frozen=True)

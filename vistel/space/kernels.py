@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.implicit.contact_kernels import surface
-from vistel.implicit.kernel_jit import compiled
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.contacts.contact_kernels import surface
+from vistel.implicit.jit.kernel_jit import compiled
+from vistel.implicit.jit.pointers import at, keep, pointer
 from vistel.space.collide_kernels import WIDTH
 
 GRAVITY = 9.81

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact import ContactArray
-from vistel.implicit.contact_search import place  # pyright: ignore[reportUnknownVariableType]
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import ContactArray
+from vistel.implicit.contacts.contact_search import place  # pyright: ignore[reportUnknownVariableType]
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.near_kernels import (
     boxes_of,  # pyright: ignore[reportUnknownVariableType]
     find_between,  # pyright: ignore[reportUnknownVariableType]

@@ -1,6 +1,6 @@
 """Numba kernels of who is near what: contacts of many bodies made of cone-spheres, in one call. float64.
 
-The narrow phase is that of `vistel.implicit.contact_kernels`, and contacts come in the same order as from
+The narrow phase is that of `vistel.implicit.contacts.contact_kernels`, and contacts come in the same order as from
 `find_contacts` for each body alone: by the body's primitive, then by the other's.
 """
 
@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.contact_kernels import cone_against, cone_pair
-from vistel.implicit.contact_search import _apart, hulls
-from vistel.implicit.contact_set import CONE_SPHERE
-from vistel.implicit.kernel_jit import compiled
-from vistel.implicit.pointers import at, pointer
+from vistel.implicit.contacts.contact_kernels import cone_against, cone_pair
+from vistel.implicit.contacts.contact_search import _apart, hulls
+from vistel.implicit.contacts.contact_set import CONE_SPHERE
+from vistel.implicit.jit.kernel_jit import compiled
+from vistel.implicit.jit.pointers import at, pointer
 
 
 @compiled

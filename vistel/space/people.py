@@ -12,7 +12,7 @@ from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.proportions import Proportions
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints, standard_skeleton
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.inputs import MotionInput, Person
 
 F64 = NDArray[np.float64]

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.contact_surface import surface
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact_surface import surface
+from vistel.implicit.jit.kernel_jit import compiled
 from vistel.space.things import Primitive, Thing
 
 F64 = NDArray[np.float64]

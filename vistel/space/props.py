@@ -1,4 +1,4 @@
-"""Tracked things: they go where their own receiver is, for as long as it speaks."""
+"""Tracked things: they go where their own receiver is, or where a mouse leads them, for as long as it speaks."""
 
 from __future__ import annotations
 
@@ -25,19 +25,21 @@ FASTEST, MOST_SPIN = 10.0, 50.0
 
 @dataclass(frozen=True)
 class Tracked:
-    """A thing that follows its tracker. heard_ns: time of the step that heard `news` of it."""
+    """A thing that follows its tracker, or a mouse. heard_ns: time of the step that heard `news` of it; stood: position (3,) and
+    rotation (4,) where it was before the mouse had it."""
 
     news: PropInput
     heard_ns: int
+    stood: tuple[F64, F64] | None = None
 
     @property
     def thing(self) -> str:
         return self.news.thing
 
-    def at(self, t_ns: int) -> tuple[F64, F64]:
+    def at(self, t_ns: int, before_s: float = 0.0) -> tuple[F64, F64]:
         """Position (3,) [m] and rotation (4,) at the step about `t_ns`: carried on from the measurement, so that a
-        picture of that instant has it in the hand."""
-        ahead = 1e-9 * min(MOST_AHEAD_NS, max(0, t_ns - self.news.t_ns))
+        picture of that instant has it in the hand. before_s: so long before that, as its speed has it [s]."""
+        ahead = 1e-9 * min(MOST_AHEAD_NS, max(0, t_ns - self.news.t_ns)) - before_s
         turn = matrix_from_rotvec(self.news.spin * ahead) @ matrix_from_quaternion(self.news.rotation)
         return self.news.position + self.news.velocity * ahead, quaternion_from_matrix(turn)
 
@@ -55,13 +57,18 @@ def usable(prop: PropInput) -> bool:
 
 def heard(
     tracked: Sequence[Tracked], news: Iterable[PropInput], things: Iterable[str], t_ns: int
-) -> tuple[tuple[Tracked, ...], tuple[str, ...]]:
-    """What is tracked at the step about `t_ns`, sorted, and what has fallen silent. things: loose things there are."""
+) -> tuple[tuple[Tracked, ...], tuple[Tracked, ...]]:
+    """What is tracked at the step about `t_ns`, sorted, and what is so no longer: let go of, as its news then say, or silent.
+    things: loose things there are. No mouse takes what a tracker, or another mouse, has."""
     known = frozenset(things)
     now = {old.thing: old for old in tracked if old.thing in known}
     for prop in news:
-        if prop.thing in known and usable(prop):
-            rotation = prop.rotation / float(np.sqrt(prop.rotation @ prop.rotation))
-            now[prop.thing] = Tracked(replace(prop, rotation=rotation), t_ns)
-    silent = tuple(name for name in sorted(now) if t_ns - now[name].heard_ns > SILENT_NS)
-    return tuple(now[name] for name in sorted(now) if name not in silent), silent
+        old = now.get(prop.thing)
+        taken = old is not None and prop.led_by not in ("", old.news.led_by)
+        if prop.thing not in known or not usable(prop) or taken or (old is None and prop.let_go):
+            continue
+        rotation = prop.rotation / float(np.sqrt(prop.rotation @ prop.rotation))
+        stood = old.stood if old is not None and old.news.led_by == prop.led_by else None
+        now[prop.thing] = Tracked(replace(prop, rotation=rotation), t_ns, stood)
+    over = {name: t for name, t in now.items() if t.news.let_go or t_ns - t.heard_ns > SILENT_NS}
+    return tuple(now[name] for name in sorted(now) if name not in over), tuple(over[name] for name in sorted(over))

@@ -276,15 +276,18 @@ def _to_bond(d: Any) -> Bond:
 
 
 def _from_tracked(t: Tracked) -> list[Any]:
+    """Of what a mouse leads, who leads it and where it stood as well."""
     n = t.news
-    pose = n.position.tolist(), n.rotation.tolist()
-    return [n.thing, *pose, n.t_ns, n.velocity.tolist(), n.spin.tolist(), t.heard_ns]
+    row = [n.thing, n.position.tolist(), n.rotation.tolist(), n.t_ns, n.velocity.tolist(), n.spin.tolist(), t.heard_ns]
+    return [*row, n.led_by, *(a.tolist() for a in t.stood)] if n.led_by and t.stood is not None else row
 
 
 def _to_tracked(d: Any) -> Tracked:
-    thing, p, q, t_ns, v, w, heard_ns = d
-    pose = _rows(p, 1, 3)[0], _rows(q, 1, 4)[0]
-    return Tracked(PropInput(str(thing), *pose, int(t_ns), _rows(v, 1, 3)[0], _rows(w, 1, 3)[0]), int(heard_ns))
+    thing, p, q, t_ns, v, w, heard_ns, *led = d
+    led_by, before, turned = led or ("", None, None)
+    speeds = _rows(v, 1, 3)[0], _rows(w, 1, 3)[0]
+    news = PropInput(str(thing), _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], int(t_ns), *speeds, str(led_by))
+    return Tracked(news, int(heard_ns), (_rows(before, 1, 3)[0], _rows(turned, 1, 4)[0]) if led else None)
 
 
 def _rows(values: Any, n: int, width: int) -> F64:

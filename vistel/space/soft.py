@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.blend import THRESHOLD as T
-from vistel.implicit.combine import union
-from vistel.implicit.constraint import Constraint, Hold, tear
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deformable import Deformable, collisions, deformed
-from vistel.implicit.ghost_kind import Ghost
-from vistel.implicit.ghost_terms import constraint_field, hold_level
-from vistel.implicit.kinds import primitive_of
-from vistel.implicit.shape import Shape
-from vistel.implicit.temporal import Material, Memory
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.constraint import Constraint, Hold, tear
+from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed
+from vistel.implicit.ghosts.ghost_kind import Ghost
+from vistel.implicit.ghosts.ghost_terms import constraint_field, hold_level
+from vistel.implicit.ghosts.temporal import Material, Memory
+from vistel.implicit.graph.combine import union
+from vistel.implicit.graph.shape import Shape
+from vistel.implicit.primitives.kinds import primitive_of
 from vistel.space.bristles import Bristle, Key, grip
 from vistel.space.contact_forces import STIFFEST, Motion, Patch, Surface, contact_patches
 from vistel.space.patch_kernels import value  # pyright: ignore[reportUnknownVariableType]

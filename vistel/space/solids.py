@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.near import Placed, placed
 from vistel.space.probes import probes_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact_set import KIND_CODES
+from vistel.implicit.contacts.contact_set import KIND_CODES
 from vistel.space.arc import Arc
 
 F64 = NDArray[np.float64]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact import ContactArray
+from vistel.implicit.contacts.contact import ContactArray
 from vistel.space.people import Posed
 from vistel.space.solids import Solids
 from vistel.space.view import ContactView, GhostView

@@ -20,10 +20,10 @@ import math
 import numpy as np
 from numba.np.numpy_support import carray
 
-from vistel.implicit.contact_set import CONE_SPHERE, SPHERE, SUPERELLIPSOID
-from vistel.implicit.contact_surface import INVERSE_T, T, cone_sphere_foot, surface
-from vistel.implicit.kernel_jit import compiled
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.contacts.contact_set import CONE_SPHERE, SPHERE, SUPERELLIPSOID
+from vistel.implicit.contacts.contact_surface import INVERSE_T, T, cone_sphere_foot, surface
+from vistel.implicit.jit.kernel_jit import compiled
+from vistel.implicit.jit.pointers import at, keep, pointer
 
 RAYS = 8
 NODES = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))

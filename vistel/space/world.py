@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contact import ContactArray
+from vistel.implicit.contacts.contact import ContactArray
 from vistel.space import grasp as hands
 from vistel.space import holding, ownership, snapshot, sticking
 from vistel.space.commands.perform import forgotten, obey
@@ -22,10 +22,10 @@ from vistel.space.eyes import Eyes, eyes_of
 from vistel.space.gripped import seen
 from vistel.space.hand_forces import Reached, due_at, hand_forces, nothing
 from vistel.space.inputs import CommandInput, StepInputs, usable
+from vistel.space.led import followed
 from vistel.space.memory import changes, remembered
 from vistel.space.near import Bodies, placed
 from vistel.space.people import Figure, Posed, pose_figure
-from vistel.space.props import heard
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.sharing import Pull, with_pulls
 from vistel.space.solids import Solids, solids
@@ -128,7 +128,8 @@ class World:
         self._state = replace(before, step=inputs.step, t_ns=inputs.t_ns, ledger=before.ledger.next_step())
         self._take_people(inputs)
         outcomes = tuple(self._obey(c) for c in inputs.commands)
-        self._follow_props(inputs)
+        if inputs.props or self._state.tracked:
+            self._state = followed(self._state, self._solids, inputs.props, DT)
         figures = tuple(f.with_opening(DT) for f in self._state.figures)
         self._state = replace(self._state, figures=figures)
         posed = {f.name: p for f in figures if (p := pose_figure(f, inputs.t_ns, self._last.get(f.name))) is not None}
@@ -188,32 +189,6 @@ class World:
         if self._state.things != self._solids.things:
             self._solids = solids(self._state.things, self._solids)
         return outcome
-
-    # -- tracked things ----------------------------------------------------------------------------------------
-
-    def _follow_props(self, inputs: StepInputs) -> None:
-        """Tracked things go where their receivers are; what has fallen silent is left where it is."""
-        if not (inputs.props or self._state.tracked):
-            return
-        loose = [t.id for t in self._solids.things if not t.fixed]
-        was = holding.tracked_things(self._state)
-        tracked, silent = heard(self._state.tracked, inputs.props, loose, inputs.t_ns)
-        for t in tracked:
-            if t.thing not in was:
-                self._wake(self._index(t.thing))  # what lay on it
-        m = self._state.motions.copy()
-        for t in tracked:
-            n = self._index(t.thing)
-            holding.guide(m, n, *t.at(inputs.t_ns), DT)
-            if t.thing not in was:
-                m.velocity[n], m.spin[n] = 0.0, 0.0  # where it lay before, it never was
-            m.mode[n], m.still[n] = HELD, 0
-        for name in silent:
-            n = self._index(name)
-            m.velocity[n], m.spin[n] = 0.0, 0.0
-            if not holding.holders(self._state, name):
-                m.mode[n], m.still[n] = FREE, 0
-        self._state = replace(self._state, motions=m, tracked=tracked)
 
     # -- contacts and motion -----------------------------------------------------------------------------------
 
@@ -292,9 +267,6 @@ class World:
 
     def _index(self, thing: str) -> int:
         return self._state.rows[thing]
-
-    def _wake(self, n: int) -> None:
-        self._state = holding.woken_round(self._state, self._solids, n)
 
 
 def _renamed(near: ContactArray, rows: NDArray[np.int64]) -> ContactArray:

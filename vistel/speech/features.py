@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.audio.resample import at_positions, reach
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 from vistel.speech.heard import SAMPLE_RATE, Samples
 
 F32 = NDArray[np.float32]

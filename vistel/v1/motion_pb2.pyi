@@ -97,17 +97,21 @@ class AvatarPart(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., parts: _Optional[int] = ..., size: _Optional[int] = ..., data: _Optional[bytes] = ...) -> None: ...
 
 class Prop(_message.Message):
-    __slots__ = ("header", "thing", "pose", "health", "velocity", "spin")
+    __slots__ = ("header", "thing", "pose", "health", "velocity", "spin", "led_by", "let_go")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     THING_FIELD_NUMBER: _ClassVar[int]
     POSE_FIELD_NUMBER: _ClassVar[int]
     HEALTH_FIELD_NUMBER: _ClassVar[int]
     VELOCITY_FIELD_NUMBER: _ClassVar[int]
     SPIN_FIELD_NUMBER: _ClassVar[int]
+    LED_BY_FIELD_NUMBER: _ClassVar[int]
+    LET_GO_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     thing: str
     pose: _geometry_pb2.Pose
     health: _device_pb2.TrackerReceiver.Health
     velocity: _geometry_pb2.Vec3
     spin: _geometry_pb2.Vec3
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., thing: _Optional[str] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., health: _Optional[_Union[_device_pb2.TrackerReceiver.Health, str]] = ..., velocity: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., spin: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ...) -> None: ...
+    led_by: str
+    let_go: bool
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., thing: _Optional[str] = ..., pose: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., health: _Optional[_Union[_device_pb2.TrackerReceiver.Health, str]] = ..., velocity: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., spin: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., led_by: _Optional[str] = ..., let_go: _Optional[bool] = ...) -> None: ...

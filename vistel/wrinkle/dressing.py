@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.making.pictures import atlas
+from vistel.figure.patch import Patch, patch_of
 from vistel.figure.people.bake import rasterise
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.islands import shown_by, spread_out
@@ -78,14 +79,28 @@ def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) 
     boxes = [_inside(box, p.shape[:2]) for box, p in zip(where[1:], framed, strict=True)]
     charts = tuple(_chart(t.name, span, more, box) for t, span, more, box in zip(tubes, spans, beyond, boxes, strict=True))
 
+    patches = (*(p.within(where[0]) for p in avatar.patches), *_on_charts(avatar, tubes, charts))
+
     def level(of: Avatar) -> Avatar:
         mesh = _kept(of.mesh, where[0])
         for one, chart in zip(tubes, charts, strict=True):
             mesh = _registered(mesh, _alike(of, one), chart)
         eyes = tuple(_kept(eye, where[0]) for eye in of.eyeballs)
-        return replace(of, mesh=mesh, eyeballs=eyes, albedo=albedo, registration=(), coarser=())
+        return replace(of, mesh=mesh, eyeballs=eyes, albedo=albedo, registration=(), patches=patches, coarser=())
 
     return Dressed(replace(level(avatar), coarser=tuple(level(x) for x in avatar.coarser)), charts)
+
+
+def _on_charts(avatar: Avatar, tubes: Sequence[Tube], charts: Sequence[Chart]) -> list[Patch]:
+    """What charts are like beside their colour: as most of their faces were, evenly; pictures of that lie otherwise on them."""
+    out: list[Patch] = []
+    on = patch_of(avatar.patches, avatar.mesh.uv, avatar.mesh.corner_triangles)
+    for one, chart in zip(tubes, charts, strict=True):
+        of = on[one.member[avatar.mesh.triangles].all(axis=1)]
+        most = int(np.bincount(of + 1).argmax()) - 1 if len(of) else -1
+        if most >= 0:
+            out.append(replace(avatar.patches[most].evenly(), box=chart.box))
+    return out
 
 
 def _there(avatar: Avatar, region: Region, side: str) -> Tube | None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vistel.figure.posture import JointPose
 from vistel.figure.rotation import multiply, quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 from vistel.wrinkle.drive import Drive
 
 F64 = NDArray[np.float64]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar import Mesh
 from vistel.figure.people.bake import rasterise
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 U8 = NDArray[np.uint8]
 I32 = NDArray[np.int32]

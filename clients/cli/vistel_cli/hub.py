@@ -11,6 +11,7 @@ from pathlib import Path
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel_cli.launch import host_spec, open_fork_server, sim_spec, until_loaded
+from vistel_cli.prepared import prepare
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 from vistel_cli.up import write_conference
 from vistel_services import logs
@@ -62,8 +63,6 @@ async def _run(
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(Path(run), output.resolve())
         file = write_conference(conference, paths.run)
-        from vistel_cli.prepare import prepare  # noqa: PLC0415  loads the compiler, which `vistel --help` need not
-
         computing = any(service in COMPUTING for plan in plans for service in plan.services)
         if computing and not await prepare(conference, file, stop):
             return 0

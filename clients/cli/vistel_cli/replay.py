@@ -19,6 +19,7 @@ from vistel.wire.log import LogError, LogReader
 from vistel.wire.zenoh_bus import Router, ZenohBus
 from vistel_cli.feed import LIVE_SERVICES, Feeder
 from vistel_cli.launch import host_spec, open_fork_server, until_loaded
+from vistel_cli.prepared import prepare
 from vistel_cli.recorded_avatars import with_recorded_avatars
 from vistel_cli.render_log import Look, render_log, size_of
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
@@ -152,8 +153,6 @@ async def _play(
         for old in (v for s in conference.sites for v in paths.videos(s.name)):
             old.unlink()
         file = write_conference(conference, paths.run)
-        from vistel_cli.prepare import prepare  # noqa: PLC0415  loads the compiler, which `vistel --help` need not
-
         if not await prepare(conference, file, stop):
             return 0
         services = LIVE_SERVICES[source.value]

@@ -64,7 +64,7 @@ async def _asked(conference: Conference, site: str, hub: str, wait_s: float) -> 
 
 def _kept(plan: RoomPlan) -> Path:
     """A room file with the seats and walls of a plan."""
-    from vistel.figure.avatar_builtin import default_cache  # noqa: PLC0415  loads the mathematics
+    from vistel.figure.cache_folder import default_cache  # noqa: PLC0415
     from vistel.space.files import Interior, save_usd  # noqa: PLC0415
     from vistel.space.room import Room, Seat  # noqa: PLC0415
 

@@ -23,6 +23,7 @@ from vistel.wire.zenoh_bus import Router, ZenohBus
 from vistel_cli.cpu_use import CpuUse
 from vistel_cli.launch import host_spec, open_fork_server, sim_spec, simulated_devices, until_loaded
 from vistel_cli.observer import Observer
+from vistel_cli.prepared import prepare
 from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
 from vistel_services import logs
 from vistel_services.plan import HUB, hub_processes, site_processes
@@ -132,8 +133,6 @@ class _Run:
 
     async def _run(self, paths: RunPaths, file: Path, logs_folder: Path) -> int:
         conference = self.conference
-        from vistel_cli.prepare import prepare  # noqa: PLC0415  loads the compiler, which `vistel --help` need not
-
         if not await prepare(conference, file, self.stop, silent=self.as_json):
             return 0
         router = None

@@ -6,6 +6,9 @@ const PING_MS = 2000;
 const PINGS = 10;
 const FIRST_WAIT_MS = 500;
 const MOST_WAIT_MS = 5000;
+const ENDED = 1001; // what the renderer closes with when it ends
+const UNREACHED = 1006; // nobody is there, or nobody any more
+const LOST = "The picture does not come; trying again.";
 
 export interface Listener {
   words(words: Words): void;
@@ -18,6 +21,7 @@ export class Connection {
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT_MS;
   private heardAt = 0;
+  private ended = false;
   private pings: { trip: number; offset: number }[] = [];
 
   constructor(
@@ -47,11 +51,12 @@ export class Connection {
       if (typeof event.data === "string") this.hear(JSON.parse(event.data) as Words);
       else this.listener.packet(packetOf(event.data));
     };
-    socket.onclose = () => {
+    socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
       this.pings = [];
-      this.listener.trouble("The picture does not come; trying again.");
+      this.ended = event.code === ENDED || (this.ended && event.code === UNREACHED);
+      this.listener.trouble(this.ended ? "The conference has ended. This page waits for the next one." : LOST);
       setTimeout(() => this.open(), this.wait);
       this.wait = Math.min(2 * this.wait, MOST_WAIT_MS);
     };
@@ -64,6 +69,7 @@ export class Connection {
       this.pings.push({ trip, offset: words.t_ms + trip / 2 - now });
       if (this.pings.length > PINGS) this.pings.shift();
     } else if (words.kind === "hello") {
+      this.ended = false;
       this.listener.trouble(null);
     }
     this.listener.words(words);

@@ -20,15 +20,18 @@ const fullButton = part("full", HTMLButtonElement);
 
 let sound: Sound | null = null;
 let shown = 0;
-let counted = { pictures: 0, at: performance.now() };
-let ageMs = NaN;
+let counted = { pictures: 0, ages: 0, at: performance.now() };
+let ages = 0; // of all pictures shown [ms]
+let ageMs = NaN; // smoothed: sound follows it
 let size = "";
 
 const picture = new Picture(
   canvas,
   (tUs) => {
-    shown += 1;
     const age = connection.now() - tUs / 1e3;
+    if (Number.isNaN(age)) return;
+    shown += 1;
+    ages += age;
     ageMs = Number.isNaN(ageMs) ? age : ageMs + SMOOTH * (age - ageMs);
   },
   () => connection.say({ lost: true }),
@@ -48,17 +51,18 @@ function hear(words: Words): void {
 function tell(state: State): void {
   const now = performance.now();
   const rate = ((shown - counted.pictures) * 1e3) / (now - counted.at);
-  counted = { pictures: shown, at: now };
+  const seenMs = Math.max(0, (ages - counted.ages) / (shown - counted.pictures)); // of the last second; NaN: none was shown
+  counted = { pictures: shown, ages, at: now };
   const said = [
     size,
     `${rate.toFixed(0)} of ${state.rate.toFixed(0)} pictures/s`,
-    Number.isNaN(ageMs) ? "" : `picture ${Math.max(0, ageMs).toFixed(0)} ms old`,
-    `motions ${state.motion_age_ms} ms`,
+    Number.isNaN(seenMs) ? "" : `picture ${seenMs.toFixed(0)} ms old`,
+    Number.isNaN(seenMs) ? "" : `motions ${(state.motion_age_ms + seenMs).toFixed(0)} ms`,
     canDecode ? "" : "as JPEG: open by localhost for less traffic and for sound",
   ];
   line.textContent = said.filter((s) => s).join(" · ");
   line.dataset["rate"] = rate.toFixed(2);
-  line.dataset["ageMs"] = ageMs.toFixed(2);
+  line.dataset["ageMs"] = seenMs.toFixed(2);
 }
 
 function take(packet: Packet): void {

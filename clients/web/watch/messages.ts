@@ -1,4 +1,4 @@
-// What the renderer's stream says (services/vistel_services/renderer/stream.py).
+// What the renderer's stream says (services/vistel_services/renderer/out/stream.py).
 
 export const HEAD_BYTES = 16;
 export const PICTURE = 0;
@@ -16,6 +16,7 @@ export interface Hello {
 export interface State {
   kind: "state";
   rate: number;
+  /** How long before the picture was drawn the motions in it were captured. */
   motion_age_ms: number;
   readers: number;
   left_out: number;

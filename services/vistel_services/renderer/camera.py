@@ -31,6 +31,11 @@ class Pinhole(ABC):
     def edges(self, aspect: float) -> tuple[float, float, float, float]:
         """Left, right, bottom and top of the picture at distance one; `aspect` is width / height."""
 
+    def through(self, u: float, v: float, aspect: float) -> F64:
+        """(3,) from the eye to the part (u, v) of the picture, from its lower left, at distance one, room frame."""
+        left, right, bottom, top = self.edges(aspect)
+        return self.rotation @ np.array((left + u * (right - left), bottom + v * (top - bottom), -1.0))
+
     def view(self) -> F64:
         """(4, 4) room to camera."""
         out = np.eye(4)
@@ -77,13 +82,32 @@ class Camera(Pinhole):
 
 @dataclass(frozen=True)
 class WindowCamera(Pinhole):
-    """Through a window that need not stand before the eye. window: left, right, bottom, top at distance one."""
+    """Through a window that need not stand before the eye. window: left, right, bottom, top at distance one; lean: so much of its
+    height its upper edge lies to the right of where the corners of a rectangle would have it."""
 
     window: tuple[float, float, float, float]
+    lean: float = 0.0
 
     def edges(self, aspect: float) -> tuple[float, float, float, float]:
-        """Those of the window, whatever the picture's shape."""
+        """Those of the window, whatever the picture's shape; at its lower edge."""
         return self.window
+
+    def through(self, u: float, v: float, aspect: float) -> F64:
+        out = super().through(u, v, aspect)
+        return out + self.lean * v * (self.window[3] - self.window[2]) * self.rotation[:, 0]
+
+    def projection(self, aspect: float) -> F64:
+        left, right, bottom, _ = self.window
+        out = super().projection(aspect)
+        slope = -2.0 * self.lean / (right - left)
+        out[0, 1], out[0, 2] = slope, out[0, 2] + slope * bottom
+        return out
+
+    def project(self, points: F64, width: int, height: int) -> F64:
+        left, right, bottom, top = self.window
+        out = super().project(points, width, height)
+        out[:, 0] -= width * self.lean * (1.0 - out[:, 1] / height) * (top - bottom) / (right - left)
+        return out
 
 
 def look_at(eye: F64, target: F64, field_of_view: float) -> Camera:

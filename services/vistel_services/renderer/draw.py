@@ -5,7 +5,7 @@ Every call comes from the thread that opened the surface.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -16,7 +16,7 @@ from vistel.space.files.surfaces import Piece
 from vistel.space.tessellate import Surface3
 from vistel_services.renderer.canvas import Canvas
 from vistel_services.renderer.captions import Caption
-from vistel_services.renderer.drawn_figures import DrawnFigures, FigureView, in_sight
+from vistel_services.renderer.drawn_figures import DrawnFigures, FigureView
 from vistel_services.renderer.gauges import Gauges
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer
@@ -46,10 +46,11 @@ _DARK, _OPEN = (0.05, 0.05, 0.06, 1.0), (0.62, 0.68, 0.74, 1.0)
 
 @dataclass(frozen=True)
 class ThingView:
-    """A thing in a frame; matrix: (4, 4) thing to room."""
+    """A thing in a frame; matrix: (4, 4) thing to room. bent: its vertices are not where they are at rest."""
 
     id: str
     matrix: F32
+    bent: bool = True
 
 
 @dataclass(frozen=True)
@@ -85,13 +86,15 @@ class Painter:
         def painted(picture: U8) -> moderngl.Texture:
             return texture_of(ctx, picture, self.software, texels)
 
-        self._figures = DrawnFigures(ctx, deformer, light, painted)
         self.shadow = ShadowMap(ctx, 2048 if self.fine else 1024)
-        light = light if self.fine else ()
+        self._samples = min(samples or (4 if self.fine else 1), ctx.max_samples)
+        self._figures = DrawnFigures(ctx, deformer, light, painted, self.shadow, self.fine, self._samples > 1)
+        light = light if self.fine else ("ONE_TAP",) if self.software else ()
         self._shell = Shell(ctx, self.shadow, light, self.software)
         self._mirrors: Mirrors | None = None
         self._solids = SolidThings(ctx, self.shadow, painted, light)
         self._things: dict[str, list[Solid]] = {}
+        self._resting: dict[str, list[Solid]] = {}
         self._furniture: Solid | None = None
         self._pane = Pane(ctx)
         self._outlines = Outlines(ctx)
@@ -101,8 +104,9 @@ class Painter:
         self._projectors = Projectors(ctx)
         self._presenter: Presenter | None = None
         self._drawn = 0
+        self.seen: frozenset[str] = frozenset()
+        """Figures that are, or may be, in the last picture."""
         self._occlusion = Occlusion(ctx) if self.fine else None
-        self._samples = min(samples or (4 if self.fine else 1), ctx.max_samples)
         self._canvas = Canvas(ctx, width, height, self._samples, self.fine)
         self._fit()
 
@@ -137,11 +141,18 @@ class Painter:
     def set_thing(self, thing_id: str, surface: Surface3 | None, colours: F32, pieces: Sequence[Piece] = ()) -> None:
         """What a thing looks like. colours: (n, 3) linear, one per vertex of `surface`; pieces: of polymeshes."""
         self.drop_thing(thing_id)
+        self._things[thing_id] = self._made(surface, colours, pieces)
+
+    def set_resting(self, thing_id: str, surface: Surface3 | None, colours: F32, pieces: Sequence[Piece] = ()) -> None:
+        """What is drawn in place of what `set_thing` was given while the thing is not bent: fewer triangles."""
+        self._resting[thing_id] = self._made(surface, colours, pieces)
+
+    def _made(self, surface: Surface3 | None, colours: F32, pieces: Sequence[Piece]) -> list[Solid]:
         solids = [self._solids.pictured(piece) for piece in pieces]
         if surface is not None:
             tint = np.column_stack((colours, np.ones(len(colours)))).astype(np.float32)
             solids.insert(0, self._solids.plain(surface, tint))
-        self._things[thing_id] = solids
+        return solids
 
     def reshape_thing(self, thing_id: str, parts: Sequence[tuple[F32, F32]]) -> None:
         """New places and normals (n, 3) of a thing's vertices: of its plain surface if it has one, then of each piece."""
@@ -150,7 +161,7 @@ class Painter:
 
     def drop_thing(self, thing_id: str) -> None:
         """Forget a thing."""
-        for old in self._things.pop(thing_id, ()):
+        for old in (*self._things.pop(thing_id, ()), *self._resting.pop(thing_id, ())):
             old.release()
 
     def drop_figure(self, name: str) -> None:
@@ -161,15 +172,18 @@ class Painter:
 
     def draw(self, frame: Frame) -> None:
         """Draw into the picture."""
-        things = [(t, solid) for t in frame.things for solid in self._things.get(t.id, ())]
+        things = [(t, solid) for t in frame.things for solid in self._drawn_of(t)]
         views: list[tuple[Sight, F64, list[FigureView]]] = []
         for sight in frame.sights:
             _, _, width, height = sight.box or self._whole
             clip = sight.camera.projection(width / height) @ sight.camera.view()
-            views.append((sight, clip, [f for f in frame.figures if f.shown and in_sight(clip, f.limbs)]))
-        for view in {v.name: v for _, _, seen in views for v in seen}.values():
+            views.append((sight, clip, [f for f in frame.figures if f.in_sight(clip)]))
+        self.seen = frozenset(f.name for _, _, seen in views for f in seen)
+        # Where the CPU draws fast, figures out of the picture cast the shadows of their limbs only.
+        put = {v.name: v for v in (frame.figures if self.fine else [f for _, _, seen in views for f in seen])}
+        for view in put.values():
             self._figures.put(view)
-        self._shadows(frame, things)
+        self._shadows(frame, things, put)
         target = self._canvas.target
         target.use()
         target.color_mask = (True, True, True, True)
@@ -186,6 +200,10 @@ class Painter:
         target.viewport = self._whole
         self._canvas.resolve()
         self._drawn += 1
+
+    def _drawn_of(self, thing: ThingView) -> Sequence[Solid]:
+        whole = self._things.get(thing.id, ())
+        return whole if thing.bent else self._resting.get(thing.id, whole)
 
     def _paint(
         self, frame: Frame, sight: Sight, clip: F64, seen: Sequence[FigureView], things: Sequence[tuple[ThingView, Solid]]
@@ -210,9 +228,10 @@ class Painter:
         self._solids.draw([(as_gl(thing.matrix), solid) for thing, solid in things if thing.id in marked], 0.35, shared)
         if self._occlusion is not None:
             self._occlusion.darken(self._canvas, sight, clip, box)
-        self._names.draw(frame.labels, sight.camera.position, clip, box[2:])
-        self._subtitles.draw(frame.captions, box[2:])
-        self._gauges.draw(frame.gauges, box[2:])
+        size = sight.unsqueezed(*box[2:])  # so that letters are as wide as they should be where two eyes share a screen
+        self._names.draw(frame.labels, sight.camera.position, clip, size)
+        self._subtitles.draw(frame.captions, size)
+        self._gauges.draw(frame.gauges, size)
 
     def read_into(self, out: U8) -> None:
         """The picture as (height, width, 4) RGBA bytes, first row at the *bottom*."""
@@ -247,13 +266,11 @@ class Painter:
 
     # -- parts ---------------------------------------------------------------------------------------------------
 
-    def _shadows(self, frame: Frame, things: Sequence[tuple[ThingView, Solid]]) -> None:
+    def _shadows(self, frame: Frame, things: Sequence[tuple[ThingView, Solid]], put: Mapping[str, FigureView]) -> None:
         # Shadows move slowly: every other frame is enough where the CPU draws.
         if self.saves_shadows and self._drawn % 2 and self._drawn > 1:
             return
+        self.shadow.keep([*self._shell.casters, *([self._furniture.shadow] if self._furniture else [])])
         solids = [(thing.matrix, solid.shadow) for thing, solid in things]
-        still = np.eye(4, dtype=np.float32)
-        solids += [(still, caster) for caster in self._shell.casters]
-        if self._furniture is not None:
-            solids.append((still, self._furniture.shadow))
-        self.shadow.draw([view.limbs for view in frame.figures], solids)
+        cast = [self._figures.casters(f) if f.name in put else f.limbs for f in frame.figures]
+        self.shadow.draw(cast, solids)

@@ -10,10 +10,13 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.deform_plan import FramePlan
+from vistel.figure.patch import Patch, patch_of
+from vistel.implicit.deformation.deform_plan import FramePlan
 from vistel.wrinkle.shown import MOST_SETS
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
+from vistel_services.renderer.patches import Part, Patches
 from vistel_services.renderer.programs import program, put
+from vistel_services.renderer.shadow import Caster, ShadowMap
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -21,6 +24,7 @@ I32 = NDArray[np.int32]
 U8 = NDArray[np.uint8]
 
 _WRINKLE_UNIT = 4
+_WRINKLED = ("WRINKLED", f"SETS {MOST_SETS + 1}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +41,9 @@ class Creases:
 @dataclass(frozen=True, eq=False)
 class FigureModel:
     """What of a figure stays: uv (n, 2), material (n,) 0 cloth, 1 skin, 2 eye; triangles (m, 3) and those without the
-    head (drawn for one's own body, seen through its eyes); texture (h, w, 3) sRGB, first row at the top."""
+    head (drawn for one's own body, seen through its eyes); texture (h, w, 3) sRGB, first row at the top. casting: fewer
+    triangles, which throw its shadow where that must cost little; None: all. patches: what parts of the texture are like where
+    its file says so."""
 
     uv: F32
     material: F32
@@ -45,6 +51,8 @@ class FigureModel:
     headless: I32
     texture: U8
     creases: Creases | None = None
+    casting: I32 | None = None
+    patches: tuple[Patch, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +76,8 @@ class Planned:
 @dataclass(frozen=True)
 class FigureView:
     """A figure in a frame; limbs (P, 8): ends a, radius, b, radius [m]. own: without a head; shown: else only its shadow.
-    folds: (S,) how much of each set of wrinkles is there, None for none of them."""
+    folds: (S,) how much of each set of wrinkles is there, None for none of them. seen: (Q, 8) the limbs that may be seen, None
+    for all."""
 
     name: str
     model: FigureModel
@@ -77,25 +86,33 @@ class FigureView:
     own: bool = False
     shown: bool = True
     folds: F32 | None = None
+    seen: F32 | None = None
+
+    def in_sight(self, clip: F64) -> bool:
+        """Whether it may be in the picture of clip space `clip` (4, 4)."""
+        return self.shown and in_sight(clip, self.limbs if self.seen is None else self.seen, self.own)
 
 
-_Parts = tuple[moderngl.VertexArray, ...]
+_Parts = tuple[Part, ...]
 
 
 @dataclass
 class _FigureBuffers:
     """One level of detail of a figure. plain, creased: how it is drawn without wrinkles and with them, whole and without a head;
-    each in parts."""
+    each in parts. casters: what throws its shadow."""
 
     dynamic: moderngl.Buffer
     plain: tuple[_Parts, _Parts]
     creased: tuple[_Parts, _Parts] | None
+    casters: tuple[Caster, ...]
     buffers: list[moderngl.Buffer]
     gpu: GpuSkin | None = None
 
     def release(self) -> None:
-        for part in (*sum(self.plain + (self.creased or ()), ()), self.dynamic, *self.buffers):
-            part.release()
+        for part in (*sum(self.plain + (self.creased or ()), ()), *self.casters):
+            part.vao.release()
+        for buffer in (self.dynamic, *self.buffers):
+            buffer.release()
         if self.gpu is not None:
             self.gpu.release()
 
@@ -117,15 +134,18 @@ class _Figure:
 
 class DrawnFigures:
     """Makes and draws figures. deformer: for those that are `Planned`; light: defines of the shaders; paint: a texture of a
-    picture (h, w, 3 or 4), first row at the top."""
+    picture (h, w, 3 or 4), first row at the top; shadow: the map that their shadows go to, in all their triangles if
+    `fine`; sampled: whether pixels have several samples."""
 
     def __init__(
         self, ctx: moderngl.Context, deformer: GpuDeformer | None, light: tuple[str, ...],
-        paint: Callable[[U8], moderngl.Texture],
+        paint: Callable[[U8], moderngl.Texture], shadow: ShadowMap, fine: bool, sampled: bool,
     ) -> None:  # fmt: skip
         self._ctx, self._deformer, self._paint = ctx, deformer, paint
+        self._shadow, self._fine = shadow, fine
+        self._patches = Patches(ctx, light, paint, sampled)
         self._plain = program(ctx, "figure", defines=light)
-        self._creased = program(ctx, "figure", defines=(*light, "WRINKLED", f"SETS {MOST_SETS + 1}"))
+        self._creased = program(ctx, "figure", defines=(*light, *_WRINKLED))
         self._figures: dict[str, _Figure] = {}
 
     def put(self, view: FigureView) -> None:
@@ -140,10 +160,15 @@ class DrawnFigures:
             buffers.gpu = GpuSkin(self._deformer, skin.shape)
         buffers.gpu.run(skin.plan, buffers.dynamic, skin.offsets)
 
+    def casters(self, view: FigureView) -> tuple[Caster, ...]:
+        """What throws the shadow of a figure whose vertices were put."""
+        return self._figures[view.name].levels[view.model].casters
+
     def draw(self, views: Sequence[FigureView], shared: dict[str, object]) -> None:
         """Draw figures whose vertices were put, with what all shaders share."""
         put(self._plain, albedo=0, **shared)
         put(self._creased, albedo=0, wrinkle_light=_WRINKLE_UNIT, **shared)
+        self._patches.share(wrinkle_light=_WRINKLE_UNIT, **shared)
         for view in sorted(views, key=lambda v: not v.own):
             self._draw(view)
 
@@ -151,6 +176,8 @@ class DrawnFigures:
         """Forget a figure."""
         if (old := self._figures.pop(name, None)) is not None:
             old.release()
+            kept = [patch for figure in self._figures.values() for model in figure.levels for patch in model.patches]
+            self._patches.forget([patch for model in old.levels for patch in model.patches], kept)
 
     def _draw(self, view: FigureView) -> None:
         figure = self._figures[view.name]
@@ -163,8 +190,11 @@ class DrawnFigures:
             weights = np.zeros(MOST_SETS + 1, np.float32)
             weights[1 : len(view.folds) + 1] = view.folds[:MOST_SETS]
             put(self._creased, wrinkle=weights.tobytes())
+            self._patches.tell(wrinkle=weights.tobytes())
         for part in drawn[int(view.own)]:
-            part.render()
+            if part.patch is None:
+                part.vao.render()
+        self._patches.draw(drawn[int(view.own)])
 
     def _figure(self, view: FigureView) -> _FigureBuffers:
         ctx, model = self._ctx, view.model
@@ -175,6 +205,10 @@ class DrawnFigures:
             light = None
             if model.creases is not None:
                 light = self._paint(model.creases.picture())
+            if model.uv.min() >= 0.0 and model.uv.max() <= 1.0:  # nothing repeats: cheaper to look up in software
+                for picture in (texture, light):
+                    if picture is not None:
+                        picture.repeat_x = picture.repeat_y = False
             figure = self._figures[view.name] = _Figure(model.texture, texture, light)
         if model in figure.levels:
             return figure.levels[model]
@@ -183,15 +217,21 @@ class DrawnFigures:
         layout = [(dynamic, "3f 3f", "position", "normal"), (fixed, "2f 1f", "uv", "material")]
         buffers = [fixed]
 
-        def part(by: moderngl.Program, triangles: I32, layout: Sequence[Any]) -> _Parts:
-            if len(triangles) == 0:
-                return ()
-            index = ctx.buffer(triangles.astype(np.int32).tobytes())
-            buffers.append(index)
-            return (ctx.vertex_array(by, layout, index),)
+        def index(triangles: I32) -> moderngl.Buffer:
+            buffers.append(ctx.buffer(np.ascontiguousarray(triangles, np.int32).tobytes()))
+            return buffers[-1]
+
+        def parts(triangles: I32, layout: Sequence[Any], creased: bool = False) -> _Parts:
+            made = []
+            for patch, those in self._split(model, triangles):
+                by = self._creased if creased else self._plain
+                if patch is not None:
+                    by = self._patches.program(patch, _WRINKLED if creased else ())
+                made.append(Part(ctx.vertex_array(by, layout, index(those), skip_errors=patch is not None), patch))
+            return tuple(made)
 
         every = (model.triangles, model.headless)
-        plain = tuple(part(self._plain, t, layout) for t in every)
+        plain = tuple(parts(t, layout) for t in every)
         creased = None
         if model.creases is not None:
             sets, pull = (ctx.buffer(np.ascontiguousarray(a).tobytes()) for a in (model.creases.sets, model.creases.pull))
@@ -200,21 +240,38 @@ class DrawnFigures:
             # Only triangles that can crease pay for it.
             can = np.asarray(model.creases.sets.any(axis=1))
             whole, headless = (
-                part(self._creased, t[c], more) + part(self._plain, t[~c], layout)
-                for t, c in ((t, can[t].any(axis=1)) for t in every)
+                parts(t[c], more, creased=True) + parts(t[~c], layout) for t, c in ((t, can[t].any(axis=1)) for t in every)
             )
             creased = whole, headless
-        figure.levels[model] = _FigureBuffers(dynamic, (plain[0], plain[1]), creased, buffers)
+        casting = model.triangles if self._fine or model.casting is None else model.casting
+        casters = tuple(
+            self._shadow.figure(
+                dynamic, fixed, index(those), None if patch is None else self._patches.holes(patch),
+                patch is not None and patch.both_sides,
+            )
+            for patch, those in self._split(model, casting)
+        )  # fmt: skip
+        figure.levels[model] = _FigureBuffers(dynamic, (plain[0], plain[1]), creased, casters, buffers)
         return figure.levels[model]
 
+    def _split(self, model: FigureModel, triangles: I32) -> list[tuple[Patch | None, I32]]:
+        """Triangles by the patches that they are on, those that look alike together."""
+        on = patch_of(model.patches, model.uv, triangles)
+        alike: dict[tuple[Any, ...], list[int]] = {}
+        for k, patch in enumerate(model.patches):
+            alike.setdefault((*patch.key, k if patch.pictures else -1), []).append(k)
+        out: list[tuple[Patch | None, I32]] = [(None, triangles[on < 0])]
+        out += [(model.patches[of[0]], triangles[np.isin(on, of)]) for of in alike.values()]
+        return [(patch, those) for patch, those in out if len(those)]
 
-def in_sight(clip: F64, limbs: F32) -> bool:
-    """Whether any of a figure's limbs (P, 8) may be in the picture of clip space `clip` (4, 4); cautious."""
-    ends = np.concatenate((limbs[:, 0:3], limbs[:, 4:7]))
-    p = np.column_stack((ends, np.ones(len(ends)))) @ clip.T
+
+def in_sight(clip: F64, limbs: F32, own: bool = False) -> bool:
+    """Whether any of a figure's limbs (P, 8) may be in the picture of clip space `clip` (4, 4); cautious. own: seen by its own
+    eyes, before which no hair and no skirt hangs."""
+    ends = np.concatenate((limbs[:, 0:4], limbs[:, 4:8])).astype(np.float64)
+    girth = 1.3 * ends[:, 3] + 0.07 if own else np.full(len(ends), 0.35)  # with hair and clothes
+    p = np.column_stack((ends[:, :3], np.ones(len(ends)))) @ clip.T
     norms = np.linalg.norm(clip[:, :3], axis=1)
-    reach = 0.35 * (norms[:3] + norms[3])  # a limb's girth, hair and clothes
     w = p[:, 3]
-    outside = [(p[:, k] * sign > w + reach[k]).all() for k in (0, 1) for sign in (-1.0, 1.0)]
-    return not (any(outside) or (w < -0.35).all())
-
+    outside = [(p[:, k] * sign > w + girth * (norms[k] + norms[3])).all() for k in (0, 1) for sign in (-1.0, 1.0)]
+    return not (any(outside) or (w < -girth).all())

@@ -98,7 +98,10 @@ class Easel:
         studio, self._studio = self._studio, None
         if studio is None:
             return
-        self._set = studio.desk or self._set
+        if studio.desk is not None:
+            studio.desk.leave()
+            self._wishes += [wish for wish in studio.desk.wishes() if not isinstance(wish, Draw)]
+            self._set = studio.desk
         with contextlib.suppress(Exception):  # of a context that is gone, nothing can be given back
             studio.close()
 
@@ -158,9 +161,20 @@ class Easel:
                 self._resolution = None if wish.scale else Resolution(self._rate, self._view.height)
                 studio.draw_at(wish.scale or 1.0)
             if wish.light is not None:
-                log.info("event=light now=%s action=set_up_again", wish.light)
-                self._view = replace(self._view, light=wish.light)
-                self._give_up()
+                self._light(studio, desk, wish.light)
+
+    def _light(self, studio: Studio, desk: Desk, light: str) -> None:
+        """Draw in another light; where that cannot be set up, as before."""
+        began = time.perf_counter()
+        try:
+            studio.relight(light)
+        except Exception as e:
+            now = "fine" if studio.painter.fine else "fast"
+            log.warning("event=light_not_changed wanted=%s reason=%r using=%s", light, str(e), now)
+            desk.choices = replace(desk.choices, light=now)
+            return
+        self._view = replace(self._view, light=light)
+        log.info("event=light now=%s setup_ms=%.0f", light, (time.perf_counter() - began) * 1e3)
 
     def _follow(self, studio: Studio, resolution: Resolution, now_ns: int, began_ns: int) -> None:
         """As many pixels as there is time for."""

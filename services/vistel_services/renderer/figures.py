@@ -10,8 +10,9 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar import Avatar, Mesh
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.face.countenance import Countenance
 from vistel.figure.face.landmarks import landmarks_of
@@ -24,8 +25,8 @@ from vistel.figure.layers.skin import Anatomy, SkinLayers
 from vistel.figure.posture import JointPose, Posture, pose_joints
 from vistel.figure.proportions import Proportions
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.ghost import GhostSource, ghosts_of
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 from vistel.space.tessellate import join, tessellate
 from vistel.space.things import Primitive
 from vistel.wrinkle.dressing import dressed
@@ -97,10 +98,11 @@ def is_skin(limb: str) -> bool:
 
 
 def avatar_model(
-    avatar: Avatar, wrinkles: LevelWrinkles | None = None, picture: Callable[[], U8] | None = None
-) -> FigureModel:
+    avatar: Avatar, wrinkles: LevelWrinkles | None = None, picture: Callable[[], U8] | None = None,
+    coarsest: Avatar | None = None,
+) -> FigureModel:  # fmt: skip
     """Texture coordinates, materials and triangles of an avatar; eyeballs follow the skin's drawn vertices. picture: of the
-    wrinkles' light."""
+    wrinkles' light. coarsest: its coarsest level, which throws its shadow where few triangles are wanted."""
     mesh = avatar.mesh
     names = avatar.body.names
     skin = np.array([SKIN if is_skin(n) else CLOTH for n in names], np.float32)
@@ -113,6 +115,8 @@ def avatar_model(
         triangles.append(ball.corner_triangles + start)
         start += len(ball.uv)
     of_head = head[mesh.limb[mesh.triangles]].any(axis=1)
+    # Which patch a triangle is on, and where that has holes, its own texture coordinates tell.
+    casting = mesh.corner_triangles if coarsest is None or avatar.patches else triangles_of(coarsest.mesh, mesh)
     creases = None
     if wrinkles is not None and picture is not None:
         eyes = np.zeros((start - len(mesh.uv), wrinkles.sets.shape[1]), np.uint8)
@@ -120,7 +124,16 @@ def avatar_model(
     return FigureModel(
         np.concatenate(uv).astype(np.float32), np.concatenate(material), np.concatenate(triangles).astype(np.int32),
         np.ascontiguousarray(mesh.corner_triangles[~of_head]), avatar.albedo, creases,
+        casting, avatar.patches,
     )  # fmt: skip
+
+
+def triangles_of(coarse: Mesh, mesh: Mesh) -> I32:
+    """(F, 3) the triangles of a coarser level as drawn vertices of a finer one, of whose vertices it has a part."""
+    nearest = np.asarray(KDTree(mesh.vertices).query(coarse.vertices)[1], np.int64)
+    drawn = np.zeros(len(mesh.vertices), np.int32)
+    drawn[mesh.corner_vertex] = np.arange(len(mesh.corner_vertex), dtype=np.int32)
+    return drawn[nearest[coarse.triangles]]
 
 
 class StandIn:
@@ -180,9 +193,10 @@ class Person:
             if whole.names:
                 avatar, worn, self.wearing = made.avatar, whole.levels, Wearing(whole)
         picture = None if self.wearing is None else self.wearing.whole.picture
-        self._finest = _Level(avatar, None, worn[0], picture)
+        levels = (avatar, *avatar.coarser)
+        self._finest = _Level(avatar, None, worn[0], picture, levels[-1])
         coarser = zip(avatar.coarser, worn[1:], strict=True)
-        self._levels = [self._finest, *(_Level(a, self._finest.figure, w, picture) for a, w in coarser)]
+        self._levels = [self._finest, *(_Level(a, self._finest.figure, w, picture, levels[-1]) for a, w in coarser)]
         self._countenance: Countenance | None = None
         self._face_of(avatar)
         if layers:
@@ -236,12 +250,12 @@ class _Level:
 
     def __init__(
         self, avatar: Avatar, finest: Figure | None, wrinkles: LevelWrinkles | None = None,
-        picture: Callable[[], U8] | None = None,
+        picture: Callable[[], U8] | None = None, coarsest: Avatar | None = None,
     ) -> None:  # fmt: skip
         self._wrinkles = wrinkles
         self.face: FaceSkin | None = None
         self._offsets: F32 | None = None
-        self.model = avatar_model(avatar, wrinkles, picture)
+        self.model = avatar_model(avatar, wrinkles, picture, coarsest)
         self.figure = Figure(avatar, same_body=finest)
         self._planner: tuple[FigurePlanner, SkinShape] | None = None
         self._corners = [mesh.corner_vertex for mesh in (avatar.mesh, *avatar.eyeballs)]
@@ -320,3 +334,9 @@ def limb_rows(posed: PosedBody, ends: tuple[I32, I32]) -> F32:
     return np.column_stack(
         (posed.a[a], CASTER * posed.radius_a[a], posed.b[b], CASTER * posed.radius_b[b])
     ).astype(np.float32)
+
+
+def below_head(body: Body, ends: tuple[I32, I32]) -> tuple[I32, I32]:
+    """Those of the limbs `casters` gave that somebody may see of themselves."""
+    seen = np.array([body.names[i] not in _HEAD for i in ends[0]])
+    return ends[0][seen], ends[1][seen]

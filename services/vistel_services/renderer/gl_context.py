@@ -23,7 +23,7 @@ SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software rasterizer", "swr",
 
 
 class NoOpenGlError(RuntimeError):
-    """This machine gives no OpenGL 3.3; the text says what to install."""
+    """This machine gives no OpenGL 3.3; the text says what to install, or to update."""
 
 
 @dataclass(frozen=True)
@@ -86,17 +86,22 @@ def open_surface(
 def _headless() -> moderngl.Context:
     if not sys.platform.startswith("linux"):
         return moderngl.create_context(standalone=True, require=330)
-    first: Exception | None = None
+    faults: list[Exception] = []
     without_libgl: dict[str, Any] = {"backend": "egl", "libgl": "libEGL.so.1", "libegl": "libEGL.so.1"}
     with_libgl: dict[str, Any] = {"backend": "egl"}
     for libraries in (with_libgl, without_libgl):
         try:
             return moderngl.create_context(standalone=True, require=330, **libraries)
         except Exception as e:
-            first = first or e
-    raise NoOpenGlError(
-        f"no OpenGL 3.3 ({first}); on Debian/Ubuntu: apt-get install libegl1 libgl1 libgl1-mesa-dri"
-    ) from first
+            faults.append(e)
+    raise NoOpenGlError(f"no OpenGL 3.3 ({faults[0]}); {_mend(faults)}") from faults[0]
+
+
+def _mend(faults: Sequence[Exception]) -> str:
+    """What to do about OpenGL that is not there, or not new enough."""
+    if any("eglCreateContext" in str(e) or "version" in str(e) for e in faults):
+        return "the driver's is older: update it, or set LIBGL_ALWAYS_SOFTWARE=1 to let the CPU draw"
+    return "on Debian/Ubuntu: apt-get install libegl1 libgl1 libgl1-mesa-dri"
 
 
 def _windowed(panes: Sequence[Pane], eyes_apart: bool) -> Surface:

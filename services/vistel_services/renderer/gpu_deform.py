@@ -20,17 +20,11 @@ from vistel.figure.layers.skin import LayerTerms
 from vistel.figure.rigid_bulge import BulgeShapes
 from vistel.figure.rigid_weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
-from vistel.implicit import (
-    contact_set,
-    deform_table,
-    ghost_effects,
-    kernels_displace,
-    kernels_field,
-    kernels_ghost,
-    kernels_solve,
-)
-from vistel.implicit.deform_plan import BONE, FramePlan, Places
-from vistel.implicit.kernels_normals import GAP
+from vistel.implicit.contacts import contact_set
+from vistel.implicit.deformation import deform_table, kernels_displace, kernels_field, kernels_ghost, kernels_solve
+from vistel.implicit.deformation.deform_plan import BONE, FramePlan, Places
+from vistel.implicit.deformation.kernels_normals import GAP
+from vistel.implicit.ghosts import ghost_effects
 from vistel_services.renderer.gl_context import Capability, Surface
 from vistel_services.renderer.programs import feedback
 

@@ -15,6 +15,7 @@ import pickle
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from vistel.figure import figure
 from vistel.figure.avatar import Avatar
 from vistel.figure.avatar_builtin import by_turns, default_cache
 from vistel.figure.layers import skin
-from vistel.implicit.kernel_jit import stamp_of
+from vistel.implicit.jit.kernel_jit import stamp_of
 from vistel.wrinkle import shown
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.wardrobe import FOLDER, WrinkleSet, sets_in, wardrobe
@@ -69,7 +70,26 @@ def _digest(avatar: Avatar, wears: Sequence[str]) -> str:
     if wears or avatar.wrinkles:
         files = sorted(FOLDER.parent.rglob("*.toml"))
         made_by += " ".join(wears) + "".join(f.read_text("utf-8") for f in files)
-    return hashlib.blake2b(made_by.encode() + pickle.dumps(avatar, 5), digest_size=16).hexdigest()
+    digest = hashlib.blake2b(made_by.encode(), digest_size=16)
+    _take(digest, avatar)
+    return digest.hexdigest()
+
+
+def _take(digest: hashlib.blake2b, value: object) -> None:
+    """What a value says, however it is laid out and whatever it has worked out meanwhile (its pickle holds both): an avatar
+    that was just made, one that was read and one that a figure was made of have one digest."""
+    if isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype.str}{value.shape}".encode())
+        digest.update(np.ascontiguousarray(value).data)
+    elif is_dataclass(value):
+        for field in fields(value):
+            _take(digest, getattr(value, field.name))
+    elif isinstance(value, tuple):
+        digest.update(f"{len(value)}:".encode())
+        for each in value:
+            _take(digest, each)
+    else:
+        digest.update(repr(value).encode())
 
 
 _CODE = " ".join(

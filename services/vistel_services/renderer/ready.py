@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from vistel.conference.avatar_files import avatar_file
 from vistel.conference.files import public_avatar
 from vistel.conference.model import Conference
 from vistel.conference.model import Room as RoomKeys
+from vistel.figure.face.gaze import converged
 from vistel.figure.parcel import read_parcel
 from vistel.figure.posture import standing
 from vistel.space.files.interior import Interior
@@ -21,6 +23,7 @@ from vistel.space.room import Room, meeting_room
 from vistel.wire import motion
 from vistel.wire.parcels import digest_of
 from vistel_services.renderer.antialias import antialias
+from vistel_services.renderer.camera import SeatCamera
 from vistel_services.renderer.figures import Person, StandIn
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.room import Furniture, Panel, build_room
@@ -52,8 +55,23 @@ def preload(conference: Conference) -> None:
     touching = stand_in.ghosts(stand_in.pose(standing()).posed, None)
     for figure in _figures.values():
         figure.ghosts(figure.pose(standing(), [touching]).posed, None)
+    _look_about(stand_in)
     antialias(np.zeros((8, 8, 4), np.uint8))
+    if any(site.display.stream_at for site in conference.sites):
+        import_module("aiohttp.web")
+    if any(site.display.window for site in conference.sites):
+        for module in ("glfw", "imgui_bundle"):
+            with contextlib.suppress(ImportError, OSError):  # told by who opens the window
+                import_module(module)
     motion.warm_up()
+
+
+def _look_about(stand_in: StandIn) -> None:
+    """What turns eyes and the camera of a seat, so that their kernels are loaded once for all processes."""
+    seen = stand_in.pose(converged(standing(), 0.06, 1.0)).joints
+    camera = SeatCamera()
+    for t_ns in (0, 40_000_000):
+        camera.follow(t_ns, seen)
 
 
 def take_figure(about: About) -> Person | None:

@@ -84,16 +84,19 @@ class Screen:
     def seen_from(self, eye: F64) -> WindowCamera | None:
         """What an eye at (3,) sees through it; None from behind, and from as good as within its plane."""
         across, up = self.lower_right - self.lower_left, self.upper_left - self.lower_left
-        w, h = float(np.linalg.norm(across)), float(np.linalg.norm(up))
-        right, above = across / w, up / h
-        back = np.cross(right, above)
+        w = float(np.linalg.norm(across))
+        right, back = across / w, np.cross(across, up)
+        back = back / np.linalg.norm(back)
+        above = np.cross(back, right)
+        h = float(up @ above)
         away = float((eye - self.lower_left) @ back)
         if away < NEAREST:
             return None
         from_eye = self.lower_left - eye
         left, bottom = float(from_eye @ right) / away, float(from_eye @ above) / away
         window = (left, left + w / away, bottom, bottom + h / away)
-        return WindowCamera(np.asarray(eye, np.float64), np.stack((right, above, back), axis=1), window)
+        # Corners that were measured make no quite right angle; the picture fills what they do make.
+        return WindowCamera(np.asarray(eye, np.float64), np.stack((right, above, back), axis=1), window, float(up @ right) / h)
 
 
 @dataclass(frozen=True)
@@ -105,6 +108,13 @@ class Sight:
     box: Box | None = None
     colours: Colours = (True, True, True)
     screen: Screen | None = None
+
+    def unsqueezed(self, width: int, height: int) -> tuple[int, int]:
+        """Of a picture of so many pixels: how many it has once the display has stretched it to its shape, wider where two
+        eyes share a width, higher where they share a height."""
+        left, right, bottom, top = self.camera.edges(width / height)
+        stretch = (right - left) / (top - bottom) * height / width
+        return round(width * max(1.0, stretch)), round(height * max(1.0, 1.0 / stretch))
 
 
 def picture_size(screens: Sequence[Screen], stereo: Stereo = Stereo.MONO) -> tuple[int, int]:

@@ -26,6 +26,7 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world_listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.easel import Easel
+from vistel_services.renderer.first_picture import FirstPicture
 from vistel_services.renderer.out.outputs import Out, Outputs
 from vistel_services.renderer.out.stream_address import StreamAddress
 from vistel_services.renderer.people import files_of, load_shape
@@ -151,6 +152,7 @@ class Reporter:
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Draw until cancelled."""
+    first = FirstPicture(config.site)
     await asyncio.to_thread(motion.warm_up)
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(config.delay_s * 1e9))
@@ -170,6 +172,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     somebody = False
     try:
         await outputs.open((config.view.width, config.view.height), config.rate, clock)
+        first.done("opening")
         due_ns = clock.now_ns()
         while True:
             inputs.take()
@@ -184,15 +187,19 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
                 mouse.look()
                 easel.puck = mouse.puck
                 easel.facts = wire.facts.now(instant.now_ns, outputs.film)
+            furnished = easel.furnished
             picture = await easel.draw(instant)
+            if easel.furnished and not furnished and not first.told:
+                first.done("setting_up")
             if wire is not None:
                 _grant(easel.wishes(), wire, outputs, instant.now_ns)
             if picture is not None:
                 done_ns = clock.now_ns()
+                first.shown(len(instant.people), easel.stand_ins)
                 reporter.drawn(instant, done_ns, easel.stand_ins)
                 somebody = somebody or bool(instant.people)
-                age_ns = max((p.timing.age_ns for p in instant.people), default=0)
-                outputs.put(done_ns, picture, age_ns, somebody)
+                late_ns = done_ns - instant.now_ns + max((p.timing.delay_ns for p in instant.people), default=0)
+                outputs.put(done_ns, picture, late_ns, somebody)
             due_ns = max(due_ns + period_ns, clock.now_ns() - period_ns // 4)
             await clock.sleep_until_ns(due_ns)
     finally:

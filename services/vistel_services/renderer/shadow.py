@@ -1,9 +1,12 @@
-"""The shadow map of the roof's key light. Figures cast the shadows of their limbs, which lie inside their skin."""
+"""The shadow map of the roof's key light. Figures cast the shadows of their skin, hair and clothes as they are deformed; those of
+whom no vertices were put on the graphics side (out of the picture, stand-ins), of their limbs, which lie inside their skin."""
 
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -33,6 +36,26 @@ def shadow_matrix() -> F64:
     return out
 
 
+@dataclass(frozen=True, eq=False)
+class Holes:
+    """Where a figure lets light through: below `cutoff` of `opacity`, bound to `unit`; box: lowest u and v of what the opacity
+    spans on the figure's texture, one over its width and height."""
+
+    opacity: moderngl.Texture
+    unit: int
+    box: tuple[float, float, float, float]
+    cutoff: float
+
+
+@dataclass(frozen=True, eq=False)
+class Caster:
+    """Triangles of a figure, room frame, that throw a shadow. both_sides: sheets that light meets from behind too."""
+
+    vao: moderngl.VertexArray
+    holes: Holes | None = None
+    both_sides: bool = False
+
+
 class ShadowMap:
     """Depth as the key light sees it."""
 
@@ -49,8 +72,14 @@ class ShadowMap:
             texture=self.texture, compare_func="", filter=(moderngl.NEAREST, moderngl.NEAREST), repeat_x=False, repeat_y=False
         )
         self._target = ctx.framebuffer(depth_attachment=self.texture)
+        still = ctx.depth_texture((size, size))
+        self._still_target = ctx.framebuffer(depth_attachment=still)
+        # moderngl copies depth only along with colour.
+        self._from, self._to = (ctx.framebuffer([ctx.texture((size, size), 1)], depth) for depth in (still, self.texture))
+        self._still: tuple[moderngl.VertexArray, ...] | None = None
         self._solid_program = program(ctx, "shadow_solid", "shadow")
         self._limb_program = program(ctx, "shadow_limb", "shadow")
+        self._holes_program: moderngl.Program | None = None
         vertices, triangles = _split_sphere(9, 3)
         self._limbs = ctx.buffer(reserve=_MAX_LIMBS * 32, dynamic=True)
         self._limb_vao = ctx.vertex_array(
@@ -75,21 +104,64 @@ class ShadowMap:
         """A rigid body's vertex array for this pass; `layout` as moderngl's, its first item the position."""
         return self.ctx.vertex_array(self._solid_program, [(vertices, layout, "position")], triangles)
 
-    def draw(self, limbs: Sequence[F32], solids: Sequence[tuple[F32, moderngl.VertexArray]]) -> None:
-        """Draw limbs ((P, 8): end a, radius, end b, radius) and solids (matrix thing to room, vertices)."""
-        self._target.use()
-        self._target.clear(depth=1.0)
-        self.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+    def figure(
+        self, vertices: moderngl.Buffer, uv: moderngl.Buffer, triangles: moderngl.Buffer, holes: Holes | None, both_sides: bool
+    ) -> Caster:
+        """Triangles of a figure; vertices: positions and normals; uv: texture coordinates and the kind of material."""
+        if holes is None:
+            return Caster(self.solid(vertices, "3f 12x", triangles), None, both_sides)
+        if self._holes_program is None:
+            self._holes_program = program(self.ctx, "shadow_holes")
+        layout = [(vertices, "3f 12x", "position"), (uv, "2f 4x", "uv")]
+        return Caster(self.ctx.vertex_array(self._holes_program, layout, triangles), holes, both_sides)
+
+    def keep(self, still: Sequence[moderngl.VertexArray]) -> None:
+        """What throws shadows and does not move, room frame: drawn once, then copied until it is other vertices."""
+        if self._still is not None and len(still) == len(self._still) and all(map(operator.is_, still, self._still)):
+            return
+        self._still = tuple(still)
+        self._begin(self._still_target)
+        self._still_target.clear(depth=1.0)
+        put(self._solid_program, shadow_from_room=as_gl(self.matrix), room_from_thing=as_gl(np.eye(4)))
+        for vao in self._still:
+            vao.render()
+
+    def draw(self, figures: Sequence[F32 | Sequence[Caster]], solids: Sequence[tuple[F32, moderngl.VertexArray]]) -> None:
+        """Draw figures, each as its limbs ((P, 8): end a, radius, end b, radius) or its triangles, and solids (matrix
+        thing to room, vertices), beside what is kept."""
+        if self._still is None:
+            self.keep(())
+        self.ctx.copy_framebuffer(self._to, self._from)
+        self._begin(self._target)
         light = as_gl(self.matrix)
         put(self._solid_program, shadow_from_room=light)
         for matrix, vao in solids:
             put(self._solid_program, room_from_thing=as_gl(matrix))
             vao.render()
+        put(self._solid_program, room_from_thing=as_gl(np.eye(4)))
+        for caster in (c for figure in figures if not isinstance(figure, np.ndarray) for c in figure):
+            self._throw(caster, light)
+        limbs = [figure for figure in figures if isinstance(figure, np.ndarray)]
         if limbs:
             every = np.ascontiguousarray(np.concatenate(limbs)[:_MAX_LIMBS], np.float32)
             self._limbs.write(every)
             put(self._limb_program, shadow_from_room=light)
             self._limb_vao.render(instances=len(every))
+
+    def _begin(self, target: moderngl.Framebuffer) -> None:
+        target.use()
+        self.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+
+    def _throw(self, caster: Caster, light: bytes) -> None:
+        holes = caster.holes
+        if holes is not None and self._holes_program is not None:
+            holes.opacity.use(holes.unit)
+            put(self._holes_program, shadow_from_room=light, opacity=holes.unit, box=holes.box, cutoff=holes.cutoff)
+        if caster.both_sides:
+            self.ctx.disable(moderngl.CULL_FACE)
+        caster.vao.render()
+        if caster.both_sides:
+            self.ctx.enable(moderngl.CULL_FACE)
 
 
 def _split_sphere(segments: int, rings: int) -> tuple[F32, NDArray[np.int32]]:

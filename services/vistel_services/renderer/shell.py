@@ -60,7 +60,7 @@ class Shell:
         """Draw it, with what all shaders share."""
         for variant in self._programs.values():
             put(variant, baked=0, **shared)
-        for part in self._parts:
+        for part in reversed(self._parts):  # the table top comes last and hides much of the floor
             part.texture.use(0)
             part.vao.render()
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.implicit.embedding import Limbs
-from vistel.implicit.ghost import MOST_PRIMITIVES
+from vistel.implicit.ghosts.ghost import MOST_PRIMITIVES
+from vistel.implicit.meshes.embedding import Limbs
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of, rgb
 from vistel.space.tessellate import Surface3, fine_cone_sphere, finer

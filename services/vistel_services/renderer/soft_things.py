@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from vistel.figure.body import PosedBody
 from vistel.figure.posture import JointPose
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.implicit.constraint import Constraint, Pull
-from vistel.implicit.deform import Deformer
-from vistel.implicit.deformable import Deformable
-from vistel.implicit.embedding import embed
-from vistel.implicit.ghost import GhostSource, ghosts_of
-from vistel.implicit.ghost_terms import decay_quartic
-from vistel.implicit.kinds import primitive_of
-from vistel.implicit.mesh_ghosts import faded, pulled
+from vistel.implicit.deformation.deform import Deformer
+from vistel.implicit.ghosts.constraint import Constraint, Pull
+from vistel.implicit.ghosts.deformable import Deformable
+from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.ghosts.ghost_terms import decay_quartic
+from vistel.implicit.ghosts.mesh_ghosts import faded, pulled
+from vistel.implicit.meshes.embedding import embed
+from vistel.implicit.primitives.kinds import primitive_of
 from vistel.space.bonds import FADE_NS
 from vistel.space.dents import imprints
 from vistel.space.files.model import Model

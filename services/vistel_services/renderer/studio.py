@@ -17,7 +17,7 @@ from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.face.gaze import converged, distance_looked_at
 from vistel.figure.posture import JointPose, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit.ghost import GhostSource
+from vistel.implicit.ghosts.ghost import GhostSource
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 from vistel.space.room import meeting_room
@@ -25,7 +25,7 @@ from vistel_services.renderer.antialias import antialias
 from vistel_services.renderer.camera import Camera, SeatCamera, overview
 from vistel_services.renderer.draw import Frame, Painter
 from vistel_services.renderer.drawn_figures import FigureView
-from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, limb_rows
+from vistel_services.renderer.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, below_head, limb_rows
 from vistel_services.renderer.gauges import Rate, rows_of
 from vistel_services.renderer.ghosts import Ghosts
 from vistel_services.renderer.gl_context import open_surface
@@ -34,7 +34,7 @@ from vistel_services.renderer.labels import Label
 from vistel_services.renderer.overlays import LabelView
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import take_figure, take_room
-from vistel_services.renderer.room import build_room, drawn_with_room
+from vistel_services.renderer.room import Furniture, Panel, build_room, drawn_with_room
 from vistel_services.renderer.screens import (
     Sight,
     Stereo,
@@ -98,16 +98,13 @@ class Studio:
         self._surface = open_surface(*one, view.window, view.title, view.panes, apart)
         self.capability = self._surface.capability
         self._deformer = open_deformer(self._surface, view.engine)
-        how = _FINE[view.light], view.samples
-        self.painter = Painter(self._surface, view.width, view.height, self._deformer, *how)
-        self._smooths = self.capability.software and not self.painter.fine and view.samples is None
         self._scale, self._screens = 1.0, view.screens
         self._rate = Rate()
-        room = decor.room if decor else meeting_room(seats)
-        self.painter.set_room(*(build_room(room) if decor else take_room(seats)))
+        self._room = decor.room if decor else meeting_room(seats)
         looks = models if models is not None else decor.models if decor else {}
-        detail = 0.6 if self.capability.software else 0.9
-        self._furnishing = ThingsShown(self.painter, looks, detail, (t.id for t in drawn_with_room(room)))
+        self._looks = looks
+        self._lights: dict[bool, tuple[Painter, ThingsShown]] = {}
+        self.painter, self._furnishing = self._lit(_FINE[view.light], build_room(self._room) if decor else take_room(seats))
         self._cameras: dict[str, SeatCamera] = {}
         self._inside = view.eyes if view.kind == "seat" or view.screens else ""
         """Through whose eyes the picture is seen."""
@@ -157,6 +154,33 @@ class Studio:
         one = round(scale * self.view.width), round(scale * self.view.height)
         self.painter.resize(*(picture_size(self._screens, self.view.stereo) if self._screens else one))
 
+    def relight(self, light: str) -> None:
+        """Draw in this light from now on, on the same surface. What it takes is made the first time and kept from then on, so
+        that going to and fro costs nothing."""
+        fine = _FINE[light]
+        fine = not self.capability.software if fine is None else fine
+        if fine == self.painter.fine:
+            return
+        size = self.painter.size
+        self.painter, self._furnishing = self._lights.get(fine) or self._lit(fine, build_room(self._room))
+        if self.painter.size != size:
+            self.painter.resize(*size)
+
+    def _lit(self, fine: bool | None, room: tuple[list[Panel], Furniture | None]) -> tuple[Painter, ThingsShown]:
+        """All that draws in one light. room: what is drawn of it."""
+        view = self.view
+        painter = Painter(self._surface, view.width, view.height, self._deformer, fine, view.samples)
+        painter.set_room(*room)
+        detail = 0.6 if self.capability.software else 0.9
+        furnishing = ThingsShown(painter, self._looks, detail, (t.id for t in drawn_with_room(self._room)))
+        self._lights[painter.fine] = painter, furnishing
+        return painter, furnishing
+
+    @property
+    def _smooths(self) -> bool:
+        """Whether edges are smoothed after drawing."""
+        return self.capability.software and not self.painter.fine and self.view.samples is None
+
     @property
     def complete(self) -> bool:
         """Everybody met so far has their own figure (or will never have), and the picture its final filters."""
@@ -194,8 +218,9 @@ class Studio:
             own = name == self._inside
             limbs = limb_rows(now.posed, cast.shape.casters)
             # Before a wall stands the viewer's own body: only its shadow is drawn.
-            seen = not (own and self.view.screens)
-            figures.append(FigureView(name, now.model, now.skin, limbs, own, shown=seen, folds=now.folds))
+            shown = not (own and self.view.screens)
+            seen = limb_rows(now.posed, below_head(cast.shape.body, cast.shape.casters)) if own else None
+            figures.append(FigureView(name, now.model, now.skin, limbs, own, shown, now.folds, seen))
             if not own:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
@@ -244,7 +269,8 @@ class Studio:
         name, posture = person.about.name, person.posture
         cast = self._cast[name]
         try:
-            size = self._pixels_per_m(cast.at)
+            # Out of the picture, only their shadow is seen.
+            size = self._pixels_per_m(cast.at) if cast.at is None or name in self.painter.seen else 0.0
             now = cast.shape.pose(
                 self._looking(instant, person, size), ghosts, size, planned=self._deformer is not None, at_ns=instant.now_ns,
                 level_db=instant.loudness.get(name),
@@ -329,7 +355,8 @@ class Studio:
         present = {about.name for about in expected}
         for name in set(self._cast) - present:
             del self._cast[name]
-            self.painter.drop_figure(name)
+            for painter, _ in self._lights.values():
+                painter.drop_figure(name)
 
     def _enter(self, about: About, before: _Cast | None) -> _Cast:
         """Their own figure if it was made ahead, else what was shown of them `before` or a stand-in while it is made."""

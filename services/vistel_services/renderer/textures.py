@@ -17,8 +17,9 @@ U8 = NDArray[np.uint8]
 def texture_of(
     ctx: moderngl.Context, image: U8, software: bool, at_most: int = 8192, *, mipmaps: bool = True
 ) -> moderngl.Texture:
-    """A texture of `image` (h, w, 3 or 4), first row at the top, reduced to `at_most` texels each way; to fewer, which is told,
-    where OpenGL takes no more. Without mipmaps it is meant to be seen in its own size and ends at its edges."""
+    """A texture of `image` (h, w), (h, w, 3) or (h, w, 4), first row at the top, reduced to `at_most` texels each way; to
+    fewer, which is told, where OpenGL takes no more. Without mipmaps it is meant to be seen in its own size and ends
+    at its edges."""
     takes = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
     step = -(-max(image.shape[:2]) // min(at_most, takes))
     if takes < min(at_most, max(image.shape[:2])):
@@ -26,7 +27,7 @@ def texture_of(
     if step > 1:
         image = np.asarray(Image.fromarray(image).reduce(step))
     flipped = np.ascontiguousarray(image[::-1])
-    h, w, components = flipped.shape
+    h, w, components = (*flipped.shape, 1)[:3]
     texture = ctx.texture((w, h), components, flipped.tobytes(), alignment=1)
     if mipmaps:
         texture.build_mipmaps()

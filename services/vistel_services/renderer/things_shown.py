@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.body import PosedBody
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.implicit.constraint import Pull
+from vistel.implicit.ghosts.constraint import Pull
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of
 from vistel.space.tessellate import Surface3, join
@@ -29,6 +29,8 @@ log = logging.getLogger("vistel.renderer")
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
+RESTING = 1.0
+"""Detail of a soft thing while nothing bends it; it needs many more triangles to be dented."""
 MOST_LINES = 3
 """Round a thing that many have selected; all their names are over it."""
 OVER = 0.04
@@ -96,7 +98,7 @@ class ThingsShown:
                 if shape is None or not shape.in_room:
                     matrix[:3, :3] = matrix_from_quaternion(rotation)
                     matrix[:3, 3] = position
-                out.append(ThingView(thing_id, matrix))
+                out.append(ThingView(thing_id, matrix, shape is not None))
         return out
 
     def selections(self, instant: Instant) -> tuple[list[Outline], list[LabelView]]:
@@ -130,15 +132,21 @@ class ThingsShown:
             self._soft.drop(thing.id)
             self._reshaped.pop(thing.id, None)
             pieces = pieces_of(thing, self._models, self._detail)
-        own = [p for p in pieces if not p.mesh]
-        colours = np.repeat(
-            np.array([linear(p.colour[0] << 24 | p.colour[1] << 16 | p.colour[2] << 8) for p in own], np.float32).reshape(-1, 3),
-            [len(p.surface.vertices) for p in own], axis=0,
-        )  # fmt: skip
-        meshes = [p for p in pieces if p.mesh]
-        self._painter.set_thing(thing.id, join([p.surface for p in own]) if own else None, colours, meshes)
+        self._painter.set_thing(thing.id, *_drawn(pieces))
+        if gives_way(thing):
+            self._painter.set_resting(thing.id, *_drawn(pieces_of(thing, self._models, RESTING)))
         every = np.concatenate([np.zeros((1, 3)), *(p.surface.vertices for p in pieces)])
         self._extent[thing.id] = every.min(axis=0), every.max(axis=0)
+
+
+def _drawn(pieces: Sequence[Piece]) -> tuple[Surface3 | None, F32, list[Piece]]:
+    """All pieces in plain colours as one surface, the colours of its vertices (n, 3), and the other pieces."""
+    own = [p for p in pieces if not p.mesh]
+    colours = np.repeat(
+        np.array([linear(p.colour[0] << 24 | p.colour[1] << 16 | p.colour[2] << 8) for p in own], np.float32).reshape(-1, 3),
+        [len(p.surface.vertices) for p in own], axis=0,
+    )  # fmt: skip
+    return join([p.surface for p in own]) if own else None, colours, [p for p in pieces if p.mesh]
 
 
 def _vertices(piece: Piece, back: NDArray[np.int64], rest: Surface3, shape: Reshaped | None) -> tuple[F32, F32]:

@@ -49,10 +49,10 @@ def command_input(participant: str, message: Command) -> CommandInput:
 
 
 def prop_input(message: Prop) -> PropInput:
-    """Where a tracked thing is, as the world takes it."""
+    """Where a tracked thing is, or one that a mouse leads, as the world takes it."""
     v, w = message.velocity, message.spin
     speeds = np.array([v.x, v.y, v.z], np.float64), np.array([w.x, w.y, w.z], np.float64)
-    return PropInput(message.thing, *pose(message.pose), message.header.t_ns, *speeds)
+    return PropInput(message.thing, *pose(message.pose), message.header.t_ns, *speeds, message.led_by, message.let_go)
 
 
 def people_of(inputs: WorldInputs) -> tuple[Person, ...]:

@@ -39,9 +39,12 @@ _USABLE = (
 
 @dataclass
 class _PropSource:
+    """Who speaks for a thing; over: it has let go of it, and only its newest word counts."""
+
     site: str
     heard_ns: int
     t_ns: int
+    over: bool = False
 
 
 @dataclass
@@ -75,7 +78,7 @@ class Intake:
         self._gone_ns: dict[str, int] = {}
         self._newest: dict[str, MotionInput] = {}
         self._props: dict[str, _PropSource] = {}
-        self._newest_props: dict[str, Prop] = {}
+        self._newest_props: dict[tuple[str, str], Prop] = {}
         self._arrived = Arrived()
         self._told: set[tuple[str, str]] = set()
 
@@ -139,24 +142,28 @@ class Intake:
         self._newest[name] = motion_input(name, decoded)
 
     def prop(self, sample: Sample) -> None:
-        """A tracked thing is somewhere. The newest is kept; whose site was heard first may speak for a thing."""
+        """A tracked thing is somewhere. The newest is kept; whose site was heard first may speak for a thing, until it lets go
+        of it or falls silent, and only for mice of its own people."""
         thing, site, message = sample.names["thing"], sample.names["site"], sample.message
         if message.thing != thing or message.health not in _USABLE:
             return
+        if message.led_by and not self._owned(message.led_by, site):
+            return
         source = self._props.get(thing)
-        if source is None or sample.received_ns - source.heard_ns > PROP_SILENT_NS:
+        silent = source is None or sample.received_ns - source.heard_ns > PROP_SILENT_NS
+        if source is None or silent or (source.over and source.site != site):
             self._props[thing] = source = _PropSource(site, sample.received_ns, 0)
             log.info("prop followed thing=%s site=%s", thing, site)
         if source.site != site:
-            if (thing, site) not in self._told:
+            if (thing, site) not in self._told and not message.let_go:
                 self._told.add((thing, site))
                 log.warning("two sites send one prop=%s heard=%s ignored=%s", thing, source.site, site)
             return
         source.heard_ns, t_ns = sample.received_ns, message.header.t_ns
         if source.t_ns - CLOCK_RESTART_NS < t_ns <= source.t_ns:
             return
-        source.t_ns = t_ns
-        self._newest_props[thing] = message
+        source.t_ns, source.over = t_ns, message.let_go
+        self._newest_props[thing, message.led_by] = message
 
     def command(self, sample: Sample) -> None:
         """Somebody asks for something."""
@@ -179,7 +186,8 @@ class Intake:
                 self._arrived.left.append(name)
         out = self._arrived
         out.motions = [self._newest[name] for name in sorted(self._newest)]
-        out.props = [self._newest_props[thing] for thing in sorted(self._newest_props)]
+        # Who lets go of a thing comes before who takes it in the same step.
+        out.props = sorted(self._newest_props.values(), key=lambda p: (p.thing, not p.let_go, p.led_by))
         self._arrived, self._newest, self._newest_props = Arrived(), {}, {}
         return out
 

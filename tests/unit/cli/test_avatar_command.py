@@ -59,6 +59,7 @@ def _has_gl() -> bool:
     return True
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_work_in_its_order(
     folder: Path, monkeypatch: pytest.MonkeyPatch, shared_data: Path
 ) -> None:

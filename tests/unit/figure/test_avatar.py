@@ -182,6 +182,7 @@ def test_the_eyeballs_sit_at_their_joints_behind_the_lids(avatar):
         assert (lids < 0.016 * scale).sum() > 20
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_person_and_another_one_looks_different(avatar):
     again = people.make_person(parse_spec(SPEC, "berta"), name="berta", height=HEIGHT, texture_size=512)
     assert np.array_equal(again.mesh.vertices, avatar.mesh.vertices)

@@ -11,8 +11,8 @@ from vistel.figure.face_marks import MARK_INDEX
 from vistel.figure.figure import Figure
 from vistel.figure.posture import standing
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.ghost import GhostSource, ghosts_of
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 
 RADIUS = 0.03
 

@@ -12,10 +12,10 @@ from vistel.figure.figure import Figure, vertex_normals
 from vistel.figure.figure_limbs import limbs_of
 from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deform import Deformer
-from vistel.implicit.embedding import embed
-from vistel.implicit.ghost import ghosts_of
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.deformation.deform import Deformer
+from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.meshes.embedding import embed
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,7 @@ from vistel.figure.layers.muscles import Muscles
 from vistel.figure.layers.places import Places
 from vistel.figure.posture import ELBOW, KNEE, SHOULDER, JointPose, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
-from vistel.implicit.actuation import muscle_force
+from vistel.implicit.ghosts.actuation import muscle_force
 
 GOLDEN = {r["name"]: r for r in json.loads((Path(__file__).parents[2] / "golden.json").read_text())["values"]}
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.implicit.contact import ContactScene, cone_sphere_contacts, find_contacts
-from vistel.implicit.contact_set import KIND_CODES, PrimitiveSet
-from vistel.implicit.contact_surface import INVERSE_T, field_of_ratio, surface
+from vistel.implicit.contacts.contact import ContactScene, cone_sphere_contacts, find_contacts
+from vistel.implicit.contacts.contact_set import KIND_CODES, PrimitiveSet
+from vistel.implicit.contacts.contact_surface import INVERSE_T, field_of_ratio, surface
 
 
 def cones(rng: np.random.Generator, n: int, spread: float = 0.12) -> PrimitiveSet:

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deform import Deformer
-from vistel.implicit.embedding import INVERSE_T, Limbs, embed, primitive_field
-from vistel.implicit.ghost import T, ghosts_of
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.deformation.deform import Deformer
+from vistel.implicit.ghosts.ghost import T, ghosts_of
+from vistel.implicit.meshes.embedding import INVERSE_T, Limbs, embed, primitive_field
 
 GOLDEN = json.loads((Path(__file__).parents[2] / "golden.json").read_text())["values"]
 

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from vistel.implicit import kernels_meet, kernels_solve
-from vistel.implicit.kernels_field import WIDTH, first_lanes, load, spread
-from vistel.implicit.lanes import (
+from vistel.implicit.deformation import kernels_meet, kernels_solve
+from vistel.implicit.deformation.kernels_field import WIDTH, first_lanes, load, spread
+from vistel.implicit.jit.lanes import (
     absolute,
     bits,
     choose,
@@ -25,7 +25,7 @@ from vistel.implicit.lanes import (
     some,
     store,
 )
-from vistel.implicit.pointers import at, pointer
+from vistel.implicit.jit.pointers import at, pointer
 
 F32 = np.float32
 ROWS = arrays(F32, (2, WIDTH), elements=st.floats(-1e3, 1e3, width=32))

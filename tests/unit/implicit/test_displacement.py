@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from test_mesh_ghosts import RADIUS, ROD, ball
 
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deform import Deformer, DeformReport
-from vistel.implicit.ghost import GhostSource, ghosts_of
-from vistel.implicit.mesh_ghosts import faded
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.deformation.deform import Deformer, DeformReport
+from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.ghosts.mesh_ghosts import faded
 
 HIGH = 0.002
 WRINKLES = (HIGH * np.cos(40.0 * ROD.rest[:, 0])).astype(np.float32)

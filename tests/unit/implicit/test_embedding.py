@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.implicit.embedding import Limbs, T, bound_radius, embed, shape_weight
-from vistel.implicit.embedding_fields import diff, quartic, union
+from vistel.implicit.meshes.embedding import Limbs, T, bound_radius, embed, shape_weight
+from vistel.implicit.meshes.embedding_fields import diff, quartic, union
 
 GOLDEN = {
     row["name"]: row

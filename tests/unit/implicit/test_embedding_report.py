@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vistel.implicit.embedding import Limbs, embed
-from vistel.implicit.embedding_report import EDGES, fit_report
+from vistel.implicit.meshes.embedding import Limbs, embed
+from vistel.implicit.meshes.embedding_report import EDGES, fit_report
 
 
 def cylinder(bumps: float) -> tuple[np.ndarray, np.ndarray, Limbs]:

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vistel.implicit.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, PrimitiveSet
-from vistel.implicit.contact_surface import INVERSE_T, field_of_ratio, surface
-from vistel.implicit.embedding_fields import cone_sphere_ratio, quartic
-from vistel.implicit.ghost import T, collision, ghosts_of, propagation, zone
-from vistel.implicit.kernels_field import WIDTH, load_normals, local_ray, ray, spread, store_field
-from vistel.implicit.kernels_meet import evaluate
-from vistel.implicit.pointers import keep, pointer
+from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, PrimitiveSet
+from vistel.implicit.contacts.contact_surface import INVERSE_T, field_of_ratio, surface
+from vistel.implicit.deformation.kernels_field import WIDTH, load_normals, local_ray, ray, spread, store_field
+from vistel.implicit.deformation.kernels_meet import evaluate
+from vistel.implicit.ghosts.ghost import T, collision, ghosts_of, propagation, zone
+from vistel.implicit.jit.pointers import keep, pointer
+from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, quartic
 
 GOLDEN = {
     row["name"]: row

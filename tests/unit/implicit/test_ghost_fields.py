@@ -12,9 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vistel.implicit as vi
-from vistel.implicit.constraint import Constraint, tear
-from vistel.implicit.deformable import Collision, Deformable, Imprint, collisions, deformed
-from vistel.implicit.force_field import (
+from vistel.implicit.contacts.penetration import penetration
+from vistel.implicit.ghosts.constraint import Constraint, tear
+from vistel.implicit.ghosts.deformable import Collision, Deformable, Imprint, collisions, deformed
+from vistel.implicit.ghosts.force_field import (
     Directional,
     Force,
     Shear,
@@ -24,10 +25,9 @@ from vistel.implicit.force_field import (
     limited,
     wind,
 )
-from vistel.implicit.ghost_kind import Ghost
-from vistel.implicit.penetration import penetration
-from vistel.implicit.rigidity import compliances, ghosts_in_contact, rigidity
-from vistel.implicit.temporal import Decay, Elastic, Memory, Plastic, Viscoelastic
+from vistel.implicit.ghosts.ghost_kind import Ghost
+from vistel.implicit.ghosts.rigidity import compliances, ghosts_in_contact, rigidity
+from vistel.implicit.ghosts.temporal import Decay, Elastic, Memory, Plastic, Viscoelastic
 
 T = vi.THRESHOLD
 EDGE = float(vi.QUARTIC.inverse(T))

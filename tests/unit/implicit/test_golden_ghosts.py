@@ -11,11 +11,10 @@ import pytest
 from implicit_golden import group
 
 import vistel.implicit as vi
-from vistel.implicit.constraint import Constraint
-from vistel.implicit.deformable import Collision, Deformable, deformed
-from vistel.implicit.embedding import bound_radius, shape_weight
-from vistel.implicit.force_field import Directional, Force, compression, expansion
-from vistel.implicit.ghost_terms import (
+from vistel.implicit.ghosts.constraint import Constraint
+from vistel.implicit.ghosts.deformable import Collision, Deformable, deformed
+from vistel.implicit.ghosts.force_field import Directional, Force, compression, expansion
+from vistel.implicit.ghosts.ghost_terms import (
     constraint_field,
     constraint_ratio,
     decay_quartic,
@@ -28,7 +27,8 @@ from vistel.implicit.ghost_terms import (
     propagation_quartic,
     unified,
 )
-from vistel.implicit.rigidity import compliances, normals_cosine
+from vistel.implicit.ghosts.rigidity import compliances, normals_cosine
+from vistel.implicit.meshes.embedding import bound_radius, shape_weight
 
 T = vi.THRESHOLD
 QUARTIC_T = float(vi.QUARTIC.inverse(T))

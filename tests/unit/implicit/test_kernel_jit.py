@@ -1,8 +1,14 @@
 """A compiled kernel is current only as long as nothing that it is made of has changed."""
 
+import os
+import pickle
+import subprocess
+import sys
 from pathlib import Path
 
-from vistel.implicit.kernel_jit import imported_files, stamp_of
+import pytest
+
+from vistel.implicit.jit.kernel_jit import imported_files, stamp_of
 
 
 def project(root: Path, **files: str) -> None:
@@ -36,3 +42,22 @@ def test_a_change_behind_two_imports_changes_the_stamp_and_any_other_does_not(tm
 def test_files_that_import_each_other_have_a_stamp(tmp_path):
     project(tmp_path, vistel__a="from vistel.b import y\n", vistel__b="from vistel.a import x\n")
     assert stamp_of(tmp_path / "vistel/a.py", tmp_path) == stamp_of(tmp_path / "vistel/b.py", tmp_path)
+
+
+@pytest.mark.parametrize("damage", ["cut", "module", "noise"])
+def test_a_cache_that_cannot_be_read_any_more_is_compiled_anew(tmp_path, damage):
+    (tmp_path / "kept.py").write_text(
+        "from vistel.implicit.jit.kernel_jit import compiled\n\n\n@compiled\ndef twice(x):\n    return 2 * x\n"
+    )
+    run = [sys.executable, "-c", "import kept; print(kept.twice(21), sum(kept.twice.stats.cache_hits.values()))"]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def answer() -> str:
+        return subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True, text=True).stdout.strip()
+
+    assert [answer(), answer()] == ["42 0", "42 1"]
+    (index,) = tmp_path.rglob("*.nbi")
+    whole = index.read_bytes()
+    version = pickle.dumps(pickle.loads(whole), protocol=-1)
+    index.write_bytes({"cut": whole[:-9], "module": version + b"cvistel.gone\nthing\n.", "noise": version + b"\x93"}[damage])
+    assert [answer(), answer()] == ["42 0", "42 1"]

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 import vistel.implicit as vi
-from vistel.implicit.constraint import Constraint
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deform import Deformer
-from vistel.implicit.deformable import Deformable, Imprint, collisions, deformed
-from vistel.implicit.embedding import Limbs, embed
-from vistel.implicit.force_field import Directional, Force, Shear, compression, expansion
-from vistel.implicit.ghost import GhostSource, ghosts_of
-from vistel.implicit.mesh_ghosts import blown, dents, faded, pulled
-from vistel.implicit.penetration import penetration
-from vistel.implicit.temporal import Decay, Memory, Plastic
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.contacts.penetration import penetration
+from vistel.implicit.deformation.deform import Deformer
+from vistel.implicit.ghosts.constraint import Constraint
+from vistel.implicit.ghosts.deformable import Deformable, Imprint, collisions, deformed
+from vistel.implicit.ghosts.force_field import Directional, Force, Shear, compression, expansion
+from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.ghosts.mesh_ghosts import blown, dents, faded, pulled
+from vistel.implicit.ghosts.temporal import Decay, Memory, Plastic
+from vistel.implicit.meshes.embedding import Limbs, embed
 
 RADIUS = 0.1
 BOX = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))

@@ -43,6 +43,7 @@ def assert_closed(mesh: SurfaceMesh) -> None:
     assert len(np.unique(mesh.triangles)) == len(mesh.vertices)
 
 
+@pytest.mark.slow
 def test_fuzz_random_graphs_give_closed_manifold_meshes_on_the_surface() -> None:
     made = 0
     for seed in range(EXAMPLES):

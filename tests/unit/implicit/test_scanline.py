@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vistel.implicit as vi
-from vistel.implicit.lanes import store
-from vistel.implicit.pointers import keep, pointer
+from vistel.implicit.jit.lanes import store
+from vistel.implicit.jit.pointers import keep, pointer
 from vistel.implicit.scanline import Picture, Scanline, render
 from vistel.implicit.scanline.lanes import load
 from vistel.implicit.scanline.shade import power

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import vistel.implicit as vi
-from vistel.implicit.kinds import KINDS
+from vistel.implicit.primitives.kinds import KINDS
 from vistel.implicit.scene import (
     Camera,
     Checker,

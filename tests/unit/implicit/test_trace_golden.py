@@ -10,7 +10,7 @@ import pytest
 from implicit_golden import group
 
 import vistel.implicit as vi
-from vistel.implicit.pointers import pointer
+from vistel.implicit.jit.pointers import pointer
 from vistel.implicit.trace import RayCaster
 from vistel.implicit.trace.kernels_pieces import FAR, QUARTIC, STATE, _add, _piece, first_root
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import logging
+import os
+import subprocess
 import sys
 
 import moderngl
 import pytest
 
 from vistel_services.renderer.draw import Painter
-from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
+from vistel_services.renderer.gl_context import NoOpenGlError, Surface, open_surface
 
 
 def test_without_opengl_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -41,3 +43,30 @@ def test_a_window_without_a_display_becomes_a_headless_picture_and_says_so(
         assert Painter(surface, 64, 64).show()
     finally:
         surface.close()
+
+
+_OPEN = (
+    "from vistel_services.renderer.gl_context import NoOpenGlError, open_surface\n"
+    "try:\n    open_surface(64, 64)\n    print('opened')\nexcept NoOpenGlError as e:\n    print(e)"
+)
+
+
+@pytest.mark.gl
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is asked for on Linux")
+@pytest.mark.parametrize(
+    ("setting", "value", "said", "mend"),
+    [
+        ("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json", "no OpenGL 3.3 (", "apt-get install libegl1"),
+        ("MESA_GL_VERSION_OVERRIDE", "2.1", "no OpenGL 3.3 (", "update it, or set LIBGL_ALWAYS_SOFTWARE=1"),
+    ],
+)
+def test_a_machine_without_egl_and_one_with_an_old_opengl_say_in_one_line_what_to_do(
+    surface: Surface, setting: str, value: str, said: str, mend: str
+) -> None:
+    """Real drivers: one that finds no library of a vendor, one that gives what there was in 2006."""
+    there = os.environ | {setting: value, "LIBGL_ALWAYS_SOFTWARE": "1"}
+    done = subprocess.run([sys.executable, "-c", _OPEN], capture_output=True, text=True, check=False, timeout=120, env=there)
+    (line,) = done.stdout.strip().splitlines() or [done.stderr]
+    if line == "opened":
+        pytest.skip(f"this driver does not listen to {setting}")
+    assert line.startswith(said) and mend in line

@@ -17,14 +17,14 @@ from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.posture import ELBOW, KNEE, SHOULDER, Posture, Stance, standing
-from vistel.implicit.constraint import Pull
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.deform import Deformer
-from vistel.implicit.deform_plan import FramePlan, Planner
-from vistel.implicit.embedding import Hinge, Limbs, embed
-from vistel.implicit.force_field import Directional, Radial, Shear
-from vistel.implicit.ghost import GhostSource, ghosts_of
-from vistel.implicit.mesh_ghosts import blown, faded, pulled
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.deformation.deform import Deformer
+from vistel.implicit.deformation.deform_plan import FramePlan, Planner
+from vistel.implicit.ghosts.constraint import Pull
+from vistel.implicit.ghosts.force_field import Directional, Radial, Shear
+from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.ghosts.mesh_ghosts import blown, faded, pulled
+from vistel.implicit.meshes.embedding import Hinge, Limbs, embed
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape, choose_engine, constants
 from vistel_services.renderer.programs import source

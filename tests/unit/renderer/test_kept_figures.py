@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,3 +56,13 @@ def test_a_folder_that_cannot_be_used_costs_only_the_keeping(tmp_path: Path) -> 
     (tmp_path / "file").write_text("in the way")
     avatar = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
     assert isinstance(person_of(avatar, tmp_path / "file" / "figures"), Person)
+
+
+def test_one_file_is_kept_of_an_avatar_made_read_or_shown_before(tmp_path: Path) -> None:
+    read = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
+    made = replace(read, albedo=np.asfortranarray(read.albedo), skeleton=replace(read.skeleton, rest=read.skeleton.rest.copy()))
+    for avatar in (read, read, made):
+        person_of(avatar, tmp_path)
+    assert len(list(tmp_path.glob("*.pickle"))) == 1
+    person_of(replace(read, skeleton=replace(read.skeleton, rest=read.skeleton.rest * 1.001)), tmp_path)
+    assert len(list(tmp_path.glob("*.pickle"))) == 2

@@ -135,6 +135,21 @@ def test_a_thing_throws_its_shadow_on_the_table(painter: Painter) -> None:
     assert change[int(y), int(x)] < -40
 
 
+def test_what_rests_is_drawn_as_it_is_at_rest_and_what_is_bent_as_it_is_bent(painter: Painter) -> None:
+    dot(painter, "ball", (0.6, 0.02, 0.02), 0.2)
+    ball = tessellate(Primitive("sphere", (0.2,)), 0.5)
+    painter.set_resting("ball", ball, np.tile(np.array((0.02, 0.02, 0.6), np.float32), (len(ball.vertices), 1)))
+    colours = []
+    for bent in (True, False):
+        painter.draw(Frame([Sight(AHEAD)], things=[ThingView("ball", at(0.0, 1.0, 0.0), bent)]))
+        colours.append(painter.image()[HEIGHT // 2, WIDTH // 2].astype(int))
+    red, blue = colours
+    assert red[0] > red[2] + 60 and blue[2] > blue[0] + 60
+    painter.drop_thing("ball")
+    painter.draw(Frame([Sight(AHEAD)], things=[ThingView("ball", at(0.0, 1.0, 0.0), False)]))
+    assert np.ptp(painter.image()[HEIGHT // 2, WIDTH // 2].astype(int)) < 60
+
+
 @pytest.mark.parametrize(
     ("place", "seen"),
     [((0, 1, 0), True), ((0, 1, 5), False), ((30, 1, 0), False), ((0, -20, 0), False), ((2.2, 1, 0), True)],
@@ -145,6 +160,16 @@ def test_who_is_out_of_sight_is_not_drawn_and_who_may_be_in_it_is(
     clip = AHEAD.projection(WIDTH / HEIGHT) @ AHEAD.view()
     limbs = np.array([[*place, 0.1, *place, 0.1]], np.float32)
     assert in_sight(clip, limbs) == seen
+
+
+@pytest.mark.parametrize(("below", "seen"), [(0.0, True), (0.15, True), (0.30, False)])
+def test_ones_own_hand_is_drawn_unless_it_is_farther_out_of_the_picture_than_it_is_thick(below: float, seen: bool) -> None:
+    view, lower_edge, away = AHEAD.view(), AHEAD.edges(WIDTH / HEIGHT)[2], 0.6
+    clip = AHEAD.projection(WIDTH / HEIGHT) @ view
+    hand = AHEAD.position - away * view[2, :3] + (away * lower_edge - below * math.hypot(1.0, lower_edge)) * view[1, :3]
+    limbs = np.array([[*hand, 0.1, *hand, 0.1]], np.float32)
+    assert in_sight(clip, limbs, own=True) == seen
+    assert in_sight(clip, limbs)  # of others, hair and clothes may hang there
 
 
 def test_a_label_is_drawn_over_its_place_and_only_there(painter: Painter) -> None:

@@ -17,6 +17,7 @@ from vistel_services.renderer.screens import Screen, Sight, Stereo, sights_of_sc
 from vistel_services.renderer.window.carrying import Carrying
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane, ray_through
 from vistel_services.renderer.window.show import fitted
+from vistel_services.renderer.window.wishes import LetGo
 
 WIDTH, HEIGHT = 640, 400
 EYE = look_at(np.array((0.1, 1.3, -0.9)), np.array((0.0, 0.8, 0.1)), 0.9)
@@ -125,3 +126,28 @@ def test_a_picture_is_shown_as_large_as_fits_and_two_eyes_squeezed_into_the_shap
     assert fitted((0, 0, 640, 360), (640, 720)) == (0, 180, 640, 360)
     assert fitted((640, 0, 320, 360), (1000, 360)) == (340, 0, 320, 360)
     assert fitted((0, 0, 1280, 360), (640, 360), squeezed=True) == (0, 0, 640, 360)
+
+
+def led_along(speeds: list[float], every_ns: int = 30_000_000) -> LetGo:
+    """What is let go of after a mouse went to the right at these speeds [m/s], one picture each."""
+    across, far, middle = EYE.rotation[:, 0], 0.0, EYE.position - EYE.rotation[:, 2]
+    carrying = Carrying("ball", middle, UPRIGHT, np.zeros(3), 1.0, 0)
+    targets, poses = ball(), {"ball": (middle, UPRIGHT)}
+    for k, speed in enumerate(speeds, 1):
+        far += speed * every_ns * 1e-9
+        way = middle + far * across - EYE.position
+        carrying.lead(Ray(EYE.position, way / np.linalg.norm(way)), EYE, targets, poses, k * every_ns)
+    return carrying.let_go()
+
+
+@pytest.mark.parametrize("every_ms", [4, 16, 33, 250])
+def test_what_is_let_go_of_flies_as_it_was_led_last_however_slow_pictures_are(every_ms: int) -> None:
+    steady = led_along([0.5] * 8, every_ms * 1_000_000)
+    assert steady.velocity == pytest.approx(0.5 * EYE.rotation[:, 0], abs=1e-6)
+    stopped = led_along([2.0] * 4 + [0.0] * (1 + 120 // every_ms), every_ms * 1_000_000)
+    assert not stopped.velocity.any()
+
+
+def test_it_flies_no_faster_than_something_thrown() -> None:
+    assert np.linalg.norm(led_along([50.0] * 2).velocity) == pytest.approx(4.0)
+    assert not Carrying("ball", np.zeros(3), UPRIGHT, np.zeros(3), 1.0, 0).let_go().velocity.any()

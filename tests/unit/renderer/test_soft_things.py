@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from vistel.figure.making.source import Material
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.ghost import ghosts_of
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.ghost import ghosts_of
 from vistel.space.files.model import Model
 from vistel.space.room import Extra
 from vistel.space.things import Look, Matter, Primitive, Thing

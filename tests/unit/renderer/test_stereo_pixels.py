@@ -15,6 +15,8 @@ from vistel_services.renderer.calibration import pattern
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.draw import Frame, Painter, ThingView
 from vistel_services.renderer.gl_context import Surface
+from vistel_services.renderer.labels import Label
+from vistel_services.renderer.overlays import LabelView
 from vistel_services.renderer.screens import (
     Screen,
     Sight,
@@ -130,6 +132,25 @@ def test_light_fades_to_the_edge_of_each_eyes_own_picture(painter: Painter, ster
         ramp = (w - np.arange(round(0.78 * w), w) - 0.5) / (0.25 * w)
         bright = whole[round(0.78 * w) :] > 0.03
         assert share[round(0.78 * w) :][bright] == pytest.approx(ramp[bright], abs=0.12)
+
+
+@pytest.mark.parametrize("stereo", [s for s in Stereo if s is not Stereo.SEQUENTIAL])
+def test_names_have_their_shape_however_two_eyes_share_a_screen(painter: Painter, stereo: Stereo) -> None:
+    name, place = Label("Grace Hopper"), np.array((0.0, 1.2, 1.3))
+    sizes = []
+    for kind in (Stereo.MONO, stereo):
+        screen = flat()
+        painter.resize(*picture_size([screen], kind))
+        sights = sights_of_screens([screen], EYES, kind, 0)
+        painter.draw(Frame(sights))
+        empty = painter.image().astype(int)
+        painter.draw(Frame(sights, labels=[LabelView(name, place)]))
+        change = np.abs(painter.image().astype(int) - empty)
+        assert sights[0].box is not None
+        x, y, w, h = sights[0].box
+        rows, columns = np.nonzero(change[len(change) - y - h : len(change) - y, x : x + w, 0] > 20)
+        sizes.append((np.ptp(columns) / w, np.ptp(rows) / h))
+    assert sizes[1] == pytest.approx(sizes[0], abs=0.04)
 
 
 def test_gain_makes_two_projectors_of_different_light_alike(painter: Painter) -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from test_world_steps import Play, reaching
 
 from vistel.figure.posture import Posture
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.bonds import Bond
 from vistel.space.commands.actions import Move, Reset, Which
 from vistel.space.dents import LEAST, MOST, Dent, Press, remember

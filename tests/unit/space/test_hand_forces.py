@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from vistel.conference.model import Conference
 from vistel.figure.posture import Posture
-from vistel.implicit.contact import find_contacts
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import find_contacts
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact_forces import STIFFEST, contact_patches
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.people import DIGITS, PALM

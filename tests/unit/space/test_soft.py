@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.implicit.constraint import Constraint
-from vistel.implicit.temporal import Plastic, Viscoelastic
+from vistel.implicit.ghosts.constraint import Constraint
+from vistel.implicit.ghosts.temporal import Plastic, Viscoelastic
 from vistel.space.contact_forces import Surface
 from vistel.space.soft import SoftRoom
 from vistel.space.things import Primitive, Thing

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.implicit.contact import find_contacts
-from vistel.implicit.contact_kernels import surface
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import find_contacts
+from vistel.implicit.contacts.contact_kernels import surface
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.room import meeting_room
 from vistel.space.solids import Solids, pose_solids, solids
 from vistel.space.things import Primitive, Thing

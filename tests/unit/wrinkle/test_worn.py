@@ -14,8 +14,8 @@ from vistel.figure.figure import Figure
 from vistel.figure.people.bake import rasterise
 from vistel.figure.posture import ELBOW, KNEE, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit.contact_set import PrimitiveSet
-from vistel.implicit.ghost import ghosts_of
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.ghost import ghosts_of
 from vistel.wrinkle.dressing import Dressed, dressed
 from vistel.wrinkle.region import builtin_regions, sides_of, tube
 from vistel.wrinkle.wardrobe import wardrobe

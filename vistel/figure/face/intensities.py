@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.face.rules import FaceRules
 from vistel.figure.face_marks import MARK_COUNT, REST
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]
 

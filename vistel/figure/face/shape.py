@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.avatar import Target
-from vistel.figure.face.landmarks import EYEBALL, Landmarks
+from vistel.figure.face.landmarks import Landmarks
+from vistel.figure.face.lids import Lids, lids_of
 from vistel.figure.face.lips import line_of_lips, sides_of_mouth
 from vistel.figure.face.rules import FaceRules, OneSided, Pull, builtin_rules
 from vistel.figure.face.targets import half, shapes_of
@@ -22,12 +23,6 @@ I64 = NDArray[np.int64]
 REACH_M, MOST_REST = 0.05, 0.012
 """How far round a mark the skin follows what the rules leave of its motion, and how much of it at most."""
 BLINK = "AU45"
-LID_SPAN = np.radians(34.0)
-"""Along the eyeball, from a lid's edge to where the skin no longer follows it."""
-OVERLAP = np.radians(3.0)
-"""By which the upper lid goes past the lower one's edge, so that no eye looks out between coarse triangles."""
-MEET = 0.0
-"""Where lids meet, from the lower one's edge upwards: the upper one comes down nearly all the way."""
 JAW_SIDE = 0.020, 0.080
 """From the middle to the side, where skin follows the jaw wholly and no longer [m, a standard head]."""
 NEUTRAL_GAZE_LID = 0.55
@@ -55,17 +50,6 @@ class Expression:
         """Whether it moves nothing."""
         moved = self.marks is not None and np.nanmax(np.abs(self.marks), initial=0.0) > 1e-4
         return not (self.intensity.any() or moved) and self.lids == (1.0, 1.0) and abs(self.pitch) < 0.01
-
-
-@dataclass(frozen=True, eq=False)
-class _Lid:
-    """One eye's lids: vertices, which lid, and the angle by which each turns when the eye closes [rad]."""
-
-    centre: F64
-    vertex: I64
-    upper: NDArray[np.bool_]
-    angle: F64
-    follow: F64
 
 
 class FaceShape:
@@ -107,7 +91,8 @@ class FaceShape:
         if targets:
             self._own(targets, len(v))
         self._follow = self._following()
-        self._lids = [_lid(self._p, eye, scale) for eye in marks.eyes]
+        faces = None if triangles is None else self._faces(np.asarray(triangles, np.int64), len(v))
+        self._lids = [lids_of(self._p, eye, scale, faces) for eye in marks.eyes]
 
     def offsets(self, e: Expression) -> F32:
         """(F, 3) how far each vertex moves [m]."""
@@ -128,6 +113,13 @@ class FaceShape:
         p = self._p + moved
         opens, turns = (float(x) for x in e.intensity @ self._jaw)
         return self._jaw_turned(p, opens, turns) if opens or turns else p
+
+    def _faces(self, triangles: I64, count: int) -> I64:
+        """Those of `triangles` whose corners all may move, by their places among these."""
+        place = np.full(count, -1)
+        place[self.vertex] = np.arange(len(self.vertex))
+        faces = place[triangles]
+        return faces[(faces >= 0).all(axis=1)]
 
     def _own(self, targets: Sequence[Target], count: int) -> None:
         """Let the units be what the head's own shapes say."""
@@ -204,7 +196,7 @@ class FaceShape:
         c, s = np.cos(b), np.sin(b)
         return np.column_stack((c * q[:, 0] + s * z, y, c * z - s * q[:, 0])) + self.landmarks.hinge
 
-    def _blink(self, p: F64, lid: _Lid, e: Expression, eye: int) -> None:
+    def _blink(self, p: F64, lid: Lids, e: Expression, eye: int) -> None:
         """Turn both lids of an eye about its centre, in place."""
         if len(lid.vertex) == 0:
             return
@@ -261,32 +253,6 @@ def _jaw_weight(p: F64, below: F64, marks: Landmarks, inside: NDArray[np.bool_])
 def _round(p: F64, mark: F64, reach: float) -> F64:
     away = np.linalg.norm(p - mark, axis=1) / reach
     return np.maximum(0.0, 1.0 - away) ** 4 * (4.0 * away + 1.0)
-
-
-def _lid(p: F64, centre: F64, scale: float) -> _Lid:
-    """The lids of one eye. The slit is what is widest open between places on the eyeball, seen from the side."""
-    ball = EYEBALL * scale
-    q = p - centre
-    away, angle = np.linalg.norm(q, axis=1), np.arctan2(q[:, 1], q[:, 2])
-    front = (q[:, 2] > 0.2 * ball) & (away < 2.2 * ball)
-    edge = front & (np.abs(q[:, 0]) < 0.35 * ball) & (away > 0.97 * ball) & (away < 1.45 * ball)
-    found = np.sort(angle[edge])
-    top, bottom = np.radians(24.0), np.radians(-24.0)
-    if len(found) > 3:
-        gap = np.diff(found)
-        inside = (found[:-1] < np.radians(25.0)) & (found[1:] > np.radians(-25.0))
-        if inside.any():
-            k = int(np.argmax(np.where(inside, gap, -1.0)))
-            if gap[k] > np.radians(10.0):
-                bottom, top = float(found[k]), float(found[k + 1])
-    meet = bottom + MEET * (top - bottom)
-    width = np.sqrt(np.maximum(0.0, 1.0 - (q[:, 0] / (1.22 * ball)) ** 2))
-    vertex = np.flatnonzero(front & (width > 0.0) & (angle < top + LID_SPAN) & (angle > bottom - LID_SPAN))
-    upper = angle[vertex] > 0.5 * (top + bottom)
-    from_edge = np.where(upper, angle[vertex] - top * width[vertex], bottom * width[vertex] - angle[vertex])
-    share = (1.0 - _smooth(from_edge / LID_SPAN)) * (1.0 - _smooth((away[vertex] / ball - 1.25) / 0.9)) * width[vertex]
-    turn = np.where(upper, top - meet + OVERLAP, bottom - meet) * share
-    return _Lid(centre, vertex, upper, turn, np.where(upper, share, 0.35 * share))
 
 
 def _smooth(x: F64) -> F64:

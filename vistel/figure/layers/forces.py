@@ -17,8 +17,8 @@ from vistel.figure.layers.contraction import activation
 from vistel.figure.layers.muscles import Muscles
 from vistel.figure.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
-from vistel.implicit.actuation import muscle_force
 from vistel.implicit.blend import QUARTIC, THRESHOLD
+from vistel.implicit.ghosts.actuation import muscle_force
 
 F64 = NDArray[np.float64]
 

@@ -27,10 +27,10 @@ from vistel.figure.layers.skin import Anatomy
 from vistel.figure.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS, REFERENCE_HEIGHT
 from vistel.implicit.blend import QUARTIC
-from vistel.implicit.combine import selective, total, union
-from vistel.implicit.offset import ConeSphere, Sphere, Sphylinder
-from vistel.implicit.shape import Shape
-from vistel.implicit.superquadric import Superellipsoid
+from vistel.implicit.graph.combine import selective, total, union
+from vistel.implicit.graph.shape import Shape
+from vistel.implicit.primitives.offset import ConeSphere, Sphere, Sphylinder
+from vistel.implicit.primitives.superquadric import Superellipsoid
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]

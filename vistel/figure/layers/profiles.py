@@ -16,7 +16,7 @@ from vistel.figure.layers.bones import Bone
 from vistel.figure.layers.contraction import FULL, YIELD
 from vistel.figure.layers.muscles import BellyShape, Muscle
 from vistel.implicit.blend import QUARTIC, THRESHOLD
-from vistel.implicit.embedding_fields import cone_sphere_ratio, quartic
+from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, quartic
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from vistel.figure.layers.model import Layer, LayeredModel, Part
 from vistel.implicit.blend import Blend
-from vistel.implicit.combine import Extremum, Placed, Ricci, Sum
-from vistel.implicit.offset import ConeSphere, Sphere, Sphylinder
-from vistel.implicit.shape import Shape
-from vistel.implicit.superquadric import Superellipsoid
+from vistel.implicit.graph.combine import Extremum, Placed, Ricci, Sum
+from vistel.implicit.graph.shape import Shape
+from vistel.implicit.primitives.offset import ConeSphere, Sphere, Sphylinder
+from vistel.implicit.primitives.superquadric import Superellipsoid
 
 F64 = NDArray[np.float64]
 

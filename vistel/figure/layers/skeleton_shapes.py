@@ -12,9 +12,9 @@ from vistel.figure.avatar import Avatar
 from vistel.figure.body import pose_body
 from vistel.figure.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, finger_joints
-from vistel.implicit.combine import total
-from vistel.implicit.offset import ConeSphere, Sphere, Sphylinder
-from vistel.implicit.shape import Shape
+from vistel.implicit.graph.combine import total
+from vistel.implicit.graph.shape import Shape
+from vistel.implicit.primitives.offset import ConeSphere, Sphere, Sphylinder
 
 F64 = NDArray[np.float64]
 

@@ -18,8 +18,8 @@ from vistel.figure.rigid import Rows
 from vistel.figure.rigid_lanes import LANES
 from vistel.figure.rigid_weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
-from vistel.implicit.deform_table import ALPHA, OFFSET
-from vistel.implicit.embedding import embed
+from vistel.implicit.deformation.deform_table import ALPHA, OFFSET
+from vistel.implicit.meshes.embedding import embed
 
 if TYPE_CHECKING:
     from vistel.figure.figure import Figure

@@ -21,12 +21,12 @@ from vistel.figure.making.assemble_piece import Piece, at_vertices, closed, clos
 from vistel.figure.making.source import MakingError
 from vistel.implicit.blend import QUARTIC, THRESHOLD
 from vistel.implicit.checks import ShapeError
-from vistel.implicit.pointblob import PointSetblob
+from vistel.implicit.evaluation.program import compile
 from vistel.implicit.polygonise.lattice import Lattice
 from vistel.implicit.polygonise.owners import SHARED
 from vistel.implicit.polygonise.retained import Retained
-from vistel.implicit.polyhedron import Polyhedron
-from vistel.implicit.program import compile
+from vistel.implicit.primitives.pointblob import PointSetblob
+from vistel.implicit.primitives.polyhedron import Polyhedron
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -4,14 +4,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.pictures import atlas
-from vistel.figure.making.source import Source
+from vistel.figure.making.maps import CLAMP, MIRROR, scaled, tiled
+from vistel.figure.making.pictures import LARGEST, atlas
+from vistel.figure.making.source import Material, Source
+from vistel.figure.patch import Patch
 from vistel.figure.skeleton import FINGERS, JOINTS
 
 F64 = NDArray[np.float64]
@@ -20,6 +22,8 @@ I64 = NDArray[np.int64]
 U8 = NDArray[np.uint8]
 
 _SWATCH = 32
+_SQUARES, _HARDLY = 4, 0.02
+"""Squares of a repeated picture that are laid side by side at most, and by how much of one a face must reach into it."""
 _IRIS, _PUPIL = 0.50, 0.20
 """Radii in that of the eyeball."""
 _PLAIN = {  # sRGB
@@ -29,10 +33,12 @@ _PLAIN = {  # sRGB
 
 @dataclass(frozen=True)
 class Dressed:
-    """corner_uv: (F, 3, 2) texture coordinates of each face's corners in the one picture `albedo` (H, W, 3)."""
+    """corner_uv: (F, 3, 2) texture coordinates of each face's corners in the one picture `albedo` (H, W, 3); patches: what parts
+    of that are like beside their colour."""
 
     corner_uv: F64
     albedo: U8
+    patches: tuple[Patch, ...]
     notes: tuple[str, ...]
 
 
@@ -41,55 +47,91 @@ def dress(source: Source, bone: I32, eye: NDArray[Any], height_of: F64, height: 
     height_of: (V,) above the soles [m]."""
     notes: list[str] = []
     pictures: list[U8] = []
-    of_picture: dict[int, int] = {}
-    swatch: dict[tuple[int, int, int], int] = {}
+    looks: list[Patch | None] = []
+    of_picture: dict[tuple[Any, ...], int] = {}
+    swatch: dict[tuple[Any, ...], int] = {}
 
-    def plain(colour: tuple[int, int, int]) -> int:
-        if colour not in swatch:
-            swatch[colour] = len(pictures)
-            pictures.append(np.full((_SWATCH, _SWATCH, 3), colour, np.uint8))
-        return swatch[colour]
+    def shown(picture: U8, patch: Patch | None) -> int:
+        pictures.append(picture)
+        looks.append(patch)
+        return len(pictures) - 1
+
+    def plain(colour: tuple[int, int, int], patch: Patch | None) -> int:
+        key = colour, None if patch is None else patch.key
+        if key not in swatch:
+            swatch[key] = shown(np.full((_SWATCH, _SWATCH, 3), colour, np.uint8), patch)
+        return swatch[key]
 
     has_uv: Any = (source.uv_triangles >= 0).all(axis=1)
     slot = np.empty(len(source.triangles), np.int64)
     flat, eye_painted = np.ones(len(source.triangles), np.bool_), np.zeros(len(source.triangles), np.bool_)
+    raw = np.full((len(source.triangles), 3, 2), 0.5)
     for m in np.unique(source.material):
         rows = np.flatnonzero(source.material == m)
         material = source.materials[m]
         if material.picture is not None and has_uv[rows].any():
-            # Materials that show one picture share it.
-            if id(material.picture) not in of_picture:
-                of_picture[id(material.picture)] = len(pictures)
-                pictures.append(material.picture)
-            slot[rows] = of_picture[id(material.picture)]
+            # Materials that show one picture and are alike share it.
+            textured = rows[has_uv[rows]]
+            at, low, high = placed(source.uv[source.uv_triangles[textured]], material.wrap)
+            key = id(material.picture), None if material.patch is None else material.patch.key, low, high, material.wrap
+            if key not in of_picture:
+                of_picture[key] = shown(*_over(material, low, high))
+            raw[textured] = (at - low) / (np.array(high) - low)
+            slot[rows] = of_picture[key]
             flat[rows] = ~has_uv[rows]
             continue
         if material.picture is not None:
             notes.append(f"material {material.name!r} has a picture, its faces no texture coordinates: plain colours")
         if material.colour is not None and material.colour != (255, 255, 255):
-            slot[rows] = plain(material.colour)
+            slot[rows] = plain(material.colour, material.patch)
             continue
         part: Any = _part_of(source.triangles[rows], bone, height_of, height)
         for name in sorted(set(part[~eye[rows]].tolist())):
-            slot[rows[np.asarray(part == name) & ~eye[rows]]] = plain(_PLAIN[str(name)])
+            slot[rows[np.asarray(part == name) & ~eye[rows]]] = plain(_PLAIN[str(name)], material.patch)
         painted = rows[eye[rows]]
         if len(painted):
-            slot[painted], eye_painted[painted] = len(pictures), True
-            pictures.append(_painted_eye())
+            slot[painted], eye_painted[painted] = shown(_painted_eye(), None), True
     if flat[~eye].all():
         notes.append("no texture: plain clothes and skin by the parts of the body (--texture FILE gives the mesh one)")
     albedo, where = atlas(pictures)
-    uv = np.full((len(source.triangles), 3, 2), 0.5)
-    textured = ~flat
-    if textured.any():
-        raw = source.uv[source.uv_triangles[textured]]
-        # Repeated textures: each face moved as a whole to where its middle is in the picture.
-        raw -= np.floor(raw.mean(axis=1, keepdims=True) - 1e-9)
-        uv[textured] = np.clip(raw, 0.0, 1.0)
+    uv = np.where(flat[:, None, None], 0.5, np.clip(raw, 0.0, 1.0))
     if eye_painted.any():
         uv[eye_painted] = _seen_from_front(source.points, source.triangles[eye_painted])
     box = where[slot]
-    return Dressed(box[:, None, :2] + uv * box[:, None, 2:], albedo, tuple(notes))
+    patches = tuple(look.within(where[k]) for k, look in enumerate(looks) if look is not None)
+    return Dressed(box[:, None, :2] + uv * box[:, None, 2:], albedo, patches, tuple(notes))
+
+
+def placed(uv: F64, wrap: tuple[str, str]) -> tuple[F64, tuple[int, int], tuple[int, int]]:
+    """Coordinates of faces (N, 3, 2), each face moved as a whole to where its middle is in the picture, as far as its wrap
+    allows; and the lowest and highest whole squares that they then lie on, at most _SQUARES each way."""
+    out, low, high = uv.copy(), [0, 0], [1, 1]
+    for k, how in enumerate(wrap):
+        if how == CLAMP:
+            continue
+        turn = 2.0 if how == MIRROR else 1.0
+        out[..., k] -= turn * np.floor((out[..., k].mean(axis=1, keepdims=True) - 1e-9) / turn)
+        # Squares that faces hardly reach into are not worth their texels.
+        low[k] = int(np.clip(np.floor(out[..., k].min() + _HARDLY), -_SQUARES // 2, 0))
+        high[k] = int(np.clip(np.ceil(out[..., k].max() - _HARDLY), 1, low[k] + _SQUARES))
+    return out, (low[0], low[1]), (high[0], high[1])
+
+
+def _over(material: Material, low: tuple[int, int], high: tuple[int, int]) -> tuple[U8, Patch | None]:
+    """A material's picture and patch over these squares of its coordinates."""
+    assert material.picture is not None
+    if (low, high) == ((0, 0), (1, 1)):
+        return material.picture, material.patch
+
+    def over(picture: U8) -> U8:
+        out = tiled(picture, low, high, material.wrap)
+        step = -(-max(out.shape[:2]) // LARGEST)
+        return out if step == 1 else scaled(out, (max(1, out.shape[0] // step), max(1, out.shape[1] // step)))
+
+    patch = material.patch
+    if patch is not None:
+        patch = replace(patch, **{name: over(picture) for name, picture in patch.pictures.items()})  # type: ignore[arg-type]
+    return over(material.picture), patch
 
 
 def _painted_eye() -> U8:

@@ -27,6 +27,7 @@ from vistel.figure.making.rigs import mapped
 from vistel.figure.making.source import MakingError, Source
 from vistel.figure.making.upright import Upright, upright
 from vistel.figure.making.weights import blended_weights, limb_groups_of, strongest
+from vistel.figure.patch import MOST_PATCHES
 from vistel.figure.posture import JointPose
 from vistel.figure.rigid_weights import TWIST_BONES, bone_weights, smoothed
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, REFERENCE_HEIGHT, Skeleton
@@ -154,7 +155,7 @@ def make_avatar(
     mesh = Mesh(p.astype(np.float32), tri, vertex, uv, corner, fit.limb, bone, share, targets)
     head = fit.body.names.index("skull")
     balls = _eyeballs(points + floor, eyes, dressed.corner_uv[len(tri) :], head)
-    avatar = Avatar(name, rest, fit.body, mesh, balls, dressed.albedo)
+    avatar = Avatar(name, rest, fit.body, mesh, balls, dressed.albedo, patches=dressed.patches[:MOST_PATCHES])
     if sound.manifold:
         step("levels of detail")
         if len(tri) > MOST_TRIANGLES:

@@ -27,12 +27,33 @@ _LIMIT = threading.Lock()
 def read_picture(path: Path, notes: list[str]) -> U8 | None:
     """(H, W, 3) sRGB of a picture file; None and a note where it is missing or no picture."""
     try:
-        return decode(path.read_bytes(), notes=notes, name=f"texture {path.name}")
+        data = path.read_bytes()
     except OSError:
-        notes.append(f"texture {path.name} is not there; a plain colour instead (put it beside the mesh, or --texture FILE)")
+        data = None
+    return decoded(data, notes, f"texture {path.name}")
+
+
+def decoded(data: bytes | None, notes: list[str], name: str) -> U8 | None:
+    """`decode`, or None and a note where there is nothing or no picture."""
+    if data is None:
+        notes.append(f"{name} is not there; a plain colour instead (put it beside the mesh, or --texture FILE)")
+        return None
+    try:
+        return decode(data, notes=notes, name=name)
     except MakingError as fault:
-        notes.append(f"texture {path.name}: {fault}; a plain colour instead")
-    return None
+        notes.append(f"{name}: {fault}; a plain colour instead")
+        return None
+
+
+def alpha_of(data: bytes) -> U8 | None:
+    """(H, W) opacity of an encoded picture; None where it has none."""
+    try:
+        with Image.open(io.BytesIO(data)) as picture:
+            if picture.mode not in ("RGBA", "LA", "PA") and "transparency" not in picture.info:
+                return None
+            return np.asarray(picture.convert("RGBA"), np.uint8)[..., 3]
+    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError):
+        return None
 
 
 def decode(data: bytes, largest: int = LARGEST, *, notes: list[str] | None = None, name: str = "picture") -> U8:

@@ -11,7 +11,7 @@ from vistel.figure.body import Body, standard_body
 from vistel.figure.figure_limbs import limb_groups
 from vistel.figure.rigid_weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
-from vistel.implicit.placement import cone_feet
+from vistel.implicit.meshes.placement import cone_feet
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,13 +11,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from vistel.figure.making.expressions import joined, named, vrm_expressions
 from vistel.figure.making.gltf import Document, read_document
+from vistel.figure.making.gltf_materials import GltfMaterials, layout
 from vistel.figure.making.gltf_nodes import Nodes, influences, parents_within
-from vistel.figure.making.pictures import decode
-from vistel.figure.making.source import Finish, MakingError, Material, Rig, Source, SourceTarget
+from vistel.figure.making.source import MakingError, Material, Rig, Source, SourceTarget
 from vistel.figure.making.vrm import humanoid, version
 
 F64 = NDArray[np.float64]
@@ -26,8 +24,10 @@ I32 = NDArray[np.int32]
 
 _MOST_WEIGHTS = 300_000_000
 _STRIP, _FAN, _TRIANGLES = 5, 6, 4
-_SEEN = 0.35
-"""Mean opacity of a face's place in its picture below which it is not drawn: figures are opaque."""
+_SEEN, _ANY = 0.35, 0.03
+"""Mean opacity of a face's place in its picture below which it is not drawn where things are opaque; and opacity that no part of
+a face of a figure may reach for it to be left out: what of it is transparent, the renderer leaves out."""
+_PLACES = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)], np.float64) / 4.0
 
 
 def read_gltf(path: Path, *, apart: bool = False) -> Source:
@@ -63,8 +63,8 @@ class _Reader:
         self.joints = sorted({j for j in (*skinned, *self.told) if isinstance(j, int) and 0 <= j < len(self.nodes)})
         self.column = {j: k for k, j in enumerate(self.joints)}
         self.groups: dict[str, int] = {}
-        self._pictures: dict[int, NDArray[np.uint8] | None] = {}
-        self.materials = [self._material(m) for m in document.rows("materials")]
+        self._read = GltfMaterials(document, self.notes, patches=not apart)
+        self.materials = [self._read.material(m) for m in document.rows("materials")]
         self.materials.append(Material("", None, None))
         self.expressions = vrm_expressions(document)
 
@@ -214,125 +214,29 @@ class _Reader:
 
     def _uv(self, attributes: dict[str, int], material: int) -> F64 | None:
         rows = self.document.rows("materials")
-        info = _colour_texture(rows[material]) if material < len(rows) else {}
-        moved = info.get("extensions", {}).get("KHR_texture_transform", {})
-        which = moved.get("texCoord", info.get("texCoord", 0))
-        name = f"TEXCOORD_{which}"
-        if name not in attributes:
+        lying = self._read.lying(layout(rows[material]) if material < len(rows) else {})
+        if lying.named not in attributes:
             return None
-        uv = self._columns(attributes[name], 2)
-        if moved:
-            (x, y), (sx, sy), turn = moved.get("offset", (0, 0)), moved.get("scale", (1, 1)), float(moved.get("rotation", 0))
-            c, s = np.cos(turn), np.sin(turn)
-            uv = (uv * (sx, sy)) @ np.array([[c, -s], [s, c]]) + (x, y)
-        return np.column_stack([uv[:, 0], 1.0 - uv[:, 1]])
+        uv = self._columns(attributes[lying.named], 2)
+        return np.column_stack([uv[:, 0], 1.0 - uv[:, 1]]) @ lying.matrix[:2, :2].T + lying.matrix[:2, 2]
 
     def _seen(self, triangles: NDArray[np.int64], uv: F64 | None, material: int) -> NDArray[np.int64]:
         """The triangles without those that their picture leaves transparent."""
         rows = self.document.rows("materials")
-        if uv is None or material >= len(rows) or rows[material].get("alphaMode", "OPAQUE") == "OPAQUE" or not len(triangles):
+        if uv is None or material >= len(rows) or not len(triangles):
             return triangles
-        alpha = self._alpha(_colour_texture(rows[material]))
+        alpha = self._read.alpha(rows[material])
         if alpha is None:
             return triangles
         corner = uv[triangles]
-        middle = corner.mean(axis=1, keepdims=True)
-        places = np.concatenate([middle, 0.7 * corner + 0.3 * middle], axis=1)
+        places = np.einsum("pk,fkc->fpc", _PLACES, corner)
         x = (np.mod(places[..., 0], 1.0) * (alpha.shape[1] - 1)).astype(np.int64)
         y = ((1.0 - np.mod(places[..., 1], 1.0)) * (alpha.shape[0] - 1)).astype(np.int64)
-        keep = alpha[y, x].mean(axis=1) >= 255 * _SEEN
+        found = alpha[y, x]
+        keep = found.mean(axis=1) >= 255 * _SEEN if self.apart else found.max(axis=1) >= 255 * _ANY
         if not keep.all():
             self.notes.append(f"material {self.materials[material].name!r}: {int((~keep).sum())} transparent faces left out")
         return triangles[keep]
-
-    def _alpha(self, info: dict[str, Any]) -> NDArray[np.uint8] | None:
-        data = self._picture_data(info)
-        if data is None:
-            return None
-        try:
-            with Image.open(io.BytesIO(data)) as picture:
-                if picture.mode not in ("RGBA", "LA", "PA") and "transparency" not in picture.info:
-                    return None
-                return np.asarray(picture.convert("RGBA"), np.uint8)[..., 3]
-        except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError):
-            return None
-
-    def _picture_data(self, info: dict[str, Any]) -> bytes | None:
-        if "index" not in info:
-            return None
-        texture = self.document.row("textures", info["index"])
-        other = next((e["source"] for e in texture.get("extensions", {}).values() if isinstance(e, dict) and "source" in e), None)
-        image = texture.get("source", other)
-        try:
-            return self.document.picture(image)
-        except MakingError:
-            return None
-
-    def _material(self, row: dict[str, Any]) -> Material:
-        name = str(row.get("name", ""))
-        colour = row.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
-        factor = np.clip(np.array(colour[:3], np.float64), 0.0, 1.0)
-        r, g, b = np.round(255.0 * srgb(factor)).astype(int).tolist()
-        info = _colour_texture(row)
-        if "index" not in info:
-            return Material(name, (r, g, b), None, self._finish(row))
-        picture = self._picture(info, name)
-        if picture is not None and (factor < 1.0).any():
-            picture = np.round(255.0 * srgb(linear(picture / 255.0) * factor)).astype(np.uint8)
-        return Material(name, (r, g, b), picture, self._finish(row))
-
-    def _finish(self, row: dict[str, Any]) -> Finish | None:
-        """Its factors, times the means of a texture where there is one."""
-        told = row.get("pbrMetallicRoughness")
-        if not isinstance(told, dict):
-            return None
-        try:
-            factors = np.array([told.get("roughnessFactor", 1.0), told.get("metallicFactor", 1.0)], np.float64)
-        except (TypeError, ValueError):
-            return None
-        if "index" in told.get("metallicRoughnessTexture", {}):
-            picture = self._picture(told["metallicRoughnessTexture"], str(row.get("name", "")))
-            if picture is not None:
-                factors *= picture[..., 1:3].reshape(-1, 2).mean(axis=0) / 255.0
-        return Finish.of(*factors.tolist())
-
-    def _picture(self, info: dict[str, Any], name: str) -> NDArray[np.uint8] | None:
-        """One array for all materials that show the same picture."""
-        if info["index"] not in self._pictures:
-            data, picture = self._picture_data(info), None
-            where = f"texture {self._picture_name(info)} of material {name!r}"
-            if data is None:
-                self.notes.append(f"{where} is not there; a plain colour instead (put it beside the mesh, or --texture FILE)")
-            else:
-                try:
-                    picture = decode(data, notes=self.notes, name=where)
-                except MakingError as fault:
-                    self.notes.append(f"{where}: {fault}; a plain colour instead")
-            self._pictures[info["index"]] = picture
-        return self._pictures[info["index"]]
-
-    def _picture_name(self, info: dict[str, Any]) -> str:
-        image = self.document.row("textures", info["index"]).get("source")
-        rows = self.document.rows("images")
-        row = rows[image] if isinstance(image, int) and 0 <= image < len(rows) else {}
-        uri = str(row.get("uri", ""))
-        return str(row.get("name") or ("" if uri.startswith("data:") else uri) or f"number {image}")
-
-
-def _colour_texture(row: dict[str, Any]) -> dict[str, Any]:
-    """What the material says of the texture of its colour, {} without one."""
-    old = row.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness", {}).get("diffuseTexture", {})
-    return row.get("pbrMetallicRoughness", {}).get("baseColorTexture", old)
-
-
-def srgb(linear_light: F64) -> F64:
-    """sRGB of linear light, both 0 to 1."""
-    return np.where(linear_light <= 0.0031308, 12.92 * linear_light, 1.055 * np.power(linear_light, 1 / 2.4) - 0.055)
-
-
-def linear(encoded: F64) -> F64:
-    """Linear light of sRGB, both 0 to 1."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, np.power((encoded + 0.055) / 1.055, 2.4))
 
 
 def _triangles(index: NDArray[np.int64], mode: int) -> NDArray[np.int64]:

@@ -59,7 +59,7 @@ class _Stage:
         self.stage, self.path, self.notes = stage, path, list[str]()
         self.named = named or (lambda prim: prim.GetName())
         self.cache, self.skel = UsdGeom.XformCache(), UsdSkel.Cache()
-        self.materials = Materials(stage, self.notes)
+        self.materials = Materials(stage, self.notes, patches=named is None)
         self.rigs: dict[str, Any] = {}
         self.morphs = 0
 

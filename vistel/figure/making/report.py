@@ -11,7 +11,7 @@ from vistel.figure.figure import Figure
 from vistel.figure.making.parts import soundness
 from vistel.figure.making.primitives import distances, vertex_areas
 from vistel.figure.posture import Posture, pose_joints
-from vistel.implicit.embedding_report import fit_report
+from vistel.implicit.meshes.embedding_report import fit_report
 
 
 def inspect_avatar(avatar: Avatar) -> tuple[dict[str, Any], list[str]]:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.patch import Patch
+
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -37,12 +39,15 @@ class Finish:
 @dataclass(frozen=True)
 class Material:
     """Colour of some faces: (3,) sRGB 0 to 255, and a picture (H, W, 3) where there is one. finish: None where the file does not
-    say."""
+    say; patch: the same texel by texel and more, for figures, its pictures lying as `picture`; wrap: how that goes on beyond its
+    edges, along u and v: "repeat", "mirror" or "clamp"."""
 
     name: str
     colour: tuple[int, int, int] | None = None
     picture: U8 | None = None
     finish: Finish | None = None
+    patch: Patch | None = None
+    wrap: tuple[str, str] = ("repeat", "repeat")
 
 
 @dataclass(frozen=True)

@@ -1,27 +1,33 @@
-"""Materials of USD meshes as a figure needs them: the diffuse colour or picture of a UsdPreviewSurface."""
+"""Materials of USD meshes as a figure needs them: colour or picture of a UsdPreviewSurface, and what it says beside that."""
 
 # pyright: basic, reportAttributeAccessIssue=false
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.pictures import decode
-from vistel.figure.making.read_gltf import srgb
-from vistel.figure.making.source import Finish, MakingError, Material
+from vistel.figure.making.colours import srgb
+from vistel.figure.making.maps import Lying
+from vistel.figure.making.pictures import alpha_of, decoded
+from vistel.figure.making.source import Finish, Material
+from vistel.figure.making.usd_patches import Inputs, channel_of, lying_of, patch_read, texture_reader
 
+_PLAIN = 64
+"""Texels along a side of the colour of a material that has other pictures only."""
 _DEEP = 8
 """Shaders in a row through which a colour is followed to its picture."""
 
 
 class Materials:
-    """Those of a stage, in the order in which they were met; the first has no name."""
+    """Those of a stage, in the order in which they were met; the first has no name. patches: also what they say beside their
+    colour."""
 
-    def __init__(self, stage: Any, notes: list[str]) -> None:
-        self._stage, self._notes = stage, notes
+    def __init__(self, stage: Any, notes: list[str], *, patches: bool) -> None:
+        self._stage, self._notes, self._patches = stage, notes, patches
         self._index: dict[str, int] = {"": 0}
         self._list = [Material("")]
         self._pictures: dict[str, NDArray[np.uint8] | None] = {}
@@ -33,10 +39,11 @@ class Materials:
         """(faces,) material of each: the mesh's, or that of the subset it is in."""
         from pxr import UsdGeom, UsdShade  # noqa: PLC0415
 
-        out = np.full(faces, self._of(mesh.GetPrim(), self._shown(mesh)), np.int32)
+        both = self._patches and bool(mesh.GetDoubleSidedAttr().Get())
+        out = np.full(faces, self._of(mesh.GetPrim(), self._shown(mesh), both), np.int32)
         for subset in UsdShade.MaterialBindingAPI(mesh.GetPrim()).GetMaterialBindSubsets():
             rows = np.array(UsdGeom.Subset(subset).GetIndicesAttr().Get() or [], np.int64)
-            out[rows[(rows >= 0) & (rows < faces)]] = self._of(subset.GetPrim(), None)
+            out[rows[(rows >= 0) & (rows < faces)]] = self._of(subset.GetPrim(), None, both)
         return out
 
     def _shown(self, mesh: Any) -> tuple[int, int, int] | None:
@@ -44,7 +51,7 @@ class Materials:
         colour = mesh.GetDisplayColorAttr().Get()
         return _bytes(colour[0]) if colour is not None and len(colour) == 1 else None
 
-    def _of(self, prim: Any, shown: tuple[int, int, int] | None) -> int:
+    def _of(self, prim: Any, shown: tuple[int, int, int] | None, both: bool) -> int:
         from pxr import UsdShade  # noqa: PLC0415
 
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
@@ -53,7 +60,11 @@ class Materials:
                 return 0
             return self._kept(f"displayColor {shown}", Material("displayColor", shown))
         key = str(material.GetPath())
-        return self._index[key] if key in self._index else self._kept(key, self._read(material))
+        own = self._index[key] if key in self._index else self._kept(key, self._read(material))
+        patch = self._list[own].patch
+        if not both or patch is None:
+            return own
+        return self._kept(f"{key} both sides", replace(self._list[own], patch=replace(patch, both_sides=True)))
 
     def _kept(self, key: str, material: Material) -> int:
         if key not in self._index:
@@ -74,11 +85,36 @@ class Materials:
             value = source.Get()
             colour = _bytes(value) if value is not None and hasattr(value, "__len__") and len(value) >= 3 else None
             asset = self._asset(source, 0)
-            if asset is not None:
-                return Material(name, colour, self._picture(asset, name), self._finish(shader, name))
-            if colour is not None:
-                return Material(name, colour, None, self._finish(shader, name))
+            picture = None if asset is None else self._picture(asset, name)
+            if asset is None and colour is None:
+                continue
+            out = Material(name, colour, picture, self._finish(shader, name))
+            if not self._patches or str(shader.GetIdAttr().Get()) != "UsdPreviewSurface":
+                return out
+            like = self._lying(source)
+            patch = patch_read(shader, self._inputs(name), like, out.finish)
+            if patch is not None and patch.pictures and picture is None:
+                out = replace(out, picture=np.full((_PLAIN, _PLAIN, 3), colour or (46, 46, 46), np.uint8))
+            return replace(out, patch=patch, wrap=like.wrap)
         return Material(name)
+
+    def _inputs(self, material: str) -> Inputs:
+        def picture(source: Any) -> tuple[NDArray[np.uint8], Lying, str] | None:
+            asset = self._asset(source, 0) if source.HasConnectedSource() else None
+            found = self._picture(asset, material) if asset is not None else None
+            return None if found is None else (found, self._lying(source), channel_of(source))
+
+        def alpha(source: Any) -> NDArray[np.uint8] | None:
+            asset = self._asset(source, 0)
+            data = self._opened(asset) if asset is not None else None
+            return None if data is None else alpha_of(data)
+
+        return Inputs(picture, alpha, lambda note: self._notes.append(f"material {material!r}: {note}"))
+
+    def _lying(self, source: Any) -> Lying:
+        """How the picture lies that feeds an input, if one does."""
+        reader = texture_reader(source)
+        return Lying("st") if reader is None else lying_of(reader)
 
     def _finish(self, shader: Any, name: str) -> Finish | None:
         """Roughness and metallic; of pictures, their means. What a UsdPreviewSurface leaves out has its default."""
@@ -125,23 +161,17 @@ class Materials:
                     return found
         return None
 
-    def _picture(self, asset: Any, name: str) -> NDArray[np.uint8] | None:
+    def _opened(self, asset: Any) -> bytes | None:
         from pxr import Ar  # noqa: PLC0415
 
-        if asset.path in self._pictures:
-            return self._pictures[asset.path]
-        opened = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(asset.resolvedPath)) if asset.resolvedPath else None
-        picture = None
-        where = f"texture {asset.path} of material {name!r}"
-        if opened is None:
-            self._notes.append(f"{where} is not there; a plain colour instead (put it beside the mesh, or --texture FILE)")
-        else:
-            try:
-                picture = decode(bytes(opened.GetBuffer()), notes=self._notes, name=where)
-            except MakingError as fault:
-                self._notes.append(f"{where}: {fault}; a plain colour instead")
-        self._pictures[asset.path] = picture
-        return picture
+        found = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(asset.resolvedPath)) if asset.resolvedPath else None
+        return None if found is None else bytes(found.GetBuffer())
+
+    def _picture(self, asset: Any, name: str) -> NDArray[np.uint8] | None:
+        if asset.path not in self._pictures:
+            where = f"texture {asset.path} of material {name!r}"
+            self._pictures[asset.path] = decoded(self._opened(asset), self._notes, where)
+        return self._pictures[asset.path]
 
 
 def _bytes(linear_rgb: Any) -> tuple[int, int, int]:

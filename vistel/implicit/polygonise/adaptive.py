@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.polygonise.crossing import crossings, on_surface
 from vistel.implicit.polygonise.marching import Marched, Progress
 from vistel.implicit.polygonise.mesh import parts
@@ -24,7 +25,6 @@ from vistel.implicit.polygonise.weave import (
     table_triangles,
     unpack,
 )
-from vistel.implicit.program import FieldProgram
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

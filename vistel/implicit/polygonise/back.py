@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.implicit.checks import ShapeError, Vec3
-from vistel.implicit.pointblob import Pointblob, PointSetblob
 from vistel.implicit.polygonise.mesh import SurfaceMesh, parts
-from vistel.implicit.polyhedron import Polyhedron
+from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
+from vistel.implicit.primitives.polyhedron import Polyhedron
 
 F64 = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.program import FieldProgram
+from vistel.implicit.evaluation.program import FieldProgram
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

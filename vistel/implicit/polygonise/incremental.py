@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.implicit.blend import THRESHOLD
-from vistel.implicit.layout import CHILD0, CHILD1, OP
-from vistel.implicit.lower import Leaf, lower
+from vistel.implicit.evaluation.layout import CHILD0, CHILD1, OP
+from vistel.implicit.evaluation.lower import Leaf, lower
+from vistel.implicit.evaluation.program import FieldProgram, compile
+from vistel.implicit.graph.shape import Shape
 from vistel.implicit.polygonise.lattice import RIM, Lattice, check_object, never_reached
 from vistel.implicit.polygonise.marching import BITS, OFFSET, Marched, cell_indices, march
 from vistel.implicit.polygonise.mesh import SurfaceMesh
 from vistel.implicit.polygonise.surface import RESIDUAL, RESOLUTION, finished, pointed
-from vistel.implicit.program import FieldProgram, compile
-from vistel.implicit.shape import Shape
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -1,6 +1,6 @@
 """The marching kernel: field, crossings and triangles of one lattice in a single pass, slab by slab.
 
-Points are sampled in slabs of DI planes, in the blocks of `vistel.implicit.machine`; a block that no primitive
+Points are sampled in slabs of DI planes, in the blocks of `vistel.implicit.evaluation.machine`; a block that no primitive
 reaches costs nothing. What is kept of a slab are its values and one bit for each point, whether it is inside. Cells
 and crossed edges are found 64 at a time by operations on those bits, and a crossing's number is that of its word plus
 the bits before it, so nothing is looked up or sorted. Crossings are refined in blocks with exact gradients, which then
@@ -17,12 +17,14 @@ from typing import Any, NamedTuple
 import numba as nb
 import numpy as np
 
-from vistel.implicit.kernel_jit import compiled
-from vistel.implicit.layout import FAR, LANES, NODE_WORDS, REGISTER
-from vistel.implicit.machine import DI, DJ, DK, _across, block, collect, narrow
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.evaluation.block import block
+from vistel.implicit.evaluation.layout import FAR, LANES, NODE_WORDS, REGISTER
+from vistel.implicit.evaluation.machine import DI, DJ, DK, across
+from vistel.implicit.evaluation.reach import collect, narrow
+from vistel.implicit.jit.kernel_jit import compiled
+from vistel.implicit.jit.pointers import at, keep, pointer
+from vistel.implicit.jit.rows import FAST, HALF, ONE, ZERO, extent, fill, row
 from vistel.implicit.polygonise.bits import NONE, ONE_BIT, TOP, U64, apart, keep_row, lowest, ones
-from vistel.implicit.rows import FAST, HALF, ONE, ZERO, extent, fill, row
 
 COLUMN = 32
 """Side of the columns of a slab for which the hierarchy is asked."""
@@ -35,7 +37,7 @@ BITS = 20
 LOW16 = U64(0xFFFF)
 
 class Tables(NamedTuple):
-    """Pointers to a program's arrays, see `vistel.implicit.layout`; how many nodes, leaves and boxes there are."""
+    """Pointers to a program's arrays, see `vistel.implicit.evaluation.layout`; how many nodes, leaves and boxes there are."""
 
     leaf: Any
     scale: Any
@@ -80,7 +82,7 @@ def _row_of(plane, y, ny):
 
 @row
 def _evaluate(P, leaves, count, x, y, z, w, regs, live, channels, n, slope, layers, layer):
-    """`machine.block` on a program's arrays."""
+    """`block` on a program's arrays."""
     apart()
     return block(
         P.leaf, P.scale, P.attribute, P.params, P.node, P.nodes, P.number, P.child, P.child_weight,
@@ -133,7 +135,7 @@ def _sample(P, ring, xs, ys, zs, slab, ny, nz, level, far, found, kept, lists, b
                     some = False
                     if near > 0:
                         if fresh:
-                            _across(x, y, at(xs, slab), at(ys, j), DI, DJ, DK)
+                            across(x, y, at(xs, slab), at(ys, j), DI, DJ, DK)
                             fresh = False
                         for n in range(LANES):
                             z[n] = zs[k + (n & (DK - 1))]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.implicit.checks import ShapeError
-from vistel.implicit.program import FieldProgram
+from vistel.implicit.evaluation.program import FieldProgram
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -15,9 +15,9 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.polygonise.lattice import Lattice, refuse_beyond
 from vistel.implicit.polygonise.tables import kernel_table
-from vistel.implicit.program import FieldProgram
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

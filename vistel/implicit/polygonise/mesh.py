@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.polyhedron import Polyhedron
+from vistel.implicit.primitives.polyhedron import Polyhedron
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.polygonise.crossing import crossings
 from vistel.implicit.polygonise.lattice import Lattice, refuse_beyond
 from vistel.implicit.polygonise.marching import Progress
 from vistel.implicit.polygonise.tables import EDGE_ENDS
 from vistel.implicit.polygonise.weave import BITS, CORNER_OFFSETS, pack, unpack
-from vistel.implicit.program import FieldProgram
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.polygonise.crossing import crossings, on_surface
 from vistel.implicit.polygonise.earcut import triangulate
 from vistel.implicit.polygonise.lattice import Lattice, refuse_beyond
@@ -42,7 +43,6 @@ from vistel.implicit.polygonise.weave import (
     table_triangles,
     unpack,
 )
-from vistel.implicit.program import FieldProgram
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import ShapeError, positive, within
+from vistel.implicit.evaluation.program import FieldProgram, compile
+from vistel.implicit.graph.shape import Shape
 from vistel.implicit.polygonise.adaptive import adaptive
 from vistel.implicit.polygonise.lattice import Lattice, check_object, never_reached, refuse_beyond
 from vistel.implicit.polygonise.marching import PER_CELL, Marched, Progress, march
 from vistel.implicit.polygonise.mesh import SurfaceMesh, corner_normals
 from vistel.implicit.polygonise.retained import Retained
-from vistel.implicit.program import FieldProgram, compile
-from vistel.implicit.shape import Shape
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -30,8 +30,8 @@ from typing import Any
 import numba as nb
 import numpy as np
 
-from vistel.implicit.lanes import bits, choose, least, most, store
-from vistel.implicit.pointers import at
+from vistel.implicit.jit.lanes import bits, choose, least, most, store
+from vistel.implicit.jit.pointers import at
 from vistel.implicit.scanline.lanes import WIDTH, first_lanes, load, spread
 
 ROW = 24

@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.jit.kernel_jit import compiled
 
 INF = math.inf
 

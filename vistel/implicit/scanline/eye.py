@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from vistel.implicit.layout import FRAME as FRAME_AT
-from vistel.implicit.layout import KIND as KIND_AT
-from vistel.implicit.layout import START
+from vistel.implicit.evaluation.layout import FRAME as FRAME_AT
+from vistel.implicit.evaluation.layout import KIND as KIND_AT
+from vistel.implicit.evaluation.layout import START
 from vistel.implicit.scanline import along as row
 from vistel.implicit.scanline.along import inner
 from vistel.implicit.scanline.extents import (

@@ -11,7 +11,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from vistel.implicit.lanes import floats, of_width, words
+from vistel.implicit.jit.lanes import floats, of_width, words
 
 WIDTH = 16
 """Pixels in a group."""

@@ -8,14 +8,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.program import FieldProgram, compile
+from vistel.implicit.evaluation.program import FieldProgram, compile
+from vistel.implicit.graph.shape import Shape
 from vistel.implicit.scanline.along import LARGE
 from vistel.implicit.scanline.polygons import draw_triangles
 from vistel.implicit.scanline.shade import LAMP_WORDS, LOOKS, shade
 from vistel.implicit.scanline.surface import Surface
 from vistel.implicit.scanline.view import View
 from vistel.implicit.scene import Scene, SceneError
-from vistel.implicit.shape import Shape
 from vistel.implicit.trace import Tracer
 from vistel.implicit.trace.looks import ImplicitLook
 

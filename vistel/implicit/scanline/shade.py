@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.lanes import bits, choose, inverse_root, most, store, whole
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.jit.lanes import bits, choose, inverse_root, most, store, whole
+from vistel.implicit.jit.pointers import at, keep, pointer
 from vistel.implicit.scanline.along import LARGE, ONE, ZERO, F, inner
 from vistel.implicit.scanline.eye import DX, DY, OX, OY, OZ, PERSPECTIVE, X0, Y0
 from vistel.implicit.scanline.lanes import (

@@ -13,8 +13,8 @@ Three ways, each for the lanes the one before leaves over:
 
 from __future__ import annotations
 
-from vistel.implicit.lanes import absolute, bits, choose, largest, least, most, root, store
-from vistel.implicit.pointers import at
+from vistel.implicit.jit.lanes import absolute, bits, choose, largest, least, most, root, store
+from vistel.implicit.jit.pointers import at
 from vistel.implicit.scanline.along import (
     CONE,
     HALF,

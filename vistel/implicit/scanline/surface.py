@@ -9,8 +9,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, START, SUM, VALUE
-from vistel.implicit.program import FieldProgram
+from vistel.implicit.evaluation.layout import (
+    CHILD0,
+    CHILD1,
+    FAMILY,
+    FRAME,
+    KIND,
+    LEAF0,
+    LEAF1,
+    MAX,
+    OP,
+    START,
+    SUM,
+    VALUE,
+)
+from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.scanline import along, eye, sweep
 from vistel.implicit.scanline.polygons import cover_depths, keep_nearer
 from vistel.implicit.scanline.view import Outlines, View

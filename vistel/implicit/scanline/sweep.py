@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from vistel.implicit.kernel_jit import compiled
-from vistel.implicit.lanes import absolute, bits, choose, largest, most, store
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.jit.kernel_jit import compiled
+from vistel.implicit.jit.lanes import absolute, bits, choose, largest, most, store
+from vistel.implicit.jit.pointers import at, keep, pointer
 from vistel.implicit.scanline.along import LARGE, NEAR, ONE, ROW, TERMS, WEIGHT, ZERO, F, gradient, inner, prepare
 from vistel.implicit.scanline.eye import (
     DX,

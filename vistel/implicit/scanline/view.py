@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.kinds import KIND_INDEX
-from vistel.implicit.layout import FRAME, KIND, START
-from vistel.implicit.lower import Leaf, lower
-from vistel.implicit.pointblob import Pointblob, PointSetblob
-from vistel.implicit.polyblob import Polyblob
-from vistel.implicit.polyhedron import Polyhedron
-from vistel.implicit.polyhedron import box as solid_box
-from vistel.implicit.program import FieldProgram
+from vistel.implicit.evaluation.layout import FRAME, KIND, START
+from vistel.implicit.evaluation.lower import Leaf, lower
+from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.primitives.kinds import KIND_INDEX
+from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
+from vistel.implicit.primitives.polyblob import Polyblob
+from vistel.implicit.primitives.polyhedron import Polyhedron
+from vistel.implicit.primitives.polyhedron import box as solid_box
 from vistel.implicit.scene import Camera
 
 F64 = NDArray[np.float64]

@@ -10,18 +10,28 @@ import numpy as np
 
 import vistel.implicit.scene.entries as e
 from vistel.implicit.checks import ShapeError
-from vistel.implicit.combine import Complement, Diff, Sum, difference, intersection, selective, subtract, total, union
-from vistel.implicit.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
-from vistel.implicit.pointblob import Pointblob, PointSetblob
-from vistel.implicit.polyblob import Polyblob
-from vistel.implicit.polyhedron import Polyhedron, box, prism, sphere_mesh, torus_mesh
-from vistel.implicit.primitive import Primitive
+from vistel.implicit.graph.combine import (
+    Complement,
+    Diff,
+    Sum,
+    difference,
+    intersection,
+    selective,
+    subtract,
+    total,
+    union,
+)
+from vistel.implicit.graph.shape import Shape
+from vistel.implicit.primitives.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
+from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
+from vistel.implicit.primitives.polyblob import Polyblob
+from vistel.implicit.primitives.polyhedron import Polyhedron, box, prism, sphere_mesh, torus_mesh
+from vistel.implicit.primitives.primitive import Primitive
+from vistel.implicit.primitives.superquadric import Superellipsoid, Supertoroid
+from vistel.implicit.primitives.volume import Volume
 from vistel.implicit.scene.mesh_file import read_polygons
 from vistel.implicit.scene.model import Mesh, SceneError, ground
 from vistel.implicit.scene.surface import Checker, Image, ImageHeight, Material, Ripples, Texture, Waves
-from vistel.implicit.shape import Shape
-from vistel.implicit.superquadric import Superellipsoid, Supertoroid
-from vistel.implicit.volume import Volume
 
 
 class Builder:

@@ -12,12 +12,12 @@ from typing import Any, cast, get_args
 from pydantic import ValidationError
 
 from vistel.implicit.checks import ShapeError
-from vistel.implicit.combine import union
+from vistel.implicit.graph.combine import union
+from vistel.implicit.graph.shape import Shape
 from vistel.implicit.scene.build import Builder
 from vistel.implicit.scene.entries import AnyShape, CombinationEntry, SceneEntry
 from vistel.implicit.scene.model import Camera, Light, Scene, SceneError
 from vistel.implicit.scene.surface import Material
-from vistel.implicit.shape import Shape
 
 _KINDS = {k for model in get_args(get_args(AnyShape)[0]) for k in get_args(model.model_fields["kind"].annotation)}
 

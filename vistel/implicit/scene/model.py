@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import Vec3
-from vistel.implicit.combine import Attributed
-from vistel.implicit.polyhedron import Polyhedron
-from vistel.implicit.program import FieldProgram, compile
+from vistel.implicit.evaluation.program import FieldProgram, compile
+from vistel.implicit.graph.combine import Attributed
+from vistel.implicit.graph.shape import Shape
+from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.scene.surface import Material, Rgb
-from vistel.implicit.shape import Shape
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.combine import Attributed
-from vistel.implicit.shape import Shape
+from vistel.implicit.graph.combine import Attributed
+from vistel.implicit.graph.shape import Shape
 
 F64 = NDArray[np.float64]
 Rgb = tuple[float, float, float]

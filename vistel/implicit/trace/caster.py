@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vistel.implicit.blend import QUARTIC, THRESHOLD
 from vistel.implicit.checks import ShapeError, query_points
-from vistel.implicit.kinds import KIND_INDEX
-from vistel.implicit.layout import FAMILY, FRAME, KIND, OP, SUM
-from vistel.implicit.program import FieldProgram
+from vistel.implicit.evaluation.layout import FAMILY, FRAME, KIND, OP, SUM
+from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.primitives.kinds import KIND_INDEX
 from vistel.implicit.trace.pieces import Pieces
 
 F64 = NDArray[np.float64]
@@ -132,7 +132,7 @@ class RayCaster:
     @cached_property
     def ball(self) -> tuple[Any, F64, F64, float]:
         """The kernels' arrays, their origin, and a ball (centre, radius) that holds every primitive's realm."""
-        from vistel.implicit.machine import Arrays  # noqa: PLC0415 - brings Numba
+        from vistel.implicit.evaluation.machine import Arrays  # noqa: PLC0415 - brings Numba
 
         low, high = self.program.bounds
         radius = 0.5001 * float(np.linalg.norm(high - low))

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast
-from vistel.implicit.rows import F32, blend_one
+from vistel.implicit.jit.kernel_jit import fast
+from vistel.implicit.jit.rows import F32, blend_one
 
 HAIR = 1e-9
 

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast, leaf, reduction
-from vistel.implicit.layout import KIND, LEAF_WORDS, START
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.evaluation.layout import KIND, LEAF_WORDS, START
+from vistel.implicit.jit.kernel_jit import fast, leaf, reduction
+from vistel.implicit.jit.pointers import at, keep, pointer
+from vistel.implicit.jit.wide import wide
 from vistel.implicit.trace.kernels_packet import (
     F32,
     NEVER,
@@ -31,7 +32,6 @@ from vistel.implicit.trace.kernels_packet import (
     load,
     total,
 )
-from vistel.implicit.wide import wide
 
 TWO, FOUR, EIGHT, HALF = F32(2.0), F32(4.0), F32(8.0), F32(0.5)
 ROWS = 6

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast
+from vistel.implicit.jit.kernel_jit import fast
 
 DEPTH = 64
 FAR = 1e300

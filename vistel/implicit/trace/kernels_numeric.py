@@ -14,10 +14,10 @@ import math
 
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast
-from vistel.implicit.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
-from vistel.implicit.machine import block
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.evaluation.block import block
+from vistel.implicit.evaluation.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
+from vistel.implicit.jit.kernel_jit import fast
+from vistel.implicit.jit.pointers import at, keep, pointer
 from vistel.implicit.trace.kernels_packet import (
     F32,
     HALF,

@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast, leaf, reduction
-from vistel.implicit.pointers import at
-from vistel.implicit.wide import wide
+from vistel.implicit.jit.kernel_jit import fast, leaf, reduction
+from vistel.implicit.jit.pointers import at
+from vistel.implicit.jit.wide import wide
 
 RAYS = 64
 F32 = np.float32

@@ -12,11 +12,11 @@ import math
 
 import numpy as np
 
-from vistel.implicit.kernel_jit import fast, leaf
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.jit.kernel_jit import fast, leaf
+from vistel.implicit.jit.pointers import at, keep, pointer
+from vistel.implicit.jit.wide import wide
 from vistel.implicit.trace.kernels_march import FACTS, reach, solve, workspace
 from vistel.implicit.trace.kernels_packet import F32, HALF, NEVER, ONE, RAYS, ZERO, clip_to_ball, smallest
-from vistel.implicit.wide import wide
 
 SIDE = 8
 FOUR = F32(4.0)

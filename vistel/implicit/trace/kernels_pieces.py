@@ -15,10 +15,10 @@ import math
 
 import numpy as np
 
-from vistel.implicit.blob_kernels import _triangle
-from vistel.implicit.kernel_jit import fast
-from vistel.implicit.layout import FAMILY, FRAME, KIND, LEAF_WORDS, START
-from vistel.implicit.pointers import at, keep, pointer
+from vistel.implicit.evaluation.layout import FAMILY, FRAME, KIND, LEAF_WORDS, START
+from vistel.implicit.jit.kernel_jit import fast
+from vistel.implicit.jit.pointers import at, keep, pointer
+from vistel.implicit.primitives.blob_kernels import _triangle
 from vistel.implicit.trace.kernels_packet import F32, RAYS, bound, gather, load
 
 SPHERE, SPHYLINDER, POINTBLOB = 0, 1, 6

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.program import FieldProgram
+from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.scene import Mesh
 from vistel.implicit.scene.surface import Material
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.implicit.blend import QUAD2, QUARTIC
-from vistel.implicit.kinds import KIND_INDEX
-from vistel.implicit.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, SUM
-from vistel.implicit.lower import Leaf, lower
-from vistel.implicit.pointblob import Pointblob
-from vistel.implicit.polyhedron import Polyhedron
-from vistel.implicit.program import FieldProgram
+from vistel.implicit.evaluation.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, SUM
+from vistel.implicit.evaluation.lower import Leaf, lower
+from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.primitives.kinds import KIND_INDEX
+from vistel.implicit.primitives.pointblob import Pointblob
+from vistel.implicit.primitives.polyhedron import Polyhedron
 
 MOST_MEMBERS = 10_000_000
 I64 = NDArray[np.int64]

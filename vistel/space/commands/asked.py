@@ -74,8 +74,10 @@ class Asked:
         others = [h for h in holding.holders(self.state, thing.id) if h != self.who]
         if others and not held:
             raise Refused(f"the {thing.name} is held by {others[0]}", thing.id)
-        if not tracked and thing.id in holding.tracked_things(self.state):
-            raise Refused(f"the {thing.name} follows its own tracker; move the real one")
+        led = next((t.news.led_by for t in self.state.tracked if t.thing == thing.id), None)
+        if led is not None and not tracked:
+            how = f"is on the mouse of {led}" if led else "follows its own tracker; move the real one"
+            raise Refused(f"the {thing.name} {how}")
 
     def loose(self, which: Which) -> list[int]:
         """The same, and in nobody's hand."""

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit.contact import find_contacts
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import find_contacts
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
-from vistel.implicit.contact import find_contacts
-from vistel.implicit.contact_set import PrimitiveSet
+from vistel.implicit.contacts.contact import find_contacts
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space import holding
 from vistel.space.commands import actions as ask
 from vistel.space.commands import reshape

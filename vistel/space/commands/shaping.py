@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.implicit.contact import find_contacts
+from vistel.implicit.contacts.contact import find_contacts
 from vistel.space import grasp as hands
 from vistel.space import holding
 from vistel.space.commands import actions as ask

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.gltf_binary import INDICES, Binary, png
-from vistel.figure.making.read_gltf import linear
+from vistel.figure.making.colours import linear
 from vistel.space.files.interior import Interior
 from vistel.space.files.surfaces import Piece, pieces_of
 from vistel.space.things import Thing

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar_builtin import default_cache
+from vistel.figure.cache_folder import default_cache
 from vistel.figure.making.read_gltf import read_gltf
 from vistel.figure.making.read_obj import read_obj
 from vistel.figure.making.read_usd import read_usd

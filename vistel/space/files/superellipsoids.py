@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import quaternion_from_matrix
-from vistel.implicit.contact_set import SUPERELLIPSOID
-from vistel.implicit.contact_surface import surface
-from vistel.implicit.kernel_jit import compiled
+from vistel.implicit.contacts.contact_set import SUPERELLIPSOID
+from vistel.implicit.contacts.contact_surface import surface
+from vistel.implicit.jit.kernel_jit import compiled
 from vistel.space.files.cells import Cells
 from vistel.space.things import Primitive
 

@@ -106,8 +106,8 @@ class Outputs:
             self._camera = _camera_of(out.camera, size)
 
     def put(self, t_ns: int, rgba: U8, age_ns: int, somebody: bool) -> None:
-        """A picture (h, w, 4) RGBA, first row at the bottom, drawn at `t_ns`, of motions `age_ns` old; nobody changes it from now
-        on. somebody: has been there by now; the empty room before is not worth a film."""
+        """A picture (h, w, 4) RGBA, first row at the bottom, drawn at `t_ns`, of motions then `age_ns` old; nobody changes it from
+        now on. somebody: has been there by now; the empty room before is not worth a film."""
         if self._video is not None and somebody and not self._video.put(t_ns, rgba):
             _LEFT_OUT.labels(self._site).inc()
         if self._stream is not None:

@@ -11,7 +11,7 @@ import contextlib
 import json
 import logging
 import socket
-from importlib import resources
+from importlib import import_module, resources
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,6 +38,8 @@ _STATE_S = 1.0
 _SILENT_S = 15.0
 """A reader that has not answered for so long is gone."""
 _CLOSING_S = 0.3
+_ENDED = 1001
+"""What a page is told when the conference ends (RFC 6455 §7.4.1, "going away"), so that it can tell this from a loss."""
 _SEND_BUFFER = 1 << 18
 """Of the system, for each reader: what waits there is late."""
 _SERVED = {"/": ("index.html", "text/html"), "/watch.js": ("watch.js", "text/javascript"), "/watch.css": ("watch.css", "text/css")}
@@ -58,6 +60,7 @@ class Stream:
         self._loop = asyncio.get_running_loop()
         self._encoder = StreamEncoder(*size, rate, self._encoded)
         self._readers: set[Reader] = set()
+        self._connections: set[web.WebSocketResponse] = set()
         self._runner: web.AppRunner | None = None
         self._telling: asyncio.Task[None] | None = None
         self._drawn = self._told_drawn = 0
@@ -65,7 +68,8 @@ class Stream:
 
     async def open(self) -> None:
         """Serve. Raises OSError where the address cannot be used."""
-        from aiohttp import web  # noqa: PLC0415  slow to load, and few sites stream
+        await asyncio.to_thread(import_module, "aiohttp.web")  # slow to load: the others are listened to meanwhile
+        from aiohttp import web  # noqa: PLC0415  few sites stream
 
         app = web.Application()
         for path in _SERVED:
@@ -80,7 +84,7 @@ class Stream:
         log.info("event=streaming address=http://%s/ reach=%s", self.address, "this_machine" if self.address.local else "network")
 
     def put(self, t_ns: int, rgba: U8, age_ns: int) -> None:
-        """A picture (h, w, 4) RGBA, first row at the bottom, drawn at `t_ns`, of motions `age_ns` old. It is not changed."""
+        """A picture (h, w, 4) RGBA, first row at the bottom, drawn at `t_ns`, of motions then `age_ns` old. It is not changed."""
         self._drawn += 1
         self._age_ns = age_ns
         if self._readers:
@@ -97,6 +101,9 @@ class Stream:
         """Stop serving; readers are told."""
         if self._telling is not None:
             self._telling.cancel()
+        ending = [asyncio.create_task(c.close(code=_ENDED)) for c in self._connections]
+        if ending:
+            await asyncio.wait(ending, timeout=_CLOSING_S)
         if self._runner is not None:
             await self._runner.cleanup()
         await asyncio.to_thread(self._encoder.close)
@@ -153,6 +160,7 @@ class Stream:
         hello = {"kind": "hello", "site": self._site, "width": width, "height": height, "sound": self._sound}
         reader.tell(json.dumps(hello))
         self._readers.add(reader)
+        self._connections.add(connection)
         _READERS.labels(self._site).set(len(self._readers))
         log.info("event=watched by=%s form=%s readers=%d", request.remote, reader.form, len(self._readers))
         sending = asyncio.create_task(_send(connection, reader))
@@ -163,6 +171,7 @@ class Stream:
         finally:
             sending.cancel()
             self._readers.discard(reader)
+            self._connections.discard(connection)
             _READERS.labels(self._site).set(len(self._readers))
             log.info("event=watched_no_more by=%s left_out=%d readers=%d", request.remote, reader.left_out, len(self._readers))
         return connection

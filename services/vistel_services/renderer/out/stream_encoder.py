@@ -18,6 +18,7 @@ from av.video.frame import PictureType
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 from numpy.typing import NDArray
 
+from vistel_services.renderer.out.planes import Planes
 from vistel_services.renderer.out.stream_reader import Picture
 
 log = logging.getLogger("vistel.renderer")
@@ -49,6 +50,7 @@ class StreamEncoder:
         """deliver: takes each picture and its form, in the encoder's thread."""
         self.size = width - width % 2, height - height % 2
         self._rate, self._deliver = rate, deliver
+        self._planes = Planes(*self.size)
         self._queue: queue.Queue[tuple[int, U8, frozenset[str]] | None] = queue.Queue(_QUEUE)
         self._codec: VideoCodecContext | None = None
         self._wants_key = False
@@ -91,10 +93,7 @@ class StreamEncoder:
 
     def _encode(self, t_ns: int, rgba: U8) -> None:
         codec = self._codec = self._codec or self._open()
-        width, height = self.size
-        upright = np.ascontiguousarray(cv2.flip(rgba, 0)[:height, :width])
-        i420 = np.asarray(cv2.cvtColor(upright, cv2.COLOR_RGBA2YUV_I420), np.uint8)
-        frame = av.VideoFrame.from_ndarray(i420, format="yuv420p")
+        frame = self._planes.frame(rgba)
         frame.pts, frame.time_base = self._frames, codec.time_base
         self._frames += 1
         since_ns = _KEY_EVERY_NS if self._key_ns is None else t_ns - self._key_ns

@@ -19,6 +19,7 @@ from av.video.frame import PictureType
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 from numpy.typing import NDArray
 
+from vistel_services.renderer.out.planes import Planes
 from vistel_services.renderer.out.sound_track import SoundTrack
 
 log = logging.getLogger("vistel.renderer")
@@ -54,7 +55,8 @@ class VideoWriter:
     ) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path = _free(path)
-        self._width, self._height = width - width % 2, height - height % 2
+        width, height = width - width % 2, height - height % 2
+        self._planes = Planes(width, height)
         self.left_out = 0
         self.written = 0
         self._queue: queue.Queue[tuple[int, U8] | None] = queue.Queue(_QUEUE)
@@ -62,7 +64,7 @@ class VideoWriter:
         options = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
         self._container = av.open(str(self.path), "w", format="mp4", options=options)
         stream = self._container.add_stream("libx264", rate=max(1, round(rate)))
-        stream.width, stream.height, stream.pix_fmt = self._width, self._height, "yuv420p"
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         stream.time_base = _TIME_BASE
         stream.codec_context.time_base = _TIME_BASE
         stream.codec_context.thread_count = 1
@@ -122,9 +124,7 @@ class VideoWriter:
             self._container.close()
 
     def _encode(self, t_ns: int, rgba: U8) -> None:
-        upright = cv2.flip(rgba, 0)[: self._height, : self._width]
-        i420 = np.asarray(cv2.cvtColor(np.ascontiguousarray(upright), cv2.COLOR_RGBA2YUV_I420), np.uint8)
-        frame = av.VideoFrame.from_ndarray(i420, format="yuv420p")
+        frame = self._planes.frame(rgba)
         if self._start_ns is None:
             self._start_ns = t_ns
         pts = max(self._last_pts + 1, (t_ns - self._start_ns) * 90_000 // 1_000_000_000)

@@ -1,4 +1,4 @@
-// The frame's table (vistel.implicit.deform_plan): texels of four words, floats by their bits.
+// The frame's table (vistel.implicit.deformation.deform_plan): texels of four words, floats by their bits.
 uniform isampler2D plan;
 
 ivec2 texel(int i) {

@@ -9,9 +9,11 @@ uniform sampler2D albedo;
 in vec3 shadow_at;
 in vec3 key;
 in vec3 rest;
-in vec3 rim;
+in vec3 added;
 in float gloss;
+in float redder;
 #else
+flat in float kind;  // 0 cloth and hair, 1 skin, 2 eye
 in vec3 p_room;
 in vec3 n_room;
 #endif
@@ -21,7 +23,6 @@ uniform sampler2D wrinkle_light;
 in vec2 fold_at;
 in vec4 fold;
 #endif
-flat in float kind;  // 0 cloth and hair, 1 skin, 2 eye
 out vec4 colour;
 
 #ifdef FINE
@@ -41,18 +42,18 @@ void main() {
 #endif
 #ifdef FINE
     colour = vec4(display(fine_light(surface_of(base, kind), p_room, normalize(n_room), 1.0)), 1.0);
+#elif defined(LIGHT_PER_VERTEX)
+    float visible = lit_at(shadow_at);
+    vec3 light = key * visible + rest;
+    light.r += redder * (sqrt(visible) - visible);
+    colour = vec4(display(base * light + (gloss * visible) * KEY + added), 1.0);
 #else
     float skin = kind == 1.0 ? 1.0 : 0.0;
-#ifdef LIGHT_PER_VERTEX
-    Light l = Light(key, rest, rim, gloss);
-    float visible = lit_at(shadow_at);
-#else
     vec3 n = normalize(n_room);
     Light l = light_of(n, normalize(eye - p_room), kind);
     float visible = lit_at(shadow_place(p_room, n, 0.025));
-#endif
-    vec3 shade = mix(vec3(visible), vec3(sqrt(visible), visible, visible), 0.5 * skin);
-    vec3 sheen = l.rim * mix(0.22 * base + 0.03, vec3(0.16, 0.13, 0.11), skin);
+    vec3 shade = mix(vec3(visible), vec3(sqrt(visible), visible, visible), FLESH * skin);
+    vec3 sheen = l.rim * mix(SHEEN_BASE * base + SHEEN_CLOTH, SHEEN_SKIN, skin);
     colour = vec4(display(base * (l.key * shade + l.rest) + (l.gloss * visible) * KEY + sheen), 1.0);
 #endif
 }

@@ -4,10 +4,11 @@
 #include "common.glsl"
 #include "figure_light.glsl"
 out vec3 shadow_at;
-out vec3 key;
-out vec3 rest;
-out vec3 rim;
+out vec3 key;      // times the albedo, where the roof light is seen
+out vec3 rest;     // times the albedo, always
+out vec3 added;    // sheen along the surface
 out float gloss;
+out float redder;  // flesh at the edge of a shadow
 #else
 out vec3 p_room;
 out vec3 n_room;
@@ -25,7 +26,9 @@ out vec2 fold_at;
 out vec4 fold;
 #endif
 out vec2 at;
+#ifndef LIGHT_PER_VERTEX
 flat out float kind;
+#endif
 
 void main() {
     at = uv;
@@ -34,16 +37,18 @@ void main() {
     fold_at = uv;            // wrinkles stay at the joint while cloth moves through them
     at.y += dot(fold, pull);
 #endif
-    kind = material;
     gl_Position = clip_from_room * vec4(position, 1.0);
 #ifdef LIGHT_PER_VERTEX
     Light l = light_of(normal, normalize(eye - position), material);
+    float skin = material == 1.0 ? 1.0 : 0.0;
     key = l.key;
-    rest = l.rest;
-    rim = l.rim;
+    rest = l.rest + (SHEEN_BASE * (1.0 - skin)) * l.rim;
+    added = l.rim * mix(SHEEN_CLOTH, SHEEN_SKIN, skin);
     gloss = l.gloss;
+    redder = FLESH * skin * l.key.r;
     shadow_at = shadow_place(position, normal, 0.025);
 #else
+    kind = material;
     p_room = position;
     n_room = normal;
 #endif

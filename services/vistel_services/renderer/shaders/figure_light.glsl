@@ -6,6 +6,11 @@ struct Light {
     float gloss;  // the roof light mirrored
 };
 
+// What is seen of the rim: of cloth SHEEN_BASE of its colour and SHEEN_CLOTH, of skin SHEEN_SKIN.
+const float SHEEN_BASE = 0.22;
+const vec3 SHEEN_CLOTH = vec3(0.03), SHEEN_SKIN = vec3(0.16, 0.13, 0.11);
+const float FLESH = 0.5;  // how far shadows' edges glow red on skin
+
 Light light_of(vec3 n, vec3 v, float kind) {
     Light l;
     float skin = kind == 1.0 ? 1.0 : 0.0;

@@ -11,7 +11,7 @@ void main() {
     float own = textureLod(depth, part.xy + at * part.zw, 0.0).r, sum = 0.0, weights = 0.0;
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 4; ++x) {
-            vec2 near = at + (vec2(x, y) - 1.5) * texel;
+            vec2 near = clamp(at + (vec2(x, y) - 1.5) * texel, 0.5 * texel, 1.0 - 0.5 * texel);
             float other = textureLod(depth, part.xy + near * part.zw, 0.0).r;
             float w = step(abs(other - own), 0.02 * (1.0 - own) + 1e-5);
             sum += w * textureLod(open_share, near, 0.0).r;

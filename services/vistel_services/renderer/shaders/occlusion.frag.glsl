@@ -14,7 +14,10 @@ const float REACH = 0.16;   // metres
 const float STRENGTH = 3.2;
 const int TAPS = 14;
 
-vec3 place(vec2 uv) {
+// Beside the part lies another eye's picture or another screen's: what is nearest within it stands for what is not seen.
+vec3 place(vec2 anywhere) {
+    vec2 half_texel = 0.5 / (vec2(textureSize(depth, 0)) * part.zw);
+    vec2 uv = clamp(anywhere, half_texel, 1.0 - half_texel);
     vec4 p = room_from_clip * vec4(2.0 * uv - 1.0, 2.0 * textureLod(depth, part.xy + uv * part.zw, 0.0).r - 1.0, 1.0);
     return p.xyz / p.w;
 }
@@ -25,7 +28,10 @@ void main() {
     vec2 texel = 1.0 / (vec2(textureSize(depth, 0)) * part.zw);
     vec3 right = place(at + vec2(texel.x, 0.0)) - p, left = p - place(at - vec2(texel.x, 0.0));
     vec3 up = place(at + vec2(0.0, texel.y)) - p, down = p - place(at - vec2(0.0, texel.y));
-    vec3 n = cross(dot(right, right) < dot(left, left) ? right : left, dot(up, up) < dot(down, down) ? up : down);
+    vec2 ahead = vec2(dot(right, right), dot(up, up)), back = vec2(dot(left, left), dot(down, down));
+    bvec2 forth = bvec2(at.x + texel.x < 1.0 && (at.x < texel.x || ahead.x < back.x),
+                        at.y + texel.y < 1.0 && (at.y < texel.y || ahead.y < back.y));
+    vec3 n = cross(forth.x ? right : left, forth.y ? up : down);
     float size = length(n);
     if (size < 1e-12) {
         open_share = 1.0;

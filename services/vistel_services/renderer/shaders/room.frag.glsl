@@ -2,9 +2,15 @@
 // FINISHED: the texture is what is seen. KEY_SHADOWED: the key light falls here. GLOSS: how much the varnish mirrors.
 #include "common.glsl"
 uniform sampler2D baked;  // what is seen, or square root of colour (rgb) and of baked light (a)
+in vec2 at;
+#if defined(FINE) || defined(GLOSS)
 in vec3 p_room;
 in vec3 n_room;
-in vec2 at;
+#endif
+#if defined(KEY_SHADOWED) && !defined(FINE)
+in vec3 shadow_at;
+in float facing;
+#endif
 out vec4 colour;
 
 #ifdef FINISHED
@@ -20,8 +26,10 @@ void main() {
     vec4 t = texture(baked, at);
     t *= t;
     vec3 light = vec3(1.63, 1.60, 1.54) * t.a;
-#ifdef KEY_SHADOWED
-    light += KEY * (max(dot(n_room, KEY_DIRECTION), 0.0) * LIT(p_room, n_room, 0.008));
+#if defined(KEY_SHADOWED) && defined(FINE)
+    light += KEY * (max(dot(n_room, KEY_DIRECTION), 0.0) * lit_softly(p_room, n_room));
+#elif defined(KEY_SHADOWED)
+    light += KEY * (facing * lit_at(shadow_at));
 #endif
     vec3 c = t.rgb * light;
 #ifdef GLOSS

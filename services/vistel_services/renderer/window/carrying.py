@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel_services.renderer.camera import Pinhole
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane
-from vistel_services.renderer.window.wishes import Carry
+from vistel_services.renderer.window.wishes import Carry, LetGo
 
 F64 = NDArray[np.float64]
 
@@ -25,6 +25,8 @@ TURN = 0.01
 """A pixel turns a thing by so much [rad]."""
 FASTEST = 6.0
 """Beyond this a thing is led there without being told a speed [m/s]."""
+THROW_NS, THROWN = 120_000_000, 4.0
+"""A thing that is let go of flies as it was led in the last moments, no faster than this [m/s]."""
 LOST_M, LOST_NS, REMEMBERED_NS = 0.2, 700_000_000, 1_500_000_000
 """When the thing is this far from all places to which it was led lately, for so long, somebody else has it."""
 
@@ -67,6 +69,14 @@ class Carrying:
         while t_ns - self._way[0][0] > REMEMBERED_NS:
             self._way.popleft()
         return Carry(self.thing, wanted, self.rotation, self._velocity)
+
+    def let_go(self) -> LetGo:
+        """From here on it is free."""
+        (t1, p1), before = self._way[-1], [one for one in self._way if one is not self._way[-1]]
+        lately = [one for one in before if t1 - one[0] <= THROW_NS] or before[-1:]
+        velocity = (p1 - lately[0][1]) / (1e-9 * max(1, t1 - lately[0][0])) if lately else np.zeros(3)
+        speed = float(np.linalg.norm(velocity))
+        return LetGo(self.thing, p1, self.rotation, velocity * min(1.0, THROWN / max(speed, 1e-9)))
 
     def nearer(self, notches: float) -> None:
         """To the eye for negative notches, away for positive ones."""

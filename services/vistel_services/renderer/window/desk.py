@@ -32,7 +32,7 @@ from vistel_services.renderer.window.panel import KEYS, Choices, Panel, Shown, o
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, ray_through
 from vistel_services.renderer.window.show import fitted
 from vistel_services.renderer.window.window import Window
-from vistel_services.renderer.window.wishes import Ask, Carry, Draw, LetGo, Record, Wish
+from vistel_services.renderer.window.wishes import Ask, Draw, Record, Wish
 
 log = logging.getLogger("vistel.renderer")
 
@@ -42,21 +42,31 @@ CLICK = 4.0
 """A mouse that moved no further than this while its button was down clicked [pixels]."""
 HOVER = (235, 235, 235)
 """Colour of the line round what the mouse is on."""
-AFTER_NS = 350_000_000
-"""A thing that was let go of is shown where it was led for so long: until the world's news of it has come back."""
+AFTER_NS, CAME = 700_000_000, 0.01
+"""A thing that was let go of is shown where that was until the world's own has come there, as near as this [m], for no longer
+than this."""
 _DEEDS: Mapping[str, Action] = MappingProxyType(
     {"take": ask.Grip(), "let go": ask.Release(), "undo": ask.Undo(), "redo": ask.Redo()}
 )
 _KEYS = {"g": "take", "l": "let go", "u": "undo", "y": "redo", "f9": "record"}
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Led:
-    """A thing that was let go of, and where."""
+    """A thing that was let go of, and where. world: (3,) where the world's own was in the last picture."""
 
     thing: str
     pose: tuple[F64, F64]
     t_ns: int
+    world: F64 | None = None
+
+    def over(self, world: F64, now_ns: int) -> bool:
+        """Whether the world's own, now at (3,), has come to where it was let go of since the last picture, or never will."""
+        before, self.world = world if self.world is None else self.world, world
+        along = world - before
+        share = float((self.pose[0] - before) @ along) / max(1e-12, float(along @ along))
+        nearest = before + min(1.0, max(0.0, share)) * along
+        return float(np.linalg.norm(nearest - self.pose[0])) < CAME or now_ns - self.t_ns > AFTER_NS
 
 
 class Desk:
@@ -120,10 +130,10 @@ class Desk:
         led = self._carrying if self._carrying is not None and self._dragged else self._led
         if led is None:
             return instant
-        if isinstance(led, _Led) and instant.now_ns - led.t_ns > AFTER_NS:
-            self._led = None
-            return instant
         if led.thing not in instant.world.poses:
+            return instant
+        if isinstance(led, _Led) and led.over(instant.world.poses[led.thing][0], instant.now_ns):
+            self._led = None
             return instant
         pose = led.pose if isinstance(led, _Led) else (led.position, led.rotation)
         return replace(instant, world=replace(instant.world, poses={**instant.world.poses, led.thing: pose}))
@@ -163,6 +173,10 @@ class Desk:
         """With what was set at another one, except its light."""
         self.choices = replace(before.choices, light=self.choices.light)
         self._walker, self._base, self._help = before._walker, before._base, before._help
+
+    def leave(self) -> None:
+        """Nobody is at it any more: what is on the mouse is let go of."""
+        self._let_go(self._before_ns)
 
     def close(self) -> None:
         """Give everything back."""
@@ -212,6 +226,8 @@ class Desk:
             return
         if self._pressed is not None and not self._dragged:
             self._select(instant)
+        if self._carrying is not None:
+            self._lead(self._carrying, self._ray(at, sights, size), instant, sights)
         self._pressed = None
         self._let_go(instant.now_ns)
 
@@ -255,7 +271,8 @@ class Desk:
         if now.mode is Mode.FREE and before.mode is not Mode.FREE:
             self._walker = Walker.at(self._base or overview())
         if now.light != before.light or now.scale != before.scale:
-            self._wishes.append(Draw(now.light if now.light != before.light else None, now.scale))
+            light, scale = (now.light if now.light != before.light else None), (now.scale if now.scale != before.scale else None)
+            self._wishes.append(Draw(light, scale))
 
     # -- looking and walking -----------------------------------------------------------------------------------------
 
@@ -309,7 +326,7 @@ class Desk:
             return
         if carrying.lost(instant.world.poses[carrying.thing][0], instant.now_ns) or not self._may_carry(carrying.thing, instant):
             self.facts = replace(self.facts, notice=self.facts.notice or "somebody else has it", amiss=True)
-            self._wishes.append(LetGo(carrying.thing))
+            self._wishes.append(carrying.let_go())
             self._carrying = None
             return
         camera = next((s.camera for s in sights if s.camera.position is ray.origin), sights[0].camera)
@@ -317,9 +334,9 @@ class Desk:
 
     def _let_go(self, now_ns: int) -> None:
         if self._carrying is not None and self._dragged:
-            c = self._carrying
-            self._wishes += [Carry(c.thing, c.position, c.rotation, np.zeros(3)), LetGo(c.thing)]
-            self._led = _Led(c.thing, (c.position, c.rotation), now_ns)
+            free = self._carrying.let_go()
+            self._wishes.append(free)
+            self._led = _Led(free.thing, (free.position, free.rotation), now_ns)
         self._carrying = None
 
     def _select(self, instant: Instant) -> None:

@@ -51,8 +51,7 @@ def ray_through(sights: Sequence[Sight], x: float, y: float, size: tuple[int, in
         u, v = (x - left) / w, (height - y - bottom) / h
         if not (0.0 <= u <= 1.0 and 0.0 <= v <= 1.0):
             continue
-        l, r, b, t = sight.camera.edges(w / h)  # noqa: E741
-        way = sight.camera.rotation @ np.array((l + u * (r - l), b + v * (t - b), -1.0))
+        way = sight.camera.through(u, v, w / h)
         return Ray(sight.camera.position, way / np.linalg.norm(way))
     return None
 

@@ -116,13 +116,11 @@ class Window:
         glfw = self._glfw
         found = list(glfw.get_monitors())
         names = [_text(glfw.get_monitor_name(m)) for m in found]
-        if pane.monitor.isdigit() and int(pane.monitor) < len(found):
-            return found[int(pane.monitor)]
-        for monitor, name in zip(found, names, strict=True):
-            if pane.monitor.lower() in name.lower():
-                return monitor
-        log.warning("event=no_monitor wanted=%r there_are=%r using=window", pane.monitor, names)
-        return None
+        chosen = chosen_monitor(pane.monitor, names)
+        if chosen is None:
+            log.warning("event=no_monitor wanted=%r there_are=%r using=window", pane.monitor, names)
+            return None
+        return found[chosen]
 
     def _listen(self, number: int, handle: Any) -> None:
         glfw = self._glfw
@@ -219,6 +217,17 @@ class Window:
             self._glfw.destroy_window(handle)
         self._handles.clear()
         self._glfw.terminate()
+
+
+def chosen_monitor(wanted: str, names: Sequence[str]) -> int | None:
+    """Which of the monitors of these `names` is meant by a whole name, a number from 0, or part of a name; in this order, for DP-1
+    is part of eDP-1. None: none of them."""
+    lower = [name.lower() for name in names]
+    if wanted.lower() in lower:
+        return lower.index(wanted.lower())
+    if wanted.isascii() and wanted.isdigit() and int(wanted) < len(names):
+        return int(wanted)
+    return next((n for n, name in enumerate(lower) if wanted.lower() in name), None)
 
 
 def _text(name: Any) -> str:

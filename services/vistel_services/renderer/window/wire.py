@@ -19,7 +19,9 @@ from vistel_services.renderer.window.facts import FactsHeard
 from vistel_services.renderer.window.wishes import Ask, Carry, LetGo
 
 AGAIN_NS = 60_000_000
-"""The world is told of a thing that is led at least this often."""
+"""The world is told of a thing that is led at least this often, ..."""
+LAST_WORDS = 4
+"""... and so many times that it was let go of, for messages may be lost."""
 
 
 class WindowWire:
@@ -37,6 +39,7 @@ class WindowWire:
         self._commands = bus.publish(BY_NAME["command"], participant=participant)
         self._carried: dict[str, Publication] = {}
         self._led: dict[str, tuple[Carry, int]] = {}
+        self._let_go: dict[str, tuple[Prop, int]] = {}
         self._steadily = asyncio.create_task(self._keep_on())
         self._asked: set[str] = set()
 
@@ -67,20 +70,35 @@ class WindowWire:
     def carry(self, wish: Carry) -> None:
         """A thing is where the mouse leads it: told as a tracker on it would, and again until it is let go of, for pictures may
         come slower than the world expects news of a tracker."""
-        if wish.thing not in self._carried:
-            self._carried[wish.thing] = self._bus.publish(BY_NAME["prop"], thing=wish.thing)
-        message = Prop(thing=wish.thing, health=TrackerReceiver.HEALTH_GOOD)
+        message = self._where(wish)
+        self._let_go.pop(wish.thing, None)
+        self._led[wish.thing] = wish, message.header.t_ns
+        self._tell(message)
+
+    def let_go(self, wish: LetGo) -> None:
+        """A thing is led no longer, which is told at once and some times more."""
+        before = self._led.pop(wish.thing, None)
+        if before is None:
+            return
+        message = self._where(wish)
+        message.let_go = True
+        message.header.t_ns = max(message.header.t_ns, before[1] + 1)  # it comes after whatever was said before
+        self._let_go[wish.thing] = message, LAST_WORDS - 1
+        self._tell(message)
+
+    def _where(self, wish: Carry | LetGo) -> Prop:
+        message = Prop(thing=wish.thing, health=TrackerReceiver.HEALTH_GOOD, led_by=self._participant)
         message.header.t_ns = self._clock.now_ns()
         p, q, v = message.pose.position, message.pose.rotation, message.velocity
         p.x, p.y, p.z = wish.position.tolist()
         q.x, q.y, q.z, q.w = wish.rotation.tolist()
         v.x, v.y, v.z = wish.velocity.tolist()
-        self._carried[wish.thing].put(message)
-        self._led[wish.thing] = wish, message.header.t_ns
+        return message
 
-    def let_go(self, wish: LetGo) -> None:
-        """A thing is led no longer."""
-        self._led.pop(wish.thing, None)
+    def _tell(self, message: Prop) -> None:
+        if message.thing not in self._carried:
+            self._carried[message.thing] = self._bus.publish(BY_NAME["prop"], thing=message.thing)
+        self._carried[message.thing].put(message)
 
     async def _keep_on(self) -> None:
         while True:
@@ -88,9 +106,16 @@ class WindowWire:
             for carry, told_ns in list(self._led.values()):
                 if self._clock.now_ns() - told_ns > AGAIN_NS:
                     self.carry(replace(carry, velocity=np.zeros(3)))
+            for thing, (message, left) in list(self._let_go.items()):
+                self._tell(message)
+                self._let_go[thing] = message, left - 1
+                if left <= 1:
+                    del self._let_go[thing]
 
     def close(self) -> None:
-        """Hear and tell no more."""
+        """Hear and tell no more; what is on the mouse is let go of."""
+        for carry, _ in list(self._led.values()):
+            self.let_go(LetGo(carry.thing, carry.position, carry.rotation, np.zeros(3)))
         self._steadily.cancel()
         for inbox in (self._heartbeat, self._delay, self._devices, self._about, self._results, self._sound):
             inbox.close()

@@ -31,9 +31,12 @@ class Carry:
 
 @dataclass(frozen=True)
 class LetGo:
-    """A thing is no longer led by the mouse."""
+    """A thing is no longer led by the mouse: from here on it is free, and goes on as fast as it was drawn. As in `Carry`."""
 
     thing: str
+    position: F64
+    rotation: F64
+    velocity: F64
 
 
 @dataclass(frozen=True)

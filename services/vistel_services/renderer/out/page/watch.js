@@ -13,6 +13,9 @@ var PING_MS = 2e3;
 var PINGS = 10;
 var FIRST_WAIT_MS = 500;
 var MOST_WAIT_MS = 5e3;
+var ENDED = 1001;
+var UNREACHED = 1006;
+var LOST = "The picture does not come; trying again.";
 var Connection = class {
   constructor(address2, listener) {
     this.address = address2;
@@ -25,6 +28,7 @@ var Connection = class {
   socket = null;
   wait = FIRST_WAIT_MS;
   heardAt = 0;
+  ended = false;
   pings = [];
   /** Conference time now [ms], NaN while it is not known. */
   now() {
@@ -44,11 +48,12 @@ var Connection = class {
       if (typeof event.data === "string") this.hear(JSON.parse(event.data));
       else this.listener.packet(packetOf(event.data));
     };
-    socket.onclose = () => {
+    socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
       this.pings = [];
-      this.listener.trouble("The picture does not come; trying again.");
+      this.ended = event.code === ENDED || this.ended && event.code === UNREACHED;
+      this.listener.trouble(this.ended ? "The conference has ended. This page waits for the next one." : LOST);
       setTimeout(() => this.open(), this.wait);
       this.wait = Math.min(2 * this.wait, MOST_WAIT_MS);
     };
@@ -60,6 +65,7 @@ var Connection = class {
       this.pings.push({ trip, offset: words.t_ms + trip / 2 - now });
       if (this.pings.length > PINGS) this.pings.shift();
     } else if (words.kind === "hello") {
+      this.ended = false;
       this.listener.trouble(null);
     }
     this.listener.words(words);
@@ -227,14 +233,17 @@ var soundButton = part("sound", HTMLButtonElement);
 var fullButton = part("full", HTMLButtonElement);
 var sound = null;
 var shown = 0;
-var counted = { pictures: 0, at: performance.now() };
+var counted = { pictures: 0, ages: 0, at: performance.now() };
+var ages = 0;
 var ageMs = NaN;
 var size = "";
 var picture = new Picture(
   canvas,
   (tUs) => {
-    shown += 1;
     const age = connection.now() - tUs / 1e3;
+    if (Number.isNaN(age)) return;
+    shown += 1;
+    ages += age;
     ageMs = Number.isNaN(ageMs) ? age : ageMs + SMOOTH * (age - ageMs);
   },
   () => connection.say({ lost: true })
@@ -252,17 +261,18 @@ function hear(words) {
 function tell(state) {
   const now = performance.now();
   const rate = (shown - counted.pictures) * 1e3 / (now - counted.at);
-  counted = { pictures: shown, at: now };
+  const seenMs = Math.max(0, (ages - counted.ages) / (shown - counted.pictures));
+  counted = { pictures: shown, ages, at: now };
   const said = [
     size,
     `${rate.toFixed(0)} of ${state.rate.toFixed(0)} pictures/s`,
-    Number.isNaN(ageMs) ? "" : `picture ${Math.max(0, ageMs).toFixed(0)} ms old`,
-    `motions ${state.motion_age_ms} ms`,
+    Number.isNaN(seenMs) ? "" : `picture ${seenMs.toFixed(0)} ms old`,
+    Number.isNaN(seenMs) ? "" : `motions ${(state.motion_age_ms + seenMs).toFixed(0)} ms`,
     canDecode ? "" : "as JPEG: open by localhost for less traffic and for sound"
   ];
   line.textContent = said.filter((s) => s).join(" · ");
   line.dataset["rate"] = rate.toFixed(2);
-  line.dataset["ageMs"] = ageMs.toFixed(2);
+  line.dataset["ageMs"] = seenMs.toFixed(2);
 }
 function take(packet) {
   if (packet.kind === SOUND) sound?.put(packet);

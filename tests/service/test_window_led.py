@@ -1,0 +1,213 @@
+"""What the mouse of a window leads, over the real bus: free at once when it is let go of, and taken back with one undo."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from world_site import CONFERENCE
+
+from vistel.conference.paths import RunPaths
+from vistel.space.commands import actions as ask
+from vistel.space.props import SILENT_NS
+from vistel.v1.device_pb2 import TrackerReceiver
+from vistel.v1.motion_pb2 import Participant, Prop
+from vistel.v1.world_pb2 import WorldInputs
+from vistel.wire.bus import Sample
+from vistel.wire.clock import SystemClock
+from vistel.wire.motion import MotionEncoder, MotionSample
+from vistel.wire.topics import BY_NAME
+from vistel.wire.world_listener import WorldListener
+from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel_services import world
+from vistel_services.renderer.window.wire import LAST_WORDS, WindowWire
+from vistel_services.renderer.window.wishes import Ask, Carry, LetGo
+from vistel_services.world.intake import Intake
+
+UPRIGHT = np.array((0.0, 0.0, 0.0, 1.0))
+STILL = np.zeros(3)
+UP = np.array((0.0, 1.0, 0.0))
+
+
+class Site:
+    """A window's wire at tokyo, the world at the hub, and somebody in paris who sees the room."""
+
+    def __init__(self, tokyo: ZenohBus, paris: ZenohBus, clock: SystemClock, lost: Callable[[Prop], bool]) -> None:
+        self.clock, self.wire = clock, WindowWire(tokyo, clock, "aiko", {"tokyo": ("aiko",)})
+        self.told: list[Prop] = []
+        tell = self.wire._tell
+
+        def through(message: Prop) -> None:
+            self.told.append(message)
+            if not lost(message):
+                tell(message)
+
+        self.wire._tell = through  # type: ignore[method-assign]
+        self.room, self.now = WorldListener(paris, clock), None
+        self.inputs = paris.subscribe(BY_NAME["world_inputs"], queue_all=True)
+        self.steps: list[WorldInputs] = []
+
+    async def until(self, holds: Callable[[], bool], what: str) -> None:
+        for _ in range(3000):
+            for now, _ in self.room.take():
+                self.now: Any = now
+            self.steps += [s.message for s in self.inputs.take()]
+            if self.now is not None and holds():
+                return
+            await asyncio.sleep(0.02)
+        raise AssertionError(f"never came: {what}")
+
+    @property
+    def ball(self) -> np.ndarray:
+        return self.now.poses["ball"][0]
+
+    async def drawn_up(self) -> np.ndarray:
+        """The ball, led half a metre up."""
+        await self.until(lambda: "ball" in self.now.poses, "the room")
+        start = self.ball.copy()
+        for k in range(1, 11):
+            self.wire.carry(Carry("ball", start + 0.05 * k * UP, UPRIGHT, STILL))
+            await asyncio.sleep(0.02)
+        top = start + 0.5 * UP
+        await self.until(lambda: bool(np.allclose(self.ball, top, atol=1e-3)), "the ball up there, in paris")
+        return top
+
+    def deed(self, action: ask.Action) -> None:
+        self.wire.ask(Ask(action))
+
+
+async def motions(bus: ZenohBus, clock: SystemClock) -> None:
+    """Aiko stands at her place."""
+    bus.announce("process-capture")
+    about = Participant(participant="aiko", site="tokyo", avatar="builtin:build=1", height_m=1.7)
+    bus.publish(BY_NAME["participant"], participant="aiko").put(about)
+    publication, encoder = bus.publish(BY_NAME["motion"], participant="aiko"), MotionEncoder()
+    for k in range(1, 1_000_000):
+        stance = np.array((0.0, 0.0, -2.0, 0.0))
+        publication.put(encoder.encode(MotionSample(k, clock.now_ns(), np.zeros(25), np.zeros((2, 20)), stance)))
+        await asyncio.sleep(1 / 60)
+
+
+def played(folder: Path, play: Callable[[Site], Awaitable[None]], lost: Callable[[Prop], bool] = lambda message: False) -> None:
+    async def whole() -> None:
+        clock, router = SystemClock(), Router.open()
+        places = ("hub", "tokyo", "paris", "tokyo")
+        buses = [await ZenohBus.open(conference="demo", site=s, clock=clock, endpoints=[router.endpoint]) for s in places]
+        hub, tokyo, paris, capture = buses
+        config = replace(world.configure(CONFERENCE, None, RunPaths(folder / "run", folder)), folder=None)
+        tasks = [asyncio.create_task(world.run(config, hub, clock)), asyncio.create_task(motions(capture, clock))]
+        site = Site(tokyo, paris, clock, lost)
+        try:
+            await play(site)
+        finally:
+            site.wire.close()
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            for bus in buses:
+                await bus.close()
+            router.close()
+
+    asyncio.run(whole())
+
+
+def test_it_falls_at_once_when_it_is_let_go_of_and_one_undo_brings_it_back_and_one_redo_up_again(tmp_path: Path) -> None:
+    async def play(site: Site) -> None:
+        await site.until(lambda: "ball" in site.now.poses, "the room")
+        start = site.ball.copy()
+        top = await site.drawn_up()
+        let_go_ns = site.clock.now_ns()
+        site.wire.let_go(LetGo("ball", top, UPRIGHT, STILL))
+        await site.until(lambda: site.ball[1] < top[1] - 0.02, "the ball falling")
+        words = [s for s in site.steps if any(p.let_go for p in s.props)]
+        silent = [s for s in site.steps if not s.props and s.header.t_ns > let_go_ns]
+        assert words and words[0].props[0].led_by == "aiko"
+        # Not by silence: since its last word the world has not waited for half a second.
+        assert not silent or silent[-1].header.t_ns - words[0].header.t_ns < SILENT_NS
+        await site.until(lambda: site.ball[1] < start[1] + 0.1, "the ball down")
+        site.deed(ask.Undo())
+        await site.until(lambda: bool(np.allclose(site.ball, start, atol=5e-3)), "the ball where it was before")
+        site.deed(ask.Redo())
+        await site.until(lambda: site.ball[1] > top[1] - 0.1, "the ball up again")
+        site.deed(ask.Undo())
+        await site.until(lambda: bool(np.allclose(site.ball, start, atol=5e-3)), "the ball back once more")
+        await site.until(lambda: sum(m.let_go for m in site.told) == LAST_WORDS, "all its last words")
+        assert len({m.header.t_ns for m in site.told if m.let_go}) == 1
+
+    played(tmp_path, play)
+
+
+@pytest.mark.parametrize("lost_words", [1, LAST_WORDS])
+def test_when_its_last_word_is_lost_the_next_one_frees_it_and_without_any_silence_does(tmp_path: Path, lost_words: int) -> None:
+    gone: list[Prop] = []
+
+    def lost(message: Prop) -> bool:
+        if message.let_go:
+            gone.append(message)
+        return message.let_go and len(gone) <= lost_words
+
+    async def play(site: Site) -> None:
+        top = await site.drawn_up()
+        start = top - 0.5 * UP
+        site.wire.let_go(LetGo("ball", top, UPRIGHT, STILL))
+        await site.until(lambda: site.ball[1] < top[1] - 0.02, "the ball falling")
+        heard = [p for s in site.steps for p in s.props if p.let_go]
+        assert bool(heard) == (lost_words < LAST_WORDS)
+        site.deed(ask.Undo())
+        await site.until(lambda: bool(np.allclose(site.ball, start, atol=5e-3)), "the ball where it was before")
+
+    played(tmp_path, play, lost)
+
+
+def test_a_window_that_is_closed_in_the_middle_of_a_drag_lets_go(tmp_path: Path) -> None:
+    async def play(site: Site) -> None:
+        top = await site.drawn_up()
+        site.wire.close()
+        await site.until(lambda: site.ball[1] < top[1] - 0.02, "the ball falling")
+        assert any(p.let_go for s in site.steps for p in s.props)
+
+    played(tmp_path, play)
+
+
+# -- what the world takes in -----------------------------------------------------------------------------------------
+
+
+def prop(site: str, t_ns: int, who: str, let_go: bool = False) -> Sample:
+    message = Prop(thing="ball", health=TrackerReceiver.HEALTH_GOOD, led_by=who, let_go=let_go)
+    message.header.t_ns = t_ns
+    return Sample(BY_NAME["prop"], "", {"site": site, "thing": "ball"}, message, t_ns)
+
+
+def taken(intake: Intake, *samples: Sample) -> list[tuple[str, bool]]:
+    for sample in samples:
+        intake.prop(sample)
+    return [(p.led_by, p.let_go) for p in intake.take(0).props]
+
+
+def test_another_site_may_lead_a_thing_as_soon_as_the_first_has_let_go_of_it() -> None:
+    intake = Intake()
+    assert taken(intake, prop("tokyo", 10, "aiko"), prop("paris", 11, "bruno")) == [("aiko", False)]
+    assert taken(intake, prop("paris", 12, "bruno", let_go=True)) == []
+    # Both in one step: who lets go comes first.
+    assert taken(intake, prop("tokyo", 13, "aiko", let_go=True), prop("paris", 14, "bruno")) == [("aiko", True), ("bruno", False)]
+    assert taken(intake, prop("tokyo", 13, "aiko", let_go=True), prop("tokyo", 15, "aiko")) == []
+
+
+def test_what_was_said_before_the_last_word_and_comes_after_it_is_not_heard() -> None:
+    intake = Intake()
+    assert taken(intake, prop("tokyo", 10, "aiko"), prop("tokyo", 30, "aiko", let_go=True)) == [("aiko", True)]
+    assert taken(intake, prop("tokyo", 20, "aiko"), prop("tokyo", 30, "aiko", let_go=True)) == []
+    assert taken(intake, prop("tokyo", 40, "aiko")) == [("aiko", False)]
+
+
+def test_no_site_leads_things_in_the_name_of_somebody_elsewhere() -> None:
+    intake = Intake()
+    about = Participant(participant="bruno", site="paris", height_m=1.7)
+    intake.participant(Sample(BY_NAME["participant"], "", {"site": "paris", "participant": "bruno"}, about, 1))
+    assert taken(intake, prop("tokyo", 10, "bruno")) == []
+    assert taken(intake, prop("paris", 11, "bruno")) == [("bruno", False)]

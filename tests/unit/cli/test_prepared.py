@@ -1,0 +1,39 @@
+"""Whether a conference is prepared is looked at before anything else starts: that must not load what prepares it."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vistel.conference.files import DEMO_FILE, load
+from vistel_cli.prepared import prepare, stamp_of
+
+
+def test_looking_loads_neither_compiler_nor_renderer() -> None:
+    code = "import sys, vistel_cli.up; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
+    assert "vistel_cli.prepared" in loaded
+    assert not {"numba", "scipy", "vistel_services.renderer", "vistel_cli.prepare"} & set(loaded)
+
+
+def test_what_is_prepared_is_not_made_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    conference = load(DEMO_FILE)
+    stamp = stamp_of(conference)
+    assert stamp.is_relative_to(tmp_path)
+    stamp.parent.mkdir(parents=True)
+    stamp.touch()
+    monkeypatch.setattr(asyncio, "create_subprocess_exec", None)  # would be called to make it
+    assert asyncio.run(prepare(conference, DEMO_FILE, asyncio.Event()))
+
+
+def test_other_people_need_another_preparation() -> None:
+    conference = load(DEMO_FILE)
+    data = conference.model_dump(mode="json", exclude_none=True)
+    data["sites"][0]["participants"][0]["height"] = 1.5
+    assert stamp_of(type(conference).model_validate(data)) != stamp_of(conference)

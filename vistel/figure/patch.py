@@ -1,0 +1,150 @@
+"""Patches: what parts of an avatar's texture are like beside their colour, as UsdPreviewSurface and glTF have it."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+F64 = NDArray[np.float64]
+U8 = NDArray[np.uint8]
+
+MOST_PATCHES = 64
+WHOLE = (0.0, 0.0, 1.0, 1.0)
+_PICTURES = ("finish", "normal", "glow_picture", "opacity")
+_LEFT = "patch{}."
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A rectangle of an avatar's texture whose surface its file describes; its pictures span the rectangle, first row at the top.
+
+    box: lowest u and v, highest u and v. roughness, metallic: 0 to 1, where there is no `finish`. finish: (H, W, 3) occlusion,
+    roughness, metallic as 0 to 255. normal: (H, W, 3) in the tangent frame, red along u, green along v (up), 128 for none. glow:
+    linear light it gives by itself, times `glow_picture` (H, W, 3) sRGB where there is one. opacity: (H, W), 255 where it is
+    solid; below `cutoff` (0 to 1) nothing is there. blend: half there is half transparent. both_sides: it is seen from behind too.
+    """
+
+    box: tuple[float, float, float, float] = WHOLE
+    roughness: float = 0.5
+    metallic: float = 0.0
+    finish: U8 | None = None
+    normal: U8 | None = None
+    glow: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    glow_picture: U8 | None = None
+    opacity: U8 | None = None
+    cutoff: float = 0.5
+    blend: bool = False
+    both_sides: bool = False
+
+    @property
+    def pictures(self) -> dict[str, U8]:
+        """Those that there are, by the names of their fields."""
+        return {name: picture for name in _PICTURES if (picture := getattr(self, name)) is not None}
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """The same for patches that look the same, wherever they are."""
+        shown: dict[str, object] = dict(self.pictures)
+        names = [f.name for f in fields(self) if f.name != "box"]
+        return tuple(id(shown[name]) if name in shown else getattr(self, name) for name in names)
+
+    def within(self, box: F64) -> Patch:
+        """On a texture of which the one it was on has become a part; box: left, bottom, width, height of that."""
+        low, high = box[:2] + np.array(self.box[:2]) * box[2:], box[:2] + np.array(self.box[2:]) * box[2:]
+        return replace(self, box=(float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+
+    def evenly(self) -> Patch:
+        """The same without pictures: as rough and metallic as they are on the whole, all of it there."""
+        finish = None if self.finish is None else self.finish.reshape(-1, 3).mean(axis=0) / 255.0
+        rough, metal = (self.roughness, self.metallic) if finish is None else (float(finish[1]), float(finish[2]))
+        glow = (0.0, 0.0, 0.0) if self.glow_picture is not None else self.glow
+        return Patch(self.box, rough, metal, glow=glow, both_sides=self.both_sides)
+
+    def reduced(self, largest: int) -> Patch:
+        """With pictures of at most `largest` texels along a side."""
+        return replace(self, **{name: _reduced(picture, largest) for name, picture in self.pictures.items()})  # type: ignore[arg-type]
+
+
+def patch_of(patches: tuple[Patch, ...], uv: NDArray[np.floating], corner_triangles: NDArray[np.int32]) -> NDArray[np.int32]:
+    """(F,) patch on which the middle of each triangle lies, -1 for none."""
+    middle = uv[corner_triangles].mean(axis=1)
+    out = np.full(len(middle), -1, np.int32)
+    for k, patch in enumerate(patches):
+        out[((middle >= patch.box[:2]) & (middle <= patch.box[2:])).all(axis=1)] = k
+    return out
+
+
+def to_arrays(patches: tuple[Patch, ...], *, small: bool = False) -> dict[str, Any]:
+    """As named arrays, pictures encoded: PNG, or where they may be a little other, JPEG."""
+    out: dict[str, Any] = {}
+    for k, p in enumerate(patches):
+        at = _LEFT.format(k)
+        flags = (p.roughness, p.metallic, *p.glow, p.cutoff, float(p.blend), float(p.both_sides))
+        out[f"{at}numbers"] = np.array((*p.box, *flags), np.float64)
+        for name, picture in p.pictures.items():
+            out[f"{at}{name}"] = np.frombuffer(_encoded(picture, small and name != "opacity"), np.uint8)
+    return out
+
+
+def from_arrays(file: Mapping[str, Any], most_texels: int) -> tuple[Patch, ...]:
+    """What `to_arrays` gave. Raises ValueError for what is damaged or larger."""
+    out: list[Patch] = []
+    while len(out) <= MOST_PATCHES and (at := _LEFT.format(len(out))) + "numbers" in file:
+        n = np.asarray(file[f"{at}numbers"], np.float64)
+        if n.shape != (12,):
+            raise ValueError(f"patch {len(out)}: {n.shape} numbers, expected 12")
+        f: list[float] = n.tolist()
+        pictures = {k: _decoded(bytes(file[at + k]), most_texels, k) for k in _PICTURES if at + k in file}
+        out.append(
+            Patch((f[0], f[1], f[2], f[3]), f[4], f[5], glow=(f[6], f[7], f[8]), cutoff=f[9], blend=f[10] > 0.5,
+                  both_sides=f[11] > 0.5, **pictures)
+        )  # fmt: skip
+    return tuple(out)
+
+
+def fault_of(patches: tuple[Patch, ...], most_texels: int) -> str:
+    """What is wrong with them, empty for nothing."""
+    if len(patches) > MOST_PATCHES:
+        return f"{len(patches)} patches of its texture, expected at most {MOST_PATCHES}"
+    for k, p in enumerate(patches):
+        numbers = np.array((*p.box, p.roughness, p.metallic, *p.glow, p.cutoff))
+        if not np.isfinite(numbers).all() or np.abs(numbers).max() > 1e4 or p.box[0] >= p.box[2] or p.box[1] >= p.box[3]:
+            return f"patch {k} of its texture: numbers that are none, or lie nowhere"
+        for name, picture in p.pictures.items():
+            columns = 2 if name == "opacity" else 3
+            if picture.dtype != np.uint8 or picture.ndim != columns or not 0 < max(picture.shape) <= most_texels:
+                return f"patch {k} of its texture: {name} of {picture.shape}, expected at most {most_texels} texels"
+    return ""
+
+
+def _reduced(picture: U8, largest: int) -> U8:
+    if max(picture.shape[:2]) <= largest:
+        return picture
+    image = Image.fromarray(picture)
+    image.thumbnail((largest, largest), Image.Resampling.BOX)
+    return np.asarray(image, np.uint8)
+
+
+def _encoded(picture: U8, small: bool) -> bytes:
+    stream = io.BytesIO()
+    if small:
+        Image.fromarray(picture).save(stream, "JPEG", quality=90, subsampling=0)
+    else:
+        Image.fromarray(picture).save(stream, "PNG")
+    return stream.getvalue()
+
+
+def _decoded(data: bytes, most_texels: int, name: str) -> U8:
+    try:
+        with Image.open(io.BytesIO(data), formats=("PNG", "JPEG")) as image:
+            if max(image.size) > most_texels:
+                raise ValueError(f"{name} of {image.size} texels, expected at most {most_texels}")
+            return np.asarray(image.convert("L" if name == "opacity" else "RGB"), np.uint8)
+    except (OSError, SyntaxError, Image.DecompressionBombError) as fault:
+        raise ValueError(f"{name} that cannot be read ({fault})") from fault

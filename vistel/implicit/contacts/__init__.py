@@ -1,0 +1,1 @@
+"""Which posed primitives touch, where and how deep."""

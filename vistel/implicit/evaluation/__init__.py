@@ -1,0 +1,1 @@
+"""Graphs of shapes compiled to flat arrays, and evaluated for many points."""

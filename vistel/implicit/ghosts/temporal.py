@@ -1,0 +1,211 @@
+"""What a body remembers of contacts: nothing (elastic), dents (plastic), a lagging ghost (viscoelastic) (Singh §C.2).
+
+    memory = Memory({"head": Plastic(), "ball": Viscoelastic(0.4)})
+    memory = memory.step(bodies, time, dt)
+    shapes = deformed(bodies, [*collisions(bodies), *memory.ghosts(time)], time)
+
+Every ghost is kept in the deformed body's own frame, so dents travel with it. Dents and live contacts combine like
+bodies do: the deepest counts, their raised rims add up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import permutations
+from types import MappingProxyType
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.implicit.checks import Vec3, positive
+from vistel.implicit.contacts.penetration import penetration
+from vistel.implicit.ghosts.deformable import Deformable, Imprint
+from vistel.implicit.ghosts.ghost_terms import decay_exponential, decay_quartic, lag
+from vistel.implicit.graph.shape import Shape
+
+F64 = NDArray[np.float64]
+Quaternion = tuple[float, float, float, float]
+FADED = 1e-3
+"""A dent with less than this share left is forgotten."""
+
+
+@dataclass(frozen=True)
+class Decay:
+    """How dents fade once their maker has left: over `duration` [s], by a quartic (C1 at both ends) or exponentially."""
+
+    duration: float
+    law: str = "quartic"
+    laws: ClassVar[Mapping[str, Callable[[float, float], float]]] = MappingProxyType(
+        {"quartic": decay_quartic, "exponential": decay_exponential}
+    )
+
+    def __post_init__(self) -> None:
+        positive("Decay", "duration", self.duration)
+        if self.law not in self.laws:
+            raise ValueError(f"Decay: law is {self.law!r}, expected one of {', '.join(self.laws)}")
+
+    def share(self, age: float) -> float:
+        """What is left `age` seconds after the maker left."""
+        return self.laws[self.law](max(0.0, age), self.duration)
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """Springs back at once."""
+
+
+@dataclass(frozen=True)
+class Plastic:
+    """Keeps the deepest imprint of every contact.
+
+    least: penetration below which nothing stays [field]; spacing: an imprint this far from the last one is another
+    dent [m], None: a quarter of the maker's surface radius; most: dents kept of one maker, the deepest; decay: None
+    keeps them for ever.
+    """
+
+    least: float = 1e-3
+    spacing: float | None = None
+    most: int = 24
+    decay: Decay | None = None
+
+
+@dataclass(frozen=True)
+class Viscoelastic:
+    """Its ghost follows the maker with the time constant tau [s] once that draws back, and fades by `decay`, if any."""
+
+    tau: float = 0.3
+    decay: Decay | None = None
+
+    def __post_init__(self) -> None:
+        positive("Viscoelastic", "tau", self.tau)
+
+
+Material = Elastic | Plastic | Viscoelastic
+
+
+@dataclass(frozen=True, eq=False)
+class Dent:
+    """An imprint: the maker's shape, its pose in the deformed body's frame, the penetration there [field], and when
+    the maker left [s]."""
+
+    shape: Shape
+    position: Vec3
+    rotation: Quaternion
+    depth: float
+    left: float | None = None
+
+    @property
+    def placed(self) -> Shape:
+        return self.shape.moved(self.position, self.rotation)
+
+    def distance(self, other: Dent) -> float:
+        """How far apart the two poses are [m]."""
+        return math.dist(self.position, other.position)
+
+
+@dataclass(frozen=True)
+class Memory:
+    """materials: of the bodies that remember, by name; dents: by (maker, body), oldest first."""
+
+    materials: Mapping[str, Material]
+    dents: Mapping[tuple[str, str], tuple[Dent, ...]] = field(default_factory=dict[tuple[str, str], tuple[Dent, ...]])
+
+    def step(self, bodies: Sequence[Deformable], time: float, dt: float) -> Memory:
+        """What is remembered at `time`, with the bodies where they are then, dt seconds after the last step."""
+        dents = dict(self.dents)
+        for maker, body in permutations(bodies, 2):
+            material = self.materials.get(body.name, Elastic())
+            if body.compliance == 0 or isinstance(material, Elastic):
+                continue
+            key = (maker.name, body.name)
+            now = _now(maker, body)
+            old = dents.get(key, ())
+            if isinstance(material, Plastic):
+                dents[key] = _plastic(material, old, now, time)
+            else:
+                dents[key] = _viscoelastic(material, old, now, body, time, dt)
+        return replace(self, dents={key: found for key, found in dents.items() if found})
+
+    def ghosts(self, time: float) -> list[Imprint]:
+        """The imprints as ghosts at `time`."""
+        out: list[Imprint] = []
+        for (maker, body), dents in self.dents.items():
+            decay = getattr(self.materials.get(body), "decay", None)
+            for dent in dents:
+                share = 1.0 if decay is None or dent.left is None else decay.share(time - dent.left)
+                out.append(Imprint(maker, body, dent.placed, share, dent.depth))
+        return out
+
+    def depth(self, maker: str, body: str) -> float:
+        """Deepest penetration that `body` remembers of `maker` [field]; 0 where there is none."""
+        return max((d.depth for d in self.dents.get((maker, body), ())), default=0.0)
+
+
+def _now(maker: Deformable, body: Deformable) -> Dent:
+    """The maker as an imprint where it is."""
+    x, y, z = (float(v) for v in body.to_body(np.array(maker.position)))
+    qx, qy, qz, qw = body.rotation
+    turn = _product((-qx, -qy, -qz, qw), maker.rotation)
+    dent = Dent(maker.shape, (x, y, z), turn, 0.0)
+    return replace(dent, depth=penetration(body.shape, dent.placed).depth)
+
+
+def _plastic(material: Plastic, old: tuple[Dent, ...], now: Dent, time: float) -> tuple[Dent, ...]:
+    kept = [d for d in old if d.left is None or material.decay is None or material.decay.share(time - d.left) > FADED]
+    if now.depth <= material.least:
+        return tuple(d if d.left is not None else replace(d, left=time) for d in kept)
+    spacing = material.spacing
+    if spacing is None:
+        spacing = 0.07 * float(np.ptp(now.shape.bounds, axis=0).min())
+    near = [i for i, d in enumerate(kept) if d.distance(now) <= spacing]
+    if not near:
+        kept.append(now)
+    elif now.depth > kept[near[-1]].depth:
+        kept[near[-1]] = now
+    if len(kept) > material.most:
+        kept.remove(min(kept, key=lambda d: d.depth))
+    return tuple(kept)
+
+
+def _viscoelastic(
+    material: Viscoelastic, old: tuple[Dent, ...], now: Dent, body: Deformable, time: float, dt: float
+) -> tuple[Dent, ...]:
+    if not old or now.depth >= old[0].depth:
+        return (now,) if now.depth > 0 else ()
+    before = old[0]
+    x, y, z = (float(v) for v in lag(np.array(before.position), np.array(now.position), dt, material.tau))
+    turn = slerp(before.rotation, now.rotation, 1 - math.exp(-dt / material.tau))
+    left = before.left if before.left is not None or now.depth > 0 else time
+    after = Dent(before.shape, (x, y, z), turn, 0.0, left)
+    after = replace(after, depth=penetration(body.shape, after.placed).depth)
+    if after.depth <= now.depth:
+        return (now,) if now.depth > 0 else ()
+    faded = material.decay is not None and left is not None and material.decay.share(time - left) <= FADED
+    return () if faded else (after,)
+
+
+def _product(p: Quaternion, q: Quaternion) -> Quaternion:
+    px, py, pz, pw = p
+    qx, qy, qz, qw = q
+    return (
+        pw * qx + px * qw + py * qz - pz * qy, pw * qy - px * qz + py * qw + pz * qx,
+        pw * qz + px * qy - py * qx + pz * qw, pw * qw - px * qx - py * qy - pz * qz,
+    )  # fmt: skip
+
+
+def slerp(p: Quaternion, q: Quaternion, share: float) -> Quaternion:
+    """From rotation p towards q, (x, y, z, w), the shorter way."""
+    a, b = np.array(p) / np.linalg.norm(p), np.array(q) / np.linalg.norm(q)
+    cosine = float(a @ b)
+    if cosine < 0:
+        b, cosine = -b, -cosine
+    angle = math.acos(min(1.0, cosine))
+    if angle < 1e-6:
+        r = a + share * (b - a)
+    else:
+        r = (math.sin((1 - share) * angle) * a + math.sin(share * angle) * b) / math.sin(angle)
+    x, y, z, w = r / np.linalg.norm(r)
+    return float(x), float(y), float(z), float(w)

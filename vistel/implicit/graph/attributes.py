@@ -1,0 +1,171 @@
+"""Attributes of a blended shape: colours, textures, anything numeric (Singh §3.3.2).
+
+    c = sum(F_i w_i c_i) / sum(F_i w_i)
+
+with w_i the attribute's own weight on primitive i. Sums add both sums; max and min keep those of the operands within
+1e-6 of the extremum; Ricci forms scale them by dF/dF_i, which lies between the two. A field below 0 gives nothing.
+An attribute that nothing in reach carries is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vistel.implicit.checks import ShapeError, query_points
+from vistel.implicit.graph.combine import Attributed, Combination, Placed
+from vistel.implicit.graph.shape import Shape
+from vistel.implicit.primitives.primitive import Primitive
+
+if TYPE_CHECKING:
+    from vistel.implicit.evaluation.lower import Leaf
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+Texture = Callable[[F64], Any]
+
+Masses = dict[str, tuple[F64, F64]]
+"""Name -> (sum of F w c (n, k), sum of F w (n,))."""
+
+
+def blended_attributes(shape: Shape, points: ArrayLike) -> dict[str, F64]:
+    """Every attribute (..., k) of `shape` at points (..., 3), in double precision."""
+    form = np.shape(points)[:-1]
+    found = _masses(shape, query_points(points), {}, {})
+    return {
+        name: np.divide(total, mass[:, None], out=np.zeros_like(total), where=mass[:, None] > 0).reshape(*form, -1)
+        for name, (total, mass) in found.items()
+    }
+
+
+def texture_values(texture: Texture, primitive: Primitive, points: F64) -> F64:
+    """A texture (n, k) of `primitive` at points (n, 3) in its frame: looked up at its surface point."""
+    values = np.asarray(texture(primitive.surface_point(points)), np.float64)
+    values = values[:, None] if values.ndim == 1 else values
+    if values.ndim != 2 or len(values) != len(points):
+        raise ShapeError(
+            f"attributes: a texture gave the form {values.shape} for {len(points)} points, expected (n, k)"
+        )
+    return values
+
+
+def _masses(shape: Shape, points: F64, values: Mapping[str, Any], weights: Mapping[str, float]) -> Masses:
+    if isinstance(shape, Placed):
+        inverse = shape.inverse
+        return _masses(shape.shape, points @ inverse[:, :3].T + inverse[:, 3], values, weights)
+    if isinstance(shape, Attributed):
+        own = {k: shape.weights.get(k, 1.0) for k in shape.values}
+        return _masses(shape.shape, points, {**values, **shape.values}, {**weights, **own})
+    if isinstance(shape, Primitive):
+        field = np.maximum(shape.field(points), 0.0)
+        found: Masses = {}
+        for name, value in values.items():
+            rows = (
+                texture_values(value, shape, points)
+                if callable(value)
+                else np.broadcast_to(value, (len(points), len(value)))
+            )
+            mass = field * weights.get(name, 1.0)
+            found[name] = (mass[:, None] * rows, mass)
+        return found
+    if not isinstance(shape, Combination):
+        raise ShapeError(f"attributes: {type(shape).__name__} is neither a primitive nor a combination of shapes")
+    fields = np.stack([operand.field(points) for operand in shape.operands])
+    value, partial = shape.combine(fields)
+    shares = shape.shares(fields, value, partial)
+    total: Masses = {}
+    for share, operand in zip(shares, shape.operands, strict=True):
+        for name, (rows, mass) in _masses(operand, points, values, weights).items():
+            add = share[:, None] * rows, share * mass
+            total[name] = (total[name][0] + add[0], total[name][1] + add[1]) if name in total else add
+    return total
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where each attribute's channels are in a FieldProgram: numbers, then the mass they are divided by.
+
+    names: (name, first channel, k); textures: (name, channel of the mass, texture, leaf) of every textured leaf.
+    """
+
+    names: tuple[tuple[str, int, int], ...]
+    textures: tuple[tuple[str, int, Texture, Leaf], ...]
+    channels: int
+
+    @classmethod
+    def of(cls, leaves: Sequence[Leaf]) -> Layout:
+        """The layout for these leaves; ShapeError where one name has attributes of different lengths."""
+        sizes: dict[str, int] = {}
+        textured: list[tuple[str, Texture, Leaf]] = []
+        for leaf in leaves:
+            for name, value in leaf.values.items():
+                if callable(value):
+                    textured.append((name, value, leaf))
+                    size = len(np.atleast_2d(texture_values(value, leaf.primitive, leaf.primitive.bounds))[0])
+                else:
+                    size = len(value)
+                if sizes.setdefault(name, size) != size:
+                    raise ShapeError(
+                        f"attributes: {name!r} has {sizes[name]} numbers on one shape and {size} on another"
+                    )
+        names: list[tuple[str, int, int]] = []
+        first = 0
+        for name, size in sizes.items():
+            names.append((name, first, size))
+            first += size + 1
+        textures = tuple((name, first + i, texture, leaf) for i, (name, texture, leaf) in enumerate(textured))
+        return cls(tuple(names), textures, first + len(textures))
+
+    def rows(self, leaves: Sequence[Leaf]) -> F32:
+        """(n, channels) what each leaf adds to every channel for each unit of its field."""
+        rows = np.zeros((len(leaves), self.channels), np.float32)
+        for i, leaf in enumerate(leaves):
+            for name, first, size in self.names:
+                value = leaf.values.get(name)
+                weight = leaf.weights.get(name, 1.0)
+                if value is None:
+                    continue
+                if not callable(value):
+                    rows[i, first : first + size] = weight * np.asarray(value)
+                rows[i, first + size] = weight
+            for name, channel, _, textured in self.textures:
+                if textured is leaf:
+                    rows[i, channel] = leaf.weights.get(name, 1.0)
+        return rows
+
+    @property
+    def groups(self) -> NDArray[np.int32]:
+        """(g, 2) first channel and length of the attributes without textures, which the kernels divide themselves."""
+        textured = {name for name, *_ in self.textures}
+        rows = [(first, size) for name, first, size in self.names if name not in textured]
+        return np.array(rows, np.int32).reshape(-1, 2)
+
+    def unpack(self, channels: F32, points: ArrayLike | None) -> dict[str, F32]:
+        """Attributes (..., k) from channels (..., C) at points (..., 3), which only textures need."""
+        found: dict[str, F32] = {}
+        textured = {name for name, *_ in self.textures}
+        for name, first, size in self.names:
+            if name not in textured:
+                found[name] = channels[..., first : first + size]
+                continue
+            total = channels[..., first : first + size].copy()
+            for texture_name, channel, texture, leaf in self.textures:
+                if texture_name == name and points is not None:
+                    mass = channels[..., channel]
+                    reached = mass > 0
+                    if reached.any():
+                        total[reached] += mass[reached][:, None] * self._texture(
+                            texture, leaf, np.asarray(points)[reached]
+                        )
+            mass = channels[..., first + size : first + size + 1]
+            found[name] = np.divide(total, mass, out=np.zeros_like(total), where=mass > 0)
+        return found
+
+    def _texture(self, texture: Texture, leaf: Leaf, points: F64) -> F32:
+        linear = np.linalg.inv(leaf.world[:, :3])
+        local = (points - leaf.world[:, 3]) @ linear.T
+        return texture_values(texture, leaf.primitive, local).astype(np.float32)

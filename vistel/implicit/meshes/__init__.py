@@ -1,0 +1,1 @@
+"""Meshes embedded in primitives (Singh §2.3)."""
