@@ -101,8 +101,8 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
 
 
 class Reporter:
-    """Tells the others how late this site's pictures are: twice a second, and at once when the first one is there or
-    somebody more is in it, or is no stand-in any more."""
+    """Tells the others how late this site's pictures are: twice a second, and at once, in the log as well, when the first one
+    is there, somebody more or less is in it, or somebody is no stand-in any more."""
 
     def __init__(self, site: str, publication: Publication) -> None:
         self._site, self._publication = site, publication
@@ -123,7 +123,7 @@ class Reporter:
         shown = len(instant.people), stand_ins
         if shown == self._shown and done_ns - since_ns < _REPORT_NS:
             return
-        if self._shown is None or (shown[1] == 0) != (self._shown[1] == 0):
+        if shown != self._shown:
             log.info("event=picture people=%d stand_ins=%d took_ms=%.0f", *shown, took * 1e-6)
         self._shown = shown
         count = self._frames - self._since_frames
