@@ -32,6 +32,7 @@ from vistel.space.things import Primitive
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import LevelWrinkles, shown
 from vistel.wrinkle.wardrobe import WrinkleSet, charted
+from vistel_services.renderer.bare_skin import bare_skin, is_bare
 from vistel_services.renderer.drawn_figures import Corners, Creases, FigureModel, Planned
 from vistel_services.renderer.gpu_deform import SkinShape
 from vistel_services.renderer.wearing import Wearing
@@ -90,13 +91,6 @@ class Shape(Protocol):
         ...
 
 
-def is_skin(limb: str) -> bool:
-    """Whether a limb of that name is bare: head and hands."""
-    return limb in _HEAD or any(
-        word in limb for word in ("palm", "knuckles", "thumb", "index", "middle", "ring", "little")
-    )
-
-
 def avatar_model(
     avatar: Avatar, wrinkles: LevelWrinkles | None = None, picture: Callable[[], U8] | None = None,
     coarsest: Avatar | None = None,
@@ -105,9 +99,9 @@ def avatar_model(
     wrinkles' light. coarsest: its coarsest level, which throws its shadow where few triangles are wanted."""
     mesh = avatar.mesh
     names = avatar.body.names
-    skin = np.array([SKIN if is_skin(n) else CLOTH for n in names], np.float32)
+    skin = np.where(bare_skin(avatar), SKIN, CLOTH).astype(np.float32)
     head = np.array([n in _HEAD for n in names])
-    uv, material, triangles = [mesh.uv], [skin[mesh.limb[mesh.corner_vertex]]], [mesh.corner_triangles]
+    uv, material, triangles = [mesh.uv], [skin], [mesh.corner_triangles]
     start = len(mesh.uv)
     for ball in avatar.eyeballs:
         uv.append(ball.uv)
@@ -152,7 +146,7 @@ class StandIn:
         self._vertices, self._normals = whole.vertices, whole.normals
         limb = np.repeat(np.arange(len(b)), [len(p.vertices) for p in parts])
         self._joint = b.joint[limb]
-        uv = np.column_stack((np.full(len(limb), 0.5), np.where([is_skin(b.names[i]) for i in limb], 0.75, 0.25)))
+        uv = np.column_stack((np.full(len(limb), 0.5), np.where([is_bare(b.names[i]) for i in limb], 0.75, 0.25)))
         texture = np.zeros((2, 2, 3), np.uint8)
         texture[0], texture[1] = (178, 166, 158), (126, 132, 140)
         texture = np.repeat(np.repeat(texture, 8, axis=0), 8, axis=1)

@@ -91,7 +91,7 @@ def _surface(recipe: Recipe, solid: Solid, p: F64, n: F64) -> F64:
     )
     sign = np.where(first == material.HAIR, 1.0, -1.0)
     lead = np.where(hairline, sign * margin, margin)
-    lead[hairline] += 0.0012 * strands(recipe, p[hairline]) + 0.0006 * noise(p[hairline] / 0.0025, 1, recipe.seed + 71)
+    lead[hairline] += 0.0032 * strands(recipe, p[hairline]) + 0.0006 * noise(p[hairline] / 0.0025, 1, recipe.seed + 71)
     soft = np.where(hairline, 0.0009, np.where((first == material.LIP) | (second == material.LIP), 0.0012, _SOFT))
     share = 0.5 + 0.5 * np.clip(lead / soft, -1.0, 1.0)
     a = np.where(hairline, material.HAIR, first)

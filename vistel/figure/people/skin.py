@@ -21,13 +21,14 @@ def paint_skin(r: Recipe, p: F64, normal: F64) -> F64:
     out = np.tile(base, (len(p), 1))
     mottle = noise(p / 0.035, 3, r.seed)
     fine = noise(p / 0.0035, 2, r.seed + 7)
-    out *= (1.0 + 0.030 * mottle + 0.020 * fine)[:, None]
+    blotch = noise(p / 0.011, 2, r.seed + 13)
+    out *= (1.0 + 0.030 * mottle + 0.030 * fine)[:, None]
     dark = 1.0 - base.mean() / 255.0
     red = 0.55 * bump(p, (0.046, 1.603, 0.078), 0.016) + 0.60 * bump(p, (0.0, 1.606, 0.124), 0.011)
     red += 0.50 * bump(p, (0.080, 1.636, -0.008), 0.020) + 0.25 * bump(p, (0.0, 1.528, 0.096), 0.012)
     hand = np.abs(p[:, 0]) > 0.70
     red[hand] += _hand_redness(p[hand], normal[hand])
-    red = np.clip(red + 0.10 * mottle, -0.2, 1.2)
+    red = np.clip(red + 0.12 * mottle + 0.22 * blotch, -0.4, 1.2)
     tint = np.array((0.05, -0.16, -0.15)) * (1.0 - 0.45 * dark)
     out *= 1.0 + red[:, None] * tint
     head = (p[:, 1] > 1.49) & (np.abs(p[:, 0]) < 0.2)
@@ -39,7 +40,7 @@ def paint_skin(r: Recipe, p: F64, normal: F64) -> F64:
 def paint_lip(r: Recipe, p: F64, normal: F64) -> F64:
     """(N, 3) colours of the lips."""
     base = np.array(r.colour("skin"), np.float64)
-    strength = 0.75 + 0.45 * r.female
+    strength = 0.50 + 0.22 * r.female
     lip = base * (1.0 + strength * np.array((-0.10, -0.34, -0.30)))
     lines = noise(np.stack([p[:, 0] / 0.0011, p[:, 1] / 0.006, p[:, 2] / 0.006], axis=1), 1, r.seed + 3)
     out = lip * (1.0 + 0.06 * lines)[:, None]

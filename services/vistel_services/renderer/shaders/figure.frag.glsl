@@ -13,7 +13,7 @@ in vec3 added;
 in float gloss;
 in float redder;
 #else
-flat in float kind;  // 0 cloth and hair, 1 skin, 2 eye
+in float kind;  // 0 cloth and hair, 1 skin, between them at its edge, 2 eye
 in vec3 p_room;
 in vec3 n_room;
 #endif
@@ -28,8 +28,8 @@ out vec4 colour;
 #ifdef FINE
 Surface surface_of(vec3 base, float kind) {
     if (kind > 1.5) return Surface(base, 0.03, 0.10, vec3(0.0), 0.0);            // an eye under its film of tears
-    if (kind > 0.5) return Surface(base, 0.028, 0.50, vec3(0.0), 1.0);           // skin
-    return Surface(base, 0.035, 0.80, 0.10 * sqrt(base) + 0.006, 0.0);           // cloth and hair
+    vec3 fuzz = (0.10 * sqrt(base) + 0.006) * (1.0 - kind);                       // of cloth and hair
+    return Surface(base, mix(0.035, 0.028, kind), mix(0.80, 0.50, kind), fuzz, kind);
 }
 #endif
 
@@ -48,7 +48,7 @@ void main() {
     light.r += redder * (sqrt(visible) - visible);
     colour = vec4(display(base * light + (gloss * visible) * KEY + added), 1.0);
 #else
-    float skin = kind == 1.0 ? 1.0 : 0.0;
+    float skin = skin_of(kind);
     vec3 n = normalize(n_room);
     Light l = light_of(n, normalize(eye - p_room), kind);
     float visible = lit_at(shadow_place(p_room, n, 0.025));

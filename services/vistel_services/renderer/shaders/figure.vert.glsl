@@ -27,7 +27,7 @@ out vec4 fold;
 #endif
 out vec2 at;
 #ifndef LIGHT_PER_VERTEX
-flat out float kind;
+out float kind;
 #endif
 
 void main() {
@@ -40,7 +40,7 @@ void main() {
     gl_Position = clip_from_room * vec4(position, 1.0);
 #ifdef LIGHT_PER_VERTEX
     Light l = light_of(normal, normalize(eye - position), material);
-    float skin = material == 1.0 ? 1.0 : 0.0;
+    float skin = skin_of(material);
     key = l.key;
     rest = l.rest + (SHEEN_BASE * (1.0 - skin)) * l.rim;
     added = l.rim * mix(SHEEN_CLOTH, SHEEN_SKIN, skin);

@@ -1,4 +1,4 @@
-// Light on a figure's surface, before shadows. kind: 0 cloth and hair, 1 skin, 2 eye.
+// Light on a figure's surface, before shadows. kind: 0 cloth and hair, 1 skin, between them at its edge, 2 eye.
 struct Light {
     vec3 key;     // of the roof light, where it is seen
     vec3 rest;    // of window, sky and floor
@@ -11,9 +11,13 @@ const float SHEEN_BASE = 0.22;
 const vec3 SHEEN_CLOTH = vec3(0.03), SHEEN_SKIN = vec3(0.16, 0.13, 0.11);
 const float FLESH = 0.5;  // how far shadows' edges glow red on skin
 
+float skin_of(float kind) {
+    return kind > 1.5 ? 0.0 : kind;
+}
+
 Light light_of(vec3 n, vec3 v, float kind) {
     Light l;
-    float skin = kind == 1.0 ? 1.0 : 0.0;
+    float skin = skin_of(kind);
     // Light that wraps round: flesh scatters, red farthest.
     float c = dot(n, KEY_DIRECTION);
     vec3 wrap = mix(vec3(0.12), vec3(0.42, 0.20, 0.12), skin);
@@ -27,7 +31,7 @@ Light light_of(vec3 n, vec3 v, float kind) {
     s8 *= s8; s8 *= s8; s8 *= s8;
     float s32 = s8 * s8; s32 *= s32;
     float s128 = s32 * s32; s128 *= s128;
-    l.gloss = kind < 0.5 ? 0.018 * s8 : kind < 1.5 ? 0.085 * s8 * s8 * s8 : 1.6 * s128;
+    l.gloss = kind > 1.5 ? 1.6 * s128 : mix(0.018 * s8, 0.085 * s8 * s8 * s8, skin);
     float edge = 1.0 - max(dot(n, v), 0.0);
     edge *= edge;
     l.rim = (edge * edge) * up;

@@ -19,5 +19,5 @@ void main() {
         }
     float light = weights > 0.0 ? sum / weights : 1.0;
     // What hides light throws back some of its own, which is warmer than the sky's; the picture's values are roots of light.
-    colour = vec4(pow(vec3(mix(1.0, light, 0.85)), vec3(0.40, 0.50, 0.54)), 1.0);
+    colour = vec4(pow(vec3(mix(1.0, light, 0.85)), vec3(0.36, 0.50, 0.56)), 1.0);
 }

@@ -11,7 +11,7 @@ in vec2 at;
 out float open_share;
 
 const float REACH = 0.16;   // metres
-const float STRENGTH = 3.2;
+const float STRENGTH = 1.5;
 const int TAPS = 14;
 
 // Beside the part lies another eye's picture or another screen's: what is nearest within it stands for what is not seen.

@@ -1,0 +1,39 @@
+"""Where a figure is bare skin, which light goes into: on head, neck and hands, as far as its picture has the colour of its face
+there. Hair, a collar and a cuff lie on the same limbs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.avatar import Avatar
+
+BARE = ("neck", "skull", "face", "palm", "knuckles", "thumb", "index", "middle", "ring", "little")
+PALER, REDDER, YELLOWER, DARKER, LIGHTER = 0.17, 0.45, 0.26, 0.8, 0.6
+"""How far bare skin strays from what the face mostly is, in logarithms: of red to green, either way (lips are redder, grey is
+paler), of green to blue, and of brightness (the corners that no light reaches; nails and the bridge of a nose)."""
+
+
+def is_bare(limb: str) -> bool:
+    """Whether a limb of that name is bare, where hair and clothes leave it free."""
+    return any(word in limb for word in BARE)
+
+
+def bare_skin(avatar: Avatar) -> NDArray[np.bool_]:
+    """(R,) which drawn vertices of the avatar's skin show bare skin."""
+    mesh, names = avatar.mesh, avatar.body.names
+    limb = mesh.limb[mesh.corner_vertex]
+    bare = np.array([is_bare(n) for n in names])[limb]
+    face = bare & (np.array(names) == "face")[limb]
+    if not face.any():
+        return bare
+    height, width = avatar.albedo.shape[:2]
+    column = np.clip((mesh.uv[:, 0] % 1.0) * width, 0, width - 1).astype(np.int64)
+    row = np.clip((1.0 - mesh.uv[:, 1] % 1.0) * height, 0, height - 1).astype(np.int64)
+    red, green, blue = np.log(avatar.albedo[row, column].astype(np.float64) + 4.0).T
+    bright = (red + green + blue) / 3.0
+    # Not the inside of a mouth, nor brows and lashes.
+    plain = face & (bright > np.median(bright[face]))
+    redness, yellowness, light = (values - np.median(values[plain]) for values in (red - green, green - blue, bright))
+    alike = (redness > -PALER) & (redness < REDDER) & (np.abs(yellowness) < YELLOWER) & (light > -DARKER) & (light < LIGHTER)
+    return bare & alike
