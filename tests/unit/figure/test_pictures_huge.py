@@ -10,11 +10,15 @@ from pathlib import Path
 
 import pytest
 
+from vistel.figure.making.pictures import alpha_of
+
 SIDE = 16384
+BLACK_IS_CLEAR = struct.pack(">I", 2) + b"tRNS\0\0" + struct.pack(">I", zlib.crc32(b"tRNS\0\0"))
+"""A chunk of a PNG that makes its black transparent."""
 
 
-def grey_png(width: int, height: int) -> bytes:
-    """A PNG of one bit a texel, left half black, right half white: a few kilobytes, however large."""
+def grey_png(width: int, height: int, more: bytes = b"") -> bytes:
+    """A PNG of one bit a texel, left half black, right half white: a few kilobytes, however large. more: chunks before it."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -23,7 +27,7 @@ def grey_png(width: int, height: int) -> bytes:
     packer = zlib.compressobj(1)
     packed = b"".join(packer.compress(row) for _ in range(height)) + packer.flush()
     head = struct.pack(">IIBBBBB", width, height, 1, 0, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", packed) + chunk(b"IEND", b"")
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + more + chunk(b"IDAT", packed) + chunk(b"IEND", b"")
 
 
 _READ = """
@@ -63,3 +67,17 @@ def test_a_bomb_is_refused_before_it_goes_off(tmp_path: Path) -> None:
     took, rest = read(path)
     assert rest.startswith("none ['texture bomb.png: 60000 by 60000, expected at most 268,435,456 texels; make it smaller;")
     assert took < 60
+
+
+def test_one_of_16k_keeps_its_opacity() -> None:
+    opacity = alpha_of(grey_png(SIDE, 3 * SIDE // 4, BLACK_IS_CLEAR))
+    assert opacity is not None
+    assert opacity.shape == (1536, 2048)
+    assert opacity[9, 9] == 0
+    assert opacity[9, -9] == 255
+
+
+def test_no_opacity_is_read_of_a_bomb_nor_of_a_picture_that_has_none() -> None:
+    assert alpha_of(grey_png(60_000, 60_000, BLACK_IS_CLEAR)) is None
+    assert alpha_of(grey_png(64, 64)) is None
+    assert alpha_of(b"nothing") is None

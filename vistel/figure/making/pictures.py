@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import threading
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,14 +46,15 @@ def decoded(data: bytes | None, notes: list[str], name: str) -> U8 | None:
         return None
 
 
-def alpha_of(data: bytes) -> U8 | None:
-    """(H, W) opacity of an encoded picture; None where it has none."""
+def alpha_of(data: bytes, largest: int = LARGEST) -> U8 | None:
+    """(H, W) opacity of an encoded picture, made as small as `decode` makes its colours; None where it has none, or cannot be
+    read, which reading its colours tells."""
     try:
-        with Image.open(io.BytesIO(data)) as picture:
-            if picture.mode not in ("RGBA", "LA", "PA") and "transparency" not in picture.info:
+        with _opened(data) as picture:
+            if not _transparent(picture) or picture.width * picture.height > MOST_TEXELS:
                 return None
-            return np.asarray(picture.convert("RGBA"), np.uint8)[..., 3]
-    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError):
+            return np.asarray(_reduced(picture, largest, "L"), np.uint8)
+    except Exception:  # decoders of damaged pictures raise nearly anything
         return None
 
 
@@ -66,8 +68,7 @@ def decode(data: bytes, largest: int = LARGEST, *, notes: list[str] | None = Non
                 raise MakingError(f"{width} by {height}, expected at most {MOST_TEXELS:,} texels; make it smaller")
             if max(width, height) > 2 * largest:
                 picture.draft("RGB", (2 * largest, 2 * largest))  # what can be read coarsely need not be read finely first
-            out = _coarse(picture, largest)
-            out.thumbnail((largest, largest), Image.Resampling.LANCZOS)
+            out = _reduced(picture, largest, "RGB")
     except MakingError:
         raise
     except MemoryError as fault:
@@ -89,22 +90,29 @@ def _opened(data: bytes) -> Image.Image:
             Image.MAX_IMAGE_PIXELS = before
 
 
-def _coarse(picture: Image.Image, largest: int) -> Image.Image:
-    """RGB, by strips and with texels put together where it is more than twice as large as needed: so a huge one is in memory
-    only once, and as it was stored."""
+def _reduced(picture: Image.Image, largest: int, mode: Literal["RGB", "L"]) -> Image.Image:
+    """Its colours ("RGB") or its opacity ("L"), at most `largest` texels along a side; by strips and with texels put together
+    where it is more than twice as large as needed: so a huge one is in memory only once, and as it was stored."""
     picture.load()
     width, height = picture.size
     step = max(1, max(width, height) // (2 * largest))
-    out = Image.new("RGB", (-(-width // step), -(-height // step)))
+    out = Image.new(mode, (-(-width // step), -(-height // step)))
     for top in range(0, height, step * _STRIP):
-        strip = _rgb(picture.crop((0, top, width, min(height, top + step * _STRIP))))
+        strip = picture.crop((0, top, width, min(height, top + step * _STRIP)))
+        strip = _rgb(strip) if mode == "RGB" else strip.convert("RGBA").getchannel("A")
         out.paste(strip if step == 1 else strip.reduce(step), (0, top // step))
+    out.thumbnail((largest, largest), Image.Resampling.LANCZOS)
     return out
+
+
+def _transparent(picture: Image.Image) -> bool:
+    """Whether it says how opaque it is."""
+    return picture.mode in ("RGBA", "LA", "PA") or "transparency" in picture.info
 
 
 def _rgb(picture: Image.Image) -> Image.Image:
     """In RGB with eight bits. What is transparent shows nothing: the colour there only bleeds in at edges."""
-    if picture.mode in ("RGBA", "LA", "PA") or "transparency" in picture.info:
+    if _transparent(picture):
         return picture.convert("RGBA").convert("RGB")
     if picture.mode.startswith("I"):  # sixteen bits of grey, which Pillow would cut off at 255
         return Image.fromarray((np.clip(np.asarray(picture, np.int64), 0, 65535) >> 8).astype(np.uint8)).convert("RGB")
