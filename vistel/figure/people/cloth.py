@@ -50,7 +50,7 @@ def paint_top(r: Recipe, p: F64, normal: F64) -> F64:
     second = _contrast(base)
     x, y, z = p[:, 0], p[:, 1], p[:, 2]
     side = np.abs(x)
-    sleeve = side > _ARMHOLE
+    sleeve = (side > _ARMHOLE) & (y > 1.26)  # wide hips are no sleeves
     # Cloth coordinates in metres: round the body and up it, or round the arm and along it.
     over = smoothstep(1.32, 1.42, y)  # over the shoulders the cloth lies flat: across, and from front to back
     body = np.where(z > 0, 1.0, -1.0) * over * x * 1.25 + (1.0 - over) * np.arctan2(x, z) * 0.145

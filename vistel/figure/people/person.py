@@ -28,7 +28,7 @@ from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-VERSION = 13
+VERSION = 14
 """Of what this package makes; a change of it makes cached people void."""
 VERTICES = 10_000
 LEVELS = (6_000, 2_600)
