@@ -9,7 +9,7 @@ struct Light {
 // What is seen of the rim: of cloth SHEEN_BASE of its colour and SHEEN_CLOTH, of skin SHEEN_SKIN.
 const float SHEEN_BASE = 0.22;
 const vec3 SHEEN_CLOTH = vec3(0.03), SHEEN_SKIN = vec3(0.16, 0.13, 0.11);
-const float FLESH = 0.5;  // how far shadows' edges glow red on skin
+const float FLESH = 0.3;  // how far shadows' edges glow red on skin
 
 float skin_of(float kind) {
     return kind > 1.5 ? 0.0 : kind;
@@ -20,8 +20,8 @@ Light light_of(vec3 n, vec3 v, float kind) {
     float skin = skin_of(kind);
     // Light that wraps round: flesh scatters, red farthest.
     float c = dot(n, KEY_DIRECTION);
-    vec3 wrap = mix(vec3(0.12), vec3(0.42, 0.20, 0.12), skin);
-    vec3 wrap_scale = mix(vec3(0.797), vec3(0.496, 0.694, 0.797), skin);  // 1 / (1 + wrap)^2
+    vec3 wrap = mix(vec3(0.12), vec3(0.34, 0.22, 0.16), skin);
+    vec3 wrap_scale = mix(vec3(0.797), vec3(0.557, 0.672, 0.743), skin);  // 1 / (1 + wrap)^2
     l.key = KEY * clamp((c + wrap) * wrap_scale, 0.0, 1.0);
     vec3 up = ambient(n);
     l.rest = FILL * max(0.0, (dot(n, FILL_DIRECTION) + 0.35) / 1.82) + up;

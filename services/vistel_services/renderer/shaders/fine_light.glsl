@@ -56,9 +56,9 @@ vec3 fine_light_of(Surface s, vec3 f0, vec3 p, vec3 n, float open_share) {
     vec3 v = normalize(eye - p), l = normalize(KEY_DIRECTION), h = normalize(l + v);
     float c = dot(n, l), nl = max(c, 0.0), nv = max(abs(dot(n, v)), 1e-3), nh = max(dot(n, h), 0.0), vh = max(dot(v, h), 0.0);
     float visible = lit_softly(p, n);
-    vec3 wrap = s.skin * vec3(0.42, 0.20, 0.12);
+    vec3 wrap = s.skin * vec3(0.34, 0.22, 0.16);
     vec3 reach = clamp((c + wrap) / ((1.0 + wrap) * (1.0 + wrap)), 0.0, 1.0);
-    vec3 seen = mix(vec3(visible), vec3(sqrt(visible), visible, visible), 0.5 * s.skin);
+    vec3 seen = mix(vec3(visible), vec3(sqrt(visible), visible, visible), 0.3 * s.skin);
     vec3 out_diffuse = s.base * (KEY * reach * seen + around(n) * open_share);
 
     vec3 bright = nl * fresnel(f0, vh) * mix(lobe(nl, nv, nh, s.rough), lobe(nl, nv, nh, 0.55 * s.rough), 0.15 * s.skin);
