@@ -23,7 +23,8 @@ SPAN, MARGIN = 6.0, 5
 
 
 def antialias(picture: U8) -> U8:
-    """`picture` (h, w, 4) RGBA with smooth edges; the outermost MARGIN pixels stay as they are."""
+    """`picture` (h, w, 4) RGBA with smooth edges; the outermost MARGIN pixels stay as they are, and so does what is not wholly
+    opaque: text laid over it."""
     out = picture.copy()
     luma = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGBA2GRAY), np.uint8)
     _smooth(picture, luma, out)
@@ -54,7 +55,7 @@ def _smooth(picture: U8, luma: U8, out: U8) -> None:
             low = min(here[x], above[x], below[x], here[x - 1], here[x + 1])
             edge[x] = high - low
         for x in range(MARGIN, w - MARGIN):
-            if edge[x] < THRESHOLD:
+            if edge[x] < THRESHOLD or picture[y, x, 3] < 255:
                 continue
             nw, ne, sw, se = float(above[x - 1]), float(above[x + 1]), float(below[x - 1]), float(below[x + 1])
             dx = (sw + se) - (nw + ne)

@@ -19,6 +19,11 @@ F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
 
 
+LAID_OVER = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE_MINUS_SRC_ALPHA
+"""How text is blended: what is behind it shows through, and a pixel's alpha becomes the share of it that does. So the filter of
+edges (`antialias`) tells letters, which have smooth edges already, from what was drawn."""
+
+
 @dataclass(frozen=True)
 class LabelView:
     """A name, or what was said, over the room point `place` (3,)."""
@@ -52,7 +57,7 @@ class Names:
         """Those in sight of `eye` (3,), the farthest first, into a picture of `size` pixels; clip: (4, 4) from the room."""
         width, height = size
         self._ctx.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
-        self._ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        self._ctx.blend_func = LAID_OVER
         for view in sorted(labels, key=lambda v: -float(((v.place - eye) ** 2).sum())):
             at = clip @ np.append(view.place, 1.0)
             if at[3] < 0.2 or abs(at[0]) > 1.3 * at[3] or abs(at[1]) > 1.3 * at[3]:

@@ -139,6 +139,7 @@ class Studio:
             out = antialias(out)
             if self.desk is not None:
                 self.painter.put_back(out)
+        out[..., 3] = 255
         if drawn != shown:
             out = np.asarray(cv2.resize(out, shown, interpolation=cv2.INTER_LINEAR), np.uint8)
         if not self.painter.show(partial(self._overlay, instant)):
