@@ -20,9 +20,15 @@ import psutil
 import pytest
 from x_server import Hands, x_server
 
+from vistel.space.room import meeting_room
+from vistel_services.renderer.camera import overview
+
 pytestmark = [pytest.mark.alone, pytest.mark.slow, pytest.mark.gl]
 
 WIDTH, HEIGHT = 480, 270
+BALL = overview().project(meeting_room(2).by_id["ball"].position[None], WIDTH, HEIGHT)[0, :2]
+"""Where the yellow ball lies in a picture of the whole room [pixels]."""
+LIFT = np.array((40.0, -35.0))
 PATIENCE_S = 200.0
 CONFERENCE = f"""
 name = "live"
@@ -36,7 +42,7 @@ display = {{ width = {WIDTH}, height = {HEIGHT}, window = true, video = false }}
 participants = [{{ name = "aiko", seat = 0, height = 1.64, avatar = "builtin:seed=2" }}]
 [[sites]]
 name = "columbus"
-display = {{ width = {WIDTH}, height = {HEIGHT}, video = false, stream = "PORT" }}
+display = {{ width = {WIDTH}, height = {HEIGHT}, view = "room", video = false, stream = "PORT" }}
 participants = [{{ name = "ben", seat = 1, height = 1.82, avatar = "builtin:seed=4,pattern=4,top=7" }}]
 """
 
@@ -47,6 +53,8 @@ class Seen:
 
     out: Path
     on_screen: list[np.ndarray] = field(default_factory=list)
+    before_it_was_lifted: np.ndarray | None = None
+    lifted: np.ndarray | None = None
     in_stream: list[np.ndarray] = field(default_factory=list)
     afterwards: np.ndarray | None = None
     processes: list[psutil.Process] = field(default_factory=list)
@@ -82,6 +90,17 @@ def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Seen]:
         yield seen
 
 
+def _patch(picture: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Mean colour about a pixel."""
+    x, y = np.round(at).astype(int)
+    return picture[y - 1 : y + 2, x - 1 : x + 2].reshape(-1, 3).mean(axis=0)
+
+
+def _yellow(picture: np.ndarray, at: np.ndarray) -> bool:
+    red, green, blue = _patch(picture, at)
+    return bool(min(red, green) > 110 and blue < 0.55 * min(red, green))
+
+
 def _until(holds: Callable[[], bool], process: subprocess.Popen[str]) -> None:
     deadline = time.monotonic() + PATIENCE_S
     while not holds():
@@ -91,19 +110,38 @@ def _until(holds: Callable[[], bool], process: subprocess.Popen[str]) -> None:
 
 
 def _look(hands: Hands, port: int, seen: Seen) -> None:
-    """At the display and at the stream until both have moved."""
+    """At the display and at the stream until both have moved; then at the stream while the ball is lifted in the window."""
     seen.on_screen.append(hands.screen())
-    asyncio.run(_watch(port, seen.in_stream))
+    asyncio.run(_watch(port, seen.in_stream, lambda: len(seen.in_stream) > 3 and _moved(seen.in_stream)))
     deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
         seen.on_screen[1:] = [hands.screen()]
         if _moved(seen.on_screen):
-            return
+            break
         time.sleep(0.1)
+    before: list[np.ndarray] = []
+    asyncio.run(_watch(port, before, lambda: _yellow(before[-1], BALL)))  # no arm hides the ball
+    seen.before_it_was_lifted = before[-1]
+    for key in "F1", "3":  # no panel before the ball, and both look from the same place
+        hands.key(key, True)
+        hands.key(key, False)
+        time.sleep(0.5)
+    hands.move(*BALL)
+    time.sleep(2.0)
+    hands.button(1, True)
+    try:
+        for share in np.linspace(0.1, 1.0, 10):
+            hands.move(*(BALL + share * LIFT))
+            time.sleep(0.1)
+        later: list[np.ndarray] = []
+        asyncio.run(_watch(port, later, lambda: _yellow(later[-1], BALL + LIFT)))
+        seen.lifted = later[-1]
+    finally:
+        hands.button(1, False)
 
 
-async def _watch(port: int, pictures: list[np.ndarray]) -> None:
-    """As a browser does, until what is shown has moved."""
+async def _watch(port: int, pictures: list[np.ndarray], enough: Callable[[], bool]) -> None:
+    """As a browser does, until `pictures` are enough."""
     decoder = av.CodecContext.create("h264", "r")
     async with asyncio.timeout(PATIENCE_S), aiohttp.ClientSession() as session:
         async with session.get(f"http://127.0.0.1:{port}/") as page:
@@ -112,7 +150,7 @@ async def _watch(port: int, pictures: list[np.ndarray]) -> None:
             async for said in stream:
                 if said.type is aiohttp.WSMsgType.BINARY and said.data[0] in (0, 1):
                     pictures += [f.to_ndarray(format="rgb24") for f in decoder.decode(av.Packet(said.data[16:]))]
-                    if len(pictures) > 3 and _moved(pictures):
+                    if pictures and enough():
                         return
 
 
@@ -134,6 +172,14 @@ def test_the_stream_decodes_and_moves(conference: Seen) -> None:
         assert picture.shape == (HEIGHT, WIDTH, 3)
         assert picture.std() > 15
     assert _moved(conference.in_stream)
+
+
+def test_what_the_mouse_lifts_in_the_window_is_lifted_in_the_other_sites_picture(conference: Seen) -> None:
+    assert conference.before_it_was_lifted is not None and conference.lifted is not None, conference.text
+    assert _yellow(conference.before_it_was_lifted, BALL)
+    assert not _yellow(conference.before_it_was_lifted, BALL + LIFT)
+    assert _yellow(conference.lifted, BALL + LIFT)
+    assert not _yellow(conference.lifted, BALL)
 
 
 @pytest.mark.parametrize("site", ["tokyo", "columbus"])
