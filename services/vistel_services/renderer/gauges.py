@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from vistel_services.renderer.overlays import LAID_OVER, Pane
+from vistel_services.renderer.overlays import Pane, lay_over
 from vistel_services.renderer.stage import Instant
 from vistel_services.renderer.textures import texture_of
 
@@ -83,7 +83,7 @@ class Gauges:
         width, height = size
         w, h = self._texture.size
         self._ctx.enable_only(moderngl.BLEND)
-        self._ctx.blend_func = LAID_OVER
+        lay_over(self._ctx)
         self._texture.use(0)
         self._pane.draw((-1.0, 1.0 - 2 * h / height, 2 * w / width - 1.0, 1.0), -1.0)
 

@@ -19,9 +19,13 @@ F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
 
 
-LAID_OVER = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE_MINUS_SRC_ALPHA
-"""How text is blended: what is behind it shows through, and a pixel's alpha becomes the share of it that does. So the filter of
-edges (`antialias`) tells letters, which have smooth edges already, from what was drawn."""
+_LAID_OVER = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE_MINUS_SRC_ALPHA
+
+
+def lay_over(ctx: moderngl.Context) -> None:
+    """Blend what is drawn next as text: what is behind it shows through, and a pixel's alpha becomes the share of it that does.
+    So the filter of edges (`antialias`) tells letters, which have smooth edges already, from what was drawn."""
+    ctx.blend_func = _LAID_OVER  # pyright: ignore[reportAttributeAccessIssue]  of moderngl's two forms its types know one
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ class Names:
         """Those in sight of `eye` (3,), the farthest first, into a picture of `size` pixels; clip: (4, 4) from the room."""
         width, height = size
         self._ctx.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
-        self._ctx.blend_func = LAID_OVER
+        lay_over(self._ctx)
         for view in sorted(labels, key=lambda v: -float(((v.place - eye) ** 2).sum())):
             at = clip @ np.append(view.place, 1.0)
             if at[3] < 0.2 or abs(at[0]) > 1.3 * at[3] or abs(at[1]) > 1.3 * at[3]:

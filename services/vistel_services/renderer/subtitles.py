@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import moderngl
 
 from vistel_services.renderer.captions import Caption, paint_caption
-from vistel_services.renderer.overlays import LAID_OVER, Pane
+from vistel_services.renderer.overlays import Pane, lay_over
 from vistel_services.renderer.textures import texture_of
 
 
@@ -27,7 +27,7 @@ class Subtitles:
             return
         width, height = size
         self._ctx.enable_only(moderngl.BLEND)
-        self._ctx.blend_func = LAID_OVER
+        lay_over(self._ctx)
         y = round(0.6 * self.line)
         for caption in reversed(captions):
             key = caption, self.line
