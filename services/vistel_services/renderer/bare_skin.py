@@ -33,7 +33,7 @@ def bare_skin(avatar: Avatar) -> NDArray[np.bool_]:
     red, green, blue = np.log(avatar.albedo[row, column].astype(np.float64) + 4.0).T
     bright = (red + green + blue) / 3.0
     # Not the inside of a mouth, nor brows and lashes.
-    plain = face & (bright > np.median(bright[face]))
+    plain = face & (bright >= np.median(bright[face]))
     redness, yellowness, light = (values - np.median(values[plain]) for values in (red - green, green - blue, bright))
     alike = (redness > -PALER) & (redness < REDDER) & (np.abs(yellowness) < YELLOWER) & (light > -DARKER) & (light < LIGHTER)
     return bare & alike

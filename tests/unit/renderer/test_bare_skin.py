@@ -63,3 +63,9 @@ def test_gloves_are_not(avatar: Avatar) -> None:
     rows = ((1.0 - avatar.mesh.uv[hands, 1]) * height).astype(int).clip(0, height - 1)
     green[rows, (avatar.mesh.uv[hands, 0] * width).astype(int).clip(0, width - 1)] = (40, 120, 60)
     assert not bare_skin(replace(avatar, albedo=green))[hands].any()
+
+
+def test_a_face_of_one_colour_is_skin_through_and_through(avatar: Avatar) -> None:
+    plain = bare_skin(replace(avatar, albedo=np.full((8, 8, 3), (200, 150, 120), np.uint8)))
+    names = np.array(avatar.body.names)[avatar.mesh.limb[avatar.mesh.corner_vertex]]
+    assert np.array_equal(plain, [is_bare(n) for n in names])
