@@ -143,7 +143,8 @@ def test_a_killed_renderer_draws_everybody_again(conference: Run) -> None:
     killed = conference.killed_at_ns["zurich/renderer"]
     pictures = [r.message for r in _records(conference, "image_delay") if r.names["site"] == "zurich"]
     whole = [p.header.t_ns for p in pictures if len(p.streams) == len(PEOPLE) and p.stand_ins == 0]
-    assert min(t for t in whole if t > killed + 50_000_000) - killed < CATCH_UP_S * 1e9
+    # Its first picture waits for whatever else the machine draws: on two slow cores 4 s.
+    assert min(t for t in whole if t > killed + 50_000_000) - killed < SETTLED_S * 1e9
 
 
 def test_the_log_decodes_and_motion_frames_follow_each_other(conference: Run) -> None:
