@@ -51,7 +51,7 @@ class Program:
         over = time.monotonic() + seconds
         while (found := re.search(pattern, self.text[since:])) is None:
             if "no sound card" in self.text:
-                pytest.skip("PortAudio does not see PulseAudio: libasound2-plugins is missing")
+                pytest.skip("PortAudio does not see PulseAudio: apt-get install libportaudio2 libasound2-plugins")
             ended = not self._reader.is_alive()
             assert (not ended and time.monotonic() < over) or re.search(pattern, self.text[since:]), self.text
             time.sleep(0.05)

@@ -84,7 +84,7 @@ def test_claps_are_heard_when_they_were_played_and_a_card_that_goes_is_named_and
         pulse.wait()
     told: list[dict[str, Any]] = [json.loads(line) for line in output.splitlines()]
     if any("no sound card" in t.get("loudspeaker", "") for t in told[:1]):
-        pytest.skip("PortAudio does not see PulseAudio: libasound2-plugins is missing")
+        pytest.skip("PortAudio does not see PulseAudio: apt-get install libportaudio2 libasound2-plugins")
     states = told[:-1]
     lost = [i for i, t in enumerate(states) if t["loudspeaker"] and t["microphone"]]
     assert lost, "the card that went was not named"
