@@ -11,6 +11,11 @@ const vec3 FILL = vec3(0.42, 0.50, 0.62);
 const vec3 SKY = vec3(0.50, 0.54, 0.60);
 const vec3 GROUND = vec3(0.30, 0.25, 0.20);
 
+// How far a figure's surface is skin. kind: 0 cloth and hair, 1 skin, between them at its edge, 2 eye.
+float skin_of(float kind) {
+    return kind > 1.5 ? 0.0 : kind;
+}
+
 vec3 ambient(vec3 n) {
     return mix(GROUND, SKY, 0.5 + 0.5 * n.y);
 }

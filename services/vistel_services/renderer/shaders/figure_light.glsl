@@ -11,10 +11,6 @@ const float SHEEN_BASE = 0.22;
 const vec3 SHEEN_CLOTH = vec3(0.03), SHEEN_SKIN = vec3(0.16, 0.13, 0.11);
 const float FLESH = 0.3;  // how far shadows' edges glow red on skin
 
-float skin_of(float kind) {
-    return kind > 1.5 ? 0.0 : kind;
-}
-
 Light light_of(vec3 n, vec3 v, float kind) {
     Light l;
     float skin = skin_of(kind);

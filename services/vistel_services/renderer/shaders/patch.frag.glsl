@@ -78,7 +78,7 @@ void main() {
 #endif
     orm.y = max(orm.y, SMOOTHEST);
 #ifdef FINE
-    Surface s = Surface(base * (1.0 - orm.z), 0.04, orm.y, vec3(0.0), kind > 1.5 ? 0.0 : kind * (1.0 - orm.z));
+    Surface s = Surface(base * (1.0 - orm.z), 0.04, orm.y, vec3(0.0), skin_of(kind) * (1.0 - orm.z));
     vec3 shown = fine_light_of(s, mix(vec3(0.04), base, orm.z), p_room, n, orm.x);
 #else
     float visible = dot(flat_n, KEY_DIRECTION) > -0.2 ? lit_at(shadow_place(p_room, flat_n, 0.025)) : 0.0;
