@@ -26,7 +26,7 @@ check: setup  ## style, types, import arrows
 	@PYTHONPATH=. $(VENV)/bin/lint-imports
 
 warm: setup  ## compile kernels and make the people of the demo, once
-	@$(PY) -m vistel_cli.prepare vistel/conference/demo.toml >/dev/null
+	@$(PY) -m vistel_cli.run.prepare vistel/conference/demo.toml >/dev/null
 
 fuzz: setup  ## long fuzzing of parsers and graphs
 	@VISTEL_FUZZ_EXAMPLES=1000000 $(PY) -m pytest tests -k fuzz --timeout 36000
@@ -54,7 +54,7 @@ lock:  ## write requirements.lock anew
 docs: setup  ## make the pictures and reference pages of docs/
 	@for script in docs/pictures/*.py; do echo $$script; $(PY) $$script; done
 	@$(PY) -m vistel.wire.reference
-	@$(PY) -m vistel_services.metrics_reference
+	@$(PY) -m vistel_services.process.metrics_reference
 
 clean:  ## remove what was built
 	rm -rf $(VENV) out run .pytest_cache .ruff_cache .hypothesis

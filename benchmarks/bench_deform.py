@@ -22,9 +22,9 @@ from benchmarks.deform_scenes import Body, body, capsules, hugging
 from benchmarks.figure_peers import linear_blend
 from benchmarks.row import Row, machine
 from benchmarks.timing import microseconds
-from vistel.figure.avatar_builtin import builtin_avatar
+from vistel.figure.avatar.builtin import builtin_avatar
 from vistel.figure.figure import Figure
-from vistel.figure.posture import Posture, Stance, standing
+from vistel.figure.posture.posture import Posture, Stance, standing
 from vistel.implicit.contacts.contact import ContactScene
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of

@@ -23,13 +23,13 @@ from numpy.typing import NDArray
 
 from benchmarks.face_scenes import RATE_HZ, hard_face
 from benchmarks.row import Row, machine
-from vistel.figure.face_marks import MARK_COUNT, REST
+from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel.vision.eye_reader import EyeReader
 from vistel.vision.face_calibration import calibrate_face
 from vistel.vision.face_reader import FaceReader
 from vistel.vision.gaze_calibration import NINE, calibrate_gaze
 from vistel.vision.pupil import SURE, find_pupil
-from vistel_sim.eye_picture import HEIGHT, WIDTH, EyePicture
+from vistel_sim.pictures.eye import HEIGHT, WIDTH, EyePicture
 
 U8 = NDArray[np.uint8]
 F64 = NDArray[np.float64]

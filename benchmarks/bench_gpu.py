@@ -9,10 +9,10 @@ import numpy as np
 
 from benchmarks.deform_scenes import hugging
 from benchmarks.row import Row, machine
-from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 from vistel.implicit.ghosts.ghost import GhostSource
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape

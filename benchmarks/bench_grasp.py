@@ -18,9 +18,9 @@ from benchmarks import grasp_trials as trials
 from benchmarks.grasp_depth import deepest
 from benchmarks.row import Row, machine
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.space.fitting import fit, hand_of
+from vistel.space.hands.fitting import fit, hand_of
 from vistel.space.room import meeting_room
-from vistel.space.solids import solids
+from vistel.space.things.solids import solids
 
 F64 = NDArray[np.float64]
 

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from benchmarks.row import Row, machine
 from benchmarks.world_steps import Load, Scene
-from vistel.figure.posture import Posture, pose_joints
+from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.space.eyes import Eyes
 from vistel.space.view import ThingView, WorldView
 from vistel.v1.world_pb2 import WorldDetail, WorldState
 from vistel.wire.topics import MESSAGE_VERSION
-from vistel.wire.world import RoomNow, WorldDecoder
+from vistel.wire.world.room_now import RoomNow, WorldDecoder
 from vistel_services.world.service import warm_up
 from vistel_services.world.tell import Teller
 

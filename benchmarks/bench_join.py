@@ -22,8 +22,8 @@ from benchmarks.row import Row, machine
 from vistel.wire import event_loop
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world_listener import WorldListener
-from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel.wire.world.listener import WorldListener
+from vistel.wire.zenoh.bus import Router, ZenohBus
 
 ROOMS = ((3, 50), (20, 500))
 TIMES = 12

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from benchmarks.motion_streams import DATA, HALVES, RATE_HZ, posture_of, seated, streams
 from benchmarks.row import Row, machine
-from vistel.figure.posture import pose_joints
+from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.motion import LOSSES, MotionDecoder, MotionEncoder, MotionSample, warm_up

@@ -28,8 +28,8 @@ from vistel.v1.motion_pb2 import Motion
 from vistel.wire import event_loop
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import Router, ZenohBus
-from vistel.wire.zenoh_config import as_text, client_config
+from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel.wire.zenoh.config import as_text, client_config
 
 STREAMS, RATE_HZ, BLOCK_S, ROUNDS = 10, 60, 2.0, 4
 BURST = 20_000

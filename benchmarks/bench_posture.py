@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from benchmarks.row import Row, machine
 from vistel.figure.calibration.arms import START, ArmSamples, fit_comfort
-from vistel.figure.posture import Stance, pose_joints
+from vistel.figure.posture.posture import Stance, pose_joints
+from vistel.figure.posture.sensors import receiver_mounts
+from vistel.figure.posture.swivel import Comfort
 from vistel.figure.rotation import matrix_from_rotvec, quaternion_from_matrix
-from vistel.figure.sensors import receiver_mounts
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-from vistel.figure.solve_swivel import Comfort
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel_services.posture.capture import Capture, warm_up
 from vistel_services.posture.config import Person

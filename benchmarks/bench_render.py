@@ -26,7 +26,7 @@ import numpy as np
 
 from benchmarks.render_scene import save_scene
 from benchmarks.row import Row, machine
-from vistel.figure.posture import ELBOW, NECK, SHOULDER, SPINE_ROTATION, Posture, Stance
+from vistel.figure.posture.posture import ELBOW, NECK, SHOULDER, SPINE_ROTATION, Posture, Stance
 from vistel.space.room import Room, meeting_room, seat_pose
 from vistel_services.renderer.out.video import VideoWriter
 from vistel_services.renderer.playout import Timing

@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.row import Row, machine
 from vistel.conference.model import Conference
-from vistel.figure.posture import Posture, Stance, pose_joints
+from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.v1.device_pb2 import DeviceStatus, GloveFrame, TrackerFrame
 from vistel.v1.motion_pb2 import Participant
@@ -27,7 +27,7 @@ from vistel.v1.service_pb2 import ClockOffset, Heartbeat, ImageDelay
 from vistel.wire.clock import SystemClock
 from vistel.wire.motion import MotionDecoder, MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_sim.motion import open_motion
 
 RATE_HZ = 60

@@ -16,9 +16,9 @@ import numpy as np
 from benchmarks import face_rules, wrinkle_frames
 from benchmarks.bench_field import alternating
 from benchmarks.row import Row, machine
-from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.figure import Figure
-from vistel.figure.posture import ELBOW, KNEE, Posture, pose_joints, standing
+from vistel.figure.posture.posture import ELBOW, KNEE, Posture, pose_joints, standing
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.displacement import displacement_map
 from vistel.wrinkle.dressing import dressed

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
+from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, Stance, standing
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.meshes.embedding import Embedding, Limbs, embed

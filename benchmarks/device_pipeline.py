@@ -19,7 +19,7 @@ import tomli_w
 
 from benchmarks.row import Row, machine
 from vistel.conference.model import Conference
-from vistel.figure.posture import Posture, Stance, pose_joints
+from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.wire import event_loop
 from vistel.wire.clock import SystemClock
@@ -27,7 +27,7 @@ from vistel.wire.clock_sync import serve_clock
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel.wire.zenoh.bus import Router, ZenohBus
 
 SECONDS, SETTLE_S = 15.0, 4.0
 DEVICE_LATENCY_NS = 3_750_000
@@ -65,7 +65,7 @@ async def _measure() -> tuple[list[float], int, int]:
         file = Path(folder) / "conference.toml"
         file.write_text(tomli_w.dumps(_conference().model_dump(mode="json", exclude_none=True)))
         sim = [sys.executable, "-m", "vistel_sim.process", str(file), "--run", folder]
-        host = [sys.executable, "-m", "vistel_services.host", str(file), "a/capture", "--hub", router.endpoint,
+        host = [sys.executable, "-m", "vistel_services.process.host", str(file), "a/capture", "--hub", router.endpoint,
                 "--run", folder, "--out", folder, "--log-level", "ERROR"]  # fmt: skip
         children = [subprocess.Popen(c, stderr=subprocess.DEVNULL) for c in (sim, host)]
         try:

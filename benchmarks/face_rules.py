@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 from benchmarks.row import Row
 from vistel.figure.face.intensities import MarkReader
 from vistel.figure.face.landmarks import Landmarks
+from vistel.figure.face.marks import MARK_INDEX, MARKS, REST
 from vistel.figure.face.rules import SIDES, builtin_rules
 from vistel.figure.face.shape import Expression, FaceShape
-from vistel.figure.face_marks import MARK_INDEX, MARKS, REST
 from vistel.vision.eye_reader import EyeReader
 from vistel.vision.face_calibration import calibrate_face
 from vistel.vision.face_reader import FaceReader
-from vistel_sim.eye_picture import EyePicture
-from vistel_sim.face_picture import FacePicture
+from vistel_sim.pictures.eye import EyePicture
+from vistel_sim.pictures.face import FacePicture
 
 F64 = NDArray[np.float64]
 

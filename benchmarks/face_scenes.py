@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.face_marks import MARK_INDEX, Expressions
+from vistel.figure.face.marks import MARK_INDEX, Expressions
 from vistel.protocol.live_link_face import CHANNELS
-from vistel_sim.camera_noise import light_at
-from vistel_sim.face_picture import FacePicture, View
+from vistel_sim.pictures.face import FacePicture, View
+from vistel_sim.pictures.noise import light_at
 
 F64 = NDArray[np.float64]
 

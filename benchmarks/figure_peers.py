@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.figure import Figure
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 
 F64 = NDArray[np.float64]
 

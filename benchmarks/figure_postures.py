@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vistel.conference.model import Conference, Participant, Site
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 from vistel_sim.motion.bvh import load_bvh
 from vistel_sim.motion.played import RATE_HZ, Played, play_alone
 from vistel_sim.motion.six_dof import load_hand_over

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.figure_peers import by_dual_quaternions, by_linear_blend
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
 from vistel.figure.limb_segments import JOINT_REGIONS, SEGMENTS, limb_segment, volume_change
-from vistel.figure.limits import clear_of_body, within_limits
-from vistel.figure.posture import JointPose, Posture, pose_joints
+from vistel.figure.posture.limits import clear_of_body, within_limits
+from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.self_intersection import intersecting
 
 F64 = NDArray[np.float64]

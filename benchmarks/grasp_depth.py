@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space.things import Primitive, Thing
+from vistel.space.things.things import Primitive, Thing
 
 F64 = NDArray[np.float64]
 

@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from benchmarks import grasp_trials
 from benchmarks.grasp_trials import CLOSED, LATE_S, OPENED, RATE_HZ, Trial, closings, hand_at, recording
 from benchmarks.leap import confidence
-from vistel.figure.posture import pose_joints
+from vistel.figure.posture.posture import pose_joints
 from vistel.figure.rotation import quaternion_from_matrix, rotation_x
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import TABLE_HEIGHT
-from vistel.space.tessellate import tessellate_thing
-from vistel.space.things import Axis, Primitive, Thing
+from vistel.space.things.tessellate import tessellate_thing
+from vistel.space.things.things import Axis, Primitive, Thing
 
 F64 = NDArray[np.float64]
 

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from benchmarks.grasp_depth import deepest
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
-from vistel.space.fitting import fit, hand_of
-from vistel.space.grasp import align
+from vistel.space.hands.fitting import fit, hand_of
+from vistel.space.hands.grasp import align
 from vistel.space.people import build_of
-from vistel.space.solids import solids
-from vistel.space.tessellate import tessellate_thing
-from vistel.space.things import Primitive, Thing
+from vistel.space.things.solids import solids
+from vistel.space.things.tessellate import tessellate_thing
+from vistel.space.things.things import Primitive, Thing
 
 F64 = NDArray[np.float64]
 

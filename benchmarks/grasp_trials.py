@@ -20,15 +20,15 @@ from numpy.typing import NDArray
 
 from benchmarks.leap import finger_angles, strengths, thumb_offsets
 from vistel.conference.model import Conference
-from vistel.figure.hands import hand_rotation
-from vistel.figure.posture import WRIST, Posture, Stance, pose_joints, standing
+from vistel.figure.posture.hands import hand_rotation
+from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
+from vistel.figure.posture.solve import FINGER_LIMITS
 from vistel.figure.rotation import rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.figure.solve import FINGER_LIMITS
 from vistel.space.inputs import MotionInput, Person, PropInput, StepInputs
 from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import BATON, TABLE_HEIGHT, Extra, meeting_room
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 from vistel.space.view import WorldView
 from vistel.space.world import APPEARING_STEPS, World
 from vistel_sim.motion import open_motion

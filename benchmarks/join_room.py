@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.world_steps import MOVING, Load, Scene
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 from vistel.v1.command_pb2 import Command, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Quaternion, Vec3
 from vistel.v1.motion_pb2 import Participant
@@ -17,7 +17,7 @@ from vistel.wire import event_loop
 from vistel.wire.clock import SystemClock
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import ZenohBus
+from vistel.wire.zenoh.bus import ZenohBus
 from vistel_services import world
 
 CONFERENCE = "join"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.solve import FINGER_LIMITS
+from vistel.figure.posture.solve import FINGER_LIMITS
 
 F64 = NDArray[np.float64]
 

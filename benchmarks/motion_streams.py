@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from benchmarks.leap import finger_angles
 from vistel.conference.model import Conference
-from vistel.figure.face_marks import Expressions
-from vistel.figure.posture import Posture, Stance
+from vistel.figure.face.marks import Expressions
+from vistel.figure.posture.posture import Posture, Stance
 from vistel.figure.rotation import (
     matrix_from_quaternion,
     matrix_from_rotvec,

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from benchmarks.progress import part
 from benchmarks.row import Row, machine
 from vistel.conference.model import Conference
-from vistel.figure.posture import Posture, Stance
+from vistel.figure.posture.posture import Posture, Stance
 from vistel.figure.rotation import rotation_y
 from vistel.space.commands.actions import Move, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import Extra, Room, meeting_room, seat_pose, table_radius
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel_services.world.service import warm_up

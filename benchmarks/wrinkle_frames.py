@@ -11,8 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.row import Row
-from vistel.figure.avatar import builtin_avatar
-from vistel.figure.posture import ELBOW, KNEE, Posture, Stance, standing
+from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.posture.posture import ELBOW, KNEE, Posture, Stance, standing
 from vistel.space.room import seat_pose
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import shown

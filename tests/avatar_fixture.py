@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vistel.figure.avatar import Avatar, Mesh, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar, Mesh, builtin_avatar
 from vistel.figure.body import Body
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 

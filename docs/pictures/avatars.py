@@ -16,7 +16,7 @@ import moderngl
 import numpy as np
 from PIL import Image
 
-from vistel.figure.avatar import Avatar, Mesh, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar, Mesh, builtin_avatar
 from vistel_services.renderer.camera import look_at
 
 PEOPLE = (

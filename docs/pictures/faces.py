@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from vistel.figure.face_marks import Expressions
-from vistel.figure.posture import ELBOW, SHOULDER, Posture, pose_joints, standing
+from vistel.figure.face.marks import Expressions
+from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.protocol.live_link_face import CHANNELS
 from vistel_services.renderer.camera import look_at

@@ -19,16 +19,16 @@ from mesh_render import Part, Studio
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.avatar import Avatar, builtin_avatar
-from vistel.figure.avatar_file import load_any
+from vistel.figure.avatar.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure, FigureState
-from vistel.figure.hands import FLAT, RELAXED, finger_posture, hand_rotation
-from vistel.figure.limits import clear_of_body
-from vistel.figure.posture import Posture, Stance, pose_joints, standing
-from vistel.figure.reach import reach
+from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.posture.hands import FLAT, RELAXED, finger_posture, hand_rotation
+from vistel.figure.posture.limits import clear_of_body
+from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
+from vistel.figure.posture.reach import reach
+from vistel.figure.posture.standard import standard_postures
 from vistel.figure.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.figure.standard_postures import standard_postures
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 

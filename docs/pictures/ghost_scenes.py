@@ -19,16 +19,16 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import vistel.implicit as vi
-from vistel.figure.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure, FigureState
-from vistel.figure.posture import ELBOW, NECK, SHOULDER, WRIST, Posture, standing
+from vistel.figure.posture.posture import ELBOW, NECK, SHOULDER, WRIST, Posture, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed
 from vistel.implicit.ghosts.ghost import ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import dents
 from vistel.implicit.ghosts.temporal import Memory, Plastic, Viscoelastic
-from vistel.space.soft import SoftRoom
+from vistel.space.dynamics.soft import SoftRoom
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples/ghosts"))
 import fly_paper

@@ -19,18 +19,18 @@ from mesh_render import Part, Studio
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.figure import Figure
-from vistel.figure.posture import Posture, pose_joints
-from vistel.figure.proportions import Proportions
+from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
-from vistel.space.fitting import fit
-from vistel.space.grasp import align
+from vistel.space.hands.fitting import fit
+from vistel.space.hands.grasp import align
 from vistel.space.people import HAND_JOINT, build_like
 from vistel.space.room import meeting_room
-from vistel.space.solids import solids
-from vistel.space.tessellate import tessellate_thing
-from vistel.space.things import Thing
+from vistel.space.things.solids import solids
+from vistel.space.things.tessellate import tessellate_thing
+from vistel.space.things.things import Thing
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))

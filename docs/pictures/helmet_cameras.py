@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.face_marks import REST, Expressions
+from vistel.figure.face.marks import REST, Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.vision.eye_reader import EyeReader
 from vistel.vision.face_calibration import calibrate_face
 from vistel.vision.face_reader import FaceReader
 from vistel.vision.gaze_calibration import NINE, calibrate_gaze
-from vistel_sim.camera_noise import light_at
-from vistel_sim.eye_picture import HEIGHT, WIDTH, EyePicture
-from vistel_sim.face_picture import FacePicture, View
 from vistel_sim.phone import talking
+from vistel_sim.pictures.eye import HEIGHT, WIDTH, EyePicture
+from vistel_sim.pictures.face import FacePicture, View
+from vistel_sim.pictures.noise import light_at
 
 U8 = NDArray[np.uint8]
 

@@ -12,7 +12,7 @@ from avatars import FRAGMENT, VERTEX, view_matrix
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh
 
 F32 = NDArray[np.float32]
 

@@ -14,9 +14,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from vistel.figure.avatar import builtin_avatar
-from vistel.figure.avatar_file import load_any
-from vistel.figure.standard_postures import standard_postures
+from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.posture.standard import standard_postures
 from vistel_services.renderer.portrait import Portraits
 
 PEOPLE = (

@@ -17,7 +17,7 @@ from mesh_render import Part, Studio, normals
 from PIL import Image
 
 import vistel.implicit as vi
-from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.ghosts.ghost import ghosts_of

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from vistel.conference.files import load
 from vistel.conference.paths import RunPaths
-from vistel.figure.avatar import builtin_avatar
-from vistel.figure.hands import OPEN, RELAXED, closed_round, hand_rotation
-from vistel.figure.posture import ELBOW, SHOULDER, WRIST, Posture, Stance, pose_joints, standing
-from vistel.figure.proportions import Proportions
+from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.posture.hands import OPEN, RELAXED, closed_round, hand_rotation
+from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.inputs import MotionInput, Person, StepInputs
@@ -30,7 +30,7 @@ from vistel.space.world import World
 from vistel.v1 import motion_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.proportions import to_message
-from vistel.wire.world import WorldDecoder
+from vistel.wire.world.room_now import WorldDecoder
 from vistel_services.renderer.camera import Camera, look_at
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.playout import Timing

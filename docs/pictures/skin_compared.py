@@ -18,13 +18,13 @@ from mesh_render import Part, Studio, normals
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.avatar import Avatar, builtin_avatar
-from vistel.figure.avatar_file import load_any
+from vistel.figure.avatar.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure, vertex_normals
-from vistel.figure.posture import ELBOW, KNEE, WRIST, Posture, pose_joints
-from vistel.figure.rigid import RigidSkin
+from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.posture.posture import ELBOW, KNEE, WRIST, Posture, pose_joints
+from vistel.figure.posture.standard import standard_postures
+from vistel.figure.rigid.component import RigidSkin
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.figure.standard_postures import standard_postures
 
 F32 = NDArray[np.float32]
 SIZE = (290, 240)

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from talking_performer import SECONDS, Performer, still
 
 from vistel.conference.model import Conference
-from vistel.figure.posture import JointPose, pose_joints
+from vistel.figure.posture.posture import JointPose, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.wire.log import LogReader
 from vistel_sim.motion.source import Place, places

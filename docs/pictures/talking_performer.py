@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.hands import FLAT, OPEN, POINT, RELAXED, hand_rotation
-from vistel.figure.posture import Posture
+from vistel.figure.posture.hands import FLAT, OPEN, POINT, RELAXED, hand_rotation
+from vistel.figure.posture.posture import Posture
 from vistel.figure.rotation import quaternion_from_matrix
 from vistel.protocol.live_link_face import CHANNELS
 from vistel_sim.motion.sitter import Sitter

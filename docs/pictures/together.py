@@ -20,22 +20,22 @@ from mesh_render import Part, Studio
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.figure import Figure
-from vistel.figure.hands import OPEN, closed_round, hand_rotation
-from vistel.figure.posture import WRIST, Posture, Stance, pose_joints, standing
-from vistel.figure.proportions import Proportions
+from vistel.figure.posture.hands import OPEN, closed_round, hand_rotation
+from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.ghosts.ghost import ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import pulled
-from vistel.space.bonds import Bond
-from vistel.space.dents import imprints
 from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.memory.bonds import Bond
+from vistel.space.memory.dents import imprints
 from vistel.space.people import HAND_JOINT, build_like
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
-from vistel.space.tessellate import tessellate_thing
-from vistel.space.things import Matter, Primitive, Thing
+from vistel.space.things.tessellate import tessellate_thing
+from vistel.space.things.things import Matter, Primitive, Thing
 from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel_services.renderer.giving_way import Shown, gives_way, moved_hand

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scenes import ROOT, Moment, choreographed, photograph
 
-from vistel.figure.posture import pose_joints
+from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.people import load_shape

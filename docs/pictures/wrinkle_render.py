@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from vistel.figure.figure import Figure
-from vistel.figure.posture import Posture, pose_joints
+from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.wrinkle.worn import Worn
 
 VERTEX = """#version 330

@@ -10,10 +10,10 @@ from pathlib import Path
 import cv2
 from aiohttp import web
 
-from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.wrinkle.wardrobe import wardrobe
-from vistel_cli.studio.opened import Opened
-from vistel_cli.studio.server import Studio
+from vistel_cli.wrinkle.studio.opened import Opened
+from vistel_cli.wrinkle.studio.server import Studio
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests"))

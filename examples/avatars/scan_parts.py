@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from vistel.figure.avatar import Avatar, builtin_avatar
-from vistel.figure.making.assemble_piece import Piece, cut
+from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.making.assembly.piece import Piece, cut
 from vistel.figure.rotation import matrix_from_rotvec
 from vistel.figure.skeleton import JOINT_INDEX
 

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.implicit.ghosts.constraint import Constraint
-from vistel.space.contact_forces import Surface
-from vistel.space.soft import SoftRoom
-from vistel.space.things import Primitive, Thing
+from vistel.space.contact.forces import Surface
+from vistel.space.dynamics.soft import SoftRoom
+from vistel.space.things.things import Primitive, Thing
 
 PAPER, FLY = 0xF3DC86FF, 0x55677CFF
 FEET = tuple((x, z) for x in (-0.020, 0.0, 0.022) for z in (-0.016, 0.016))

@@ -8,9 +8,9 @@ import numpy as np
 
 from vistel.implicit.ghosts.constraint import Constraint
 from vistel.implicit.ghosts.temporal import Viscoelastic
-from vistel.space.contact_forces import Surface
-from vistel.space.soft import SoftRoom
-from vistel.space.things import Primitive, Thing
+from vistel.space.contact.forces import Surface
+from vistel.space.dynamics.soft import SoftRoom
+from vistel.space.things.things import Primitive, Thing
 
 RADIUS, FILM, HEIGHT = 0.012, 0.013, 0.085
 HONEY, GLASS = 0xE09A26FF, 0xB8BCC4FF

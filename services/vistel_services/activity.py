@@ -28,16 +28,16 @@ from numpy.typing import NDArray
 
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
+from vistel.messages.commands import message_of
 from vistel.space.commands.actions import Action
 from vistel.space.commands.phrase import PhraseError, read
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world import RoomNow
-from vistel.wire.world_listener import WorldListener
-from vistel.wire.zenoh_bus import BusError, ZenohBus
-from vistel_services.command_messages import message_of
+from vistel.wire.world.listener import WorldListener
+from vistel.wire.world.room_now import RoomNow
+from vistel.wire.zenoh.bus import BusError, ZenohBus
 
 F64 = NDArray[np.float64]
 

@@ -23,17 +23,15 @@ from vistel.conference.devices import GloveConfig, PropTracker, TrackerConfig
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference, Participant, Prop, Site
 from vistel.conference.paths import RunPaths
-from vistel.figure.posture import Posture, pose_joints
-from vistel.figure.sensors import Placement
+from vistel.figure.posture.posture import Posture, pose_joints
+from vistel.figure.posture.sensors import Placement
 from vistel.protocol.vrpn import SIMULATED, SIMULATED_GLOVE
 from vistel.space.room import meeting_room
 from vistel.wire import event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim import suite, vrpn_server
-from vistel_sim.camera import Scene, SimulatedCamera, run_cameras
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import Instrument, SimulatedDevice, run_devices
-from vistel_sim.faces import EyeScene, FaceScene
 from vistel_sim.fastrak import Fastrak, PoseSource
 from vistel_sim.faults import Fault, fault_from_text
 from vistel_sim.fivedt import Glove5, Glove16, Ultra, UltraReports
@@ -41,6 +39,8 @@ from vistel_sim.liberty import Liberty
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.source import Clapper, Place, places, prop_transmitter, receiver_on_prop
 from vistel_sim.phone import Packets, SimulatedSender, face_packets, run_senders, talking
+from vistel_sim.pictures.camera import Scene, SimulatedCamera, run_cameras
+from vistel_sim.pictures.faces import EyeScene, FaceScene
 from vistel_sim.sayings import Sayings
 from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
 from vistel_sim.vrpn_server import SimulatedVrpn

@@ -11,7 +11,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
-from vistel.wire.zenoh_config import TlsFiles
+from vistel.wire.zenoh.config import TlsFiles
 
 
 class Authority:

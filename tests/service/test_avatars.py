@@ -16,9 +16,9 @@ from world_site import START_NS, WorldSite
 from vistel.conference.avatar_files import keep_parcel, kept_parcel, parcel_path
 from vistel.conference.files import load
 from vistel.conference.paths import RunPaths
-from vistel.figure.avatar_usd import save_usd
-from vistel.figure.parcel import pack, unpack
-from vistel.figure.proportions import Proportions
+from vistel.figure.avatar.parcel import pack, unpack
+from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.formats.usd import save_usd
 from vistel.space.people import build_like
 from vistel.v1.motion_pb2 import AvatarPart, Participant
 from vistel.wire.clock import SystemClock
@@ -26,8 +26,8 @@ from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.parcels import digest_of, parts_of
 from vistel.wire.proportions import to_message
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import Router, ZenohBus
-from vistel_cli.recorded_avatars import with_recorded_avatars
+from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_services import posture
 from vistel_services.posture.own_avatar import own_avatar
 from vistel_services.renderer.deliveries import Deliveries

@@ -21,8 +21,8 @@ from vistel.wire.clock_sync import follow_hub, measure_offset, serve_clock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.reliable import Stamp
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery, Topic
-from vistel.wire.zenoh_bus import BusError, Router, ZenohBus
-from vistel.wire.zenoh_config import as_text, client_config
+from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
+from vistel.wire.zenoh.config import as_text, client_config
 
 MOTION, COMMAND, PEOPLE = BY_NAME["motion"], BY_NAME["command"], BY_NAME["participant"]
 

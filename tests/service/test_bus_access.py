@@ -16,11 +16,11 @@ from vistel.v1.command_pb2 import Command, CommandResult
 from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.v1.service_pb2 import ClockReply
 from vistel.v1.world_pb2 import WorldSnapshot, WorldState
-from vistel.wire.access import access_rules
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery, Publisher
-from vistel.wire.zenoh_bus import BusError, Router, ZenohBus
-from vistel.wire.zenoh_config import TlsFiles, as_text, client_config
+from vistel.wire.zenoh.access import access_rules
+from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
+from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
 
 
 class Secured:

@@ -18,11 +18,11 @@ from vistel.v1.command_pb2 import Command
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel.wire.zenoh.bus import Router, ZenohBus
 
 ROUTER = """
 import sys
-from vistel.wire.zenoh_bus import Router
+from vistel.wire.zenoh.bus import Router
 router = Router.open(sys.argv[1] if len(sys.argv) > 1 else None)
 print(router.endpoint, flush=True)
 sys.stdin.read()
@@ -31,7 +31,7 @@ sys.stdin.read()
 PARTICIPANT = """
 import asyncio, sys
 from vistel.wire.clock import SystemClock
-from vistel.wire.zenoh_bus import ZenohBus
+from vistel.wire.zenoh.bus import ZenohBus
 
 async def main():
     bus = await ZenohBus.open(conference="demo", site="paris", clock=SystemClock(), endpoints=[sys.argv[1]])
@@ -46,7 +46,7 @@ SLOW_READER = """
 import asyncio, sys, time
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import ZenohBus
+from vistel.wire.zenoh.bus import ZenohBus
 
 async def main():
     clock = SystemClock()
@@ -248,7 +248,7 @@ def test_a_frozen_reader_takes_nothing_from_the_others() -> None:
 def test_a_bus_that_was_not_closed_does_not_keep_its_process_alive() -> None:
     router = Router.open()
     code = PARTICIPANT.replace("await asyncio.sleep(3600)", "bus.subscribe(BY_NAME['motion'])").replace(
-        "from vistel.wire.zenoh_bus", "from vistel.wire.topics import BY_NAME\nfrom vistel.wire.zenoh_bus"
+        "from vistel.wire.zenoh.bus", "from vistel.wire.topics import BY_NAME\nfrom vistel.wire.zenoh.bus"
     )
     done = subprocess.run([sys.executable, "-c", code, router.endpoint], timeout=20, check=False)
     assert done.returncode == 0

@@ -12,7 +12,7 @@ from virtual_time import LoopClock, VirtualTimeLoop
 
 from vistel.figure.calibration.files import load_body, load_tracker
 from vistel.protocol import fivedt_calibration, glove_calibration
-from vistel_cli import device_session
+from vistel_cli.devices import session as device_session
 from vistel_cli.main import app
 
 FILE = """

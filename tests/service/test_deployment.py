@@ -13,10 +13,10 @@ import zenoh
 
 from vistel.v1.motion_pb2 import Participant
 from vistel.wire.clock import SystemClock
-from vistel.wire.deployment import hub_config, main
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import ZenohBus
-from vistel.wire.zenoh_config import as_text
+from vistel.wire.zenoh.bus import ZenohBus
+from vistel.wire.zenoh.config import as_text
+from vistel.wire.zenoh.deployment import hub_config, main
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "deploy/zenoh"
@@ -33,7 +33,7 @@ def test_the_committed_configurations_are_what_the_code_gives_and_zenoh_takes_th
     file: str, arguments: list[str]
 ) -> None:
     text = (FOLDER / file).read_text()
-    assert text == main(arguments), f"python -m vistel.wire.deployment {' '.join(arguments)} > deploy/zenoh/{file}"
+    assert text == main(arguments), f"python -m vistel.wire.zenoh.deployment {' '.join(arguments)} > deploy/zenoh/{file}"
     zenoh.Config.from_json5(text)
 
 

@@ -12,7 +12,7 @@ from virtual_time import LoopClock
 from vistel.conference.devices import FaceConfig
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
-from vistel.figure.face_marks import Expressions
+from vistel.figure.face.marks import Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.v1.device_pb2 import FaceFrame, RawBytes
 from vistel.wire.motion import StalePart

@@ -13,16 +13,16 @@ from device_site import STATE, RecordingBus
 from vistel.conference.devices import FaceConfig
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
-from vistel.figure.face_marks import REST
+from vistel.figure.face.marks import REST
 from vistel.vision.face_calibration import calibrate_face, write_face
 from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import face
-from vistel_sim.face_picture import FacePicture
-from vistel_sim.faces import FaceScene
 from vistel_sim.faults import Fault
 from vistel_sim.motion import open_motion
 from vistel_sim.phone import talking
+from vistel_sim.pictures.face import FacePicture
+from vistel_sim.pictures.faces import FaceScene
 from vistel_sim.process import device_seed, simulated_cameras
 
 F = "ann-face"

@@ -17,7 +17,7 @@ from vistel.v1 import audio_pb2, motion_pb2
 from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
-from vistel_cli.render_log import Look, render_log
+from vistel_cli.log.render import Look, render_log
 
 pytestmark = pytest.mark.gl
 

@@ -16,7 +16,7 @@ from vistel.v1.device_pb2 import GloveFrame, RawBytes
 from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import glove
-from vistel_services.hid_transport import open_hid
+from vistel_services.devices.hid_transport import open_hid
 from vistel_sim.faults import Fault
 from vistel_sim.fivedt import Glove5, Glove16, Ultra, UltraReports
 

@@ -16,14 +16,14 @@ import pytest
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.wire.clock import SystemClock
-from vistel.wire.zenoh_bus import Router, ZenohBus
-from vistel_cli.launch import fork_server_spec, host_spec
-from vistel_cli.up import write_conference
-from vistel_services import forking, supervisor
-from vistel_services.forking import READY, ForkServer, ForkServerSpec
-from vistel_services.host import process_token
-from vistel_services.plan import ProcessPlan, hub_processes
-from vistel_services.supervisor import ProcessSpec, Supervisor
+from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel_cli.run.launch import fork_server_spec, host_spec
+from vistel_cli.run.up import write_conference
+from vistel_services.process import forking, supervisor
+from vistel_services.process.forking import READY, ForkServer, ForkServerSpec
+from vistel_services.process.host import process_token
+from vistel_services.process.plan import ProcessPlan, hub_processes
+from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux" or not hasattr(os, "pidfd_open"), reason="processes are forked for others on Linux only"
@@ -73,7 +73,7 @@ def _server_spec(folder: Path, code: str = WORKER) -> ForkServerSpec:
     (folder / "worker.py").write_text(code)
     _, file, _ = _conference(folder)
     return ForkServerSpec(
-        (sys.executable, "-m", "vistel_services.fork_server", str(file), "worker"), _environment(folder)
+        (sys.executable, "-m", "vistel_services.process.fork_server", str(file), "worker"), _environment(folder)
     )
 
 

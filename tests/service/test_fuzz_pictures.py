@@ -11,8 +11,8 @@ import pytest
 
 from vistel.conference.devices import EyeConfig, FaceConfig
 from vistel_services import face
-from vistel_sim.eye_picture import EyePicture
-from vistel_sim.face_picture import FacePicture, rest_face
+from vistel_sim.pictures.eye import EyePicture
+from vistel_sim.pictures.face import FacePicture, rest_face
 
 CASES = int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "1200"))
 NS = 16_666_667

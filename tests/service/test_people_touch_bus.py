@@ -17,13 +17,13 @@ import pytest
 from world_site import TICK_NS, WorldSite
 
 from vistel.figure.body import pose_body, standard_body
-from vistel.figure.hands import FLAT, RELAXED
-from vistel.figure.posture import Posture, Stance, pose_joints, standing
+from vistel.figure.posture.hands import FLAT, RELAXED
+from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world import WorldDecoder
+from vistel.wire.world.room_now import WorldDecoder
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.world.verify import verify
 

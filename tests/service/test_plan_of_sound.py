@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vistel.conference.model import Conference
-from vistel_services.plan import site_processes
+from vistel_services.process.plan import site_processes
 
 UNIT = {"name": "unit", "role": "delay"}
 

@@ -14,7 +14,7 @@ import pytest
 
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
-from vistel.figure.posture import Posture, Stance, pose_joints
+from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver
 from vistel.wire.bus import Sample

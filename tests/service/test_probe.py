@@ -9,7 +9,7 @@ import pytest
 from device_site import HAND, pose, quiet_fastrak, quiet_glove, run
 from virtual_time import LoopClock
 
-from vistel_cli.devices import _answer
+from vistel_cli.devices.devices import _answer
 from vistel_sim.device import SimulatedDevice
 from vistel_sim.fivedt import Glove5, Glove16, Ultra
 from vistel_sim.liberty import Liberty

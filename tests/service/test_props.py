@@ -13,14 +13,14 @@ from world_site import WorldSite
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel.figure.posture import standing
+from vistel.figure.posture.posture import standing
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world_listener import WorldListener
+from vistel.wire.world.listener import WorldListener
 from vistel_services import posture, tracker
 from vistel_services.posture.props import PropCapture
 from vistel_services.world.verify import verify
@@ -210,7 +210,7 @@ def test_the_world_follows_a_prop_of_one_site_and_re_runs_to_the_same_bytes(tmp_
 def test_a_real_hand_over_shows_who_holds_the_baton(tmp_path: Path, shared_data: Path) -> None:
     """The whole chain without pictures: recorded people and their object, device bytes, postures, the world."""
     from vistel.conference.files import DEMO_FILE, load  # noqa: PLC0415
-    from vistel_cli.up import with_motion  # noqa: PLC0415
+    from vistel_cli.run.up import with_motion  # noqa: PLC0415
     from vistel_services import glove, world  # noqa: PLC0415
     from vistel_sim.motion import open_motion  # noqa: PLC0415
 

@@ -13,7 +13,7 @@ from vistel.v1 import command_pb2, motion_pb2, world_pb2
 from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogReader
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services.recorder import Config, configure, run
 from vistel_services.recorder.service import free_path
 

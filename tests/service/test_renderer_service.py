@@ -16,7 +16,7 @@ from vistel.v1 import motion_pb2, world_pb2
 from vistel.wire.clock import SystemClock
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services.renderer import Config, run
 from vistel_services.renderer.out.outputs import Out
 from vistel_services.renderer.studio import View

@@ -21,7 +21,7 @@ from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.room_assets import keep_asset, kept_asset, kept_model
 from vistel.conference.rooms import interior_of, seat_place
-from vistel.figure.making.source import Material
+from vistel.figure.making.files.source import Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 from vistel.space.files.travel import (
@@ -40,9 +40,9 @@ from vistel.wire.assets import AssetRefusedError, AssetShelf, fetch_asset
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world_listener import WorldListener
-from vistel.wire.zenoh_bus import Router, ZenohBus
-from vistel_cli.room_elsewhere import with_room
+from vistel.wire.world.listener import WorldListener
+from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel_cli.run.room_elsewhere import with_room
 from vistel_services import world
 from vistel_services.renderer.room_deliveries import RoomDeliveries
 from vistel_services.renderer.stage import Instant, Stage

@@ -8,13 +8,13 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from vistel.figure.posture import standing
+from vistel.figure.posture.posture import standing
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
-from vistel.wire.world import Backlog, WorldDecoder
+from vistel.wire.world.room_now import Backlog, WorldDecoder
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.outlines import HUES, colours_of
 from vistel_services.renderer.stage import Instant

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 from world_site import WorldSite, scenario
 
+from vistel.messages.commands import message_of
 from vistel.space.commands.actions import Action
 from vistel.speech.grammar_file import load_grammar
 from vistel.speech.meaning import asked_for
 from vistel.v1.command_pb2 import CommandResult
 from vistel.v1.world_pb2 import Thing
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world import WorldDecoder
-from vistel_services.command_messages import message_of
+from vistel.wire.world.room_now import WorldDecoder
 
 GRAMMAR, _ = load_grammar()
 

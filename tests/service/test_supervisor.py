@@ -8,7 +8,7 @@ import signal
 import sys
 from pathlib import Path
 
-from vistel_services.supervisor import ProcessSpec, Supervisor
+from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 WAIT = (
     "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: (print('told', flush=True), sys.exit(0)));"

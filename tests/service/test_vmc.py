@@ -15,13 +15,13 @@ from virtual_time import LoopClock
 from vistel.conference.devices import TrackerConfig
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
-from vistel.figure.posture import pose_joints
+from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.messages.postures import LEGS, posture_of, rotations_of
 from vistel.protocol import live_link_face, osc
 from vistel.v1.device_pb2 import TrackerFrame
 from vistel.wire.motion import MotionDecoder, MotionEncoder, MotionSample
 from vistel_services import tracker
-from vistel_services.motions import LEGS, posture_of, rotations_of
 from vistel_services.posture import configure
 from vistel_services.posture.capture import Capture
 from vistel_services.tracker import VmcDecoder

@@ -20,7 +20,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world_listener import WorldListener
+from vistel.wire.world.listener import WorldListener
 from vistel_services import world
 from vistel_services.renderer import easel, service
 from vistel_services.renderer.out.outputs import Out

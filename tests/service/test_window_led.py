@@ -14,7 +14,7 @@ from world_site import CONFERENCE
 
 from vistel.conference.paths import RunPaths
 from vistel.space.commands import actions as ask
-from vistel.space.props import SILENT_NS
+from vistel.space.things.props import SILENT_NS
 from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.v1.world_pb2 import WorldInputs
@@ -22,8 +22,8 @@ from vistel.wire.bus import Sample
 from vistel.wire.clock import SystemClock
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world_listener import WorldListener
-from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel.wire.world.listener import WorldListener
+from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services import world
 from vistel_services.renderer.window.wire import LAST_WORDS, WindowWire
 from vistel_services.renderer.window.wishes import Ask, Carry, LetGo

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from x_server import Hands, x_server
 
-from vistel.figure.posture import standing
+from vistel.figure.posture.posture import standing
 from vistel.space.room import meeting_room
 from vistel_services.renderer import studio as studios
 from vistel_services.renderer.draw import Painter

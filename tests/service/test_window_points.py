@@ -14,10 +14,10 @@ import pytest
 from window_pictures import HEIGHT, LOOSE, WIDTH, Pictures, played
 from x_server import Hands, x_server
 
-from vistel.figure.posture import Stance, pose_joints, standing
+from vistel.figure.posture.posture import Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
-from vistel.space.tessellate import tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import tessellate
+from vistel.space.things.things import Primitive
 from vistel.wire.clock import SystemClock
 from vistel.wire.shared_pictures import PictureReader
 from vistel_services.renderer.camera import look_at, overview

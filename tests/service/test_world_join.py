@@ -14,9 +14,9 @@ from vistel.space.room import Extra, table_radius
 from vistel.v1.command_pb2 import Command, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world import RoomNow
-from vistel.wire.world_codec.frame import MOST_TOLD
-from vistel.wire.world_listener import WorldListener
+from vistel.wire.world.codec.frame import MOST_TOLD
+from vistel.wire.world.listener import WorldListener
+from vistel.wire.world.room_now import RoomNow
 from vistel_services.world.tell import MOST_KEYED
 
 SEATS, THINGS = 14, 110

@@ -26,8 +26,8 @@ from vistel.wire.bus import Bus
 from vistel.wire.clock import SystemClock
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world_presence import WorldAt, WorldToken, world_token, worlds_of
-from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel.wire.world.presence import WorldAt, WorldToken, world_token, worlds_of
+from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services import world
 from vistel_services.world.store import Store
 from vistel_sim.motion.meeting import Meeting

@@ -14,12 +14,12 @@ from pydantic import ValidationError
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.v1.world_pb2 import WorldState
-from vistel.wire.access import access_rules
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh_bus import Router, ZenohBus
+from vistel.wire.zenoh.access import access_rules
+from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services import world
-from vistel_services.plan import find, hub_processes, site_processes
+from vistel_services.process.plan import find, hub_processes, site_processes
 
 
 def conference(**placed: Any) -> Conference:

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from world_site import START_NS, WorldSite, scenario
 
-from vistel.figure.posture import Posture, Stance
+from vistel.figure.posture.posture import Posture, Stance
 from vistel.space.inputs import MotionInput, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.snapshot import VERSION

@@ -15,11 +15,11 @@ from aiohttp import web
 from avatar_fixture import long_armed, same
 from browser import Page, page
 
-from vistel.figure.avatar_texture import island_of
-from vistel.figure.avatar_usd import load_usd, save_usd
+from vistel.figure.avatar.texture import island_of
+from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.wrinkle.wardrobe import load_sets, sets_in, wardrobe
-from vistel_cli.studio.opened import Opened
-from vistel_cli.studio.server import Studio
+from vistel_cli.wrinkle.studio.opened import Opened
+from vistel_cli.wrinkle.studio.server import Studio
 
 READY = "!!window.studio && window.studio.link.idle && window.studio.state.sets.length > 0"
 CONTROL, SHIFT = 2, 8

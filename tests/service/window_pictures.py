@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 from vistel.space.room import meeting_room
 from vistel_services.renderer.easel import Easel
 from vistel_services.renderer.figures import Shape, StandIn

@@ -12,13 +12,13 @@ import numpy as np
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 from vistel.v1.motion_pb2 import Participant
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world import RoomNow, WorldDecoder
+from vistel.wire.world.room_now import RoomNow, WorldDecoder
 from vistel_services import world
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import places

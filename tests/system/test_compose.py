@@ -52,7 +52,7 @@ def test_router_world_sites_and_recorder_meet_as_separate_commands(tmp_path: Pat
     file = tmp_path / "conference.toml"
     file.write_text(text)
     # Kernels and people are made once; here it is the meeting that counts.
-    subprocess.run([sys.executable, "-m", "vistel_cli.prepare", str(file)], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([sys.executable, "-m", "vistel_cli.run.prepare", str(file)], check=True, stdout=subprocess.DEVNULL)
     processes: dict[str, subprocess.Popen[bytes]] = {}
     try:
         for name, service in compose["services"].items():

@@ -162,7 +162,7 @@ class RoomThing(Checked):
         """The thing as the world takes it. Raises ValueError for what cannot be."""
         # Loads the room only for who has things of their own.
         from vistel.space.room import Extra  # noqa: PLC0415
-        from vistel.space.things import Matter  # noqa: PLC0415
+        from vistel.space.things.things import Matter  # noqa: PLC0415
 
         slow = self.recovery or (0.5 if self.material == "viscoelastic" else 0.0)
         mass, rigidity = 0.2 if self.mass is None else self.mass, 0.3 if self.rigidity is None else self.rigidity

@@ -18,7 +18,7 @@ from vistel.space.files.interior import Interior
 from vistel.space.files.load import load_room, load_seats
 from vistel.space.files.place import FromFile, lying, put_into
 from vistel.space.room import Seat, meeting_room, seat_pose
-from vistel.space.thing_json import from_thing
+from vistel.space.things.json_values import from_thing
 
 __all__ = ["RoomFileError", "interior_of", "seat_place", "seats_of"]
 

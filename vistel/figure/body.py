@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints
 from vistel.implicit.jit.kernel_jit import compiled
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.body import PosedBody, pose_body
-from vistel.figure.bulge_fit import fit_bulges
 from vistel.figure.figure_limbs import limbs_of
 from vistel.figure.layers.skin import SkinLayers
-from vistel.figure.posture import JointPose, Posture, pose_joints
-from vistel.figure.rigid import Influences, RigidSkin
+from vistel.figure.posture.posture import JointPose, Posture, pose_joints
+from vistel.figure.rigid.bulge_fit import fit_bulges
+from vistel.figure.rigid.component import Influences, RigidSkin
 from vistel.figure.rotation import move_points
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.deformation.deform import Deformer, DeformReport

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import Body, pose_body
-from vistel.figure.posture import rest_pose
+from vistel.figure.posture.posture import rest_pose
 from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton
 from vistel.implicit.meshes.embedding import Hinge, Limbs
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure import Figure
-from vistel.figure.posture import JointPose, Posture, pose_joints
+from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.implicit.deformation.deform_plan import FramePlan, Planner
 from vistel.implicit.ghosts.ghost import GhostSource
 

@@ -3,7 +3,7 @@
 A sensor is linear: angle = gain * (raw - offset). The glove measures how far neighbouring fingers are spread; a hand
 has an abduction per finger. The middle finger is the reference: its abduction is taken as zero.
 
-The 20 angles are those of one row of `vistel.figure.posture.Posture.hands`: thumb roll, abduction, flexion 1 and 2;
+The 20 angles are those of one row of `vistel.figure.posture.posture.Posture.hands`: thumb roll, abduction, flexion 1 and 2;
 then base flexion, abduction, middle flexion, end flexion of index, middle, ring and little finger. They are
 anatomical (flexion to the palm, abduction to the thumb), so left and right gloves share all signs; the maker's own
 software negates abductions on the left because it gives angles in a frame.

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import DOF_COUNT, HAND_DOF_COUNT, Posture
-from vistel.figure.proportions import Proportions
+from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.posture.posture import DOF_COUNT, HAND_DOF_COUNT, Posture
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.commands.actions import Action
 

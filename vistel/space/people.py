@@ -8,9 +8,9 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
-from vistel.figure.posture import JointPose, Posture, pose_joints
-from vistel.figure.proportions import Proportions
+from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints, standard_skeleton
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.inputs import MotionInput, Person

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.space.things import Axis, Matter, Primitive, Thing
+from vistel.space.things.things import Axis, Matter, Primitive, Thing
 
 F64 = NDArray[np.float64]
 

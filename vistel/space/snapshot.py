@@ -13,23 +13,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import Posture, Stance
-from vistel.figure.proportions import Proportions
-from vistel.space.bonds import Bond
-from vistel.space.claims import Claim
+from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.posture.posture import Posture, Stance
 from vistel.space.commands.history import Change, History, Stood
 from vistel.space.commands.ledger import Ledger
-from vistel.space.dents import Dent
-from vistel.space.dynamics import Motions
-from vistel.space.glide import Glide
-from vistel.space.grasp import Grasp
+from vistel.space.dynamics.dynamics import Motions
+from vistel.space.hands.claims import Claim
+from vistel.space.hands.grasp import Grasp
 from vistel.space.inputs import Person, PropInput
+from vistel.space.memory.bonds import Bond
+from vistel.space.memory.dents import Dent
 from vistel.space.people import Figure
-from vistel.space.props import Tracked
 from vistel.space.room import Extra, Room, Seat, meeting_room
 from vistel.space.state import LetGo, State
-from vistel.space.thing_json import from_primitive, from_thing, to_primitive, to_thing
-from vistel.space.things import Matter, Thing
+from vistel.space.things.glide import Glide
+from vistel.space.things.json_values import from_primitive, from_thing, to_primitive, to_thing
+from vistel.space.things.props import Tracked
+from vistel.space.things.things import Matter, Thing
 from vistel.space.view import Outcome
 
 VERSION = 8

@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from vistel.space.bonds import Bond
-from vistel.space.claims import Claim, ClaimEvent
 from vistel.space.commands.history import History
 from vistel.space.commands.ledger import Ledger
-from vistel.space.dents import Dent
-from vistel.space.dynamics import Motions
-from vistel.space.glide import Glide
-from vistel.space.grasp import Grasp
+from vistel.space.dynamics.dynamics import Motions
+from vistel.space.hands.claims import Claim, ClaimEvent
+from vistel.space.hands.grasp import Grasp
+from vistel.space.memory.bonds import Bond
+from vistel.space.memory.dents import Dent
 from vistel.space.people import Figure
-from vistel.space.props import Tracked
-from vistel.space.things import Thing
+from vistel.space.things.glide import Glide
+from vistel.space.things.props import Tracked
+from vistel.space.things.things import Thing
 
 
 @dataclass(frozen=True)

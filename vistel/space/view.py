@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.space.bonds import Bond, Torn
-from vistel.space.claims import ClaimEvent
-from vistel.space.dents import Dent
-from vistel.space.things import Thing
+from vistel.space.hands.claims import ClaimEvent
+from vistel.space.memory.bonds import Bond, Torn
+from vistel.space.memory.dents import Dent
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 

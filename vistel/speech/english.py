@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.speech.engines.sphinx import pronunciations, sphinx
 from vistel.speech.grammar import Grammar
 from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
 from vistel.speech.segmenter import Segmenter, Stage
-from vistel.speech.sphinx import pronunciations, sphinx
 from vistel.speech.word_graph import word_graph
 
 I16 = NDArray[np.int16]

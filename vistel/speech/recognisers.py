@@ -43,7 +43,7 @@ def unrecognisable(language: Language, text: str) -> str | None:
             return str(e)
         return None
     # Loads pocketsphinx, which Japanese does without.
-    from vistel.speech.sphinx import SphinxError, unknown_word  # noqa: PLC0415
+    from vistel.speech.engines.sphinx import SphinxError, unknown_word  # noqa: PLC0415
 
     try:
         return unknown_word(text)
@@ -70,8 +70,8 @@ def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
 
 
 def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
+    from vistel.speech.engines.sphinx import SphinxError  # noqa: PLC0415
     from vistel.speech.english import EnglishRecogniser  # noqa: PLC0415  as above
-    from vistel.speech.sphinx import SphinxError  # noqa: PLC0415
 
     try:
         return EnglishRecogniser(grammar)

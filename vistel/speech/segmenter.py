@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.speech.denoise import STEP, Denoiser
+from vistel.speech.engines.sphinx import sphinx
 from vistel.speech.features import as_float
 from vistel.speech.heard import SAMPLE_RATE, Samples
-from vistel.speech.sphinx import sphinx
 
 I16 = NDArray[np.int16]
 

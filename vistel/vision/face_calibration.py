@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.face_marks import MARK_COUNT, MARKS, REST
+from vistel.figure.face.marks import MARK_COUNT, MARKS, REST
 from vistel.vision.assignment import cheapest
 from vistel.vision.colour_key import FULL, ColourKey, background_moments, generic_green, mean_colour
 from vistel.vision.spots import Spots, find_spots

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.face_marks import MARK_COUNT, REST
+from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel.vision.colour_key import FULL, background_moments, mean_colour
 from vistel.vision.face_calibration import FaceCalibration, marks_mask
 from vistel.vision.mark_shape import standard_shape

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.face_marks import MARK_COUNT
+from vistel.figure.face.marks import MARK_COUNT
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.face_marks import MARK_COUNT, MOVES, REST
+from vistel.figure.face.marks import MARK_COUNT, MOVES, REST
 
 F64 = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.face_marks import MARK_COUNT
+from vistel.figure.face.marks import MARK_COUNT
 from vistel.vision.assignment import cheapest
 from vistel.vision.mark_doubt import GATE, NOISE_M, condition, judge
 from vistel.vision.mark_shape import MarkShape, standard_shape

@@ -1,4 +1,4 @@
-"""What a service sees of the bus. `vistel.wire.zenoh_bus` is the real one, `MemoryBus` joins services in one process.
+"""What a service sees of the bus. `vistel.wire.zenoh.bus` is the real one, `MemoryBus` joins services in one process.
 
 Both deliver messages as protobuf objects of the topic's type, check `Header.version`, and drop and count what
 does not parse: a service never sees a broken message.
@@ -12,8 +12,8 @@ from typing import Any, Protocol
 
 from google.protobuf.message import Message
 
-from vistel.wire.fence import Fence
 from vistel.wire.topics import Publisher, Topic
+from vistel.wire.world.fence import Fence
 
 
 @dataclass(frozen=True)

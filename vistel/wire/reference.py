@@ -40,7 +40,7 @@ than usual for its sender is dropped and counted. **Reliable**: in order, nothin
 a router that restarts too; whoever comes late gets the last value of each key. **Asked for**: a question and its answer.
 
 Who is present stands under `vistel/{{conference}}/alive/{{site}}/{{token}}`. With certificates, a router lets each site
-publish only under its own name; the rules are made from this table (`vistel.wire.access`).
+publish only under its own name; the rules are made from this table (`vistel.wire.zenoh.access`).
 
 A message that does not parse, or has another version, is dropped and counted; it harms nobody.
 

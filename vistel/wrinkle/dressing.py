@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.patch import Patch, patch_of
 from vistel.figure.making.pictures import atlas
-from vistel.figure.patch import Patch, patch_of
 from vistel.figure.people.bake import rasterise
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.islands import shown_by, spread_out

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS
 from vistel.wrinkle.errors import Entry

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.rotation import multiply, quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS
 from vistel.implicit.jit.kernel_jit import compiled

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.wrinkle.region import Tube
 
 I32 = NDArray[np.int32]

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Mesh
+from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.people.bake import rasterise
 from vistel.implicit.jit.kernel_jit import compiled
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.face.landmarks import landmarks_of
+from vistel.figure.face.marks import MARK_INDEX
 from vistel.figure.face.shape import FaceShape
-from vistel.figure.face_marks import MARK_INDEX
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.wrinkle.errors import Entry, WrinkleError, checked, read_toml
 

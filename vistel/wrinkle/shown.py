@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.people.bake import rasterise, spread
 from vistel.wrinkle.dressing import Dressed
 from vistel.wrinkle.drives import Drives

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.people.bake import rasterise
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.wrinkle.displacement import Map, displacement_map
 from vistel.wrinkle.dressing import Chart
 from vistel.wrinkle.drives import Drives

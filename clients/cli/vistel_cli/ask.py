@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vistel.conference.model import Conference
-from vistel.wire.zenoh_bus import BusError
-from vistel_cli.hub import endpoint_of
+from vistel.wire.zenoh.bus import BusError
+from vistel_cli.run.hub import endpoint_of
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 if TYPE_CHECKING:  # they load the mathematics, which `vistel --help` need not

@@ -8,30 +8,18 @@ import sys
 
 import typer
 
-from vistel_cli import (
-    ask,
-    avatar,
-    bench,
-    calibrate,
-    devices,
-    doctor,
-    log,
-    polygonise,
-    record,
-    replay,
-    scanline,
-    sim,
-    site,
-    speech,
-    trace,
-    up,
-    voice,
-    wall,
-    world,
-    world_move,
-    world_serve,
-    wrinkle,
-)
+from vistel_cli import ask, bench, wall
+from vistel_cli.avatar import avatar
+from vistel_cli.calibrate import calibrate
+from vistel_cli.devices import devices, doctor
+from vistel_cli.log import log, replay
+from vistel_cli.run import record, sim, site, up
+from vistel_cli.scene import polygonise, scanline, trace
+from vistel_cli.voice import speech, voice
+from vistel_cli.world import move as world_move
+from vistel_cli.world import serve as world_serve
+from vistel_cli.world import world
+from vistel_cli.wrinkle import wrinkle
 
 app = typer.Typer(
     name="vistel",

@@ -1,4 +1,4 @@
-// The studio's server: requests, and the arrays in its answers (vistel_cli.studio.envelope).
+// The studio's server: requests, and the arrays in its answers (vistel_cli.wrinkle.studio.envelope).
 
 import type { Form, Opened, Updated } from "./types";
 

@@ -1,5 +1,5 @@
 // How a photographed texture is laid on an island by pins: the similarity that brings pinned places of the surface nearest to
-// where they belong on the picture, and the numbers by which the avatar's file keeps it (vistel.figure.avatar_texture).
+// where they belong on the picture, and the numbers by which the avatar's file keeps it (vistel.figure.avatar.texture).
 
 import { add, sub } from "./geometry";
 import type { Lying, Pin, Vec } from "./types";

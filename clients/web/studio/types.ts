@@ -64,7 +64,7 @@ export interface WrinkleSet {
   mouth: boolean;
 }
 
-/** How the texture lies on an island (vistel.figure.avatar.Registration): parts of the texture, radians, factor. */
+/** How the texture lies on an island (vistel.figure.avatar.avatar.Registration): parts of the texture, radians, factor. */
 export interface Lying {
   island: number;
   move: Vec;

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Protocol
 
 from vistel.audio.spatial import Head, Place, place_of
-from vistel.figure.posture import pose_joints
+from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
+from vistel.messages.postures import posture_of
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.bus import Bus
 from vistel.wire.motion import MotionDecoder, MotionSample
 from vistel.wire.topics import BY_NAME
-from vistel_services.motions import posture_of
 
 _HEAD = JOINT_INDEX["head"]
 _TALL_M = 1.75

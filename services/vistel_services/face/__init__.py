@@ -17,11 +17,11 @@ from vistel.vision.face_calibration import read_face
 from vistel.vision.gaze_calibration import read_gaze
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel_services.camera_transport import CameraSource, open_camera
-from vistel_services.device import keep_running
+from vistel_services.devices.camera_transport import CameraSource, open_camera
+from vistel_services.devices.device import keep_running
+from vistel_services.devices.udp_transport import open_udp
 from vistel_services.face.camera import CameraDecoder, CameraDriver, EyeSight, FaceSight, Sight
 from vistel_services.face.live_link import LiveLinkDecoder, LiveLinkDriver
-from vistel_services.udp_transport import open_udp
 
 __all__ = ["Camera", "CameraDecoder", "Config", "LiveLinkDecoder", "Phone", "configure", "run", "sight_of"]
 log = logging.getLogger("vistel.face")

@@ -14,7 +14,7 @@ from vistel.vision.face_calibration import CalibrationError, FaceCalibration, ca
 from vistel.vision.face_reader import FaceReader
 from vistel.vision.gaze_calibration import GazeCalibration
 from vistel.wire.topics import BY_NAME
-from vistel_services.device import Link, NoAnswerError
+from vistel_services.devices.device import Link, NoAnswerError
 
 U8 = NDArray[np.uint8]
 

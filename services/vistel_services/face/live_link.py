@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from vistel.figure.face_marks import Expressions
+from vistel.figure.face.marks import Expressions
 from vistel.protocol.live_link_face import CHANNELS, LiveLinkParser
 from vistel.v1.device_pb2 import FaceFrame
 from vistel.wire.topics import BY_NAME
-from vistel_services.device import Link, NoAnswerError
-from vistel_services.probe import hear
+from vistel_services.devices.device import Link, NoAnswerError
+from vistel_services.devices.probe import hear
 
 _BLINKS = [CHANNELS.index(name) for name in ("eyeBlinkLeft", "eyeBlinkRight")]
 _HEARD_S = 2.0

@@ -18,15 +18,15 @@ from vistel.protocol.vrpn import SIMULATED_GLOVE, parse_address
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
-from vistel_services.device import Driver, keep_running
+from vistel_services.devices.device import Driver, keep_running
+from vistel_services.devices.hid_transport import find_hid, open_hid
+from vistel_services.devices.tcp_transport import open_tcp
+from vistel_services.devices.transport import OpenTransport, open_serial
+from vistel_services.devices.vrpn_driver import VrpnDriver
 from vistel_services.glove.decoder import CyberGloveDecoder
 from vistel_services.glove.driver import CyberGloveDriver
 from vistel_services.glove.fivedt_driver import HIGHEST, FiveDtDecoder, FiveDtDriver
 from vistel_services.glove.vrpn import VrpnGloveDecoder
-from vistel_services.hid_transport import find_hid, open_hid
-from vistel_services.tcp_transport import open_tcp
-from vistel_services.transport import OpenTransport, open_serial
-from vistel_services.vrpn_driver import VrpnDriver
 
 __all__ = ["Config", "CyberGloveDecoder", "FiveDtDecoder", "GloveDevice", "VrpnGloveDecoder", "configure", "decoder_of", "run"]
 log = logging.getLogger("vistel.glove")

@@ -7,9 +7,9 @@ from vistel.protocol.cyberglove import MASKS, Answer
 from vistel.protocol.glove_calibration import GloveCalibration
 from vistel.protocol.identify import identify
 from vistel.wire.topics import BY_NAME
-from vistel_services.device import DeviceError, Link, NoAnswerError
+from vistel_services.devices.device import DeviceError, Link, NoAnswerError
+from vistel_services.devices.probe import at_any_speed, refuse_others, who_answers
 from vistel_services.glove.decoder import CyberGloveDecoder
-from vistel_services.probe import at_any_speed, refuse_others, who_answers
 
 RATE_HZ = 60.0
 _OWN = ("a CyberGlove", "a CyberGlove")

@@ -9,8 +9,8 @@ from vistel.protocol.fivedt import Glove5Parser, Glove16Parser, ReportParser, Sa
 from vistel.protocol.fivedt_calibration import FiveDtCalibration
 from vistel.v1.device_pb2 import GloveFrame
 from vistel.wire.topics import BY_NAME
-from vistel_services.device import DeviceError, Link, NoAnswerError
-from vistel_services.probe import who_answers
+from vistel_services.devices.device import DeviceError, Link, NoAnswerError
+from vistel_services.devices.probe import who_answers
 
 NAMES = {"5dt_ultra": "5DT Data Glove Ultra", "5dt_16": "5DT Data Glove 16", "5dt_5": "5DT Data Glove 5"}
 BAUDS = {"5dt_ultra": 115200, "5dt_16": 19200, "5dt_5": 19200}

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.carry_over import CarryOver
-from vistel.figure.posture import HAND_DOF_COUNT, pose_joints, standing
-from vistel.figure.sensors import Placement, out_of_frame, receiver_poses
+from vistel.figure.posture.carry_over import CarryOver
+from vistel.figure.posture.posture import HAND_DOF_COUNT, pose_joints, standing
+from vistel.figure.posture.sensors import Placement, out_of_frame, receiver_poses
+from vistel.figure.posture.solve import SIDES, PostureSolver, Solved
+from vistel.figure.posture.swivel import Comfort
 from vistel.figure.skeleton import Skeleton, standard_skeleton
-from vistel.figure.solve import SIDES, PostureSolver, Solved
-from vistel.figure.solve_swivel import Comfort
 from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver
 from vistel_services.posture.config import Person
 from vistel_services.posture.one_euro import AngleFilter, PoseFilter

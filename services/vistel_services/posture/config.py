@@ -14,8 +14,8 @@ from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.figure.calibration.distortion import Distortion, load_distortion
 from vistel.figure.calibration.files import Body, load_body, load_tracker
-from vistel.figure.posture import Stance
-from vistel.figure.sensors import Mount, Placement, transmitter_in_room
+from vistel.figure.posture.posture import Stance
+from vistel.figure.posture.sensors import Mount, Placement, transmitter_in_room
 from vistel.wire.motion import Losses
 
 

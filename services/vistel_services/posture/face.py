@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.face_marks import MARK_COUNT
+from vistel.figure.face.marks import MARK_COUNT
 from vistel.v1.device_pb2 import FaceFrame
 from vistel.wire.motion import StalePart
 from vistel_services.posture.peaks import PeakHold

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.posture.sensors import out_of_frame
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.figure.sensors import out_of_frame
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel_services.posture.capture import RATE_HZ, USABLE, receiver_pose

@@ -13,7 +13,8 @@ import numpy as np
 from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.conference.model import Conference
-from vistel.figure.solve import Solved
+from vistel.figure.posture.solve import Solved
+from vistel.messages.postures import COLLARS, JAW, LEGS, rotations_of
 from vistel.v1.device_pb2 import TrackerFrame
 from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.wire import motion
@@ -22,7 +23,6 @@ from vistel.wire.clock import Clock
 from vistel.wire.motion import MotionEncoder, MotionSample, StalePart
 from vistel.wire.proportions import to_message
 from vistel.wire.topics import BY_NAME
-from vistel_services.motions import COLLARS, JAW, LEGS, rotations_of
 from vistel_services.posture.capture import RATE_HZ, Capture, warm_up
 from vistel_services.posture.config import Config, Person, TrackedProp
 from vistel_services.posture.face import FaceCapture

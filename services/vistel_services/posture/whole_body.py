@@ -10,12 +10,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import HAND_DOF_COUNT, Posture
+from vistel.figure.posture.posture import HAND_DOF_COUNT, Posture
+from vistel.figure.posture.sensors import Placement, out_of_frame
 from vistel.figure.rotation import matrix_from_quaternion, rotation_y, rotvec_from_matrix
-from vistel.figure.sensors import Placement, out_of_frame
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX
+from vistel.messages.postures import LEGS, SIDES
 from vistel.v1.device_pb2 import TrackerFrame
-from vistel_services.motions import LEGS, SIDES
 
 F64 = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 
 BARE = ("neck", "skull", "face", "palm", "knuckles", "thumb", "index", "middle", "ring", "little")
 PALER, REDDER, YELLOWER, DARKER, LIGHTER = 0.17, 0.45, 0.26, 0.8, 0.6

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
 from vistel.figure.skeleton import JOINT_INDEX
 

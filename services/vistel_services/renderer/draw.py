@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.files.surfaces import Piece
-from vistel.space.tessellate import Surface3
+from vistel.space.things.tessellate import Surface3
 from vistel_services.renderer.canvas import Canvas
 from vistel_services.renderer.captions import Caption
 from vistel_services.renderer.drawn_figures import DrawnFigures, FigureView

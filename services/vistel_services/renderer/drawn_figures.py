@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.patch import Patch, patch_of
+from vistel.figure.avatar.patch import Patch, patch_of
 from vistel.implicit.deformation.deform_plan import FramePlan
 from vistel.wrinkle.shown import MOST_SETS
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.face.countenance import Countenance
 from vistel.figure.face.landmarks import landmarks_of
@@ -22,13 +23,12 @@ from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.skin import Anatomy, SkinLayers
-from vistel.figure.posture import JointPose, Posture, pose_joints
-from vistel.figure.proportions import Proportions
+from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
-from vistel.space.tessellate import join, tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import join, tessellate
+from vistel.space.things.things import Primitive
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import LevelWrinkles, shown
 from vistel.wrinkle.wardrobe import WrinkleSet, charted

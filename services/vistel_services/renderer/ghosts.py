@@ -10,7 +10,7 @@ from vistel.figure.body import PosedBody
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 from vistel_services.renderer.figures import Shape
 from vistel_services.renderer.stage import Instant
 from vistel_services.renderer.world_view import Ghost

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import JointPose, Posture
-from vistel.figure.reach import reach
+from vistel.figure.posture.posture import JointPose, Posture
+from vistel.figure.posture.reach import reach
 from vistel.figure.rotation import (
     matrix_from_quaternion,
     matrix_from_rotvec,
@@ -20,7 +20,7 @@ from vistel.figure.rotation import (
     rotvec_from_matrix,
 )
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
-from vistel.space.gripped import hand_seen
+from vistel.space.hands.gripped import hand_seen
 from vistel.space.people import HAND_JOINT, SIDES
 
 F64 = NDArray[np.float64]

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from vistel.figure.figure import vertex_normals
 from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.layers.skin import LayerTerms
-from vistel.figure.rigid_bulge import BulgeShapes
-from vistel.figure.rigid_weights import TWIST_BONES
+from vistel.figure.rigid.bulge import BulgeShapes
+from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.implicit.contacts import contact_set
 from vistel.implicit.deformation import deform_table, kernels_displace, kernels_field, kernels_ghost, kernels_solve

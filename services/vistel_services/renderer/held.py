@@ -19,7 +19,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 from vistel.figure.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix, slerp
 from vistel.space.people import HAND_JOINT
 from vistel.v1 import geometry_pb2, world_pb2

@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from vistel.figure import figure
-from vistel.figure.avatar import Avatar
-from vistel.figure.avatar_builtin import by_turns, default_cache
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.builtin import by_turns, default_cache
 from vistel.figure.layers import skin
 from vistel.implicit.jit.kernel_jit import stamp_of
 from vistel.wrinkle import shown

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from vistel.figure.posture import Posture, interpolate
+from vistel.figure.posture.posture import Posture, interpolate
+from vistel.messages.postures import posture_of
 from vistel.v1 import motion_pb2
 from vistel.wire.motion import ListFrame, MotionDecoder, MotionFrame
-from vistel_services.motions import posture_of
 
 
 class Heard:

@@ -1,4 +1,4 @@
-"""Patches of figures (`vistel.figure.patch`) on the graphics side: a program for what each is like, its pictures, its triangles."""
+"""Patches of figures (`vistel.figure.avatar.patch`) on the graphics side: a program for what each is like, its pictures, its triangles."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.patch import Patch
+from vistel.figure.avatar.patch import Patch
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.shadow import Holes
 from vistel_services.renderer.solid_things import SMOOTHEST

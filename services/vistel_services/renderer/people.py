@@ -7,11 +7,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 from vistel.conference.model import Conference
-from vistel.figure.avatar import Avatar, scaled
-from vistel.figure.avatar_builtin import builtin_avatar, default_cache
-from vistel.figure.avatar_file import load_any
-from vistel.figure.parcel import unpack
-from vistel.figure.posture import standing
+from vistel.figure.avatar.avatar import Avatar, scaled
+from vistel.figure.avatar.builtin import builtin_avatar, default_cache
+from vistel.figure.avatar.parcel import unpack
+from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.posture.posture import standing
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.kept_figures import person_of
 from vistel_services.renderer.stage import About

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
-from vistel.figure.posture import Posture, standing
+from vistel.figure.posture.posture import Posture, standing
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.gl_context import open_surface
 

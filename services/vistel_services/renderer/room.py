@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.room import TABLE_HEIGHT, Room
-from vistel.space.tessellate import Surface3, join, tessellate
-from vistel.space.things import Thing
+from vistel.space.things.tessellate import Surface3, join, tessellate
+from vistel.space.things.things import Thing
 from vistel_services.renderer import bake, paint
 from vistel_services.renderer.shadow import KEY_DIRECTION
 

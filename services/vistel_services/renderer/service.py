@@ -23,7 +23,7 @@ from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import shared_path
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world_listener import WorldListener
+from vistel.wire.world.listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.easel import Easel
 from vistel_services.renderer.first_picture import FirstPicture

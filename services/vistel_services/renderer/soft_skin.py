@@ -17,8 +17,8 @@ from vistel.implicit.ghosts.ghost import MOST_PRIMITIVES
 from vistel.implicit.meshes.embedding import Limbs
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of, rgb
-from vistel.space.tessellate import Surface3, fine_cone_sphere, finer
-from vistel.space.things import Primitive, Thing
+from vistel.space.things.tessellate import Surface3, fine_cone_sphere, finer
+from vistel.space.things.things import Primitive, Thing
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import PosedBody
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.ghosts.constraint import Constraint, Pull
@@ -21,10 +21,10 @@ from vistel.implicit.ghosts.ghost_terms import decay_quartic
 from vistel.implicit.ghosts.mesh_ghosts import faded, pulled
 from vistel.implicit.meshes.embedding import embed
 from vistel.implicit.primitives.kinds import primitive_of
-from vistel.space.bonds import FADE_NS
-from vistel.space.dents import imprints
 from vistel.space.files.model import Model
-from vistel.space.things import Primitive, Thing
+from vistel.space.memory.bonds import FADE_NS
+from vistel.space.memory.dents import imprints
+from vistel.space.things.things import Primitive, Thing
 from vistel.v1 import world_pb2
 from vistel_services.renderer.figures import Shape
 from vistel_services.renderer.soft_skin import limbs_in, nearest_limb, skin_of

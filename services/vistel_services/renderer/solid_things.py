@@ -9,9 +9,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.source import Finish
+from vistel.figure.making.files.source import Finish
 from vistel.space.files.surfaces import PLAIN, Piece
-from vistel.space.tessellate import Surface3
+from vistel.space.things.tessellate import Surface3
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.shadow import ShadowMap
 

@@ -8,14 +8,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from vistel.figure.posture import Posture, pose_joints
-from vistel.figure.proportions import Proportions
+from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
 from vistel.wire.proportions import from_message
-from vistel.wire.world import RoomNow, Touch
+from vistel.wire.world.room_now import RoomNow, Touch
 from vistel_services.renderer.captions import Caption, Captions
 from vistel_services.renderer.giving_way import Shown
 from vistel_services.renderer.held import HeldThings

@@ -13,8 +13,8 @@ from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.ghosts.constraint import Pull
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of
-from vistel.space.tessellate import Surface3, join
-from vistel.space.things import Primitive, Thing
+from vistel.space.things.tessellate import Surface3, join
+from vistel.space.things.things import Primitive, Thing
 from vistel_services.renderer.draw import Painter, ThingView
 from vistel_services.renderer.figures import Shape
 from vistel_services.renderer.labels import Label

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.wrinkle.shown import Shown
 from vistel.wrinkle.worn import Memory
 

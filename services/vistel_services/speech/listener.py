@@ -9,6 +9,7 @@ from typing import Any
 
 from prometheus_client import Counter, Histogram
 
+from vistel.messages.commands import message_of
 from vistel.speech.dialogue import Dialogue, Known, Outcome, Reading, Turn, reply
 from vistel.speech.grammar import Grammar
 from vistel.speech.heard import Hypotheses, Recogniser
@@ -17,7 +18,6 @@ from vistel.v1.command_pb2 import CommandResult
 from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME
-from vistel_services.command_messages import message_of
 from vistel_services.speech.config import Config, Speaker
 from vistel_services.speech.ear import Ear
 from vistel_services.speech.echoes import Echoes

@@ -14,16 +14,16 @@ from vistel.protocol.vrpn import SIMULATED, parse_address
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
-from vistel_services.device import Driver, keep_running
-from vistel_services.tcp_transport import open_tcp
+from vistel_services.devices.device import Driver, keep_running
+from vistel_services.devices.tcp_transport import open_tcp
+from vistel_services.devices.transport import OpenTransport, open_serial
+from vistel_services.devices.udp_transport import open_udp
+from vistel_services.devices.vrpn_driver import VrpnDriver
 from vistel_services.tracker.decoder import FastrakDecoder, LibertyDecoder
 from vistel_services.tracker.fastrak import FastrakDriver
 from vistel_services.tracker.liberty import LibertyDriver
 from vistel_services.tracker.vmc import VmcDecoder, VmcDriver
 from vistel_services.tracker.vrpn import VrpnDecoder
-from vistel_services.transport import OpenTransport, open_serial
-from vistel_services.udp_transport import open_udp
-from vistel_services.vrpn_driver import VrpnDriver
 
 __all__ = [
     "Config", "FastrakDecoder", "LibertyDecoder", "TrackerDevice", "VmcDecoder", "VrpnDecoder", "configure", "decoder_of", "run",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from vistel.protocol import fastrak, polhemus
 from vistel.protocol.fastrak import Reply, Status
-from vistel_services.device import DeviceError, Link
+from vistel_services.devices.device import DeviceError, Link
 from vistel_services.tracker.decoder import FastrakDecoder
 from vistel_services.tracker.polhemus import PolhemusDriver
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from vistel.protocol import liberty, polhemus
 from vistel.protocol.liberty import Reply
-from vistel_services.device import Link
-from vistel_services.probe import refuse_others
+from vistel_services.devices.device import Link
+from vistel_services.devices.probe import refuse_others
 from vistel_services.tracker.decoder import LibertyDecoder
 from vistel_services.tracker.polhemus import PolhemusDriver
 

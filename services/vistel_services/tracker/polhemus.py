@@ -9,8 +9,8 @@ from typing import Generic, TypeVar
 from vistel.protocol import polhemus
 from vistel.protocol.identify import identify
 from vistel.wire.topics import BY_NAME
-from vistel_services.device import DeviceError, Link, NoAnswerError
-from vistel_services.probe import at_any_speed, refuse_others, who_answers
+from vistel_services.devices.device import DeviceError, Link, NoAnswerError
+from vistel_services.devices.probe import at_any_speed, refuse_others, who_answers
 from vistel_services.tracker.decoder import PolhemusDecoder
 
 R = TypeVar("R")

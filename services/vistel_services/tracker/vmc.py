@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.posture.sensors import TRACKER_AXES, receiver_mounts
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.figure.sensors import TRACKER_AXES, receiver_mounts
 from vistel.figure.skeleton import standard_skeleton
 from vistel.protocol.vmc import PARENTS, ROOT, Body, VmcParser
 from vistel.v1.device_pb2 import TrackerBone, TrackerFrame, TrackerReceiver
 from vistel.wire.topics import BY_NAME
-from vistel_services.device import Link, NoAnswerError
-from vistel_services.probe import hear
+from vistel_services.devices.device import Link, NoAnswerError
+from vistel_services.devices.probe import hear
 
 F64 = NDArray[np.float64]
 STATIONS = {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}

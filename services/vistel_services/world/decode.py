@@ -6,16 +6,16 @@ import logging
 
 import numpy as np
 
+from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.people.recipe import parse_spec
-from vistel.figure.proportions import Proportions
+from vistel.messages.commands import action_of, pose
+from vistel.messages.postures import posture_of
 from vistel.space.inputs import CommandInput, MotionInput, Person, PropInput
 from vistel.v1.command_pb2 import Command
 from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.v1.world_pb2 import WorldInputs
 from vistel.wire.motion import MotionSample
 from vistel.wire.proportions import from_message
-from vistel_services.command_messages import action_of, pose
-from vistel_services.motions import posture_of
 
 log = logging.getLogger("vistel.world")
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.space.bonds import Bond, Torn
-from vistel.space.claims import ClaimEvent, What
-from vistel.space.dents import Dent
+from vistel.space.hands.claims import ClaimEvent, What
 from vistel.space.inputs import Person
-from vistel.space.things import Primitive, Thing
+from vistel.space.memory.bonds import Bond, Torn
+from vistel.space.memory.dents import Dent
+from vistel.space.things.things import Primitive, Thing
 from vistel.space.view import GraspView, HandForce, Outcome, ThingView, WorldView
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.v1.command_pb2 import CommandResult

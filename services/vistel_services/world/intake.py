@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from prometheus_client import Counter
 
 from vistel.space.inputs import MotionInput, Person
-from vistel.space.props import SILENT_NS as PROP_SILENT_NS
+from vistel.space.things.props import SILENT_NS as PROP_SILENT_NS
 from vistel.v1.command_pb2 import Command
 from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Prop

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from vistel.space.eyes import Eyes
 from vistel.v1.world_pb2 import WorldDetail
-from vistel.wire.world_codec.detail import HOLD_STEPS, coded, write_detail
-from vistel.wire.world_codec.frame import Book
-from vistel.wire.world_codec.poses import POSITION_STEP, Pose
+from vistel.wire.world.codec.detail import HOLD_STEPS, coded, write_detail
+from vistel.wire.world.codec.frame import Book
+from vistel.wire.world.codec.poses import POSITION_STEP, Pose
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

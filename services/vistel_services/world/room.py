@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from google.protobuf.message import DecodeError
 from prometheus_client import Counter, Gauge, Histogram
 
-from vistel.space.claims import ClaimEvent
+from vistel.space.hands.claims import ClaimEvent
 from vistel.space.inputs import StepInputs
 from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World

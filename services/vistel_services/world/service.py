@@ -15,12 +15,12 @@ from prometheus_client import Counter
 from vistel.conference.model import HUB_PLACE, Conference, Site
 from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
-from vistel.figure.posture import standing
+from vistel.figure.posture.posture import standing
+from vistel.space.dynamics.kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.inputs import MotionInput, Person, StepInputs
-from vistel.space.kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.room import Extra, meeting_room
 from vistel.space.room import Room as RoomShape
-from vistel.space.things import Matter
+from vistel.space.things.things import Matter
 from vistel.space.world import World
 from vistel.wire import motion
 from vistel.wire.bus import Bus

@@ -10,15 +10,15 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from vistel.space.eyes import Eyes
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 from vistel.space.view import GraspView, WorldView
 from vistel.v1.world_pb2 import Grasp, WorldDetail, WorldState
 from vistel.v1.world_pb2 import Thing as ThingMessage
-from vistel.wire.world import check_of, crc_of, crc_of_marks
-from vistel.wire.world_codec.bits import FrameError
-from vistel.wire.world_codec.frame import MOST_TOLD, Book, Moves, Said, read_key, write_book, write_changes, write_key
-from vistel.wire.world_codec.poses import Pose, rounded
-from vistel.wire.world_codec.touches import Pair, Touch
+from vistel.wire.world.codec.bits import FrameError
+from vistel.wire.world.codec.frame import MOST_TOLD, Book, Moves, Said, read_key, write_book, write_changes, write_key
+from vistel.wire.world.codec.poses import Pose, rounded
+from vistel.wire.world.codec.touches import Pair, Touch
+from vistel.wire.world.room_now import check_of, crc_of, crc_of_marks
 from vistel_services.world.encode import (
     bond_message,
     dent_message,

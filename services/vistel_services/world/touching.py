@@ -10,7 +10,7 @@ from collections.abc import Container
 from dataclasses import dataclass, field
 
 from vistel.space.view import WorldView
-from vistel.wire.world_codec.touches import Touch, level_of
+from vistel.wire.world.codec.touches import Touch, level_of
 
 LINGER_STEPS = 30
 """How long a limb that no longer touches stays named."""

@@ -18,7 +18,7 @@ from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import HandForce, WorldDetail, WorldInputs, WorldState
 from vistel.wire.motion import MotionDecoder
-from vistel.wire.world_codec.bits import FrameError
+from vistel.wire.world.codec.bits import FrameError
 from vistel_services.world.decode import command_input, motion_input, people_of, prop_input
 from vistel_services.world.encode import hand_force
 from vistel_services.world.tell import Teller

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.calibration.moves import ALL_STEPS, FOREARM_STEPS, PAUSE_S, begin_of, pause_of
-from vistel.figure.hands import FLAT, finger_posture
-from vistel.figure.posture import (
+from vistel.figure.posture.hands import FLAT, finger_posture
+from vistel.figure.posture.posture import (
     DOF_COUNT,
     ELBOW,
     NECK,
@@ -23,8 +23,8 @@ from vistel.figure.posture import (
     interpolate,
     standing,
 )
+from vistel.figure.posture.sensors import TRACKER_AXES, Mount, Placement
 from vistel.figure.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
-from vistel.figure.sensors import TRACKER_AXES, Mount, Placement
 from vistel.protocol.glove_fit import HANDS, HOLD_S
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.tracks import minimum_jerk

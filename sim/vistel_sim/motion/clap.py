@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.hands import FLAT, hand_rotation
-from vistel.figure.posture import Posture
+from vistel.figure.posture.hands import FLAT, hand_rotation
+from vistel.figure.posture.posture import Posture
+from vistel.figure.posture.sensors import Placement
 from vistel.figure.rotation import quaternion_from_matrix
-from vistel.figure.sensors import Placement
 from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place, receivers_of

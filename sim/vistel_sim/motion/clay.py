@@ -10,11 +10,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.hands import FLAT, OPEN, POINT, PRESSED, hand_rotation
-from vistel.figure.posture import Posture, pose_joints
+from vistel.figure.posture.hands import FLAT, OPEN, POINT, PRESSED, hand_rotation
+from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton
 from vistel.space.room import Extra
-from vistel.space.things import identity
+from vistel.space.things.things import identity
 from vistel_sim.motion.layout import Layout
 from vistel_sim.motion.script import SIDES, UP, Hand, Script
 from vistel_sim.motion.sitter import Sitter

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import standard_body
-from vistel.figure.hands import OPEN, RELAXED, closed_on
+from vistel.figure.posture.hands import OPEN, RELAXED, closed_on
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y, slerp
 from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel.space.room import BATON, meeting_room, table_radius

@@ -13,7 +13,7 @@ from vistel.conference.model import Room as RoomKeys
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.surfaces import height_at
 from vistel.space.room import BATON, TABLE_HEIGHT, Room, Seat, meeting_room
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.conference.model import Conference
-from vistel.figure.posture import Posture
-from vistel.figure.sensors import Placement
+from vistel.figure.posture.posture import Posture
+from vistel.figure.posture.sensors import Placement
 from vistel.space.room import BATON
 from vistel_sim.motion.bvh import load_bvh
 from vistel_sim.motion.calibration import CalibrationMoves

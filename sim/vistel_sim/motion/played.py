@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.hands import RELAXED
-from vistel.figure.posture import (
+from vistel.figure.posture.arm import arm_dofs
+from vistel.figure.posture.hands import RELAXED
+from vistel.figure.posture.posture import (
     ELBOW,
     SHOULDER,
     WRIST,
@@ -21,6 +22,8 @@ from vistel.figure.posture import (
     pose_joints,
     spine_chord,
 )
+from vistel.figure.posture.sensors import Placement
+from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.rotation import (
     matrix_from_quaternion,
     quaternion_from_matrix,
@@ -28,10 +31,7 @@ from vistel.figure.rotation import (
     rotvec_from_matrix,
     slerp,
 )
-from vistel.figure.sensors import Placement
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS
-from vistel.figure.solve import PostureSolver
-from vistel.figure.solve_arm import arm_dofs
 from vistel.space.room import BATON
 from vistel_sim.motion.recording import SIDES, Recording, resampled
 from vistel_sim.motion.source import Place, receivers_of

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.calibration.pivots import fit_neck
-from vistel.figure.posture import collar_scale
+from vistel.figure.posture.posture import collar_scale
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
 
 F64 = NDArray[np.float64]

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.body import standard_body
-from vistel.figure.hands import FLAT, OPEN, PRESSED, RELAXED, closed_round, hand_rotation
+from vistel.figure.posture.hands import FLAT, OPEN, PRESSED, RELAXED, closed_round, hand_rotation
+from vistel.figure.posture.sensors import Placement
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.figure.sensors import Placement
 from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel.space.room import BATON
-from vistel.space.things import identity
+from vistel.space.things.things import identity
 from vistel_sim.motion.layout import Layout
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.tracks import HandKey, HandState, HandTrack

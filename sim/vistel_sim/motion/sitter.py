@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import (
+from vistel.figure.posture.arm import arm_dofs
+from vistel.figure.posture.posture import (
     DOF_COUNT,
     ELBOW,
     NECK,
@@ -26,7 +27,6 @@ from vistel.figure.rotation import (
     rotvec_from_matrix,
 )
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, SPINE_SEGMENTS
-from vistel.figure.solve_arm import arm_dofs
 from vistel.space.room import CHAIR_HEIGHT
 from vistel_sim.motion.source import Place
 from vistel_sim.motion.tracks import HandState

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from vistel.figure.avatar_file import save_avatar
+from vistel.figure.formats.avatar_file import save_avatar
 from vistel.implicit.scene import load
 from vistel_cli.main import app
 

@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from vistel.conference.files import DEMO_FILE, load
-from vistel_cli.prepared import prepare, stamp_of
+from vistel_cli.run.prepared import prepare, stamp_of
 
 
 def test_looking_loads_neither_compiler_nor_renderer() -> None:
-    code = "import sys, vistel_cli.up; print(*sys.modules)"
+    code = "import sys, vistel_cli.run.up; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
-    assert "vistel_cli.prepared" in loaded
-    assert not {"numba", "scipy", "vistel_services.renderer", "vistel_cli.prepare"} & set(loaded)
+    assert "vistel_cli.run.prepared" in loaded
+    assert not {"numba", "scipy", "vistel_services.renderer", "vistel_cli.run.prepare"} & set(loaded)
 
 
 def test_what_is_prepared_is_not_made_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -20,12 +20,12 @@ from aiohttp import web
 from avatar_fixture import long_armed
 from PIL import Image
 
-from vistel.figure.avatar_usd import load_usd, save_usd
+from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.wrinkle.wardrobe import sets_in, wardrobe
-from vistel_cli.studio.document import page_form
-from vistel_cli.studio.opened import Opened, worn_by
-from vistel_cli.studio.photograph import lying, plain, texture_of
-from vistel_cli.studio.server import Studio
+from vistel_cli.wrinkle.studio.document import page_form
+from vistel_cli.wrinkle.studio.opened import Opened, worn_by
+from vistel_cli.wrinkle.studio.photograph import lying, plain, texture_of
+from vistel_cli.wrinkle.studio.server import Studio
 
 KINDS = {"f4": np.float32, "u4": np.uint32, "u1": np.uint8}
 

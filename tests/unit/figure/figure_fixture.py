@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.body import Body, pose_body, standard_body
-from vistel.figure.posture import rest_pose
+from vistel.figure.posture.posture import rest_pose
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from making_fixture import person
 
-from vistel.figure.avatar import Avatar
-from vistel.figure.avatar_gltf import save_gltf
-from vistel.figure.rigid_weights import influences
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.formats.gltf import save_gltf
+from vistel.figure.rigid.weights import influences
 
 
 @lru_cache(maxsize=1)

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure
-from vistel.figure.posture import SHOULDER, Posture
+from vistel.figure.posture.posture import SHOULDER, Posture
 
 
 @lru_cache(maxsize=1)

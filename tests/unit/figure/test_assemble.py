@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.making.assemble import Assembled, assemble
-from vistel.figure.making.assemble_colour import colour_at
-from vistel.figure.making.assemble_piece import Piece, cut, loops
+from vistel.figure.making.assembly.assemble import Assembled, assemble
+from vistel.figure.making.assembly.colour import colour_at
+from vistel.figure.making.assembly.piece import Piece, cut, loops
+from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.parts import soundness
-from vistel.figure.making.source import MakingError
 
 F64 = NDArray[np.float64]
 

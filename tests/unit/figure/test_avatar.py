@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.people import person as people
 from vistel.figure.people.bake import rasterise
 from vistel.figure.people.head import MOUTH_Y

@@ -9,8 +9,8 @@ import trimesh
 from figure_fixture import tube_person
 from PIL import Image
 
-from vistel.figure import avatar_builtin
-from vistel.figure.avatar_file import AvatarFileError, export_obj, load_avatar, save_avatar
+from vistel.figure.avatar import builtin as avatar_builtin
+from vistel.figure.formats.avatar_file import AvatarFileError, export_obj, load_avatar, save_avatar
 
 
 @pytest.fixture

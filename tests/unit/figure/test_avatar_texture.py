@@ -13,11 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from making_fixture import person
 
-from vistel.figure.avatar import Avatar, Registration
-from vistel.figure.avatar_file import load_any
-from vistel.figure.avatar_gltf import save_gltf
-from vistel.figure.avatar_texture import island_of, islands, registered, unregistered, with_picture
-from vistel.figure.avatar_usd import save_usd
+from vistel.figure.avatar.avatar import Avatar, Registration
+from vistel.figure.avatar.texture import island_of, islands, registered, unregistered, with_picture
+from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.formats.gltf import save_gltf
+from vistel.figure.formats.usd import save_usd
 
 ISLAND = 3
 

@@ -12,11 +12,11 @@ from avatar_fixture import same
 from making_fixture import person
 from pxr import Usd, UsdSkel, UsdValidation
 
-from vistel.figure.avatar import Avatar, scaled
-from vistel.figure.avatar_file import AvatarFileError, load_any
-from vistel.figure.avatar_usd import joints_only, load_usd, save_usd
+from vistel.figure.avatar.avatar import Avatar, scaled
+from vistel.figure.formats.avatar_file import AvatarFileError, load_any
+from vistel.figure.formats.usd import joints_only, load_usd, save_usd
 from vistel.figure.making.make import refit
-from vistel.figure.rigid_weights import influences
+from vistel.figure.rigid.weights import influences
 from vistel.figure.skeleton import JOINTS
 
 

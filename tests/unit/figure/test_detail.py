@@ -9,8 +9,8 @@ import pytest
 import trimesh
 from figure_fixture import tube_person
 
-from vistel.figure.avatar import Avatar, Mesh
-from vistel.figure.detail import coarser, seams, with_levels
+from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.detail import coarser, seams, with_levels
 
 
 def sphere(seam: bool) -> Mesh:

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.face.countenance import Countenance
 from vistel.figure.face.intensities import MarkReader, PhoneReader, by_loudness
 from vistel.figure.face.landmarks import Landmarks, landmarks_of
+from vistel.figure.face.marks import MARK_INDEX, REST, Expressions
 from vistel.figure.face.rules import FaceRuleError, builtin_rules, load_rules
 from vistel.figure.face.shape import Expression, FaceShape
-from vistel.figure.face_marks import MARK_INDEX, REST, Expressions
-from vistel.figure.posture import Posture, interpolate
+from vistel.figure.posture.posture import Posture, interpolate
 from vistel.protocol.live_link_face import CHANNELS
 
 F64 = NDArray[np.float64]

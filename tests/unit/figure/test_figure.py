@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vistel.figure.figure import Figure, vertex_normals
 from vistel.figure.figure_limbs import limbs_of
-from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
+from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, Stance, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer

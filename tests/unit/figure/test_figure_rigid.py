@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.figure.figure import vertex_normals
-from vistel.figure.posture import ELBOW, SHOULDER, WRIST, Posture, pose_joints, rest_pose
-from vistel.figure.rigid import RigidSkin
+from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, pose_joints, rest_pose
+from vistel.figure.rigid.component import RigidSkin
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 
 

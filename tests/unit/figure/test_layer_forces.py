@@ -31,7 +31,7 @@ from vistel.figure.layers.forces import (
 )
 from vistel.figure.layers.muscles import Muscles
 from vistel.figure.layers.places import Places
-from vistel.figure.posture import ELBOW, KNEE, SHOULDER, JointPose, Posture, pose_joints
+from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, JointPose, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
 from vistel.implicit.ghosts.actuation import muscle_force
 

@@ -15,7 +15,7 @@ from vistel.figure.layers.model import LAYERS, LayeredModel, layered_model, smoo
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.scene_text import scene_text
 from vistel.figure.layers.skin import Anatomy
-from vistel.figure.posture import ELBOW, Posture, pose_joints
+from vistel.figure.posture.posture import ELBOW, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.scene import load
 

@@ -16,7 +16,7 @@ from vistel.figure.layers.contraction import activation, belly_length, thickenin
 from vistel.figure.layers.kernels import LEAST, MOST
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.skin import Anatomy, SkinLayers
-from vistel.figure.posture import ELBOW, KNEE, SHOULDER, Posture, pose_joints, standing
+from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, Posture, pose_joints, standing
 
 LENGTHS = st.floats(0.5, 1.6)
 

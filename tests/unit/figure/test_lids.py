@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vistel.figure.avatar_builtin import builtin_avatar
+from vistel.figure.avatar.builtin import builtin_avatar
 from vistel.figure.face.landmarks import EYEBALL, landmarks_of
 from vistel.figure.face.rules import builtin_rules
 from vistel.figure.face.shape import Expression, FaceShape

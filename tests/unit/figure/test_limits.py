@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.figure.body import pose_body
-from vistel.figure.limits import ankle_range, axial_range, clear_of_body, within_limits
-from vistel.figure.posture import ANKLE, DOF_COUNT, ELBOW, KNEE, SHOULDER, WRIST, Posture, pose_joints, standing
-from vistel.figure.standard_postures import standard_postures
+from vistel.figure.posture.limits import ankle_range, axial_range, clear_of_body, within_limits
+from vistel.figure.posture.posture import ANKLE, DOF_COUNT, ELBOW, KNEE, SHOULDER, WRIST, Posture, pose_joints, standing
+from vistel.figure.posture.standard import standard_postures
 
 
 def hands(**angles: float) -> Posture:

@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
-from vistel.figure.avatar_usd import joints_only
+from vistel.figure.formats.usd import joints_only
+from vistel.figure.making.files.read import read_source
+from vistel.figure.making.files.source import MakingError, Source
 from vistel.figure.making.make import make_avatar
 from vistel.figure.making.places import joints_by_place
-from vistel.figure.making.read import read_source
 from vistel.figure.making.rigs import mapped
-from vistel.figure.making.source import MakingError, Source
 from vistel.figure.making.upright import Upright, upright
 from vistel.figure.rotation import matrix_from_rotvec
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar, builtin_avatar
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.lips import sides_of_mouth
 from vistel.figure.face.rules import builtin_rules

@@ -13,7 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.figure.posture import (
+from vistel.figure.posture.arm import arm_dofs, elbow_at, elbow_circle, elbow_flexion
+from vistel.figure.posture.posture import (
     DOF_COUNT,
     ELBOW,
     NECK,
@@ -28,13 +29,12 @@ from vistel.figure.posture import (
     spine_chord,
     standing,
 )
+from vistel.figure.posture.sensors import receiver_poses
+from vistel.figure.posture.solve import FINGER_LIMITS, WRIST_DEVIATION, WRIST_FLEXION, WRIST_TWIST, PostureSolver
+from vistel.figure.posture.swivel import wrist_angles
+from vistel.figure.posture.trunk import leg_angles
 from vistel.figure.rotation import rotation_y, rotation_z, rotvec_from_matrix, rotvec_from_quaternion
-from vistel.figure.sensors import receiver_poses
 from vistel.figure.skeleton import COLLAR_SHORTENING, JOINT_INDEX, standard_skeleton
-from vistel.figure.solve import FINGER_LIMITS, WRIST_DEVIATION, WRIST_FLEXION, WRIST_TWIST, PostureSolver
-from vistel.figure.solve_arm import arm_dofs, elbow_at, elbow_circle, elbow_flexion
-from vistel.figure.solve_swivel import wrist_angles
-from vistel.figure.solve_trunk import leg_angles
 
 SKELETON = standard_skeleton()
 GOLDEN = Path(__file__).parents[2] / "golden.json"

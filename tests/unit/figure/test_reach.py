@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vistel.figure.hands import hand_rotation
-from vistel.figure.posture import Stance, pose_joints, standing
-from vistel.figure.reach import reach
+from vistel.figure.posture.hands import hand_rotation
+from vistel.figure.posture.posture import Stance, pose_joints, standing
+from vistel.figure.posture.reach import reach
+from vistel.figure.posture.standard import standard_postures
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
-from vistel.figure.standard_postures import standard_postures
 
 
 @pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])

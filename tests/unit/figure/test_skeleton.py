@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vistel.figure.posture import DOF_COUNT, Posture, Stance, interpolate, pose_joints, rest_pose, standing
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
-from vistel.figure.sensors import (
+from vistel.figure.posture.posture import DOF_COUNT, Posture, Stance, interpolate, pose_joints, rest_pose, standing
+from vistel.figure.posture.sensors import (
     RECEIVERS,
     into_frame,
     joint_of_receiver,
@@ -20,6 +19,7 @@ from vistel.figure.sensors import (
     receiver_poses,
     transmitter_in_room,
 )
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, finger_joints, measured_skeleton, standard_skeleton
 
 SKELETON = standard_skeleton()

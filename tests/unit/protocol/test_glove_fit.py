@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from vistel.figure.hands import RELAXED
+from vistel.figure.posture.hands import RELAXED
 from vistel.protocol.cyberglove import SENSORS
 from vistel.protocol.glove_calibration import (
     CalibrationError,

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vistel.figure.face_marks import MARK_INDEX, MOVES, REST, Expressions
+from vistel.figure.face.marks import MARK_INDEX, MOVES, REST, Expressions
 from vistel.protocol.live_link_face import CHANNELS, FacePacket, LiveLinkParser, encode, parse
 
 PACKET = FacePacket("ABC", "Ann's phone", 99, 0.5, (60, 1), tuple(k / 100 for k in range(61)))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vistel.figure.posture import Stance, standing
+from vistel.figure.posture.posture import Stance, standing
 from vistel_services.renderer.antialias import MARGIN, antialias
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.figures import Shape

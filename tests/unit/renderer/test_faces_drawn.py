@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vistel.figure.avatar import builtin_avatar
+from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.face.gaze import FARTHEST, converged, distance_looked_at
-from vistel.figure.face_marks import REST, Expressions
-from vistel.figure.posture import NECK, Posture, pose_joints, standing
+from vistel.figure.face.marks import REST, Expressions
+from vistel.figure.posture.posture import NECK, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
+from vistel.messages.postures import posture_of
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.wire.motion import MotionSample, StalePart
-from vistel_services.motions import posture_of
 from vistel_services.renderer.drawn_figures import Corners, Planned
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.gl_context import Surface

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from vistel.space.room import meeting_room
-from vistel.space.tessellate import tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import tessellate
+from vistel.space.things.things import Primitive
 from vistel_services.renderer.camera import Camera, look_at
 from vistel_services.renderer.draw import Frame, Painter, ThingView
 from vistel_services.renderer.gl_context import Surface

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vistel.figure.posture import standing
+from vistel.figure.posture.posture import standing
 from vistel_services.renderer.gauges import Rate, paint, rows_of
 from vistel_services.renderer.playout import Timing
 from vistel_services.renderer.stage import About, Instant, PersonNow

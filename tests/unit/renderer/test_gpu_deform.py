@@ -16,7 +16,7 @@ import pytest
 from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.layers.skin import SkinLayers
-from vistel.figure.posture import ELBOW, KNEE, SHOULDER, Posture, Stance, standing
+from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, Posture, Stance, standing
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.deform_plan import FramePlan, Planner

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vistel.figure.posture import ELBOW, SHOULDER, Posture, Stance, standing
+from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, Stance, standing
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
 from vistel_services.renderer.playout import Timing

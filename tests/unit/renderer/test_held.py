@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vistel.figure.posture import Posture, Stance, pose_joints, standing
+from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import standard_skeleton
 from vistel.space.people import HAND_JOINT

@@ -10,7 +10,7 @@ import numpy as np
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel.figure.posture import ELBOW, Posture
+from vistel.figure.posture.posture import ELBOW, Posture
 from vistel_services.renderer.drawn_figures import Corners
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.service import configure

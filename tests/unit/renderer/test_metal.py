@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from vistel.figure.making.source import Finish
+from vistel.figure.making.files.source import Finish
 from vistel.space.files.surfaces import Piece
 from vistel.space.room import meeting_room
-from vistel.space.tessellate import tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import tessellate
+from vistel.space.things.things import Primitive
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.draw import Frame, Painter, ThingView
 from vistel_services.renderer.gl_context import Surface

@@ -8,10 +8,10 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from vistel.figure.patch import Patch
+from vistel.figure.avatar.patch import Patch
 from vistel.space.room import meeting_room
-from vistel.space.tessellate import tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import tessellate
+from vistel.space.things.things import Primitive
 from vistel_services.renderer.camera import Camera, look_at
 from vistel_services.renderer.draw import Frame, Painter
 from vistel_services.renderer.drawn_figures import Corners, FigureModel, FigureView

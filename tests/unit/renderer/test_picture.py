@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from vistel.figure.posture import SHOULDER, Posture, Stance
+from vistel.figure.posture.posture import SHOULDER, Posture, Stance
 from vistel.space.room import meeting_room, seat_pose
-from vistel.space.tessellate import tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import tessellate
+from vistel.space.things.things import Primitive
 from vistel_services.renderer.camera import Camera, look_at, overview
 from vistel_services.renderer.draw import Frame, Painter, ThingView
 from vistel_services.renderer.drawn_figures import in_sight

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.space.room import meeting_room
-from vistel.space.tessellate import tessellate, tessellate_thing
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import tessellate, tessellate_thing
+from vistel.space.things.things import Primitive
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.screens import Screen, Sight, Stereo, sights_of_screens
 from vistel_services.renderer.window.carrying import Carrying

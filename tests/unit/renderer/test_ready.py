@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vistel.conference.model import Conference, Participant, Site
-from vistel.figure.posture import standing
+from vistel.figure.posture.posture import standing
 from vistel_services.renderer import ready
 from vistel_services.renderer.figures import Shape, StandIn
 from vistel_services.renderer.playout import Timing

@@ -7,7 +7,7 @@ import logging
 
 import pytest
 
-from vistel.figure.posture import standing
+from vistel.figure.posture.posture import standing
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME

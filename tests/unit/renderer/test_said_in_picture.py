@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from vistel.figure.posture import Stance, standing
+from vistel.figure.posture.posture import Stance, standing
 from vistel.space.room import meeting_room
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.captions import Caption

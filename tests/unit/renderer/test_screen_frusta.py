@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from vistel.space.tessellate import tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import tessellate
+from vistel.space.things.things import Primitive
 from vistel_services.renderer.calibration import eyes_at
 from vistel_services.renderer.camera import FAR, NEAR
 from vistel_services.renderer.draw import Frame, Painter, ThingView

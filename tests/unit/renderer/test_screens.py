@@ -15,8 +15,8 @@ from vistel.conference import display
 from vistel.conference.display import Display
 from vistel.conference.files import load
 from vistel.conference.paths import RunPaths
-from vistel.space.tessellate import tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import tessellate
+from vistel.space.things.things import Primitive
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.draw import Frame, Painter, ThingView
 from vistel_services.renderer.gl_context import Surface

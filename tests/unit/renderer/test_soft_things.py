@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vistel.figure.making.source import Material
+from vistel.figure.making.files.source import Material
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import ghosts_of
 from vistel.space.files.model import Model
 from vistel.space.room import Extra
-from vistel.space.things import Look, Matter, Primitive, Thing
+from vistel.space.things.things import Look, Matter, Primitive, Thing
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel_services.renderer.soft_things import SoftThing, bond_pulls, gives_way
 

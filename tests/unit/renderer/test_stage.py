@@ -9,7 +9,7 @@ import pytest
 
 from vistel.v1 import motion_pb2, world_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
-from vistel.wire.world import WorldDecoder
+from vistel.wire.world.room_now import WorldDecoder
 from vistel_services.renderer.stage import GONE_NS, Stage
 from vistel_services.renderer.world_view import WorldView, between, view_of
 

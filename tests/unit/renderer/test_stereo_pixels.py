@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from vistel.conference.display import Display
-from vistel.space.tessellate import tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import tessellate
+from vistel.space.things.things import Primitive
 from vistel_services.renderer.calibration import pattern
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.draw import Frame, Painter, ThingView

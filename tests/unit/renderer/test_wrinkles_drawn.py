@@ -14,8 +14,8 @@ from scipy.spatial import KDTree
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel.figure.avatar import builtin_avatar
-from vistel.figure.posture import ELBOW, Posture, pose_joints, standing
+from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.posture.posture import ELBOW, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of

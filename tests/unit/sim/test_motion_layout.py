@@ -12,7 +12,7 @@ import pytest
 from vistel.conference.model import Conference
 from vistel.space.files import Interior, save_usd
 from vistel.space.room import BATON, TABLE_HEIGHT, Room, Seat, meeting_room
-from vistel.space.things import Primitive, Thing
+from vistel.space.things.things import Primitive, Thing
 from vistel_sim.motion.layout import LAP, built_in, layout_of
 from vistel_sim.motion.open import open_motion
 

@@ -10,10 +10,10 @@ import pytest
 from vistel.conference.devices import TrackerConfig
 from vistel.conference.model import Conference, Participant, Site
 from vistel.figure.body import pose_body, standard_body
-from vistel.figure.posture import ELBOW, Stance, pose_joints
-from vistel.figure.sensors import RECEIVERS, out_of_frame, receiver_poses
+from vistel.figure.posture.posture import ELBOW, Stance, pose_joints
+from vistel.figure.posture.sensors import RECEIVERS, out_of_frame, receiver_poses
+from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.figure.solve import PostureSolver
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room, table_radius
 from vistel_sim.motion import MotionSource, open_motion
 from vistel_sim.motion.script import CYCLE_S

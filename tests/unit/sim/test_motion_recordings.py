@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from vistel.conference.model import Conference, Participant, Site
-from vistel.figure.posture import pose_joints
+from vistel.figure.posture.posture import pose_joints
+from vistel.figure.posture.sensors import RECEIVERS, out_of_frame, receiver_poses
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.figure.sensors import RECEIVERS, out_of_frame, receiver_poses
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.room import BATON, table_radius
 from vistel_sim.motion import MotionError, open_motion

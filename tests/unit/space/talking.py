@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from test_world_steps import Play
 
-from vistel.figure.posture import Posture, Stance, standing
+from vistel.figure.posture.posture import Posture, Stance, standing
 from vistel.space.commands.actions import Action
 from vistel.space.inputs import CommandInput
 from vistel.space.room import meeting_room
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 from vistel.space.view import Outcome
 
 ROOM = meeting_room(3)

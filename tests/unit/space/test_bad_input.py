@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from test_world_steps import START, Play, reaching
 
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 from vistel.space.commands.actions import Move, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
-from vistel.space.things import Matter
+from vistel.space.things.things import Matter
 from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldState

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from test_world_steps import START, STEP_NS, Play, at, reaching, take_baton
 
-from vistel.space.claims import ClaimEvent, What
 from vistel.space.commands.actions import Attach, Grip, Move, Which
+from vistel.space.hands.claims import ClaimEvent, What
+from vistel.space.hands.ownership import LEASE_NS
 from vistel.space.inputs import CommandInput
-from vistel.space.ownership import LEASE_NS
 from vistel.space.room import BATON, TABLE_HEIGHT
 from vistel.space.world import World
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vistel.figure.posture import standing
+from vistel.figure.posture.posture import standing
 from vistel.space.commands.actions import Action, Delete, Move, Scale, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room

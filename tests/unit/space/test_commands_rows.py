@@ -11,7 +11,7 @@ from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Shown, Which
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.world import World
-from vistel.wire.world import Backlog, WorldDecoder
+from vistel.wire.world.room_now import Backlog, WorldDecoder
 from vistel_services.world.tell import Teller
 
 SOME = ("box", "can", "cone", "tile")

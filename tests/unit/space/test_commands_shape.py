@@ -17,8 +17,8 @@ from vistel.space.commands.create import SHAPES
 from vistel.space.commands.reference import COLOURS
 from vistel.space.commands.reshape import curved, extent, joined, scaled, stretched
 from vistel.space.room import TABLE_HEIGHT
-from vistel.space.solids import solids
-from vistel.space.things import Thing
+from vistel.space.things.solids import solids
+from vistel.space.things.things import Thing
 
 
 def test_a_larger_thing_stands_on_the_same_table_and_weighs_more() -> None:

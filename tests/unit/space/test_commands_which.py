@@ -7,7 +7,7 @@ import pytest
 from talking import Talk, done, refused, stands
 from test_world_steps import BATON, reaching, take_baton
 
-from vistel.figure.posture import pose_joints
+from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Shown, Towards, Which

@@ -15,7 +15,7 @@ import vistel.implicit as vi
 from vistel.figure.rotation import matrix_from_rotvec
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.actuation import muscle_force, power_warp
-from vistel.space.contact_forces import Motion, Patch, Surface, contact_patches
+from vistel.space.contact.forces import Motion, Patch, Surface, contact_patches
 
 GOLDEN = {
     row["name"]: row

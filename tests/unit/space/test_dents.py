@@ -10,17 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_world_steps import Play, reaching
 
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space.bonds import Bond
 from vistel.space.commands.actions import Move, Reset, Which
-from vistel.space.dents import LEAST, MOST, Dent, Press, remember
 from vistel.space.inputs import CommandInput
+from vistel.space.memory.bonds import Bond
+from vistel.space.memory.dents import LEAST, MOST, Dent, Press, remember
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
-from vistel.space.things import Matter, Primitive
+from vistel.space.things.things import Matter, Primitive
 from vistel.space.view import WorldView
 from vistel.space.world import World
-from vistel.wire.world import WorldDecoder
+from vistel.wire.world.room_now import WorldDecoder
 from vistel_services.world.tell import Teller
 
 BALL = PrimitiveSet.of_cone_spheres(np.zeros((1, 3)), np.zeros((1, 3)), np.array([0.04]), np.array([0.04]))

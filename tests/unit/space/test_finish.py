@@ -11,15 +11,15 @@ import trimesh
 from PIL import Image
 from trimesh.visual.material import PBRMaterial
 
-from vistel.figure.making.read_gltf import read_gltf
-from vistel.figure.making.read_usd import read_usd
-from vistel.figure.making.source import Finish, Material
+from vistel.figure.making.files.read_gltf import read_gltf
+from vistel.figure.making.files.read_usd import read_usd
+from vistel.figure.making.files.source import Finish, Material
 from vistel.space.files import Interior, Model, load_room, save_usd
 from vistel.space.files.gltf_write import save_glb
 from vistel.space.files.surfaces import PLAIN, pieces_of
 from vistel.space.files.travel import pack_model, unpack_model
 from vistel.space.room import Room, meeting_room
-from vistel.space.things import Look
+from vistel.space.things.things import Look
 
 STEEL = Finish(0.2, 1.0)
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from test_world_steps import FIST, Play, at, reaching, take_baton
 
-from vistel.figure.hands import OPEN
+from vistel.figure.posture.hands import OPEN
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
-from vistel.space.axes import axes_of
-from vistel.space.fitting import PRESS, fit, hand_of
-from vistel.space.grasp import MOST_TURN, align
+from vistel.space.hands.axes import axes_of
+from vistel.space.hands.fitting import PRESS, fit, hand_of
+from vistel.space.hands.grasp import MOST_TURN, align
 from vistel.space.people import PALM, THUMB, build_of
 from vistel.space.room import BATON, meeting_room
-from vistel.space.solids import solids
-from vistel.space.things import Axis, Primitive, Thing
+from vistel.space.things.solids import solids
+from vistel.space.things.things import Axis, Primitive, Thing
 
 BUILD = build_of(1.75, 1.0)
 ACROSS = np.array([0.0, 0.0, 1.0])

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.conference.model import Conference
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space.contact_forces import STIFFEST, contact_patches
+from vistel.space.contact.forces import STIFFEST, contact_patches
+from vistel.space.contact.touch_kernels import FELT, feel
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.people import DIGITS, PALM
 from vistel.space.room import TABLE_HEIGHT, meeting_room
-from vistel.space.touch_kernels import FELT, feel
 from vistel.space.view import HandForce, WorldView
 from vistel.space.world import World
 from vistel_sim.motion.meeting import Meeting
@@ -140,7 +140,7 @@ def test_limbs_that_go_through_each_other_push_less_and_less_and_never_jump() ->
 def test_a_hand_laid_on_the_table_is_pushed_up(height: float) -> None:
     from test_world_steps import Play, reaching  # noqa: PLC0415  the same person
 
-    from vistel.figure.posture import pose_joints  # noqa: PLC0415
+    from vistel.figure.posture.posture import pose_joints  # noqa: PLC0415
     from vistel.space.people import HAND_JOINT, build_of  # noqa: PLC0415
 
     play = Play("ann")

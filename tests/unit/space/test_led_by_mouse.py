@@ -12,7 +12,7 @@ from test_world_steps import STEP_NS, Play
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Towards, Which
 from vistel.space.inputs import CommandInput, PropInput, StepInputs
-from vistel.space.props import SILENT_NS
+from vistel.space.things.props import SILENT_NS
 from vistel.space.view import Outcome, WorldView
 from vistel.space.world import DT, World
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from test_world_steps import FIST, START, Play, reaching, take_baton
 
-from vistel.figure.hands import OPEN
-from vistel.space.grasp import BACK, OPENING
+from vistel.figure.posture.hands import OPEN
+from vistel.space.hands.grasp import BACK, OPENING
 from vistel.space.people import flexion_of
 
 FAR = 1.4

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from avatar_fixture import THICKER, long_armed
 
+from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body import pose_body
-from vistel.figure.posture import Posture, Stance, pose_joints
-from vistel.figure.proportions import Proportions
+from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.people import DIGITS, PALM, build_like, build_of
 from vistel.space.room import TABLE_HEIGHT, meeting_room

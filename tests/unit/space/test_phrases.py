@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_commands import ANYTHING
 
+from vistel.messages.commands import action_of, message_of
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Along, Shown, Towards, Where, Which
 from vistel.space.commands.phrase import USAGE, PhraseError, read
 from vistel.space.commands.reference import COLOURS
 from vistel.v1.command_pb2 import Command
-from vistel_services.command_messages import action_of, message_of
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,11 @@ import pytest
 from test_together import FAR
 from test_world_steps import Play, at, reaching, take_baton
 
-from vistel.figure.posture import Posture
-from vistel.space.claims import What
+from vistel.figure.posture.posture import Posture
+from vistel.space.hands.claims import What
+from vistel.space.hands.sharing import STRENGTH
 from vistel.space.inputs import StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
-from vistel.space.sharing import STRENGTH
 from vistel.space.view import WorldView
 from vistel.space.world import World
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room, seat_pose, table_radius
-from vistel.space.things import Primitive
+from vistel.space.things.things import Primitive
 
 
 @pytest.mark.parametrize("seats", [1, 2, 3, 5, 12])

@@ -11,7 +11,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from vistel.figure.making.colours import linear
-from vistel.figure.making.source import Material
+from vistel.figure.making.files.source import Material
 from vistel.space.commands.reshape import curved, joined, painted, scaled, stretched
 from vistel.space.files import Interior, Model, RoomFileError, load_room, load_seats, load_things, save_usd
 from vistel.space.files.edit import edited
@@ -20,8 +20,8 @@ from vistel.space.files.model import bulk_of_mesh
 from vistel.space.files.surfaces import height_at, pieces_of
 from vistel.space.inputs import Person, StepInputs
 from vistel.space.room import Room, Seat, meeting_room
-from vistel.space.thing_json import from_thing, to_thing
-from vistel.space.things import Look, Thing
+from vistel.space.things.json_values import from_thing, to_thing
+from vistel.space.things.things import Look, Thing
 from vistel.space.world import World
 
 CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from vistel.implicit.ghosts.constraint import Constraint
 from vistel.implicit.ghosts.temporal import Plastic, Viscoelastic
-from vistel.space.contact_forces import Surface
-from vistel.space.soft import SoftRoom
-from vistel.space.things import Primitive, Thing
+from vistel.space.contact.forces import Surface
+from vistel.space.dynamics.soft import SoftRoom
+from vistel.space.things.things import Primitive, Thing
 
 DT = 1.0 / 60.0
 WEIGHTLESS = (0.0, 0.0, 0.0)

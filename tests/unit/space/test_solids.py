@@ -8,8 +8,8 @@ from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_kernels import surface
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.room import meeting_room
-from vistel.space.solids import Solids, pose_solids, solids
-from vistel.space.things import Primitive, Thing
+from vistel.space.things.solids import Solids, pose_solids, solids
+from vistel.space.things.things import Primitive, Thing
 
 
 def seen(s: Solids, k: int, point: np.ndarray) -> np.ndarray:

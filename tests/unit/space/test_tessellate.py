@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.space.room import meeting_room
-from vistel.space.tessellate import Surface3, join, tessellate
-from vistel.space.things import Primitive
+from vistel.space.things.tessellate import Surface3, join, tessellate
+from vistel.space.things.things import Primitive
 
 HEXAGON = tuple(c for k in range(6) for c in (math.cos(k * math.pi / 3), 0.0, math.sin(k * math.pi / 3)))
 

@@ -7,9 +7,9 @@ import pytest
 from test_world_steps import Play, at, reaching, take_baton
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.space.claims import What
+from vistel.space.hands.claims import What
+from vistel.space.hands.sharing import STIFFNESS, STRENGTH
 from vistel.space.room import BATON
-from vistel.space.sharing import STIFFNESS, STRENGTH
 from vistel.space.view import HandForce, WorldView
 
 FAR = at(0.064, 0.25, 0.0)

@@ -13,11 +13,11 @@ from vistel.space.eyes import Eyes
 from vistel.space.room import meeting_room
 from vistel.space.view import ThingView, WorldView
 from vistel.v1.world_pb2 import WorldDetail, WorldState
-from vistel.wire.world import Backlog, RoomNow, WorldDecoder
-from vistel.wire.world_codec.bits import BitReader, BitWriter
-from vistel.wire.world_codec.detail import read_detail
-from vistel.wire.world_codec.frame import MOST_TOLD
-from vistel.wire.world_codec.touches import Touch, read_touches, write_touches
+from vistel.wire.world.codec.bits import BitReader, BitWriter
+from vistel.wire.world.codec.detail import read_detail
+from vistel.wire.world.codec.frame import MOST_TOLD
+from vistel.wire.world.codec.touches import Touch, read_touches, write_touches
+from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
 from vistel_services.world.near import MOST_NEAR
 from vistel_services.world.tell import KEY_STEPS, MOST_KEYED, Teller
 

@@ -19,7 +19,7 @@ from vistel.space.commands.actions import Create, Delete, Paint, Which
 from vistel.space.inputs import CommandInput
 from vistel.space.view import WorldView
 from vistel.v1.world_pb2 import WorldState
-from vistel.wire.world import Backlog, RoomNow, WorldDecoder
+from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
 from vistel_services.world.encode import world_state
 from vistel_services.world.tell import KEY_STEPS, Teller, Told
 

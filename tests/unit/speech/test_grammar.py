@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vistel.messages.commands import action_of, message_of
 from vistel.space.commands import actions as ask
 from vistel.speech.grammar import LANGUAGES, Grammar, Language, Said, Word
 from vistel.speech.grammar_file import COMMANDS, load_grammar
 from vistel.speech.kana import from_romaji, reading
 from vistel.speech.meaning import VERBS, Remark, asked_for
-from vistel_services.command_messages import action_of, message_of
 
 GRAMMAR, FAULTS = load_grammar()
 

@@ -15,7 +15,7 @@ from vistel.vision.eye_reader import EyeReader, find_iris
 from vistel.vision.face_calibration import CalibrationError
 from vistel.vision.gaze_calibration import NINE, calibrate_gaze, read_gaze, write_gaze
 from vistel.vision.pupil import SURE, find_pupil
-from vistel_sim.eye_picture import EyePicture
+from vistel_sim.pictures.eye import EyePicture
 
 AHEAD = np.zeros(2)
 

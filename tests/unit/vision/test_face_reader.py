@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vistel.figure.face_marks import MARK_COUNT, MARK_INDEX, REST, Expressions
+from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX, REST, Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.vision.colour_key import FULL, ColourKey
 from vistel.vision.face_calibration import CalibrationError, FaceCalibration, calibrate_face, read_face, write_face
 from vistel.vision.face_reader import FaceReader
 from vistel.vision.spots import find_spots, take_apart
-from vistel_sim.face_picture import FacePicture, View
 from vistel_sim.phone import talking
+from vistel_sim.pictures.face import FacePicture, View
 
 DT = 1 / 60
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.wire.world_codec.bits import BitReader, BitWriter, FrameError
-from vistel.wire.world_codec.frame import (
+from vistel.wire.world.codec.bits import BitReader, BitWriter, FrameError
+from vistel.wire.world.codec.frame import (
     MOST_TOLD,
     STILL_STEPS,
     Book,
@@ -22,8 +22,8 @@ from vistel.wire.world_codec.frame import (
     write_changes,
     write_key,
 )
-from vistel.wire.world_codec.poses import STILL, Pose, place, rounded
-from vistel.wire.world_codec.touches import MOST_LEVEL, Touch, force_of, level_of
+from vistel.wire.world.codec.poses import STILL, Pose, place, rounded
+from vistel.wire.world.codec.touches import MOST_LEVEL, Touch, force_of, level_of
 
 NEITHER = Said(people=False, grasps=False)
 numbers = st.integers(-(2**24), 2**24)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image
 
-from vistel.figure.avatar import Mesh
+from vistel.figure.avatar.avatar import Mesh
 from vistel.wrinkle.islands import shown_by, spread_out
 
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vistel.figure.avatar import Avatar, Mesh, builtin_avatar
-from vistel.figure.avatar_file import AvatarFileError, load_any, load_avatar, save_avatar
-from vistel.figure.avatar_gltf import save_gltf
-from vistel.figure.avatar_usd import save_usd
-from vistel.figure.parcel import pack, unpack
+from vistel.figure.avatar.avatar import Avatar, Mesh, builtin_avatar
+from vistel.figure.avatar.parcel import pack, unpack
+from vistel.figure.formats.avatar_file import AvatarFileError, load_any, load_avatar, save_avatar
+from vistel.figure.formats.gltf import save_gltf
+from vistel.figure.formats.usd import save_usd
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.wardrobe import load_sets, sets_in, wardrobe

@@ -17,9 +17,9 @@ from scipy import optimize  # type: ignore[import-untyped]
 
 from vistel.figure.calibration.fit import Calibrated
 from vistel.figure.calibration.moves import RATE_HZ, MoveError, Track
+from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm
 from vistel.figure.rotation import matrix_from_rotvec, rotation_x, rotation_z
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
-from vistel.figure.solve_swivel import SWIVEL_SPEED, Comfort, solve_arm
 
 F64 = NDArray[np.float64]
 

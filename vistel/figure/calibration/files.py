@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.posture.sensors import RECEIVERS, Mount
+from vistel.figure.posture.swivel import Comfort
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.figure.sensors import RECEIVERS, Mount
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton, measured_skeleton, standard_skeleton
-from vistel.figure.solve_swivel import Comfort
 
 F64 = NDArray[np.float64]
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from vistel.figure.calibration.moves import MoveError, Moves, Track, mean_rotation
 from vistel.figure.calibration.pivots import Fit, fit_pivot, halfway, solve_blocks
-from vistel.figure.posture import collar_scale, spine_chord
+from vistel.figure.posture.posture import collar_scale, spine_chord
+from vistel.figure.posture.sensors import RECEIVERS, TRACKER_AXES, Mount, receiver_mounts
 from vistel.figure.rotation import rotvec_from_matrix
-from vistel.figure.sensors import RECEIVERS, TRACKER_AXES, Mount, receiver_mounts
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
 
 F64 = NDArray[np.float64]

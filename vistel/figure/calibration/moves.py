@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.posture.sensors import RECEIVERS
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotvec_from_matrix, slerp
-from vistel.figure.sensors import RECEIVERS
 
 F64 = NDArray[np.float64]
 

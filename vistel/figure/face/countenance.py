@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.face.intensities import MarkReader, by_loudness
+from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
 from vistel.figure.face.rules import FaceRules, builtin_rules
 from vistel.figure.face.shape import Expression
-from vistel.figure.face_marks import MARK_COUNT, MARK_INDEX
-from vistel.figure.posture import Posture
+from vistel.figure.posture.posture import Posture
 
 F64 = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.posture import JointPose, Posture
+from vistel.figure.posture.posture import JointPose, Posture
 from vistel.figure.rotation import multiply, quaternion_from_matrix, rotation_x, rotation_y, rotvec_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 

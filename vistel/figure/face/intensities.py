@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel.figure.face.rules import FaceRules
-from vistel.figure.face_marks import MARK_COUNT, REST
 from vistel.implicit.jit.kernel_jit import compiled
 
 F64 = NDArray[np.float64]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar
-from vistel.figure.face_marks import MARK_INDEX, MARKS
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.face.marks import MARK_INDEX, MARKS
 from vistel.figure.skeleton import JOINT_INDEX
 
 F64 = NDArray[np.float64]

@@ -14,7 +14,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from vistel.figure.face.landmarks import Landmarks
-from vistel.figure.face_marks import MARK_INDEX
+from vistel.figure.face.marks import MARK_INDEX
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from vistel.figure.face_marks import MARK_COUNT, MARK_INDEX
+from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
 
 F64 = NDArray[np.float64]
 

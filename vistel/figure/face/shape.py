@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Target
+from vistel.figure.avatar.avatar import Target
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.lids import Lids, lids_of
 from vistel.figure.face.lips import line_of_lips, sides_of_mouth
+from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
 from vistel.figure.face.rules import FaceRules, OneSided, Pull, builtin_rules
 from vistel.figure.face.targets import half, shapes_of
-from vistel.figure.face_marks import MARK_COUNT, MARK_INDEX
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]

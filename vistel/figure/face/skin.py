@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Mesh
+from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.face.kernels import lay_expression  # pyright: ignore[reportUnknownVariableType]
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.rules import FaceRules

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Target
+from vistel.figure.avatar.avatar import Target
 from vistel.figure.face.rules import FaceRules, OneSided, builtin_rules
 
 F64 = NDArray[np.float64]

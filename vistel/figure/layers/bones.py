@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.layers.anatomy import BONES, BoneSpec, Site
 from vistel.figure.layers.places import Places, unit
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX
 
 F64 = NDArray[np.float64]

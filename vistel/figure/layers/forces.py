@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vistel.figure.layers.contraction import activation
 from vistel.figure.layers.muscles import Muscles
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
 from vistel.implicit.blend import QUARTIC, THRESHOLD
 from vistel.implicit.ghosts.actuation import muscle_force
@@ -122,7 +122,7 @@ _BELOW = _below()
 @dataclass(frozen=True)
 class Load:
     """A force (3,) [N] that acts on what is fixed to `joint`, at `point` (3,) [m]; room frame. Of the hands:
-    `vistel.space.hand_forces`."""
+    `vistel.space.hands.forces`."""
 
     joint: str
     point: F64

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from vistel.figure.layers.contraction import FULL, LONGEST, SHORTEST, YIELD
-from vistel.figure.rigid_lanes import LANES, by_dual_quaternions, by_matrix, one_hemisphere
+from vistel.figure.rigid.lanes import LANES, by_dual_quaternions, by_matrix, one_hemisphere
 from vistel.implicit.jit.addresses import doubles, floats, ints
 from vistel.implicit.jit.kernel_jit import fast, inlined, leaf
 from vistel.implicit.jit.lanes import inverse_root, of_width, store

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limb_groups
 from vistel.figure.layers.anatomy import VEINS, VeinSpec
@@ -24,7 +24,7 @@ from vistel.figure.layers.muscles import BellyShape, Muscle
 from vistel.figure.layers.places import Places, unit
 from vistel.figure.layers.skeleton_shapes import bone_shapes
 from vistel.figure.layers.skin import Anatomy
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS, REFERENCE_HEIGHT
 from vistel.implicit.blend import QUARTIC
 from vistel.implicit.graph.combine import selective, total, union

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vistel.figure.layers.anatomy import MUSCLES, Belly, MuscleSpec
 from vistel.figure.layers.contraction import LONGEST, SHORTEST
 from vistel.figure.layers.places import Anchor, Places, unit
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 
 F64 = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.layers.anatomy import Site
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body import pose_body
-from vistel.figure.posture import JointPose
+from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, finger_joints
 from vistel.implicit.graph.combine import total
 from vistel.implicit.graph.shape import Shape

@@ -13,10 +13,10 @@ from vistel.figure.layers.bones import Bone, bones_of
 from vistel.figure.layers.muscles import Muscles
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.profiles import Profile, Skin, bone_profile, muscle_profile, turned_normals
-from vistel.figure.posture import JointPose
-from vistel.figure.rigid import Rows
-from vistel.figure.rigid_lanes import LANES
-from vistel.figure.rigid_weights import TWIST_BONES
+from vistel.figure.posture.posture import JointPose
+from vistel.figure.rigid.component import Rows
+from vistel.figure.rigid.lanes import LANES
+from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.implicit.deformation.deform_table import ALPHA, OFFSET
 from vistel.implicit.meshes.embedding import embed

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.avatar.patch import Patch
+from vistel.figure.making.files.source import Material, Source
 from vistel.figure.making.maps import CLAMP, MIRROR, scaled, tiled
 from vistel.figure.making.pictures import LARGEST, atlas
-from vistel.figure.making.source import Material, Source
-from vistel.figure.patch import Patch
 from vistel.figure.skeleton import FINGERS, JOINTS
 
 F64 = NDArray[np.float64]

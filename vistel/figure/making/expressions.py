@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.gltf import Document
-from vistel.figure.making.makehuman import read_target
-from vistel.figure.making.source import MakingError, Source, SourceTarget
+from vistel.figure.making.files.gltf import Document
+from vistel.figure.making.files.makehuman import read_target
+from vistel.figure.making.files.source import MakingError, Source, SourceTarget
 
 F64 = NDArray[np.float64]
 Bind = tuple[tuple[str, int], int, float]

@@ -16,7 +16,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
-from vistel.figure.making.source import MakingError
+from vistel.figure.making.files.source import MakingError
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, standard_skeleton
 
 F64 = NDArray[np.float64]

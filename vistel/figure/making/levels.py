@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from vistel.figure.avatar import Avatar, Mesh, Target
-from vistel.figure.detail import with_levels
+from vistel.figure.avatar.avatar import Avatar, Mesh, Target
+from vistel.figure.avatar.detail import with_levels
 
 LEVELS = (6_000, 2_600)
 """Triangles of the coarser levels of detail, as the built-in people have."""

@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from vistel.figure.making.source import MakingError, Source
+from vistel.figure.making.files.source import MakingError, Source
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.making.source import MakingError
+from vistel.figure.making.files.source import MakingError
 
 U8 = NDArray[np.uint8]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vistel.figure.body import Body, standard_body
 from vistel.figure.figure_limbs import limb_groups
-from vistel.figure.rigid_weights import TWIST_BONES
+from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
 from vistel.implicit.meshes.placement import cone_feet
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from vistel.figure.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
 from vistel.figure.making.parts import soundness
 from vistel.figure.making.primitives import distances, vertex_areas
-from vistel.figure.posture import Posture, pose_joints
+from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.implicit.meshes.embedding_report import fit_report
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.making.joints import Jointed
-from vistel.figure.rigid_kernels import WITH_TWIST_OF
-from vistel.figure.rigid_weights import TWIST_BONES
+from vistel.figure.rigid.kernels import WITH_TWIST_OF
+from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
 
@@ -36,7 +36,7 @@ def repose(points: F64, weight: F64, joints: Jointed) -> F64:
 
 
 def _twist_turn(joints: Jointed, k: int) -> F64:
-    """The whole turn of a twist bone: see `vistel.figure.rigid_kernels`; about the bone as it lies in the file."""
+    """The whole turn of a twist bone: see `vistel.figure.rigid.kernels`; about the bone as it lies in the file."""
     bone = TWIST_BONES[k]
     j, other = JOINT_INDEX[bone.joint], JOINT_INDEX[bone.other]
     axis = joints.found.tip[j] / np.linalg.norm(joints.found.tip[j])

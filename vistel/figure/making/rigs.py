@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.making.files.source import Rig
 from vistel.figure.making.names import SPINE, house_joint
-from vistel.figure.making.source import Rig
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.source import MakingError
+from vistel.figure.making.files.source import MakingError
 
 F64 = NDArray[np.float64]
 

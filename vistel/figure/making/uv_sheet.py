@@ -7,8 +7,8 @@ import colorsys
 import numpy as np
 from PIL import Image, ImageDraw
 
-from vistel.figure.avatar import Avatar
-from vistel.figure.avatar_texture import island_of, islands
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.texture import island_of, islands
 
 _NUMBERED = 40
 

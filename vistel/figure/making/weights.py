@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.making.names import SPINE
-from vistel.figure.rigid_weights import TWIST_BONES
+from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
 
 F32 = NDArray[np.float32]

@@ -9,9 +9,9 @@ import numpy as np
 import xatlas
 from numpy.typing import NDArray
 
-from vistel.figure.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.detail import with_levels
 from vistel.figure.body import Body, standard_body
-from vistel.figure.detail import with_levels
 from vistel.figure.people import trunk
 from vistel.figure.people.field import Sculpture, Solid
 from vistel.figure.people.hand import add_hand

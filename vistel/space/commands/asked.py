@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.space import holding
 from vistel.space.commands.actions import Refused, Which
 from vistel.space.commands.history import Change, Stood
 from vistel.space.commands.reference import Speaker, meant
-from vistel.space.dents import Dent
-from vistel.space.dynamics import FREE, HELD, Motions
+from vistel.space.dynamics.dynamics import FREE, HELD, Motions
+from vistel.space.hands import holding
+from vistel.space.memory.dents import Dent
 from vistel.space.people import pose_figure
 from vistel.space.room import Room
-from vistel.space.solids import Solids, outline
 from vistel.space.state import State
-from vistel.space.things import Thing
+from vistel.space.things.solids import Solids, outline
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 

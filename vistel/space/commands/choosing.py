@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
-from vistel.space import grasp as hands
-from vistel.space import holding, ownership
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed, exchanged, on_its_foot
 from vistel.space.commands.history import History, Stood
-from vistel.space.dynamics import ASLEEP, FIXED
+from vistel.space.dynamics.dynamics import ASLEEP, FIXED
+from vistel.space.hands import grasp as hands
+from vistel.space.hands import holding, ownership
 from vistel.space.state import State
 
 F64 = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.reference import COLOURS, name_of_colour
 from vistel.space.room import Z_UP
-from vistel.space.things import Axis, Primitive, Thing
+from vistel.space.things.things import Axis, Primitive, Thing
 
 F64 = NDArray[np.float64]
 

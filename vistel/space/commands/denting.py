@@ -16,9 +16,9 @@ from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed
 from vistel.space.commands.history import Stood
 from vistel.space.commands.reshape import extent
-from vistel.space.dents import MOST, Dent, deepest, imprints
-from vistel.space.solids import outline
-from vistel.space.things import Matter, Primitive
+from vistel.space.memory.dents import MOST, Dent, deepest, imprints
+from vistel.space.things.solids import outline
+from vistel.space.things.things import Matter, Primitive
 
 F64 = NDArray[np.float64]
 

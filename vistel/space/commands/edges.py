@@ -17,7 +17,7 @@ from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked
 from vistel.space.commands.reshape import THINNEST, curved, sound
 from vistel.space.commands.shaping import edited
-from vistel.space.things import Primitive, Thing
+from vistel.space.things.things import Primitive, Thing
 
 SHARPEST, ROUND, POINTED = 0.1, 1.0, 1.9
 """Exponents: of the sharpest edge, of an ellipsoid, of the sharpest points."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.space.dents import Dent
-from vistel.space.things import Thing
+from vistel.space.memory.dents import Dent
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 

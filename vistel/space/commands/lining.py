@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.space import holding
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked
 from vistel.space.commands.placing import GAP, glide, is_free, table_edge
+from vistel.space.hands import holding
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
-from vistel.space.solids import outline
+from vistel.space.things.solids import outline
 
 F64 = NDArray[np.float64]
 

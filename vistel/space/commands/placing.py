@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space import holding
 from vistel.space.commands import actions as ask
 from vistel.space.commands import reshape
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed, lowest
 from vistel.space.commands.history import Change, Stood
-from vistel.space.glide import Glide, on_way
+from vistel.space.hands import holding
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
-from vistel.space.solids import outline
-from vistel.space.things import Thing
+from vistel.space.things.glide import Glide, on_way
+from vistel.space.things.solids import outline
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 

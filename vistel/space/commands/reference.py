@@ -15,7 +15,7 @@ from vistel.figure.skeleton import FINGERS, JOINT_INDEX
 from vistel.space.commands.actions import Along, Refused, Shown, Size, Towards, Which
 from vistel.space.people import Posed
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.space.arc import Arc
 from vistel.space.commands.actions import Refused
-from vistel.space.solids import Solids, outline
-from vistel.space.things import Axis, Curve, Look, Part, Primitive, Thing
+from vistel.space.things.arc import Arc
+from vistel.space.things.solids import Solids, outline
+from vistel.space.things.things import Axis, Curve, Look, Part, Primitive, Thing
 
 F64 = NDArray[np.float64]
 

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
-from vistel.space import grasp as hands
-from vistel.space import holding
 from vistel.space.commands import actions as ask
 from vistel.space.commands import create as makes
 from vistel.space.commands import reshape
@@ -19,8 +17,10 @@ from vistel.space.commands.actions import Refused, Which
 from vistel.space.commands.asked import Answer, Asked, changed, exchanged, lowest, on_its_foot
 from vistel.space.commands.history import Change, Stood
 from vistel.space.commands.placing import axis_in_room, free_spot, place_meant
-from vistel.space.dynamics import HELD
-from vistel.space.things import Thing
+from vistel.space.dynamics.dynamics import HELD
+from vistel.space.hands import grasp as hands
+from vistel.space.hands import holding
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from vistel.space.files.interior import Interior
 from vistel.space.files.model import bulk_of_mesh
 from vistel.space.files.place import FromFile, lying, put_into
 from vistel.space.room import Extra, Seat
-from vistel.space.things import Matter, Thing
+from vistel.space.things.things import Matter, Thing
 
 F64 = NDArray[np.float64]
 Changed = tuple[Interior, str]

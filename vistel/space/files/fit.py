@@ -18,7 +18,7 @@ from scipy.spatial import ConvexHull, QhullError
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.files.cells import Cells, cells_of
 from vistel.space.files.superellipsoids import Shape, gap, shape_of
-from vistel.space.things import Primitive
+from vistel.space.things.things import Primitive
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]

@@ -11,13 +11,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.source import Source
+from vistel.figure.making.files.source import Source
 from vistel.space.files.cells import Cells
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.fit import MOST_PARTS, fitted
 from vistel.space.files.model import Bulk, Model, bulk_of_cells, bulk_of_mesh
 from vistel.space.files.model_of import colour_of, in_metres, model_of
-from vistel.space.things import Look, Thing
+from vistel.space.things.things import Look, Thing
 
 F64 = NDArray[np.float64]
 

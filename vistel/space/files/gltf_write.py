@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.gltf_binary import INDICES, Binary, png
+from vistel.figure.formats.gltf_binary import INDICES, Binary, png
 from vistel.figure.making.colours import linear
 from vistel.space.files.interior import Interior
 from vistel.space.files.surfaces import Piece, pieces_of
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 
 
 def save_glb(interior: Interior, path: Path) -> None:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.model import Model
 from vistel.space.room import Room
-from vistel.space.things import Look, Thing
+from vistel.space.things.things import Look, Thing
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.cache_folder import default_cache
-from vistel.figure.making.read_gltf import read_gltf
-from vistel.figure.making.read_obj import read_obj
-from vistel.figure.making.read_usd import read_usd
-from vistel.figure.making.source import MakingError
+from vistel.figure.avatar.cache_folder import default_cache
+from vistel.figure.making.files.read_gltf import read_gltf
+from vistel.figure.making.files.read_obj import read_obj
+from vistel.figure.making.files.read_usd import read_usd
+from vistel.figure.making.files.source import MakingError
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.foreign import Found, Said, found
 from vistel.space.files.interior import Interior
@@ -31,7 +31,7 @@ from vistel.space.files.seats import gltf_seats, seats_at_chairs, usd_seats
 from vistel.space.files.usd_read import own_room, read_room, read_seats
 from vistel.space.files.usd_write import USD_ENDINGS, save_usd
 from vistel.space.room import Room, Seat
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.source import Material
+from vistel.figure.making.files.source import Material
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.source import Material, Source
+from vistel.figure.making.files.source import Material, Source
 from vistel.space.files.model import Model
 
 F64 = NDArray[np.float64]

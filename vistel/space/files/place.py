@@ -15,7 +15,7 @@ from vistel.space.files.interior import Interior
 from vistel.space.files.load import load_things
 from vistel.space.files.surfaces import height_at, in_room, pieces_of
 from vistel.space.room import TABLE_HEIGHT
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 

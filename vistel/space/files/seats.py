@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.room import Seat
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 
 F64 = NDArray[np.float64]
 
@@ -65,8 +65,8 @@ def usd_seats(stage: Any, to_room: F64) -> list[Seat]:
 
 def gltf_seats(path: Path) -> list[Seat]:
     """Of a glTF file. Raises MakingError, OSError."""
-    from vistel.figure.making.gltf import read_document  # noqa: PLC0415
-    from vistel.figure.making.gltf_nodes import Nodes  # noqa: PLC0415
+    from vistel.figure.making.files.gltf import read_document  # noqa: PLC0415
+    from vistel.figure.making.files.gltf_nodes import Nodes  # noqa: PLC0415
 
     nodes = Nodes(read_document(path))
     return nodes_called_seat((nodes.name(k), nodes.matrix[k]) for k in range(len(nodes)))

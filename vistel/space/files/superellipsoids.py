@@ -16,7 +16,7 @@ from vistel.implicit.contacts.contact_set import SUPERELLIPSOID
 from vistel.implicit.contacts.contact_surface import surface
 from vistel.implicit.jit.kernel_jit import compiled
 from vistel.space.files.cells import Cells
-from vistel.space.things import Primitive
+from vistel.space.things.things import Primitive
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

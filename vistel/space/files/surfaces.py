@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.source import Finish
+from vistel.figure.making.files.source import Finish
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.files.model import Model
-from vistel.space.tessellate import Surface3, tessellate_thing
-from vistel.space.things import Look, Thing
+from vistel.space.things.tessellate import Surface3, tessellate_thing
+from vistel.space.things.things import Look, Thing
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

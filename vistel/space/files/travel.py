@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.making.source import Finish, Material
+from vistel.figure.making.files.source import Finish, Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.figure.making.files.source import MakingError, Material
 from vistel.figure.making.pictures import decode
-from vistel.figure.making.source import MakingError, Material
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 from vistel.space.files.travel import finish_read
 from vistel.space.files.usd_write import FORMAT
 from vistel.space.room import Room, Seat
-from vistel.space.thing_json import from_thing, to_thing
-from vistel.space.things import BEARS, Axis, Look, Matter, Primitive, Thing
+from vistel.space.things.json_values import from_thing, to_thing
+from vistel.space.things.things import BEARS, Axis, Look, Matter, Primitive, Thing
 
 F64 = NDArray[np.float64]
 

@@ -25,14 +25,14 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.making.source import Material
+from vistel.figure.making.files.source import Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import PLAIN, rgb
 from vistel.space.files.travel import finish_told
-from vistel.space.tessellate import join, tessellate_thing
-from vistel.space.thing_json import from_thing
-from vistel.space.things import BEARS, Thing
+from vistel.space.things.json_values import from_thing
+from vistel.space.things.tessellate import join, tessellate_thing
+from vistel.space.things.things import BEARS, Thing
 
 USD_ENDINGS = (".usda", ".usdc", ".usd", ".usdz")
 FORMAT = 1

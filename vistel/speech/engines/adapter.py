@@ -8,11 +8,11 @@ from typing import cast
 
 from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.engine import Engine, EngineError, Maker, Transcript
+from vistel.speech.engines.sphinx import SphinxError
 from vistel.speech.grammar import Grammar, Language
 from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
 from vistel.speech.nearest import Nearest
 from vistel.speech.segmenter import I16, Segmenter, Stage
-from vistel.speech.sphinx import SphinxError
 
 log = logging.getLogger("vistel.speech")
 

@@ -36,7 +36,7 @@ ALL_STALE = (1 << 9) - 1
 class MotionSample:
     """What a participant does at `t_ns` (conference time at which the sensors were sampled).
 
-    body: (25,) rad and m, order of `MOTION_FIELDS` (that of `vistel.figure.posture`). hands: (2, 20) rad,
+    body: (25,) rad and m, order of `MOTION_FIELDS` (that of `vistel.figure.posture.posture`). hands: (2, 20) rad,
     left first. stance: (4,) x, y, z of the feet [m, room frame] and heading [rad]. stale: parts whose sensor is silent.
     What the sensors do not tell is None: gaze: (2,) yaw and pitch [rad]; face: (26,) 13 marks [m, head frame];
     lids: (2,) opening of the left and the right eye, 0 closed .. 1 as at rest. From a source that knows more of the body,

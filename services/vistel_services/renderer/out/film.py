@@ -20,7 +20,7 @@ from vistel.conference.avatar_files import kept_parcel
 from vistel.space.files.interior import Interior
 from vistel.v1.world_pb2 import WorldState
 from vistel.wire.log import LogRecord
-from vistel.wire.world import Backlog, RoomNow, WorldDecoder
+from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
 from vistel_services.renderer.out.film_sound import FilmSound
 from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.ready import decor_of

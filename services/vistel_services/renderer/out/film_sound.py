@@ -11,7 +11,7 @@ from vistel.audio.mixer import Panning
 from vistel.audio.opus import FRAME, FRAME_NS, Encoder
 from vistel.audio.spatial import Head, Place, place_of
 from vistel.audio.stream import VoiceStream
-from vistel.figure.posture import pose_joints
+from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.v1.audio_pb2 import Voice
 from vistel_services.renderer.camera import overview

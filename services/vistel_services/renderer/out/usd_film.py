@@ -2,7 +2,7 @@
 
     NAME.usda                  /Conference: People, Room and Cameras, with time samples
     NAME_parts/room.usdc       the room with all things that were ever in it (`vistel.space.files.usd_write`)
-    NAME_parts/PERSON.usdc     an avatar (`vistel.figure.avatar_usd`)
+    NAME_parts/PERSON.usdc     an avatar (`vistel.figure.formats.usd`)
 
 Figures move as their joints do; that skin deforms where people touch is not in it. A thing that is not there yet, or any more,
 is invisible.
@@ -21,14 +21,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure import avatar_usd
-from vistel.figure.avatar import Avatar
-from vistel.figure.posture import JointPose, pose_joints
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.formats import usd as avatar_usd
+from vistel.figure.posture.posture import JointPose, pose_joints
 from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton
 from vistel.space.files.interior import Interior, looks_of
 from vistel.space.files.usd_write import save_usd
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 from vistel_services.renderer.camera import SeatCamera
 from vistel_services.renderer.stage import About, Instant
 

@@ -1,11 +1,11 @@
 #version 330
-// The rigid component: vistel.figure.rigid_kernels.skin_dual_quaternion for one vertex (Kavan 2008, shortest arcs).
+// The rigid component: vistel.figure.rigid.kernels.skin_dual_quaternion for one vertex (Kavan 2008, shortest arcs).
 #include "deform_plan.glsl"
 in vec3 rest;
 in vec3 rest_normal;
 in ivec4 bone;
 in vec4 weight;              // largest first
-in vec3 bulge;               // vistel.figure.rigid_bulge: way out,
+in vec3 bulge;               // vistel.figure.rigid.bulge: way out,
 in vec3 bulging;             // share above and below the joint, hinge or -1
 in ivec2 layers;             // vistel.figure.layers.skin: its terms from, to
 in float fall;               // of its own field [1/m] where the implicit component shapes the skin, else 0

@@ -19,7 +19,7 @@ from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Which
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import pieces_of
-from vistel.space.things import Thing
+from vistel.space.things.things import Thing
 from vistel_services.renderer.camera import Camera, overview
 from vistel_services.renderer.outlines import Outline
 from vistel_services.renderer.screens import Box, Sight

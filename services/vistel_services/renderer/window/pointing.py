@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
-from vistel.space.tessellate import Surface3
+from vistel.space.things.tessellate import Surface3
 from vistel_services.renderer.screens import Sight
 
 F64 = NDArray[np.float64]

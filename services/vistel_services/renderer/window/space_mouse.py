@@ -6,9 +6,9 @@ import logging
 
 from vistel.protocol.space_mouse import FULL, LOGITECH, THREE_DCONNEXION, SpaceMouseState, after, is_space_mouse
 from vistel.wire.clock import Clock
-from vistel_services.hid_transport import HidDevice, find_hid, open_hid
+from vistel_services.devices.hid_transport import HidDevice, find_hid, open_hid
+from vistel_services.devices.transport import Transport, TransportError
 from vistel_services.renderer.window.navigation import Puck
-from vistel_services.transport import Transport, TransportError
 
 log = logging.getLogger("vistel.renderer")
 

@@ -9,12 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from vistel.messages.commands import message_of
 from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
-from vistel_services.command_messages import message_of
 from vistel_services.renderer.window.facts import FactsHeard
 from vistel_services.renderer.window.wishes import Ask, Carry, LetGo
 

@@ -1,0 +1,67 @@
+"""`vistel avatar assemble`: one avatar of separately scanned parts."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from vistel_cli.avatar.files import Json, busy, check_output, facts, report, save
+from vistel_cli.terminal import USAGE, fail, out
+
+
+def assemble(
+    file: Annotated[Path, typer.Argument(help="What the parts are and how they lie (.toml).")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Avatar to write: .usda, .usdc, .usd or .usdz.")],
+    name: Annotated[str, typer.Option(help="Of the person; else what the file says.")] = "",
+    primitives: Annotated[int, typer.Option(help="Cone-spheres in the body: 23 (hands whole), 55, or up to 200.")] = 55,
+    as_json: Json = False,
+) -> None:
+    """An avatar of separately scanned parts: blended at the joints, closed, one texture, fitted.
+
+    [bold]Examples[/bold]
+
+      vistel avatar assemble parts.toml -o me.usda
+    """
+    from vistel.figure.making.assembly import assemble as making  # noqa: PLC0415
+    from vistel.figure.making.files.source import MakingError  # noqa: PLC0415
+    from vistel.figure.making.make import make_avatar  # noqa: PLC0415
+
+    check_output(output)
+    began = time.perf_counter()
+    try:
+        with busy(f"reading {file.name}", not as_json) as status:
+            tell = (lambda text: status.update(escape(text))) if status else (lambda _: None)
+            whole = making.assemble(file, step=tell)
+            blended = time.perf_counter()
+            made = make_avatar(
+                whole.source, name=name or whole.name, height=whole.height, primitives=primitives,
+                step=lambda text: tell(f"fitting: {text}"),
+            )  # fmt: skip
+    except MakingError as fault:
+        fail(str(fault) if str(fault).startswith(str(file)) else f"{file}: {fault}", USAGE)
+    except OSError as fault:
+        fail(f"{fault.filename or file}: cannot be read: {fault.strerror or fault}", USAGE)
+    save(made.avatar, output, not as_json)
+    joints = [
+        {"between": list(j.between), "radius_m": round(j.radius, 4), "zone_m": round(j.zone, 4), "gap_m": round(j.gap, 4),
+         "triangles": j.triangles}
+        for j in whole.joints
+    ]  # fmt: skip
+    told = {
+        "output": str(output), **facts(made.avatar), "joints_blended": len(joints), "open_edges": made.sound.border,
+        "mean_distance_mm": round(1e3 * made.fit.mean_distance, 2),
+        "assemble_seconds": round(blended - began, 2), "seconds": round(time.perf_counter() - began, 2),
+    }  # fmt: skip
+    if as_json:
+        told |= {"joints": joints, "notes": list(made.notes)}
+    else:
+        for j in joints:
+            gap = f"{1e3 * abs(j['gap_m']):.0f} mm {'gap' if j['gap_m'] >= 0 else 'overlap'}"
+            out.print(f"  {' and '.join(j['between'])}: {gap}, blended over {2e3 * j['zone_m']:.0f} mm", soft_wrap=True)
+        for note in made.notes:
+            out.print(f"  {escape(note)}", soft_wrap=True)
+    report(as_json, told)

@@ -1,0 +1,271 @@
+"""`vistel avatar`: people generated, imported from meshes, looked at and exported."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from vistel_cli.avatar.assemble import assemble
+from vistel_cli.avatar.files import Json, busy, check_output, facts, load, load_or_make, own, report, save
+from vistel_cli.avatar.layers import layers
+from vistel_cli.avatar.texture import islands, register
+from vistel_cli.terminal import FAILED, USAGE, fail, out
+
+if TYPE_CHECKING:
+    from vistel.figure.avatar.avatar import Avatar
+
+app = typer.Typer(
+    help="Make, look at and export avatars: the people of a conference.", no_args_is_help=True, rich_markup_mode="rich"
+)
+
+app.command()(assemble)
+app.command()(layers)
+app.command()(islands)
+app.command()(register)
+
+Output = Annotated[Path, typer.Option("--output", "-o", help="Avatar to write: .usda, .usdc, .usd or .usdz.")]
+Primitives = Annotated[
+    int, typer.Option("--primitives", help="Cone-spheres in the body: 23 (hands whole), 55 (fingers apart), or up to 200.")
+]
+
+
+@app.command("generate")
+def generate(
+    output: Output,
+    name: Annotated[str, typer.Option(help="Of the person; also draws what is not said.")] = "",
+    height: Annotated[float, typer.Option(min=0.5, max=2.6, help="[m]")] = 1.75,
+    look: Annotated[
+        str, typer.Option(help="key=value,...: seed, build (0.8 to 1.35), female (0 to 1), skin, hair, hair_style, top, ...")
+    ] = "",
+    as_json: Json = False,
+) -> None:
+    """A built-in person as an avatar file. Not there: age (there is no old or young look), other clothes than top,
+    trousers and shoes in the built-in cuts.
+
+    [bold]Examples[/bold]
+
+      vistel avatar generate -o eva.usda --height 1.68 --look seed=3,female=1,build=0.95,hair_style=5
+
+      vistel avatar generate -o somebody.usdz
+    """
+    from vistel.figure.avatar.avatar import builtin_avatar  # noqa: PLC0415 - what makes people takes long to load
+
+    check_output(output)
+    name = name or output.stem
+    began = time.perf_counter()
+    try:
+        with busy("making the person", not as_json):
+            avatar = builtin_avatar(f"builtin:{look}", name=name, height=height)
+    except ValueError as fault:
+        fail(str(fault), USAGE)
+    save(avatar, output, not as_json)
+    report(as_json, {"output": str(output), **facts(avatar), "seconds": round(time.perf_counter() - began, 2)})
+
+
+@app.command("import")
+def import_(
+    file: Annotated[Path, typer.Argument(help="The mesh: .obj, .glb, .gltf, .vrm, .usda, .usdc, .usd or .usdz.")],
+    output: Output,
+    name: Annotated[str, typer.Option(help="Of the person.")] = "",
+    height: Annotated[float | None, typer.Option(min=0.5, max=2.6, help="Of the person [m]; found otherwise.")] = None,
+    unit: Annotated[float | None, typer.Option(min=1e-6, max=1e3, help="Metres of one unit of the file.")] = None,
+    up: Annotated[str | None, typer.Option(help="Axis that is up, Y or Z; found from the shape otherwise.")] = None,
+    texture: Annotated[Path | None, typer.Option(help="Picture of the skin, where the file names none.")] = None,
+    clothes: Annotated[
+        list[Path] | None, typer.Option(help="Another mesh in the same frame that is worn (.obj, MakeHuman .mhclo); repeatable.")
+    ] = None,
+    rig: Annotated[Path | None, typer.Option(help="Rig of MakeHuman (MPFB's rig.*.json) for its base mesh.")] = None,
+    weights: Annotated[Path | None, typer.Option(help="The rig's weights (weights.*.json, .gz).")] = None,
+    target: Annotated[
+        list[str] | None, typer.Option(help="MakeHuman morph target, FILE or FILE=SHARE; may be given more than once.")
+    ] = None,
+    expressions: Annotated[
+        Path | None, typer.Option(help="Folder of MakeHuman targets that its face makes, or one of them.")
+    ] = None,
+    primitives: Primitives = 55,
+    as_json: Json = False,
+) -> None:
+    """An avatar of the person in a mesh: unit and axes found, skeleton and primitives fitted, bent to the T-pose.
+
+    Joints come from the file's rig where it has one, else from the shape of a mesh in T- or A-pose.
+
+    [bold]Examples[/bold]
+
+      vistel avatar import scan.obj -o me.usda
+
+      vistel avatar import me.vrm -o me.usda
+
+      vistel avatar import base.obj -o me.usda --rig rig.game_engine.json --weights weights.game_engine.json.gz --texture skin.png
+    """
+    from vistel.figure.making.files.read import Extras, read_source  # noqa: PLC0415
+    from vistel.figure.making.files.source import MakingError  # noqa: PLC0415
+    from vistel.figure.making.make import make_avatar  # noqa: PLC0415
+
+    check_output(output)
+    if up is not None and up.upper() not in ("Y", "Z"):
+        fail(f"--up: expected Y or Z, got {up!r}", USAGE)
+    if weights is not None and rig is None:
+        fail("--weights: are of a rig; give --rig too", USAGE)
+    began = time.perf_counter()
+    if (avatar := own(file)) is not None:
+        avatar = avatar if not name else replace(avatar, name=name)
+        save(avatar, output, not as_json)
+        out.print("  an avatar of VISTEL: taken as it is", soft_wrap=True) if not as_json else None
+        report(as_json, {"output": str(output), **facts(avatar), "seconds": round(time.perf_counter() - began, 2)})
+        return
+    try:
+        with busy(f"reading {file.name}", not as_json):
+            source = read_source(file, Extras(texture, tuple(clothes or ()), rig, weights, tuple(target or ()), expressions))
+        fitting = time.perf_counter()
+        with busy("fitting", not as_json) as status:
+            made = make_avatar(
+                source, name=name or output.stem, unit=unit, up=up.upper() if up else None, height=height,
+                primitives=primitives, step=lambda text: status.update(f"fitting: {text}") if status else None,
+            )  # fmt: skip
+        fitted = time.perf_counter() - fitting
+    except MakingError as fault:
+        fail(str(fault) if "/" in str(fault).partition(": ")[0] else f"{file}: {fault}", USAGE)
+    except OSError as fault:
+        fail(f"{fault.filename or file}: cannot be read: {fault.strerror or fault}", USAGE)
+    except ValueError as fault:
+        fail(f"{file}: {fault}", USAGE)
+    save(made.avatar, output, not as_json)
+    said = {
+        "output": str(output), **facts(made.avatar), "joints_from": made.skeleton_from, "weights_from": made.weights_from,
+        "arms_below_horizontal_deg": round(math.degrees(made.pose_angle), 1), **_fit_facts(made.fit),
+        "fit_seconds": round(fitted, 2), "seconds": round(time.perf_counter() - began, 2),
+    }  # fmt: skip
+    if as_json:
+        said |= {"joint_names": dict(made.joint_of), "unknown_joints": list(made.unknown), "notes": list(made.notes)}
+    else:
+        for note in made.notes:
+            out.print(f"  {escape(note)}", soft_wrap=True)
+        if made.unknown:
+            unknown = escape(", ".join(made.unknown))
+            out.print(f"  joints without a name of ours go with the one above them: {unknown}", soft_wrap=True)
+    report(as_json, said)
+
+
+@app.command("fit")
+def fit(
+    file: Annotated[Path, typer.Argument(help="An avatar file.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Where to write; the file itself otherwise.")] = None,
+    primitives: Primitives = 60,
+    as_json: Json = False,
+) -> None:
+    """Fit another set of primitives to an avatar's mesh; more of them follow it more closely and cost more time.
+
+    [bold]Examples[/bold]
+
+      vistel avatar fit me.usda --primitives 60
+    """
+    from vistel.figure.making.make import refit  # noqa: PLC0415
+
+    avatar = load(file)
+    target = output or file
+    if target.suffix.lower() == ".npz":
+        fail(f"{target}: is a cached person; write it elsewhere with -o NAME.usda", USAGE)
+    check_output(target)
+    began = time.perf_counter()
+    try:
+        with busy("fitting", not as_json):
+            fitted, result = refit(avatar, primitives)
+    except ValueError as fault:
+        fail(f"--{fault}", USAGE)
+    took = time.perf_counter() - began
+    save(fitted, target, not as_json)
+    report(as_json, {"output": str(target), **_fit_facts(result), "fit_seconds": round(took, 2)})
+
+
+@app.command("inspect")
+def inspect(
+    file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
+    sheet: Annotated[Path | None, typer.Option(help="PNG to write: the face and a dozen postures.")] = None,
+    as_json: Json = False,
+) -> None:
+    """What an avatar is made of, how well its primitives hold its mesh, and a sheet of pictures.
+
+    [bold]Examples[/bold]
+
+      vistel avatar inspect me.usda --sheet me.png
+    """
+    from vistel.figure.making.report import inspect_avatar  # noqa: PLC0415
+
+    avatar = load_or_make(file)
+    if sheet is not None and not sheet.parent.is_dir():
+        fail(f"{sheet}: there is no directory {sheet.parent}", USAGE)
+    with busy("looking at the avatar", not as_json):
+        said, lines = inspect_avatar(avatar)
+    if sheet is not None:
+        _draw(avatar, sheet, not as_json)
+        said["sheet"] = str(sheet)
+    if not as_json:
+        for line in lines:
+            out.print(line, highlight=False, soft_wrap=True)
+    report(as_json, said)
+
+
+@app.command("export")
+def export(
+    file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
+    output: Annotated[Path, typer.Option("--output", "-o", help="What to write: .usda, .usdc, .usdz, .glb, .vrm or .obj.")],
+    author: Annotated[str, typer.Option(help="Whom a VRM file names as its author; the avatar's name otherwise.")] = "",
+    as_json: Json = False,
+) -> None:
+    """Write an avatar in another format: USD keeps everything, glTF and VRM 1.0 all but the coarser levels of detail (which
+    come again when read), OBJ the shape and its texture.
+
+    [bold]Examples[/bold]
+
+      vistel avatar export me.usda -o me.usdz
+
+      vistel avatar export me.usda -o me.vrm --author "Ben Okri"
+    """
+    from vistel.figure.formats.avatar_file import export_obj  # noqa: PLC0415
+    from vistel.figure.formats.gltf import GLTF_ENDINGS, save_gltf  # noqa: PLC0415
+    from vistel.figure.formats.usd import USD_ENDINGS  # noqa: PLC0415
+
+    ending = output.suffix.lower()
+    known = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")
+    if ending not in known:
+        fail(f"{output}: expected a name that ends in {', '.join(known)}", USAGE)
+    if not output.parent.is_dir():
+        fail(f"{output}: there is no directory {output.parent}", USAGE)
+    avatar = load_or_make(file, output.stem)
+    if ending in USD_ENDINGS:
+        save(avatar, output, not as_json)
+    else:
+        try:
+            with busy(f"writing {output.name}", not as_json):
+                save_gltf(avatar, output, author=author) if ending in GLTF_ENDINGS else export_obj(avatar, output)
+        except OSError as fault:
+            fail(f"{output}: cannot be written: {fault.strerror or fault}", FAILED)
+    report(as_json, {"output": str(output), "bytes": output.stat().st_size, **facts(avatar)})
+
+
+def _draw(avatar: Avatar, sheet: Path, show: bool) -> None:
+    from vistel.figure.posture.standard import standard_postures  # noqa: PLC0415
+    from vistel_services.renderer.gl_context import NoOpenGlError  # noqa: PLC0415
+    from vistel_services.renderer.portrait import Portraits  # noqa: PLC0415
+
+    try:
+        with busy("drawing", show):
+            portraits = Portraits()
+            try:
+                portraits.sheet([avatar], standard_postures(), columns=7).save(sheet)
+            finally:
+                portraits.close()
+    except NoOpenGlError as fault:
+        fail(str(fault), FAILED)
+    except (OSError, ValueError) as fault:
+        fail(f"{sheet}: cannot be written: {fault}", FAILED)
+
+
+def _fit_facts(result: Any) -> dict[str, Any]:
+    return {"primitives": len(result.body), "mean_distance_mm": round(1e3 * result.mean_distance, 2)}

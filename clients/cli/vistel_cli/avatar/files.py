@@ -1,0 +1,98 @@
+"""What the commands of `vistel avatar` share: reading, writing and reporting avatars."""
+
+from __future__ import annotations
+
+import json
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+
+if TYPE_CHECKING:
+    from vistel.figure.avatar.avatar import Avatar
+
+Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")]
+
+
+def busy(text: str, show: bool) -> Any:
+    """A spinner that says what is being done, where somebody looks."""
+    return err.status(escape(text)) if show and err.is_terminal else nullcontext()
+
+
+def load(file: Path) -> Avatar:
+    """The avatar in a file; leaves with one line where there is none."""
+    from vistel.figure.formats.avatar_file import AvatarFileError, load_any  # noqa: PLC0415
+
+    try:
+        return load_any(file)
+    except AvatarFileError as fault:
+        fail(str(fault), USAGE)
+    except OSError as fault:
+        fail(f"{file}: cannot be read: {fault.strerror or fault}", USAGE)
+
+
+def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Avatar:
+    """The avatar in a file, or the built-in one that "builtin:…" describes; leaves with one line where there is none."""
+    if not spec.startswith("builtin"):
+        return load(Path(spec))
+    from vistel.figure.avatar.avatar import builtin_avatar  # noqa: PLC0415
+
+    try:
+        return builtin_avatar(spec, name=name, height=height)
+    except ValueError as fault:
+        fail(str(fault), USAGE)
+
+
+def own(file: Path) -> Avatar | None:
+    """The avatar where the file is one already."""
+    from vistel.figure.formats.avatar_file import AvatarFileError, load_any  # noqa: PLC0415
+
+    if file.suffix.lower() in (".npz", ".obj"):
+        return None
+    try:
+        return load_any(file)
+    except (AvatarFileError, OSError):
+        return None
+
+
+def check_output(output: Path) -> None:
+    """Leaves with one line where an avatar cannot be written there."""
+    from vistel.figure.formats.usd import USD_ENDINGS  # noqa: PLC0415
+
+    if output.suffix.lower() not in USD_ENDINGS:
+        fail(f"{output}: expected a name that ends in {', '.join(USD_ENDINGS)}", USAGE)
+    if not output.parent.is_dir():
+        fail(f"{output}: there is no directory {output.parent}", USAGE)
+
+
+def save(avatar: Avatar, output: Path, show: bool) -> None:
+    """Writes the avatar as USD; leaves with one line where that fails."""
+    from vistel.figure.formats.usd import save_usd  # noqa: PLC0415
+
+    try:
+        with busy(f"writing {output.name}", show):
+            save_usd(avatar, output)
+    except OSError as fault:
+        fail(f"{output}: cannot be written: {fault.strerror or fault}", FAILED)
+
+
+def facts(avatar: Avatar) -> dict[str, Any]:
+    """What an avatar consists of."""
+    return {
+        "name": avatar.name, "height_m": round(avatar.skeleton.height, 3), "vertices": len(avatar.mesh.vertices),
+        "triangles": len(avatar.mesh.triangles), "eyeballs": len(avatar.eyeballs), "levels": 1 + len(avatar.coarser),
+        "primitives": len(avatar.body),
+    }  # fmt: skip
+
+
+def report(as_json: bool, facts: dict[str, Any]) -> None:
+    """The facts as one JSON object or as a table."""
+    if as_json:
+        print(json.dumps(facts))
+        return
+    for key, value in facts.items():
+        out.print(f"{key.replace('_', ' '):26} {escape(str(value))}", soft_wrap=True)

@@ -1,0 +1,71 @@
+"""`vistel avatar layers`: what lies under an avatar's skin in a posture, as a scene file to trace."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vistel_cli.avatar.files import Json, busy, load_or_make, report
+from vistel_cli.terminal import FAILED, USAGE, fail
+
+_FROM = (0.45, 0.25, 1.6)
+"""From the middle of the figure to the camera, in parts of the figure's size."""
+
+
+class Shown(StrEnum):
+    """Which layers."""
+
+    skin = "skin"
+    muscles = "muscles"
+    bones = "bones"
+
+
+def layers(
+    file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The scene file to write, .toml.")],
+    posture: Annotated[str, typer.Option(help="One of the standard postures, such as t-pose, elbow or squat.")] = "elbow",
+    show: Annotated[Shown, typer.Option(help="All layers blended, or muscles and bones, or bones uncovered.")] = Shown.skin,
+    physical: Annotated[bool, typer.Option(help="Bellies swell by their blend functions instead of by their size.")] = False,
+    as_json: Json = False,
+) -> None:
+    """An avatar as one layered implicit model of bones, muscles, veins and skin, in a scene file for `vistel trace`.
+
+    [bold]Examples[/bold]
+
+      vistel avatar layers builtin:seed=3 -o arm.toml --posture elbow --show muscles
+    """
+    import numpy as np  # noqa: PLC0415
+
+    from vistel.figure.layers.model import Layer, layered_model  # noqa: PLC0415 - the mathematics take long to load
+    from vistel.figure.layers.places import Places  # noqa: PLC0415
+    from vistel.figure.layers.scene_text import scene_text  # noqa: PLC0415
+    from vistel.figure.layers.skin import Anatomy  # noqa: PLC0415
+    from vistel.figure.posture.posture import pose_joints  # noqa: PLC0415
+    from vistel.figure.posture.standard import standard_postures  # noqa: PLC0415
+
+    postures = standard_postures()
+    if posture not in postures:
+        fail(f"--posture: is {posture!r}, expected one of {', '.join(postures)}", USAGE)
+    avatar = load_or_make(file)
+    kinds: dict[Shown, tuple[Layer, ...]] = {
+        Shown.skin: ("skin", "joints", "muscles", "bones", "veins"), Shown.muscles: ("bones", "muscles", "tendons"),
+        Shown.bones: ("bones",),
+    }  # fmt: skip
+    with busy("building the layers", not as_json):
+        joints = pose_joints(avatar.skeleton, postures[posture])
+        model = layered_model(avatar, Anatomy.of(Places(avatar)), joints, physical=physical)
+        low, high = joints.position.min(axis=0), joints.position.max(axis=0)
+        middle = 0.5 * (low + high)
+        away = 1.05 * float(max((high - low).max(), avatar.skeleton.height))
+        text = scene_text(
+            model, kinds[show], blended=show is Shown.skin, eye=middle + away * np.array(_FROM), target=middle
+        )
+    try:
+        output.write_text(text)
+    except OSError as fault:
+        fail(f"{output}: cannot be written: {fault.strerror or fault}", FAILED)
+    counts = {layer: len(model.layer(layer)) for layer in kinds[show]}
+    report(as_json, {"output": str(output), "posture": posture, **counts})

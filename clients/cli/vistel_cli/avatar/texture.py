@@ -1,0 +1,102 @@
+"""`vistel avatar islands` and `register`: how the texture lies on each part of an avatar's surface."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vistel_cli.avatar.files import Json, check_output, load, report, save
+from vistel_cli.terminal import FAILED, USAGE, fail, out
+
+
+def islands(
+    file: Annotated[Path, typer.Argument(help="An avatar file.")],
+    sheet: Annotated[Path | None, typer.Option(help="PNG to write: the texture with the islands over it, numbered.")] = None,
+    most: Annotated[int, typer.Option(min=1, help="How many to list, largest first.")] = 20,
+    as_json: Json = False,
+) -> None:
+    """The islands of an avatar's texture coordinates: parts of the surface on which the texture is registered.
+
+    [bold]Examples[/bold]
+
+      vistel avatar islands me.usda --sheet islands.png
+    """
+    from vistel.figure.avatar import texture as avatar_texture  # noqa: PLC0415
+    from vistel.figure.making.uv_sheet import uv_sheet  # noqa: PLC0415
+
+    avatar = load(file)
+    found = avatar_texture.islands(avatar)
+    kept = {r.island: r for r in avatar.registration}
+    if sheet is not None:
+        try:
+            uv_sheet(avatar).save(sheet)
+        except (OSError, ValueError) as fault:
+            fail(f"{sheet}: cannot be written: {fault}", FAILED)
+    if as_json:
+        rows = [asdict(i) | {"registration": asdict(kept[i.number]) if i.number in kept else None} for i in found]
+        print(json.dumps({"file": str(file), "islands": rows}))
+        return
+    for i in found[:most]:
+        how = kept.get(i.number)
+        moved = "" if how is None else (
+            f"  moved {how.move[0]:g},{how.move[1]:g} turned {math.degrees(how.turn):g} scaled {how.scale:g}")
+        box = " ".join(f"{x:.3f}" for x in i.box)
+        out.print(f"{i.number:4} {i.part:24} {1e4 * i.area:8.1f} cm2 {i.triangles:6} triangles  uv {box}{moved}", soft_wrap=True)
+    if len(found) > most:
+        out.print(f"and {len(found) - most} smaller ones (--most N)")
+
+
+def register(
+    file: Annotated[Path, typer.Argument(help="An avatar file.")],
+    island: Annotated[int, typer.Option(min=0, help="Its number, as `vistel avatar islands` lists them.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Where to write; the file itself otherwise.")] = None,
+    move: Annotated[str, typer.Option(help="U,V: right and up, in widths and heights of the whole texture.")] = "0,0",
+    turn: Annotated[float, typer.Option(help="Counter-clockwise [degrees].")] = 0.0,
+    scale: Annotated[float, typer.Option(min=0.001, max=1000.0, help="2: the picture on it twice as large.")] = 1.0,
+    picture: Annotated[Path | None, typer.Option(help="Another picture for this island, which it spans at first.")] = None,
+    reset: Annotated[bool, typer.Option("--reset", help="Take the transform of this island back.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Lay the texture right on one island: turn, scale and move it about the island's middle. What is said replaces what
+    was said before of that island, and is kept in the file.
+
+    [bold]Examples[/bold]
+
+      vistel avatar register me.usda --island 2 --turn 12 --scale 1.1 --move 0.01,-0.004
+
+      vistel avatar register me.usda --island 2 --picture face.png
+
+      vistel avatar register me.usda --island 2 --reset
+    """
+    from vistel.figure.avatar.avatar import Registration  # noqa: PLC0415
+    from vistel.figure.avatar.texture import registered, unregistered, with_picture  # noqa: PLC0415
+    from vistel.figure.making.files.source import MakingError  # noqa: PLC0415
+    from vistel.figure.making.pictures import decode  # noqa: PLC0415
+
+    target = output or file
+    check_output(target)
+    try:
+        u, v = (float(word) for word in move.split(","))
+    except ValueError:
+        fail(f"--move: expected U,V like 0.01,-0.02, got {move!r}", USAGE)
+    avatar = load(file)
+    try:
+        if picture is not None:
+            avatar = with_picture(avatar, island, decode(picture.read_bytes()))
+        if reset:
+            avatar = unregistered(avatar, island)
+        elif picture is None or (u, v, turn, scale) != (0.0, 0.0, 0.0, 1.0):
+            avatar = registered(avatar, Registration(island, (u, v), math.radians(turn), scale))
+    except MakingError as fault:
+        fail(f"{picture}: {fault}", USAGE)
+    except ValueError as fault:
+        fail(f"{file}: {fault}", USAGE)
+    except OSError as fault:
+        fail(f"{picture}: cannot be read: {fault.strerror or fault}", USAGE)
+    save(avatar, target, not as_json)
+    report(as_json, {"output": str(target), "registered": [r.island for r in avatar.registration]})

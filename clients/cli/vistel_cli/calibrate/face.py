@@ -1,0 +1,69 @@
+"""`vistel calibrate face`: a person's neutral face, and the colour of its marks, in their helmet's camera."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vistel_cli.calibrate.pictures import participant, shown
+from vistel_cli.terminal import USAGE, fail, out
+
+_STILL_PX = 2.0
+_MOST = 90
+
+
+def face(
+    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    name: Annotated[str, typer.Argument(help="Participant whose face camera it is.")],
+    output: Annotated[Path | None, typer.Option("--out", help="Default: NAME-face.json.")] = None,
+    clip: Annotated[Path | None, typer.Option(help="A video of the neutral face, instead of the camera.")] = None,
+    seconds: Annotated[float, typer.Option(help="How long to look.")] = 2.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+) -> None:
+    """Learn where the 13 marks of a neutral face are, and their colour.
+
+    The person looks ahead, mouth closed, nothing raised, for two seconds. Name the file as `calibration` of the
+    participant's face in the conference file.
+
+    [bold]Examples[/bold]
+
+      vistel calibrate face conference.toml aiko
+
+      vistel calibrate face conference.toml aiko --clip neutral.mp4 --out aiko-face.json
+    """
+    person, seed = participant(file, name)
+    if person.face is None or person.face.kind != "camera":
+        fail(f'{file}: {name} has no face camera; give them [sites.participants.face] with kind = "camera"', USAGE)
+    # Loads what only this command needs.
+    from vistel.vision.face_calibration import CalibrationError, calibrate_face, write_face  # noqa: PLC0415
+    from vistel_sim.pictures.face import FacePicture, View, rest_face  # noqa: PLC0415
+    from vistel_sim.pictures.noise import light_at  # noqa: PLC0415
+    from vistel_sim.process import device_seed  # noqa: PLC0415
+
+    drawn = FacePicture(device_seed(seed, f"{name}-face"))
+    frames = [
+        picture for _, picture in
+        shown(person.face, clip, seconds, lambda k: drawn.draw(rest_face(), k, View(gains=light_at(k / 30))))
+    ]  # fmt: skip
+    path = output or Path(f"{name}-face.json")
+    try:
+        found = calibrate_face(frames[:: max(1, len(frames) // _MOST)], mirrored=person.face.mirrored)
+        write_face(path, found)
+    except CalibrationError as e:
+        fail(f"{clip or person.face.source}: {e}")
+    except OSError as e:
+        fail(f"{path}: cannot be written: {e.strerror}")
+    if as_json:
+        out.print_json(data={
+            "file": str(path), "pictures": len(frames), "wander_px": round(found.wander_px, 3),
+            "misfit_mm": round(found.misfit_mm, 3), "contrast": round(found.key.contrast(), 1),
+        })  # fmt: skip
+        return
+    out.print(f"marks moved by {found.wander_px:.2f} px while the face was to be still")
+    out.print(f"they lie {found.misfit_mm:.1f} mm off those of a standard face")
+    out.print(f"their colour stands out of the rest {found.key.contrast():.0f}:1")
+    if found.wander_px > _STILL_PX:
+        out.print("[yellow]that is much: keep the face still and do it again[/yellow]")
+    out.print(f"wrote {path}")

@@ -1,0 +1,104 @@
+"""`vistel calibrate gaze`: where a person looks, from where the pupil is in their eye camera's picture."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from vistel_cli.calibrate.pictures import SIMULATED_HZ, participant, shown
+from vistel_cli.terminal import USAGE, err, fail, out
+
+_USED = (0.4, 0.95)
+"""Share of a point's time in which the eye is on it."""
+_GOOD_DEG = 1.5
+
+
+def gaze(
+    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    name: Annotated[str, typer.Argument(help="Participant whose eye camera it is.")],
+    output: Annotated[Path | None, typer.Option("--out", help="Default: NAME-eye.json.")] = None,
+    clip: Annotated[Path | None, typer.Option(help="A video of the nine points looked at, instead of the camera.")] = None,
+    per_point: Annotated[float, typer.Option(help="Seconds for each of the nine points.")] = 2.0,
+    yaw: Annotated[float, typer.Option(help="Degrees of the outer points to the left and right.")] = 18.0,
+    pitch: Annotated[float, typer.Option(help="Degrees of the outer points up and down.")] = 12.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+) -> None:
+    """Learn where an eye looks, from nine points looked at in turn.
+
+    Put nine marks on a wall: three rows of three, the middle one straight ahead at eye height, the outer ones 18 degrees to
+    each side and 12 up and down (at 2 m: 65 cm and 43 cm). Keep the head still and look at each in turn as told, from the
+    left above to the right below. Name the file as `calibration` of the participant's eye in the conference file.
+
+    [bold]Examples[/bold]
+
+      vistel calibrate gaze conference.toml aiko
+
+      vistel calibrate gaze conference.toml aiko --clip nine-points.mp4 --per-point 3
+    """
+    person, seed = participant(file, name)
+    if person.eye is None:
+        fail(f"{file}: {name} has no eye camera; give them [sites.participants.eye]", USAGE)
+    if not (0.3 <= per_point <= 30.0 and 2.0 <= yaw <= 40.0 and 2.0 <= pitch <= 40.0):
+        fail("expected --per-point 0.3 to 30 s, --yaw and --pitch 2 to 40 degrees", USAGE)
+    # Loads what only this command needs.
+    import cv2  # noqa: PLC0415
+    import numpy as np  # noqa: PLC0415
+
+    from vistel.vision.eye_reader import EyeReader  # noqa: PLC0415
+    from vistel.vision.face_calibration import CalibrationError  # noqa: PLC0415
+    from vistel.vision.gaze_calibration import NINE, calibrate_gaze, write_gaze  # noqa: PLC0415
+    from vistel_sim.pictures.eye import EyePicture  # noqa: PLC0415
+    from vistel_sim.process import device_seed  # noqa: PLC0415
+
+    targets = NINE / np.abs(NINE).max(0) * np.radians((yaw, pitch))
+    drawn = EyePicture(device_seed(seed, f"{name}-eye"), right=person.eye.eye == "right")
+
+    def simulated(k: int) -> Any:
+        return drawn.draw(targets[min(8, int(k / SIMULATED_HZ / per_point))], 1.0, k)
+
+    live = clip is None and not person.eye.simulated
+    reader = EyeReader()
+    pupils: list[list[Any]] = [[] for _ in targets]
+    openings: list[float] = []
+    size, point = (0, 0), -1
+    for t_s, picture in shown(person.eye, clip, len(targets) * per_point, simulated):
+        now, phase = divmod(t_s / per_point, 1.0)
+        if int(now) > point and int(now) < len(targets):
+            point = int(now)
+            if live:
+                err.print(f"point {point + 1} of {len(targets)}: {_where(*targets[point])}")
+        grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+        size = grey.shape[1], grey.shape[0]
+        reading = reader.read(np.asarray(grey, np.uint8))
+        if reading.pupil is not None and _USED[0] < phase < _USED[1] and int(now) < len(targets):
+            pupils[int(now)].append(reading.pupil.centre)
+            openings.append(reading.opening_px)
+    path = output or Path(f"{name}-eye.json")
+    try:
+        found = calibrate_gaze(
+            [np.array(p).reshape(-1, 2) for p in pupils], targets, size, float(np.median(openings or [0.0]))
+        )
+        write_gaze(path, found)
+    except CalibrationError as e:
+        fail(f"{clip or person.eye.source}: {e}")
+    except OSError as e:
+        fail(f"{path}: cannot be written: {e.strerror}")
+    if as_json:
+        out.print_json(data={
+            "file": str(path), "points": sum(len(p) > 0 for p in pupils), "residual_deg": round(found.residual_deg, 3),
+            "left_out_deg": round(found.left_out_deg, 3), "open_px": round(found.open_px, 1),
+        })  # fmt: skip
+        return
+    out.print(f"residual on the points {found.residual_deg:.2f} degrees; on points left out {found.left_out_deg:.2f}")
+    if found.left_out_deg > _GOOD_DEG:
+        out.print("[yellow]that is much: keep the head still, look at each point until the next is told, and do it again[/yellow]")
+    out.print(f"wrote {path}")
+
+
+def _where(yaw_rad: float, pitch_rad: float) -> str:
+    side = "middle" if abs(yaw_rad) < 1e-6 else "left" if yaw_rad > 0 else "right"
+    height = "" if abs(pitch_rad) < 1e-6 else " above" if pitch_rad > 0 else " below"
+    return f"{side}{height} ({abs(math.degrees(yaw_rad)):.0f} and {abs(math.degrees(pitch_rad)):.0f} degrees)"

@@ -1,0 +1,174 @@
+"""`vistel calibrate tracker` and `vistel calibrate body`: six moves tell bones, receivers' places and the transmitter's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from vistel_cli.people import person_of
+from vistel_cli.terminal import FAILED, fail, load_conference, out
+
+File = Annotated[Path, typer.Argument(help="Conference file: whose tracker, on which port.")]
+Who = Annotated[str, typer.Argument(help="Participant.")]
+Log = Annotated[Path | None, typer.Option("--from", help="Take the moves from this log instead of asking for them.")]
+Begin = Annotated[float | None, typer.Option(help="Seconds into the log at which the first move was announced.")]
+Speak = Annotated[bool, typer.Option(help="Say the moves aloud, where a speech program is installed.")]
+Anyway = Annotated[bool, typer.Option(help="Keep the result even where a move was poor.")]
+_COLOURS = {"good": "green", "fair": "yellow", "poor": "red"}
+Json = Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")]
+
+
+def tracker(
+    file: File, participant: Who,
+    output: Annotated[Path | None, typer.Option("--out", help="Default: PARTICIPANT-tracker.json.")] = None,
+    log: Log = None, begin: Begin = None, speak: Speak = False, anyway: Anyway = False, as_json: Json = False,
+) -> None:  # fmt: skip
+    """Find where a tracker's transmitter stands and how its receivers sit on the participant.
+
+    Six moves of some seconds each, asked for one by one. Name the file in the conference file:
+    calibration = "aiko-tracker.json" in the participant's tracker.
+
+    [bold]Examples[/bold]
+
+      vistel calibrate tracker conference.toml aiko
+
+      vistel calibrate tracker conference.toml aiko --from out/conference.mcap
+    """
+    from vistel.figure.calibration.files import TrackerSetup, save_tracker  # noqa: PLC0415
+
+    target = output or Path(f"{participant}-tracker.json")
+    found, _ = _calibrated(file, participant, log, begin, speak, own_body=True, forearm=False)
+    written = _judged(found, anyway)
+    if written:
+        _write(lambda: save_tracker(TrackerSetup(found.position, found.heading, found.mounts), target), target)
+    table = _verdict(found) | {
+        "transmitter_position_m": [round(float(v), 3) for v in found.position],
+        "transmitter_heading_deg": round(math.degrees(found.heading), 1), "file": str(target) if written else None,
+    }  # fmt: skip
+    x, y, z = table["transmitter_position_m"]
+    text = (
+        f"The transmitter stands {_along(x, 'to the left', 'to the right')}, {_along(y, 'up', 'down')} and "
+        f"{_along(z, 'ahead', 'behind')} of the seat's foot, turned by {table['transmitter_heading_deg']}°."
+    )
+    _show(found, table, as_json, [text], target if written else None)
+
+
+def body(
+    file: File, participant: Who,
+    output: Annotated[Path | None, typer.Option("--out", help="Default: PARTICIPANT-body.json.")] = None,
+    height: Annotated[float | None, typer.Option(help="Standing, metres; default: the conference file's.")] = None,
+    forearm: Annotated[
+        bool, typer.Option(help="Learn too how the arms are carried: two more moves, a receiver on the forearm.")
+    ] = False,
+    log: Log = None, begin: Begin = None, speak: Speak = False, anyway: Anyway = False, as_json: Json = False,
+) -> None:  # fmt: skip
+    """Measure a participant, once: arms, shoulders, neck, spine, and with --forearm how they carry their elbows.
+
+    Name the file in the conference file: body = "aiko-body.json" of the participant.
+
+    [bold]Examples[/bold]
+
+      vistel calibrate body conference.toml aiko --height 1.64
+
+      vistel calibrate body conference.toml aiko --forearm --from out/conference.mcap
+    """
+    from vistel.figure.calibration.files import Body, save_body  # noqa: PLC0415
+
+    target = output or Path(f"{participant}-body.json")
+    found, comfort = _calibrated(file, participant, log, begin, speak, own_body=False, forearm=forearm, height=height)
+    written = _judged(found, anyway)
+    tall = height or found.skeleton.height
+    if written:
+        _write(lambda: save_body(Body(tall, found.skeleton, comfort), target), target)
+    s = found.skeleton
+    sides = ("left", "right")
+    measures: dict[str, Any] = {
+        "upper_arm_cm": [round(100 * s.length(f"{side}_upper_arm", f"{side}_lower_arm"), 1) for side in sides],
+        "forearm_cm": [round(100 * s.length(f"{side}_lower_arm", f"{side}_hand"), 1) for side in sides],
+        "shoulders_cm": round(100 * s.length("left_upper_arm", "right_upper_arm"), 1),
+        "spine_cm": round(100 * s.spine, 1), "collar_shortening": s.collar_shortening, "arms_learnt": sorted(comfort),
+    }  # fmt: skip
+    table = _verdict(found) | measures | {"file": str(target) if written else None}
+    rows = Table("measure", "left", "right")
+    for name, key in (("upper arm", "upper_arm_cm"), ("forearm", "forearm_cm")):
+        rows.add_row(name, *(f"{v:.1f} cm" for v in measures[key]))
+    text = f"Shoulders {measures['shoulders_cm']} cm apart, spine {measures['spine_cm']} cm." + (
+        " How the arms are carried is learnt." if comfort else ""
+    )
+    _show(found, table, as_json, [rows, text], target if written else None)
+
+
+def _calibrated(
+    file: Path, name: str, log: Path | None, begin: float | None, speak: bool, *, own_body: bool, forearm: bool,
+    height: float | None = None,
+) -> tuple[Any, dict[str, Any]]:  # fmt: skip
+    """Gather and fit; the end of the command with one line where the moves cannot be used."""
+    from vistel.figure.calibration.arms import fit_comfort, samples_of  # noqa: PLC0415
+    from vistel.figure.calibration.files import CalibrationFileError, load_body  # noqa: PLC0415
+    from vistel.figure.calibration.fit import calibrate  # noqa: PLC0415
+    from vistel.figure.calibration.moves import ALL_STEPS, STEPS, MoveError  # noqa: PLC0415
+    from vistel_cli.calibrate.gather import from_log, live  # noqa: PLC0415
+
+    conference = load_conference(file)
+    _, person = person_of(conference, name)
+    if height is not None and not 0.5 <= height <= 2.6:
+        fail(f"--height {height}: expected metres, 0.5 to 2.6", 2)
+    steps = ALL_STEPS if forearm else STEPS
+    try:
+        known = load_body(person.body).skeleton if own_body and person.body else None
+        moves = from_log(log, conference, name, steps, begin) if log else live(conference, name, steps, speak)
+        found = calibrate(moves, height or person.height, known)
+        comfort = {
+            side: fit_comfort(samples_of(moves[f"{side}_forearm"], side, found)) for side in ("left", "right") if forearm
+        }
+    except (MoveError, CalibrationFileError) as e:
+        fail(str(e))
+    return found, comfort
+
+
+def _judged(found: Any, anyway: bool) -> bool:
+    return anyway or "poor" not in found.verdicts().values()
+
+
+def _verdict(found: Any) -> dict[str, Any]:
+    return {
+        "residuals_mm": {name: round(1e3 * r, 2) for name, r in found.residuals.items()}, "verdicts": found.verdicts(),
+    }  # fmt: skip
+
+
+def _write(save: Any, target: Path) -> None:
+    try:
+        save()
+    except OSError as e:
+        fail(f"{target}: cannot be written: {e.strerror}")
+
+
+def _along(metres: float, forward: str, back: str) -> str:
+    return f"{abs(100 * metres):.1f} cm {forward if metres >= 0.0 else back}"
+
+
+def _show(found: Any, table: dict[str, Any], as_json: bool, about: Sequence[Table | str], target: Path | None) -> None:
+    """about: what was found, below the residuals; target: the file that was written, None where a move was too poor."""
+    from vistel.figure.calibration.moves import STEPS  # noqa: PLC0415
+
+    verdicts = found.verdicts()
+    if as_json:
+        out.print_json(data=table)
+    else:
+        rows = Table("move", "residual", "verdict")
+        for name in (s.name for s in STEPS if s.name in verdicts):
+            verdict = verdicts[name]
+            rows.add_row(name, f"{1e3 * found.residuals[name]:.1f} mm", f"[{_COLOURS[verdict]}]{verdict}[/]")
+        for shown in (rows, *about):
+            out.print(shown, soft_wrap=isinstance(shown, str))
+        if target is not None:
+            out.print(f"Written to {target}.", soft_wrap=True)
+    if target is None:
+        say = {s.name: s.say for s in STEPS}
+        again = "; ".join(f"{n} ({say[n]})" for n, v in verdicts.items() if v == "poor")
+        fail(f"not good enough to keep; do again: {again}", FAILED)

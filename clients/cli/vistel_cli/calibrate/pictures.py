@@ -1,0 +1,68 @@
+"""Pictures for calibrating: of a participant's camera, of a clip of it, or of the simulated one."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.progress import track
+
+from vistel.conference.devices import EyeConfig, FaceConfig
+from vistel.conference.model import Participant
+from vistel_cli.people import person_of
+from vistel_cli.terminal import err, fail, load_conference
+
+if TYPE_CHECKING:
+    from vistel_services.devices.camera_transport import CameraSource
+
+U8 = NDArray[np.uint8]
+
+SIMULATED_HZ = 30
+
+
+def participant(file: Path, name: str) -> tuple[Participant, int]:
+    """Who is meant, and the conference's seed; or the end of the command."""
+    conference = load_conference(file)
+    return person_of(conference, name)[1], conference.seed
+
+
+def shown(
+    camera: FaceConfig | EyeConfig, clip: Path | None, seconds: float, simulated: Callable[[int], U8]
+) -> Iterator[tuple[float, U8]]:
+    """Time [s] and picture: of the clip if there is one, else of the camera for so many seconds; `simulated` draws the n-th
+    picture of a simulated one."""
+    if clip is None and camera.simulated:
+        for k in track(range(round(seconds * SIMULATED_HZ)), "looking", console=err, transient=True):
+            yield k / SIMULATED_HZ, simulated(k)
+        return
+    from vistel_services.devices.camera_transport import CameraSource  # noqa: PLC0415
+
+    yield from _read(CameraSource(str(clip) if clip is not None else camera.source), seconds, timed=clip is None)
+
+
+def _read(source: CameraSource, seconds: float, *, timed: bool) -> Iterator[tuple[float, U8]]:
+    """timed: a camera's pictures have the time at which they come, a clip's that of its own pace."""
+    import cv2  # noqa: PLC0415
+
+    from vistel_services.devices.camera_transport import open_video  # noqa: PLC0415
+    from vistel_services.devices.transport import TransportError  # noqa: PLC0415
+
+    try:
+        video = open_video(source)
+    except TransportError as e:
+        fail(str(e))
+    rate, start, number = video.get(cv2.CAP_PROP_FPS) or 30.0, time.monotonic(), 0
+    try:
+        while True:
+            ok, picture = video.read()
+            t_s = time.monotonic() - start if timed else number / rate
+            if not ok or t_s > seconds:
+                return
+            number += 1
+            yield t_s, np.asarray(picture, np.uint8)
+    finally:
+        video.release()

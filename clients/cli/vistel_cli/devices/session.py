@@ -1,0 +1,107 @@
+"""Devices of a conference file run by the command itself, without a conference: to calibrate them, or to look at them."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import tempfile
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from vistel.conference.model import Conference, Participant, Site
+from vistel.conference.paths import RunPaths
+from vistel.wire.clock import Clock, SystemClock
+from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
+from vistel.wire.topics import BY_NAME
+from vistel_cli.run.launch import simulated_devices
+from vistel_sim.motion.open import CALIBRATION
+from vistel_sim.process import run_simulators
+
+_LOOK_S = 0.1
+
+
+@dataclass(frozen=True)
+class DeviceSession:
+    """begin_ns: when simulated people began to move. details: the newest word about each device."""
+
+    bus: MemoryBus
+    clock: Clock
+    begin_ns: int
+    tasks: list[asyncio.Task[None]]
+    details: dict[str, str]
+
+    def now_s(self) -> float:
+        """Seconds since simulated people began to move."""
+        return (self.clock.now_ns() - self.begin_ns) * 1e-9
+
+    def check(self) -> None:
+        """Raises what ended one of its tasks."""
+        for task in self.tasks:
+            if task.done() and (fault := task.exception()) is not None:
+                raise fault
+
+    def listen(self, topic: str, take: Callable[[Any], object]) -> None:
+        """Give every message of a topic to `take`."""
+
+        async def follow() -> None:
+            async for sample in self.bus.subscribe(BY_NAME[topic], queue_all=True):
+                take(sample.message)
+
+        self.tasks.append(asyncio.create_task(follow()))
+
+    async def until(self, done: Callable[[], bool], at_most_s: float) -> bool:
+        """Wait for `done`; False when it takes longer."""
+        for _ in range(round(at_most_s / _LOOK_S)):
+            if done():
+                return True
+            self.check()
+            await asyncio.sleep(_LOOK_S)
+        return done()
+
+
+def alone(conference: Conference, site: Site, person: Participant) -> Conference:
+    """The conference with nobody but `person`, who does the moves of a calibration where their devices are simulated."""
+    there = site.model_copy(update={"participants": [person.model_copy(update={"motion": CALIBRATION})], "props": []})
+    return conference.model_copy(update={"sites": [there]})
+
+
+@contextmanager
+def _quietly() -> Iterator[None]:
+    """What services log is told on the person's screen instead."""
+    ours = logging.getLogger("vistel")
+    before = ours.level
+    ours.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        ours.setLevel(before)
+
+
+@asynccontextmanager
+async def running(conference: Conference, services: Sequence[ModuleType]) -> AsyncIterator[DeviceSession]:
+    """The services of every site, and what is simulated, for as long as the block lasts."""
+    clock = SystemClock()
+    network = MemoryNetwork()
+    with tempfile.TemporaryDirectory(prefix="vistel-") as folder, _quietly():
+        paths = RunPaths(Path(folder), Path(folder))
+        begin_ns = clock.now_ns()
+        session = DeviceSession(network.bus(conference.name, "here", clock, None), clock, begin_ns, [], {})
+        session.listen("device_status", lambda status: session.details.update({status.device: status.detail}))
+        if simulated_devices(conference):
+            session.tasks.append(asyncio.create_task(run_simulators(conference, paths, clock, start_ns=begin_ns)))
+        for site in conference.sites:
+            bus = network.bus(conference.name, site.name, clock, None)
+            for service in services:
+                session.tasks.append(
+                    asyncio.create_task(service.run(service.configure(conference, site, paths), bus, clock))
+                )
+        try:
+            yield session
+        finally:
+            for task in session.tasks:
+                task.cancel()
+            await asyncio.gather(*session.tasks, return_exceptions=True)

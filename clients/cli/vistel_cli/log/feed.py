@@ -1,0 +1,151 @@
+"""Puts a log's messages back on the bus when their time comes."""
+
+from __future__ import annotations
+
+import asyncio
+import heapq
+from collections.abc import Iterator
+
+from vistel.conference.model import Conference
+from vistel.v1.device_pb2 import RawBytes
+from vistel.v1.world_pb2 import WorldState
+from vistel.wire.bus import Bus, Publication
+from vistel.wire.clock import Clock
+from vistel.wire.log import LogReader, LogRecord
+from vistel.wire.raw_bytes import reads_of
+from vistel.wire.topics import BY_NAME, Topic
+from vistel.wire.world.room_now import Backlog
+from vistel_services import glove, tracker
+from vistel_services.face import CameraDecoder, LiveLinkDecoder, sight_of
+from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder, VrpnGloveDecoder
+from vistel_services.tracker import FastrakDecoder, LibertyDecoder, VmcDecoder, VrpnDecoder
+
+_Decoder = (
+    FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder | CameraDecoder | VmcDecoder
+    | VrpnDecoder | VrpnGloveDecoder
+)  # fmt: skip
+
+FED_TOPICS: dict[str, tuple[str, ...]] = {
+    "devices": ("device_raw", "face", "command", "voice"),
+    "motion": ("participant", "motion", "prop", "command", "voice"),
+    "recorded": (
+        "participant", "motion", "world_detail", "world_state", "world_key", "hand_force", "command_result", "voice",
+    ),
+}
+LIVE_SERVICES: dict[str, tuple[str, ...]] = {
+    "devices": ("posture", "world", "renderer", "audio"),
+    "motion": ("world", "renderer", "audio"),
+    "recorded": ("renderer", "audio"),
+}
+"""What runs on what is fed."""
+
+VERBATIM = ("motion", "world_state", "world_key", "world_detail")
+"""Numbered by their sender; others refer to the numbers."""
+GATHERED_NS = 1_300_000_000
+"""Raw bytes are logged at most so long after they were read (`vistel.wire.raw_bytes`; a second when a device falls
+silent)."""
+EARLY_NS = 500_000_000
+"""Before the asked time, at which what lies before it is fed."""
+
+
+class Feeder:
+    """Feeds one log to one bus; `fed` counts the messages put."""
+
+    def __init__(self, reader: LogReader, conference: Conference, bus: Bus, clock: Clock, source: str) -> None:
+        self._reader, self._bus, self._clock = reader, bus, clock
+        people = [p for s in conference.sites for p in s.participants]
+        self._gloves = {f"{p.name}-glove-{side}": worn for p in people for side, worn in p.gloves.items()}
+        self._trackers: dict[str, tuple[str, float]] = {
+            f"{p.name}-tracker": (p.tracker.kind, p.height) for p in people if p.tracker is not None
+        }
+        self._trackers |= {
+            f"{p.name}-tracker-2": (p.tracker.kind, p.height) for p in people if p.tracker is not None and p.tracker.second_port
+        }
+        self._trackers |= {p.device: (p.tracker.kind, 1.75) for s in conference.sites for p in s.props}
+        self._cameras = {f"{p.name}-face": p.face for p in people if p.face is not None and p.face.kind == "camera"}
+        self._cameras |= {f"{p.name}-eye": p.eye for p in people if p.eye is not None}
+        self._topics = FED_TOPICS[source]
+        self._publications: dict[str, Publication] = {}
+        self._decoders: dict[str, _Decoder] = {}
+        self._told = Backlog()
+        if "world_key" in self._topics:
+            bus.serve(BY_NAME["world_snapshot"], lambda _: self._told.snapshot())
+        self.fed = 0
+
+    async def feed(self, preroll_ns: int, begin_ns: int, end_ns: int) -> None:
+        """What lies between `preroll_ns` and `begin_ns` at once, then the rest at its time.
+
+        Who takes part is fed from the log's beginning on.
+        """
+        for record in self._reader.records(topics=("participant",), end_ns=begin_ns):
+            if record.topic.name in self._topics:
+                self._put(record.topic, record.names, record.message)
+        await self._clock.sleep_until_ns(begin_ns - EARLY_NS)
+        for n, (when_ns, topic, names, message) in enumerate(self._in_time(preroll_ns, end_ns)):
+            if when_ns > begin_ns and when_ns > self._clock.now_ns():
+                await self._clock.sleep_until_ns(when_ns)
+            elif n % 64 == 0:
+                await asyncio.sleep(0)
+            self._put(topic, names, message)
+
+    def _in_time(self, begin_ns: int, end_ns: int) -> Iterator[tuple[int, Topic, dict[str, str], object]]:
+        """What to feed and when, in order: a message of raw bytes is logged some time after its first bytes came."""
+        waiting: list[tuple[int, int, Topic, dict[str, str], object]] = []
+        number = 0
+        for record in self._reader.records(topics=self._topics, begin_ns=begin_ns, end_ns=end_ns + GATHERED_NS):
+            for when_ns, topic, message in self._messages(record):
+                if when_ns < end_ns:
+                    heapq.heappush(waiting, (when_ns, number, topic, record.names, message))
+                    number += 1
+            while waiting and waiting[0][0] <= record.log_ns - GATHERED_NS:
+                when_ns, _, topic, names, message = heapq.heappop(waiting)
+                yield when_ns, topic, names, message
+        while waiting:
+            when_ns, _, topic, names, message = heapq.heappop(waiting)
+            yield when_ns, topic, names, message
+
+    def _messages(self, record: LogRecord) -> Iterator[tuple[int, Topic, object]]:
+        if record.topic.name == "face":
+            camera = self._cameras.get(record.names["device"])
+            if camera is None or camera.keep_pictures:
+                return  # its raw bytes say the same
+        if record.topic.name != "device_raw":
+            yield record.log_ns, record.topic, record.message
+            return
+        raw: RawBytes = record.message
+        if raw.direction != RawBytes.DIRECTION_FROM_DEVICE:
+            return
+        decoder = self._decoder(raw.device)
+        topic = BY_NAME[_topic_of(raw.device)]
+        for t_ns, data in reads_of(raw):
+            when_ns = min(record.log_ns, max(record.log_ns - GATHERED_NS, t_ns))
+            for message in decoder.feed(data, t_ns):
+                yield when_ns, topic, message
+
+    def _decoder(self, device: str) -> _Decoder:
+        if device not in self._decoders:
+            self._decoders[device] = self._new_decoder(device)
+        return self._decoders[device]
+
+    def _new_decoder(self, device: str) -> _Decoder:
+        if device in self._cameras:
+            return CameraDecoder(device, sight_of(self._cameras[device])())
+        if device.endswith("-face"):
+            return LiveLinkDecoder(device)
+        if "-glove-" not in device:
+            kind, height_m = self._trackers.get(device, ("fastrak", 1.75))
+            return tracker.decoder_of(kind, device, height_m)
+        return glove.decoder_of(self._gloves[device], device)
+
+    def _put(self, topic: Topic, names: dict[str, str], message: object) -> None:
+        key = topic.key.format(**names)
+        if key not in self._publications:
+            self._publications[key] = self._bus.publish(topic, verbatim=topic.name in VERBATIM, **names)
+        self._publications[key].put(message)  # type: ignore[arg-type]
+        if isinstance(message, WorldState):
+            (self._told.key if topic.name == "world_key" else self._told.add)(message)
+        self.fed += 1
+
+
+def _topic_of(device: str) -> str:
+    return "face" if device.endswith(("-face", "-eye")) else "glove" if "-glove-" in device else "tracker"

@@ -1,0 +1,156 @@
+"""`vistel log`: look into a log, mend it, cut a piece out."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import track
+from rich.table import Table
+
+from vistel.wire.log import LogError, LogReader, LogWriter
+from vistel_cli.terminal import USAGE, err, fail, out
+
+app = typer.Typer(help="Look into a log, mend it, cut a piece out.", no_args_is_help=True)
+
+
+@dataclass
+class _Channel:
+    topic: str
+    messages: int = 0
+    bytes: int = 0
+    first_ns: int = 0
+    last_ns: int = 0
+    longest_gap_s: float = 0.0
+
+    @property
+    def rate_hz(self) -> float:
+        span = (self.last_ns - self.first_ns) * 1e-9
+        return (self.messages - 1) / span if span > 0 else 0.0
+
+    @property
+    def kbit_s(self) -> float:
+        """Of the messages alone, without what the network puts round them."""
+        span = (self.last_ns - self.first_ns) * 1e-9
+        return self.bytes * 8e-3 / span if span > 0 else 0.0
+
+
+def _open(path: Path) -> LogReader:
+    try:
+        reader = LogReader(path)
+    except LogError as e:
+        fail(str(e), USAGE)
+    for line in reader.damage:
+        err.print(f"[yellow]{path}: {line}[/yellow]", soft_wrap=True)
+    return reader
+
+
+@app.command()
+def info(
+    log: Annotated[Path, typer.Argument(help="An MCAP log.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """Channels, messages, rates, longest gaps, and what is damaged.
+
+    [bold]Example[/bold]
+
+      vistel log info out/conference.mcap
+    """
+    reader = _open(log)
+    channels: dict[str, _Channel] = {}
+    for r in reader.records():
+        c = channels.setdefault(r.key, _Channel(r.topic.name, first_ns=r.log_ns, last_ns=r.log_ns))
+        c.longest_gap_s = max(c.longest_gap_s, (r.log_ns - c.last_ns) * 1e-9)
+        c.messages += 1
+        c.bytes += r.size
+        c.last_ns = r.log_ns
+    length = (reader.end_ns - reader.begin_ns) * 1e-9
+    if as_json:
+        rows = [
+            {"key": k, "topic": c.topic, "messages": c.messages, "bytes": c.bytes, "rate_hz": round(c.rate_hz, 2),
+             "kbit_s": round(c.kbit_s, 2), "longest_gap_s": round(c.longest_gap_s, 3)}
+            for k, c in sorted(channels.items())
+        ]  # fmt: skip
+        out.print_json(data={"seconds": round(length, 3), "damage": reader.damage, "channels": rows})
+        return
+    table = Table("key", box=None)
+    table.columns[0].overflow = "fold"
+    for heading in ("messages", "rate", "kbit/s", "longest gap", "bytes"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    common = f"{os.path.commonpath(channels)}/" if len(channels) > 1 else ""
+    out.print(f"channels under {common}" if common else "channels")
+    for key, c in sorted(channels.items()):
+        figures = (str(c.messages), f"{c.rate_hz:.1f} Hz", f"{c.kbit_s:.1f}", f"{c.longest_gap_s:.2f} s", str(c.bytes))
+        table.add_row(key.removeprefix(common), *figures)
+    out.print(table)
+    total = sum(c.messages for c in channels.values())
+    out.print(f"{length:.1f} s, {total} messages, {len(channels)} channels, {log.stat().st_size / 1e6:.1f} MB")
+
+
+@app.command()
+def repair(
+    log: Annotated[Path, typer.Argument(help="A log that was cut off.")],
+    output: Annotated[Path, typer.Option("--out", help="Where the whole part goes.")],
+) -> None:
+    """Write the whole part of a damaged log as a complete file.
+
+    [bold]Example[/bold]
+
+      vistel log repair out/conference.mcap --out repaired.mcap
+    """
+    _copy(_open(log), log, output, None, None)
+
+
+@app.command()
+def cut(
+    log: Annotated[Path, typer.Argument(help="A log.")],
+    output: Annotated[Path, typer.Option("--out", help="Where the piece goes.")],
+    begin: Annotated[float, typer.Option("--from", help="Seconds after the log's beginning.")] = 0.0,
+    end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
+) -> None:
+    """Write a piece of a log as a log of its own.
+
+    [bold]Example[/bold]
+
+      vistel log cut out/conference.mcap --from 10 --to 20 --out handover.mcap
+    """
+    reader = _open(log)
+    begin_ns = reader.begin_ns + int(begin * 1e9)
+    _copy(reader, log, output, begin_ns, None if end is None else reader.begin_ns + int(end * 1e9))
+
+
+@app.command()
+def export(
+    log: Annotated[Path, typer.Argument(help="An MCAP log.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The USD to write; what it is made of goes beside it.")],
+    begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
+    end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
+    fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Samples per second.")] = 30.0,
+) -> None:
+    """Write people, room and cameras of a conference as USD with time samples, for usdview, Blender and the like.
+
+    [bold]Example[/bold]
+
+      vistel log export out/conference.mcap -o meeting.usda --from 10 --to 20
+    """
+    from vistel_cli.log.usd import export_usd  # noqa: PLC0415  loads the mathematics
+
+    export_usd(_open(log), log, output, begin, end, fps)
+
+
+def _copy(reader: LogReader, log: Path, output: Path, begin_ns: int | None, end_ns: int | None) -> None:
+    if output.resolve() == log.resolve():
+        fail(f"--out {output}: is the log itself; name another file", USAGE)
+    count = 0
+    try:
+        with LogWriter(output, conference=reader.conference_toml) as writer:
+            records = reader.records(begin_ns=begin_ns, end_ns=end_ns)
+            for r in track(records, description=f"writing {output.name}", console=err, transient=True):
+                writer.write(r.topic, r.key, r.message, r.log_ns)
+                count += 1
+    except OSError as e:
+        fail(f"--out {output}: cannot be written: {e.strerror}")
+    out.print(f"{count} messages written to {output}")

@@ -1,0 +1,228 @@
+"""`vistel replay`: a recorded conference again, from any time and at any speed, through the same services."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import tempfile
+import time
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn
+
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.wire.log import LogError, LogReader
+from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel_cli.log.avatars import with_recorded_avatars
+from vistel_cli.log.feed import LIVE_SERVICES, Feeder
+from vistel_cli.log.render import Look, render_log, size_of
+from vistel_cli.log.verify import verify_log
+from vistel_cli.run.launch import host_spec, open_fork_server, until_loaded
+from vistel_cli.run.prepared import prepare
+from vistel_cli.run.up import write_conference
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_services.process import logs
+from vistel_services.process.clocks import ReplayClock
+from vistel_services.process.plan import HUB, hub_processes, site_processes
+from vistel_services.process.supervisor import Supervisor
+
+PREROLL_S = 2.5
+"""Before the asked time, fed at once: key frames of motion and the world come at least so often."""
+LEAD_S, LEAD_FORKED_S = 8.0, 4.0
+"""What processes get to start before the log's time begins to run: from nothing, and forked with everything loaded."""
+WORLD_EARLY_NS = 200_000_000
+
+
+class Source(StrEnum):
+    """What of the log is fed; the rest is computed again."""
+
+    DEVICES = "devices"
+    MOTION = "motion"
+    RECORDED = "recorded"
+
+
+class View(StrEnum):
+    """What a picture is of."""
+
+    SEAT = "seat"
+    ROOM = "room"
+
+
+class Light(StrEnum):
+    """How a picture is lit."""
+
+    FINE = "fine"
+    FAST = "fast"
+
+
+def replay(
+    log: Annotated[Path, typer.Argument(help="A log that `vistel up` or `vistel record` wrote (.mcap).")],
+    speed: Annotated[float, typer.Option(min=0.1, max=16.0, help="1 is real time.")] = 1.0,
+    begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
+    end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
+    source: Annotated[
+        Source, typer.Option(help="devices: their bytes; motion: postures; recorded: postures and the world as it was.")
+    ] = Source.MOTION,
+    site: Annotated[list[str] | None, typer.Option(help="Only this site's picture; may be given again.")] = None,
+    output: Annotated[Path, typer.Option("--out", help="Folder for videos.")] = Path("out/replay"),
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Re-run the world and compare every state bit for bit.")
+    ] = False,
+    render: Annotated[
+        bool, typer.Option("--render", help="Draw the recorded conference picture by picture, whatever each takes.")
+    ] = False,
+    fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="With --render: pictures per second.")] = 30.0,
+    size: Annotated[str | None, typer.Option(help="With --render: pixels, such as 1920x1080.")] = None,
+    finer: Annotated[int, typer.Option(min=1, max=4, help="With --render: pixels drawn for one, each way.")] = 1,
+    view: Annotated[View | None, typer.Option(help="With --render: through whose eyes, instead of the site's own.")] = None,
+    light: Annotated[Light, typer.Option(help="With --render: soft shadows and mirrors, or as live.")] = Light.FINE,
+    png: Annotated[bool, typer.Option("--png", help="With --render: a file for each picture instead of films.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> None:
+    """Play a recorded conference again through the same services.
+
+    [bold]Examples[/bold]
+
+      vistel replay out/conference.mcap --from 12 --speed 0.5 --site tokyo
+
+      vistel replay out/conference.mcap --source devices
+
+      vistel replay out/conference.mcap --verify
+
+      vistel replay out/conference.mcap --render --site tokyo --size 1920x1080 --fps 60 --finer 2
+    """
+    try:
+        reader = LogReader(log)
+    except LogError as e:
+        fail(str(e), USAGE)
+    for line in reader.damage:
+        err.print(f"[yellow]{log}: {line}[/yellow]", soft_wrap=True)
+    if verify:
+        raise typer.Exit(verify_log(reader, as_json))
+    conference = with_recorded_avatars(_conference(reader, log, site), reader)
+    length = (reader.end_ns - reader.begin_ns) * 1e-9
+    if begin >= length:
+        fail(f"--from {begin:g}: the log is {length:.1f} s long", USAGE)
+    if render:
+        looks = Look(size_of(size), fps, finer, png, view.value if view else None, light.value)
+        sites = [s.name for s in conference.sites if not site or s.name in site]
+        begin_ns, end_ns = (reader.begin_ns + round(t * 1e9) for t in (begin, min(end or length, length)))
+        render_log(reader, conference, sites, begin_ns, end_ns, looks, output)
+        return
+    raise typer.Exit(asyncio.run(_play(reader, conference, source, speed, begin, min(end or length, length), output)))
+
+
+def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Conference:
+    """The conference of the log, with the processes a replay needs."""
+    if reader.conference is None:
+        fail(f"{log}: holds no conference file; it was not written by VISTEL", USAGE)
+    data = Conference.model_validate(reader.conference).model_dump(mode="json", exclude_none=True)
+    known = [s["name"] for s in data["sites"]]
+    unknown = sorted(set(sites or []) - set(known))
+    if unknown:
+        fail(f"--site {unknown[0]}: not in this log; there are {', '.join(known)}", USAGE)
+    for s in data["sites"]:
+        s["processes"] = [["posture"], ["renderer"]] if not sites or s["name"] in sites else [["posture"]]
+        if "audio" in s and ["renderer"] in s["processes"]:
+            # Nobody speaks into a replay; what was said is fed.
+            s["audio"] |= {"microphone": "none", "microphones": {}, "equipment": []}
+            s["processes"].append(["audio"])
+    data["bus"] = {"mode": "embedded"}
+    data["record"] = False
+    return Conference.model_validate(data)
+
+
+async def _play(
+    reader: LogReader, conference: Conference, source: Source, speed: float, begin: float, end: float, output: Path
+) -> int:
+    stop = asyncio.Event()
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+    output.mkdir(parents=True, exist_ok=True)
+    folder = output / "logs"
+    folder.mkdir(exist_ok=True)
+    logs.configure_file("hub/replay", folder / "replay.log")
+    begin_ns = reader.begin_ns + int(begin * 1e9)
+    end_ns = reader.begin_ns + int(end * 1e9)
+    with tempfile.TemporaryDirectory(prefix="vistel-") as run:
+        paths = RunPaths(Path(run), output.resolve())
+        for old in (v for s in conference.sites for v in paths.videos(s.name)):
+            old.unlink()
+        file = write_conference(conference, paths.run)
+        if not await prepare(conference, file, stop):
+            return 0
+        services = LIVE_SERVICES[source.value]
+        plans = hub_processes(conference)
+        for s in conference.sites:
+            plans += site_processes(conference, s.name)
+        plans = [p for p in plans if p.services[0] in services and p.services != ("world",)]
+        server = open_fork_server(conference, plans, file, folder)
+        with out.status("loading"):
+            await until_loaded(server, stop)
+        router = Router.open()
+        lead_s = LEAD_FORKED_S if server is not None and server.ready else LEAD_S
+        clock = ReplayClock(begin_ns, time.monotonic_ns() + int(lead_s * 1e9), speed)
+        bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])
+        specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
+        supervisor = Supervisor(specs, folder, server)
+        await supervisor.start()
+        feeder = Feeder(reader, conference, bus, clock, source.value)
+        world = None
+        if "world" in services:
+            world = asyncio.create_task(_world(reader, conference, router.endpoint, paths, clock, begin_ns))
+        with _progress() as bar:
+            task = bar.add_task(f"starting {len(specs)} processes", total=end - begin)
+            feeding = asyncio.create_task(feeder.feed(begin_ns - int(PREROLL_S * 1e9), begin_ns, end_ns))
+            stopping = asyncio.create_task(stop.wait())
+            while not feeding.done() and not stop.is_set():
+                at = (clock.now_ns() - begin_ns) * 1e-9
+                if at > 0:
+                    bar.update(task, completed=at, description=f"{begin + at:6.1f} s of {end:.1f} s at {speed:g}x")
+                await asyncio.wait({feeding, stopping}, timeout=0.1, return_when=asyncio.FIRST_COMPLETED)
+            if not feeding.done():
+                feeding.cancel()
+            await asyncio.gather(feeding, return_exceptions=True)
+            stopping.cancel()
+        await clock.sleep_until_ns(min(clock.now_ns(), end_ns) + int(conference.playout.delay * 1e9))
+        codes = await supervisor.stop()
+        if world is not None:
+            world.cancel()
+            await asyncio.gather(world, return_exceptions=True)
+    await bus.close()
+    router.close()
+    for s in conference.sites:
+        video = output / f"{s.name}.mp4"
+        if video.exists():
+            out.print(f"  {video}  {video.stat().st_size / 1e6:.1f} MB")
+    out.print(f"{feeder.fed} messages fed from {source.value}")
+    bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
+    for name, code in bad.items():
+        err.print(f"[red]error:[/red] {name} ended with {code}; see {folder}")
+    return FAILED if bad else 0
+
+
+async def _world(
+    reader: LogReader, conference: Conference, endpoint: str, paths: RunPaths, clock: ReplayClock, begin_ns: int
+) -> None:
+    """The world, in this process, begun when the log's time does and from the state the log holds for that time."""
+    from vistel_services.world import service as world  # noqa: PLC0415  its kernels take a second to load
+
+    config = world.configure(conference, None, paths)
+    for record in reader.records(topics=("world_inputs",), begin_ns=begin_ns - int(PREROLL_S * 1e9), end_ns=begin_ns):
+        if record.message.private_state:
+            world.seed(config, record.message.private_state)
+    await asyncio.to_thread(world.warm_up)
+    bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint])
+    await clock.sleep_until_ns(begin_ns - WORLD_EARLY_NS)
+    try:
+        await world.run(config, bus, clock)
+    finally:
+        await bus.close()
+
+
+def _progress() -> Progress:
+    return Progress(TextColumn("{task.description}"), BarColumn(bar_width=30), console=out, transient=True)

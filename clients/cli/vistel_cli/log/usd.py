@@ -1,0 +1,63 @@
+"""`vistel log export`: a conference as USD with time samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from rich.progress import track
+
+from vistel.conference.avatar_files import kept_parcel
+from vistel.conference.model import Conference
+from vistel.wire.log import LogReader
+from vistel_cli.log.avatars import with_recorded_avatars
+from vistel_cli.log.render import told
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_services.renderer.out.film import count_of, instants
+from vistel_services.renderer.out.usd_film import write_usd
+from vistel_services.renderer.people import files_of, load_avatar_of
+from vistel_services.renderer.stage import Instant
+
+ENDINGS = (".usda", ".usdc", ".usd")
+
+
+def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s: float | None, rate: float) -> None:
+    """Write `output`; leaves with one line where that cannot be done."""
+    from vistel.conference.rooms import RoomFileError, interior_of  # noqa: PLC0415
+
+    if output.suffix.lower() not in ENDINGS:
+        fail(f"{output}: expected a name that ends in {', '.join(ENDINGS)}", USAGE)
+    if not output.parent.is_dir():
+        fail(f"{output}: there is no directory {output.parent}", USAGE)
+    if reader.conference is None:
+        fail(f"{log}: holds no conference file; it was not written by VISTEL", USAGE)
+    length = (reader.end_ns - reader.begin_ns) * 1e-9
+    if begin_s >= length:
+        fail(f"--from {begin_s:g}: the log is {length:.1f} s long", USAGE)
+    conference = with_recorded_avatars(Conference.model_validate(reader.conference), reader)
+    begin_ns = reader.begin_ns + round(begin_s * 1e9)
+    end_ns = reader.begin_ns + round(min(end_s or length, length) * 1e9)
+    try:
+        count = write_usd(
+            output, _shown(reader, conference, begin_ns, end_ns, rate), rate, interior_of(conference.room),
+            partial(load_avatar_of, files=files_of(conference), parcel=_parcel),
+            [(site.name, site.participants[0].name) for site in conference.sites],
+        )  # fmt: skip
+    except (ValueError, RoomFileError) as e:
+        fail(str(e), FAILED)
+    except OSError as e:
+        fail(f"{output}: cannot be written: {e.strerror or e}", FAILED)
+    out.print(f"{output}: {count} frames at {rate:g}/s; what it is made of in {output.stem}_parts", soft_wrap=True)
+
+
+def _shown(reader: LogReader, conference: Conference, begin_ns: int, end_ns: int, rate: float) -> Iterator[Instant]:
+    shown = instants(conference.playout.delay, told(reader, begin_ns, end_ns), begin_ns, end_ns, rate)
+    return iter(track(shown, "reading the log", total=count_of(begin_ns, end_ns, rate), console=err, transient=True))
+
+
+def _parcel(digest: str) -> bytes:
+    data = kept_parcel(digest)
+    if data is None:
+        raise ValueError(f"avatar: parcel {digest} is not in the log")
+    return data

@@ -1,0 +1,89 @@
+"""Running some processes of a conference against a bus that is there already (`site join`, `record`)."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+import tempfile
+from pathlib import Path
+
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
+from vistel_cli.run.prepared import prepare
+from vistel_cli.run.up import write_conference
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_services.process import logs
+from vistel_services.process.plan import ProcessPlan
+from vistel_services.process.supervisor import Supervisor
+
+COMPUTING = ("posture", "world", "renderer")
+"""Services with kernels to compile; a recorder begins at once."""
+
+
+def endpoint_of(conference: Conference, given: str | None) -> str:
+    """The router to connect to: `given`, else the conference file's first endpoint."""
+    if given:
+        return given
+    if conference.bus.endpoints:
+        return conference.bus.endpoints[0]
+    fail(
+        'no router: name one with --hub tcp/HOST:7447, or in the file: [bus] mode = "routed", endpoints = [...]', USAGE
+    )
+
+
+def run_processes(
+    conference: Conference,
+    plans: list[ProcessPlan],
+    hub: str,
+    output: Path,
+    seconds: float,
+    simulate: str | None = None,
+) -> int:
+    """Supervise `plans`, and the simulated devices of site `simulate`. Returns the exit code.
+
+    Ends on Ctrl-C, on SIGTERM, or when `seconds` have passed (0: never).
+    """
+    return asyncio.run(_run(conference, plans, hub, output, seconds, simulate))
+
+
+async def _run(
+    conference: Conference,
+    plans: list[ProcessPlan],
+    hub: str,
+    output: Path,
+    seconds: float,
+    simulate: str | None = None,
+) -> int:
+    stop = asyncio.Event()
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="vistel-") as run:
+        paths = RunPaths(Path(run), output.resolve())
+        file = write_conference(conference, paths.run)
+        computing = any(service in COMPUTING for plan in plans for service in plan.services)
+        if computing and not await prepare(conference, file, stop):
+            return 0
+        specs = [host_spec(p, file, hub, paths) for p in plans]
+        if simulate:
+            specs.append(sim_spec(file, paths, simulate))
+        folder = paths.out / "logs"
+        folder.mkdir(exist_ok=True)
+        logs.configure_file("hub/supervisor", folder / "supervisor.log")
+        server = open_fork_server(conference, plans, file, folder, simulators=bool(simulate))
+        supervisor = Supervisor(specs, folder, server)
+        supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
+        with out.status("loading"):
+            await until_loaded(server, stop)
+        if not stop.is_set():
+            await supervisor.start()
+        out.print(f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}")
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(stop.wait(), seconds or None)
+        codes = await supervisor.stop()
+    bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
+    for name, code in bad.items():
+        err.print(f"[red]error:[/red] {name} ended with {code}; see {output / 'logs'}")
+    return FAILED if bad else 0

@@ -1,0 +1,88 @@
+"""The command lines of a conference's processes."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel_services.process.forking import ForkServer, ForkServerSpec
+from vistel_services.process.plan import ProcessPlan
+from vistel_services.process.supervisor import ProcessSpec
+
+# Devices first stop feeding, then services end, the recorder last so that it hears everything.
+_STOP_RANK = {"sim": 4, "renderer": 3, "world": 2, "recorder": 0}
+
+
+def host_spec(plan: ProcessPlan, file: Path, hub: str, paths: RunPaths, clock: str = "system") -> ProcessSpec:
+    """How to run one process of services."""
+    arguments = (str(file), plan.node, "--hub", hub, "--run", str(paths.run), "--out", str(paths.out),
+                 "--clock", clock)  # fmt: skip
+    rank = min(_STOP_RANK.get(s, 3) for s in plan.services)
+    return _spec(plan.node, "vistel_services.process.host", arguments, rank, grace_s=10.0)
+
+
+def sim_spec(file: Path, paths: RunPaths, site: str | None = None) -> ProcessSpec:
+    """How to run the simulated devices of a conference, or of one site of it."""
+    arguments = (str(file), "--run", str(paths.run), *(("--site", site) if site else ()))
+    return _spec("hub/sim", "vistel_sim.process", arguments, _STOP_RANK["sim"])
+
+
+def open_fork_server(
+    conference: Conference, plans: Sequence[ProcessPlan], file: Path, logs: Path, *, simulators: bool = False
+) -> ForkServer | None:
+    """A process that loads what any of `plans`, and `simulators`, need; None if the conference wants none or this
+    system cannot. `logs`: folder for its words."""
+    if not conference.standby:
+        return None
+    return ForkServer.open(fork_server_spec(plans, file, simulators=simulators), logs / "fork-server.log")
+
+
+async def until_loaded(server: ForkServer | None, stop: asyncio.Event) -> None:
+    """Wait until `server` has loaded, or will not, or `stop` is set."""
+    if server is None:
+        return
+    waiting = [asyncio.create_task(server.settled()), asyncio.create_task(stop.wait())]
+    await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+    for task in waiting:
+        task.cancel()
+
+
+def fork_server_spec(plans: Sequence[ProcessPlan], file: Path, *, simulators: bool = False) -> ForkServerSpec:
+    """How to run that process."""
+    modules = [f"vistel_services.{s}" for s in sorted({s for p in plans for s in p.services})]
+    modules += ["vistel_services.process.host"] + (["vistel_sim.process"] if simulators else [])
+    return ForkServerSpec((sys.executable, "-m", "vistel_services.process.fork_server", str(file), *modules), _environment())
+
+
+def _spec(name: str, module: str, arguments: tuple[str, ...], rank: int, grace_s: float = 8.0) -> ProcessSpec:
+    argv = (sys.executable, "-m", module, *arguments)
+    return ProcessSpec(name, argv, rank, grace_s, _environment(), module, arguments)
+
+
+def simulated_devices(conference: Conference, site: str | None = None) -> list[str]:
+    """Names of the simulated devices, of one site or of all."""
+    names: list[str] = []
+    for s in conference.sites:
+        for p in s.participants if site in (None, s.name) else []:
+            names += [f"{p.name}-tracker"] if p.tracker and p.tracker.port == "sim" else []
+            names += [f"{p.name}-tracker-2"] if p.tracker and p.tracker.second_port == "sim" else []
+            names += [f"{p.name}-glove-{side}" for side, g in sorted(p.gloves.items()) if g.port == "sim"]
+            names += [f"{p.name}-face"] if p.face and p.face.simulated else []
+            names += [f"{p.name}-eye"] if p.eye and p.eye.simulated else []
+        if s.audio is not None and site in (None, s.name):
+            speakers = enumerate(s.participants)
+            names += [f"{p.name}-microphone" for i, p in speakers if s.audio.microphone_of(p.name, i == 0) == "sim"]
+            names += [f"{s.name}-{e.name}" for e in s.audio.equipment if e.address == "sim"]
+        names += [p.device for p in s.props if p.tracker.port == "sim"] if site in (None, s.name) else []
+    return names
+
+
+def _environment() -> dict[str, str]:
+    """One figure, one thread: teams of threads cost more than they bring for sub-millisecond kernels."""
+    alone = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
+    return dict.fromkeys(alone, "1") | dict(os.environ)

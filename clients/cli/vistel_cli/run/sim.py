@@ -1,0 +1,76 @@
+"""`vistel sim`: simulated devices alone, for whoever tests an integration against them."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+import tempfile
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vistel.conference.files import DEMO_FILE
+from vistel.conference.paths import RunPaths
+from vistel_cli.run.launch import simulated_devices
+from vistel_cli.run.up import with_motion, write_conference
+from vistel_cli.terminal import USAGE, fail, load_conference, out
+from vistel_sim.faults import fault_from_text
+
+
+def sim(
+    file: Annotated[Path | None, typer.Argument(help="Conference file; without one, the demo's devices.")] = None,
+    ports: Annotated[Path | None, typer.Option(help="Folder for the ports (links to pseudo-terminals).")] = None,
+    motion: Annotated[str | None, typer.Option(help="A .bvh file or a folder of 6-DOF recordings.")] = None,
+    seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="DEVICE:KIND:AT_S:FOR_S, often; garbage, cut, unplug, stall, drift, saturation, baud; cameras: freeze, black."
+        ),
+    ] = None,
+) -> None:
+    """Simulate the devices of a conference: trackers and gloves on pseudo-terminals that speak the real protocols, cameras as
+    streams of pictures.
+
+    [bold]Example[/bold]
+
+      vistel sim --ports /tmp/devices          then open /tmp/devices/dev/aiko-tracker at 115200 baud
+
+      vistel sim --fault aiko-tracker:unplug:10:3
+    """
+    conference = load_conference(file or DEMO_FILE)
+    if motion:
+        conference = with_motion(conference, motion)
+    names = simulated_devices(conference)
+    try:
+        faults = [fault_from_text(text) for text in fault or []]
+    except ValueError as e:
+        fail(str(e), USAGE)
+    for f in faults:
+        if f.device not in names:
+            fail(f"--fault {f.device}: no such simulated device; there are {', '.join(names)}", USAGE)
+    if not names:
+        fail('no device of this conference is simulated; set port = "sim"', USAGE)
+    with tempfile.TemporaryDirectory(prefix="vistel-") as run:
+        paths = RunPaths(ports or Path(run), Path(run))
+        paths.run.mkdir(parents=True, exist_ok=True)
+        for name in names:
+            out.print(str(paths.device(name)))
+        raise typer.Exit(asyncio.run(_run(write_conference(conference, Path(run)), paths, seconds, fault or [])))
+
+
+async def _run(file: Path, paths: RunPaths, seconds: float, faults: list[str]) -> int:
+    given = [word for text in faults for word in ("--fault", text)]
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "vistel_sim.process", str(file), "--run", str(paths.run), *given, process_group=0
+    )
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(signum, process.terminate)
+    try:
+        code = await asyncio.wait_for(process.wait(), seconds or None)
+    except TimeoutError:
+        process.terminate()
+        code = await process.wait()
+    return 0 if code in (0, -signal.SIGTERM) else 1

@@ -1,0 +1,86 @@
+"""`vistel site`: one site of a conference whose other sites are elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vistel_cli.run.hub import endpoint_of, run_processes
+from vistel_cli.run.launch import simulated_devices
+from vistel_cli.run.router import run_router
+from vistel_cli.terminal import USAGE, fail, load_conference
+from vistel_services.process.plan import hub_processes, site_processes
+
+app = typer.Typer(help="Take part in a conference across machines.", no_args_is_help=True)
+
+
+@app.command()
+def join(
+    file: Annotated[Path, typer.Argument(help="Conference file, the same at every site.")],
+    site: Annotated[str, typer.Argument(help="Which of its sites this machine is.")],
+    hub: Annotated[
+        str | None, typer.Option(help="Router, e.g. tls/hub.example.org:7447; default from the file.")
+    ] = None,
+    output: Annotated[Path, typer.Option("--out", help="Folder for video and logs.")] = Path("out"),
+    seconds: Annotated[float, typer.Option(help="Leave after so long; 0: on Ctrl-C.")] = 0.0,
+) -> None:
+    """Run one site's services and join the conference at a router.
+
+    [bold]Example[/bold]
+
+      vistel site join conference.toml tokyo --hub tcp/192.0.2.7:7447
+    """
+    from vistel_cli.run.room_elsewhere import with_room  # noqa: PLC0415
+
+    conference = load_conference(file, room_elsewhere=True)
+    try:
+        plans = site_processes(conference, site)
+    except ValueError as e:
+        fail(str(e), USAGE)
+    endpoint = endpoint_of(conference, hub)
+    conference = with_room(conference, site, endpoint)
+    simulate = site if simulated_devices(conference, site) else None
+    code = run_processes(conference, plans, endpoint, output, seconds, simulate)
+    raise typer.Exit(code)
+
+
+@app.command()
+def world(
+    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    hub: Annotated[str | None, typer.Option(help="Router; default from the file.")] = None,
+    output: Annotated[Path, typer.Option("--out", help="Folder for the log.")] = Path("out"),
+    seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
+    recorder: Annotated[bool, typer.Option(help="Run the recorder too, if the conference is recorded.")] = True,
+) -> None:
+    """Run the world (and the recorder) of a conference whose sites join from elsewhere.
+
+    [bold]Example[/bold]
+
+      vistel site world conference.toml --hub tcp/127.0.0.1:7447
+    """
+    conference = load_conference(file)
+    plans = [p for p in hub_processes(conference) if recorder or "recorder" not in p.services]
+    code = run_processes(conference, plans, endpoint_of(conference, hub), output, seconds)
+    raise typer.Exit(code)
+
+
+@app.command()
+def router(
+    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    listen: Annotated[
+        str, typer.Option(help="Where to listen; tls/ needs [bus.tls] in the file.")
+    ] = "tcp/127.0.0.1:7447",
+    seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
+) -> None:
+    """Be the router of a conference and keep its time; nothing else needs to be installed.
+
+    With tls/ only members with a certificate of the conference's authority get in, and each may publish only what
+    the topics table allows it.
+
+    [bold]Example[/bold]
+
+      vistel site router conference.toml --listen tls/0.0.0.0:7447
+    """
+    raise typer.Exit(run_router(load_conference(file), listen, seconds))

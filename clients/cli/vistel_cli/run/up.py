@@ -1,0 +1,280 @@
+"""`vistel up`: a whole conference on this machine."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import tempfile
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import tomli_w
+import typer
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from vistel.conference.files import DEMO_FILE
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.wire.clock import SystemClock
+from vistel.wire.clock_sync import serve_clock
+from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel_cli.run.cpu_use import CpuUse
+from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, simulated_devices, until_loaded
+from vistel_cli.run.observer import Observer
+from vistel_cli.run.prepared import prepare
+from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
+from vistel_services.process import logs
+from vistel_services.process.plan import HUB, hub_processes, site_processes
+from vistel_services.process.supervisor import Supervisor
+
+START_LIMIT_S = 120.0
+
+
+def up(
+    file: Annotated[Path | None, typer.Argument(help="Conference file; without one, a three-site demo.")] = None,
+    seconds: Annotated[
+        float, typer.Option(help="How long, counted from when all see each other; 0: until Ctrl-C.")
+    ] = 0.0,
+    output: Annotated[Path, typer.Option("--out", help="Folder for videos, log and report.")] = Path("out"),
+    motion: Annotated[
+        str | None, typer.Option(help="What the simulated devices feel: a .bvh file or a folder of 6-DOF recordings.")
+    ] = None,
+    plan: Annotated[bool, typer.Option("--plan", help="Only show which processes would run.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+) -> None:
+    """Run every site of a conference on this machine, with real or simulated devices.
+
+    [bold]Examples[/bold]
+
+      vistel up                                three simulated sites, until Ctrl-C
+
+      vistel up conference.toml --seconds 60
+
+      vistel up --motion recordings/walk.bvh   the first participant moves as recorded
+    """
+    source = file or DEMO_FILE
+    conference = load_conference(source)
+    if motion is not None:
+        conference = with_motion(conference, motion)
+    if plan:
+        _show_plan(conference)
+        return
+    raise typer.Exit(asyncio.run(_Run(conference, source.stem, output, seconds, as_json).run()))
+
+
+def with_motion(conference: Conference, motion: str) -> Conference:
+    """The conference with `motion` fed to the simulated devices: a folder's people take the first seats, a BVH one.
+
+    A thing that the motion moves becomes a prop of the first site, with a tracker of its own.
+    """
+    path = Path(motion)
+    if not path.exists():
+        fail(f"--motion {motion}: no such file or folder", USAGE)
+    people = 2 if path.is_dir() else 1
+    data = conference.model_dump(mode="json", exclude_none=True)
+    left = people
+    for site in data["sites"]:
+        for participant in site["participants"]:
+            if left > 0:
+                participant["motion"] = str(path.resolve())
+                left -= 1
+    from vistel_sim.motion.open import things_of  # noqa: PLC0415  loads the mathematics, which `vistel --help` need not
+
+    tracked = {prop["thing"] for site in data["sites"] for prop in site["props"]}
+    data["sites"][0]["props"] += [{"thing": thing} for thing in things_of(path) if thing not in tracked]
+    return Conference.model_validate(data)
+
+
+def write_conference(conference: Conference, folder: Path) -> Path:
+    """The conference as a file the processes can load."""
+    path = folder / "conference.toml"
+    path.write_text(tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True)), "utf-8")
+    return path
+
+
+def _show_plan(conference: Conference) -> None:
+    plans = hub_processes(conference)
+    for site in conference.sites:
+        plans += site_processes(conference, site.name)
+    for p in plans:
+        out.print(f"{p.node:24} {', '.join(p.services)}")
+    if simulated_devices(conference):
+        out.print(f"{HUB + '/sim':24} simulated devices")
+
+
+class _Run:
+    """One run of `vistel up`, from the first process to the report."""
+
+    def __init__(self, conference: Conference, title: str, output: Path, seconds: float, as_json: bool) -> None:
+        self.conference, self.title, self.seconds, self.as_json = conference, title, seconds, as_json
+        self.out = output
+        self.stop = asyncio.Event()
+
+    async def run(self) -> int:
+        loop = asyncio.get_running_loop()
+        for signum in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(signum, self.stop.set)
+        try:
+            self.out.mkdir(parents=True, exist_ok=True)
+        except OSError as e:
+            fail(f"--out {self.out}: cannot be made: {e.strerror}", USAGE)
+        with tempfile.TemporaryDirectory(prefix="vistel-") as run:
+            paths = RunPaths(Path(run), self.out.resolve())
+            for old in (paths.log, paths.report, *(v for s in self.conference.sites for v in paths.videos(s.name))):
+                old.unlink(missing_ok=True)
+            logs_folder = paths.out / "logs"
+            logs_folder.mkdir(exist_ok=True)
+            for old in logs_folder.glob("*.log"):
+                old.unlink()
+            logs.configure_file("hub/supervisor", logs_folder / "supervisor.log")
+            return await self._run(paths, write_conference(self.conference, paths.run), logs_folder)
+
+    async def _run(self, paths: RunPaths, file: Path, logs_folder: Path) -> int:
+        conference = self.conference
+        if not await prepare(conference, file, self.stop, silent=self.as_json):
+            return 0
+        router = None
+        if conference.bus.mode == "embedded":
+            router = Router.open(conference.bus.endpoints[0] if conference.bus.endpoints else None)
+        endpoint = router.endpoint if router else conference.bus.endpoints[0]
+        clock = SystemClock()
+        bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint])
+        serve_clock(bus, clock)
+        observer = Observer(conference, bus, clock)
+        plans = hub_processes(conference)
+        specs = [host_spec(p, file, endpoint, paths) for p in plans]
+        simulators = bool(simulated_devices(conference))
+        if simulators:
+            specs.append(sim_spec(file, paths))
+        for site in conference.sites:
+            specs += [host_spec(p, file, endpoint, paths) for p in site_processes(conference, site.name)]
+            plans += site_processes(conference, site.name)
+        server = open_fork_server(conference, plans, file, logs_folder, simulators=simulators)
+        supervisor = Supervisor(specs, logs_folder, server)
+        supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
+        started = time.monotonic()
+        if not self.as_json:
+            out.print(
+                f"[bold]{self.title}[/bold]: {len(conference.sites)} sites, {len(specs)} processes, bus {endpoint}"
+            )
+            out.print(
+                f"pictures, log and report will be in [bold]{self.out}[/bold]; process logs in {self.out / 'logs'}"
+            )
+        ready_s: float | None = None
+        cpu = CpuUse(supervisor)
+        try:
+            ready_s = await self._until_ready(observer, supervisor, started)
+            cpu.begin()
+            if ready_s is not None:
+                await self._until_done(observer)
+            cpu.end()
+        finally:
+            if not self.as_json:
+                out.print("stopping …")
+            codes = await supervisor.stop()
+            await bus.close()
+            if router:
+                router.close()
+        return self._finish(observer, supervisor, codes, cpu, paths, ready_s)
+
+    async def _until_ready(self, observer: Observer, supervisor: Supervisor, started: float) -> float | None:
+        """Start everything; seconds until everyone saw everyone, None when stopped before."""
+        with _progress(self.as_json) as bar:
+            everything = len(observer.missing())
+            task = bar.add_task("loading", total=everything)
+            await until_loaded(supervisor.fork_server, self.stop)
+            if not self.stop.is_set():
+                await supervisor.start()
+            while not self.stop.is_set():
+                observer.poll()
+                missing = observer.missing()
+                shown = ", ".join(missing[:2]) + (f" and {len(missing) - 2} more" if len(missing) > 2 else "")
+                bar.update(
+                    task,
+                    completed=everything - len(missing),
+                    description=f"waiting for {shown}" if missing else "ready",
+                )
+                if not missing:
+                    return time.monotonic() - started
+                if time.monotonic() - started > START_LIMIT_S:
+                    what = f"not ready after {START_LIMIT_S:.0f} s: {', '.join(missing)}"
+                    err.print(f"[red]error:[/red] {what}; see {self.out / 'logs'}", soft_wrap=True)
+                    return None
+                await _wait(self.stop, 0.1)
+        return None
+
+    async def _until_done(self, observer: Observer) -> None:
+        started = time.monotonic()
+        with _progress(self.as_json) as bar:
+            task = bar.add_task("conference", total=self.seconds or None)
+            while not self.stop.is_set():
+                observer.poll()
+                elapsed = time.monotonic() - started
+                bar.update(task, completed=elapsed, description=observer.status_line())
+                if self.seconds and elapsed >= self.seconds:
+                    return
+                await _wait(self.stop, 0.1)
+
+    def _finish(
+        self,
+        observer: Observer,
+        supervisor: Supervisor,
+        codes: dict[str, int],
+        cpu: CpuUse,
+        paths: RunPaths,
+        ready_s: float | None,
+    ) -> int:
+        report: dict[str, Any] = {"conference": self.conference.name, "ready_after_s": ready_s and round(ready_s, 2)}
+        report |= observer.report()
+        report["processes"] = {
+            n: {"exit_code": codes.get(n), "restarts": c.restarts, "cpu_percent": cpu.percent(n)}
+            for n, c in supervisor.children.items()
+        }
+        files = [paths.video(s.name) for s in self.conference.sites if s.display.video]
+        files += [paths.log] if self.conference.record else []
+        report["files"] = {f.name: f.stat().st_size if f.exists() else None for f in files}
+        paths.report.write_text(json.dumps(report, indent=2) + "\n", "utf-8")
+        faults = [f"{f.name} is missing" for f in files if not f.exists()]
+        faults += [f"{n} ended with {c}; see its log" for n, c in codes.items() if c not in (0, -signal.SIGTERM)]
+        if ready_s is None and not self.stop.is_set():
+            faults.append("the conference did not come together")
+        if self.as_json:
+            out.print_json(data=report)
+        else:
+            _show_report(report, self.out)
+        for fault in faults:
+            err.print(f"[red]error:[/red] {fault}")
+        return FAILED if faults else 0
+
+
+def _show_report(report: dict[str, Any], folder: Path) -> None:
+    for name, s in report["sites"].items():
+        delays = ", ".join(f"{p} {d * 1e3:.0f} ms" for p, d in s["image_delay_s_median"].items())
+        out.print(f"{name:10} {s['frames']} frames, {s['frames_per_s_median']} frames/s; delay {delays}")
+    for name, s in report.get("sound", {}).items():
+        for who, v in s["voices"].items():
+            if v["mouth_to_ear_s_median"] is not None:
+                skew = "" if v["skew_s_median"] is None else f", {v['skew_s_median'] * 1e3:+.0f} ms from the picture"
+                out.print(f"{name:10} hears {who} after {v['mouth_to_ear_s_median'] * 1e3:.0f} ms{skew}")
+    for thing, holders in report["world"]["things_held_by_in_turn"].items():
+        out.print(f"{thing:10} held by {', then '.join(holders)}")
+    for pair in report["world"]["people_touched"]:
+        out.print(f"{pair} touched")
+    for name, size in report["files"].items():
+        if size:
+            out.print(f"  {folder / name}  {size / 1e6:.1f} MB")
+    out.print(f"  {folder / 'report.json'}")
+
+
+def _progress(silent: bool) -> Progress:
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
+    return Progress(*columns, console=out, transient=True, disable=silent)
+
+
+async def _wait(event: asyncio.Event, seconds: float) -> None:
+    try:
+        await asyncio.wait_for(event.wait(), seconds)
+    except TimeoutError:
+        return

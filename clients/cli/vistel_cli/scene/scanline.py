@@ -1,0 +1,62 @@
+"""`vistel scanline`: a scene file to a picture, row by row, in milliseconds."""
+
+from __future__ import annotations
+
+import json
+import time
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.markup import escape
+
+from vistel_cli.scene.trace import opened, picture_size, scene_errors_told
+from vistel_cli.terminal import err, out
+
+
+def scanline(
+    scene: Annotated[Path, typer.Argument(help="The scene file (TOML).")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The PNG to write.")] = Path("out.png"),
+    size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in pixels instead of the scene's.")] = None,
+    smooth: Annotated[int, typer.Option(min=1, max=8, help="Draw at so many times the size and average.")] = 1,
+    as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False,
+) -> None:
+    """Draw a scene by scanlines: first hits, textures and highlights, but no shadows and no mirrors.
+
+    [bold]Examples[/bold]
+
+      vistel scanline examples/scenes/blobs.toml -o blobs.png
+
+      vistel scanline examples/scenes/blobs.toml -o big.png --size 1600x1000 --smooth 2
+    """
+    from vistel.implicit.scanline import render  # noqa: PLC0415 - brings Numba, which --help does not need
+    from vistel.implicit.scene import SceneError, write_png  # noqa: PLC0415
+    from vistel.implicit.trace.report import report  # noqa: PLC0415
+
+    pixels = picture_size(size)
+    with scene_errors_told():
+        read = opened(scene, output)
+        width, height = pixels or read.size
+        if max(width, height) * smooth > 16384:
+            raise SceneError(f"--smooth: {smooth} x {width}x{height} is more than 16384 pixels, expected a smaller picture")
+        began = time.perf_counter()
+        with err.status(f"drawing {escape(scene.name)}") if err.is_terminal and not as_json else nullcontext():
+            picture = render(read, (width * smooth, height * smooth))
+        seconds = time.perf_counter() - began
+        light = np.clip(picture.light, 0, 1).reshape(height, smooth, width, smooth, 3).mean(axis=(1, 3))
+        write_png(output, light)
+    facts = {
+        "output": str(output),
+        "width": width,
+        "height": height,
+        "implicit_pixels": int(np.count_nonzero(picture.thing == 1)),
+        "polygon_pixels": int(np.count_nonzero(picture.thing == 2)),
+        "seconds": round(seconds, 3),
+    } | report(read)
+    if as_json:
+        print(json.dumps(facts))
+    else:
+        out.print(f"{escape(str(output))}: {width} x {height} in {seconds:.2f} s", soft_wrap=True)
+

@@ -1,0 +1,252 @@
+"""`vistel voice`: microphones and the room's equipment of a running conference."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Group
+from rich.live import Live
+from rich.markup import escape
+
+from vistel.conference.model import Conference
+from vistel.v1.audio_pb2 import EquipmentRequest, EquipmentStatus, SoundStatus, VoiceControl
+from vistel.wire.bus import Bus, Sample, Subscription
+from vistel.wire.clock import SystemClock
+from vistel.wire.topics import BY_NAME
+from vistel.wire.zenoh.bus import BusError, ZenohBus
+from vistel_cli.run.hub import endpoint_of
+from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
+
+app = typer.Typer(help="Microphones, loudspeakers and equipment of a running conference.", no_args_is_help=True)
+
+_PATIENCE_S = 4.0
+
+File = Annotated[Path, typer.Argument(help="Conference file.")]
+Who = Annotated[str | None, typer.Option("--as", help="Participant; default: the first of the file.")]
+Hub = Annotated[str | None, typer.Option(help="Router; default from the file.")]
+
+
+@app.command()
+def mute(file: File, who: Who = None, hub: Hub = None) -> None:
+    """Close a participant's microphone.
+
+    [bold]Example[/bold]
+
+      vistel voice mute conference.toml --as aiko --hub tcp/127.0.0.1:7447
+    """
+    _set(file, who, hub, VoiceControl(muted=True), lambda m: m.muted)
+    out.print("muted")
+
+
+@app.command()
+def unmute(file: File, who: Who = None, hub: Hub = None) -> None:
+    """Open it again, for good; push to talk ends with it.
+
+    [bold]Example[/bold]
+
+      vistel voice unmute conference.toml --as aiko
+    """
+    _set(file, who, hub, VoiceControl(), lambda m: not m.muted)
+    out.print("open")
+
+
+@app.command()
+def talk(
+    file: File, who: Who = None, hub: Hub = None,
+    seconds: Annotated[float, typer.Option(help="How long the button is held; 0: until Ctrl-C.")] = 0.0,
+) -> None:  # fmt: skip
+    """Push to talk: the microphone is open while this runs, and closed afterwards.
+
+    [bold]Example[/bold]
+
+      vistel voice talk conference.toml --as aiko --seconds 10
+    """
+
+    async def held(bus: Bus, participant: str) -> None:
+        stop = asyncio.Event()
+        for signum in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+        await _agreed(bus, participant, VoiceControl(push_to_talk=True, talk=True), lambda m: not m.muted)
+        out.print("open")
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(stop.wait(), seconds or None)
+        await _agreed(bus, participant, VoiceControl(push_to_talk=True), lambda m: m.muted)
+        out.print("closed")
+
+    conference = load_conference(file)
+    participant, site = _person(conference, who)
+    _joined(conference, site, hub, lambda bus: held(bus, participant))
+
+
+@app.command()
+def equipment(
+    file: File,
+    site: Annotated[str, typer.Argument(help="Site.")],
+    name: Annotated[str, typer.Argument(help="Name of the device in the conference file.")],
+    settings: Annotated[list[str], typer.Argument(help="REGISTER=VALUE, in the register's unit.")],
+    hub: Hub = None,
+) -> None:
+    """Ask a device of a room to hold values: a delay unit, an amplifier, a projector.
+
+    [bold]Example[/bold]
+
+      vistel voice equipment conference.toml tokyo amplifier volume=60
+    """
+    conference = load_conference(file)
+    known = {s.name: {e.name: e for e in s.audio.equipment} for s in conference.sites if s.audio is not None}
+    if name not in known.get(site, {}):
+        fail(f"{site} {name}: no such device in this conference", USAGE)
+    request = EquipmentRequest(equipment=name)
+    for text in settings:
+        register, _, value = text.partition("=")
+        try:
+            number = float(value)
+            known[site][name].map()[register].raw(number)
+        except (KeyError, ValueError) as e:
+            fail(f"{text}: expected REGISTER=VALUE with a register of {name}: {e}", USAGE)
+        request.settings.add(name=register, value=number)
+
+    async def asked(bus: Bus) -> None:
+        statuses = bus.subscribe(BY_NAME["equipment_status"], site=site, equipment=name)
+        bus.publish(BY_NAME["equipment_request"], equipment=name).put(request)
+
+        def holds(status: EquipmentStatus) -> bool:
+            desired = {v.name: v.desired for v in status.values if v.asked}
+            done = status.state == EquipmentStatus.STATE_OBSERVED
+            return done and all(abs(desired.get(s.name, float("nan")) - s.value) < 1e-9 for s in request.settings)
+
+        async for sample in _patiently(statuses):
+            if holds(sample.message):
+                out.print(f"{name}: done")
+                return
+        fail(f"{name}: not done after {_PATIENCE_S:.0f} s; see vistel voice watch", FAILED)
+
+    _joined(conference, site, hub, asked)
+
+
+@app.command()
+def watch(
+    file: File, hub: Hub = None,
+    seconds: Annotated[float, typer.Option(help="How long; 0: until Ctrl-C.")] = 0.0,
+) -> None:  # fmt: skip
+    """Levels, delays, skew and faults of all sites' sound, live.
+
+    [bold]Example[/bold]
+
+      vistel voice watch conference.toml --hub tcp/127.0.0.1:7447
+    """
+    conference = load_conference(file)
+
+    async def shown(bus: Bus) -> None:
+        stop = asyncio.Event()
+        for signum in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+        status = bus.subscribe(BY_NAME["sound_status"], polled=True)
+        devices = bus.subscribe(BY_NAME["equipment_status"], polled=True)
+        lines: dict[str, list[str]] = {}
+        over = asyncio.get_running_loop().time() + seconds if seconds else float("inf")
+        with Live(console=out, refresh_per_second=4) as live:
+            while not stop.is_set() and asyncio.get_running_loop().time() < over:
+                lines |= {s.message.site: _site_lines(s.message) for s in status.take()}
+                lines |= {f"{s.names['site']}/{s.message.equipment}": [_device_line(s.message)] for s in devices.take()}
+                live.update(Group(*(line for _, block in sorted(lines.items()) for line in block)))
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(stop.wait(), 0.2)
+
+    _joined(conference, conference.sites[0].name, hub, shown)
+
+
+def _site_lines(status: SoundStatus) -> list[str]:
+    known = "" if status.acoustic_known else "  [yellow]acoustic delay unknown[/]"
+    speaker = escape(status.loudspeaker_detail or status.loudspeaker)
+    out_lines = [f"[bold]{status.site}[/]  delay {status.policy}, loudspeaker {speaker}{known}"]
+    for m in status.microphones:
+        state = "[yellow]muted[/]" if m.muted else f"{_bar(m.level_db)}{' [red]too loud[/]' if m.clipped else ''}"
+        out_lines.append(f"  mic {m.participant:12} {state if m.open else '[red]' + escape(m.detail) + '[/]'}")
+    for s in status.streams:
+        lost = 100.0 * s.concealed / max(1, s.frames)
+        mark = "[green]♪[/]" if s.talking else " "
+        picture = f"picture {s.image_s * 1e3:4.0f} ms, skew {s.skew_s * 1e3:+4.0f} ms" if s.image_s else "no picture"
+        out_lines.append(
+            f"  {mark} {s.participant:14} wanted {s.target_s * 1e3:4.0f} ms, heard {s.actual_s * 1e3:4.0f} ms, {picture}, "
+            f"made up {lost:.1f} %"
+        )
+    return out_lines
+
+
+def _bar(level_db: float) -> str:
+    full = round(max(0.0, min(1.0, (level_db + 60.0) / 60.0)) * 20)
+    return f"{'█' * full}{'·' * (20 - full)} {level_db:4.0f} dB"
+
+
+def _device_line(status: EquipmentStatus) -> str:
+    state = EquipmentStatus.State.Name(status.state).removeprefix("STATE_").lower()
+    delay = f", {status.acoustic_s * 1e3:.1f} ms" if status.delay_known else ""
+    return f"  {status.equipment:14} {state}{delay} {escape(status.detail)}"
+
+
+def _set(
+    file: Path, who: str | None, hub: str | None, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]
+) -> None:
+    conference = load_conference(file)
+    participant, site = _person(conference, who)
+    _joined(conference, site, hub, lambda bus: _agreed(bus, participant, wish, done))
+
+
+async def _agreed(
+    bus: Bus, participant: str, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]
+) -> None:
+    """Ask, and wait until the site says that it is so."""
+    statuses = bus.subscribe(BY_NAME["sound_status"], site=bus.site)
+    wish.participant = participant
+    bus.publish(BY_NAME["voice_control"], participant=participant).put(wish)
+    async for sample in _patiently(statuses):
+        if any(m.participant == participant and done(m) for m in sample.message.microphones):
+            statuses.close()
+            return
+    fail(f"{participant}: no microphone that does so; is the site running, with [sites.audio]?", FAILED)
+
+
+async def _patiently(subscription: Subscription) -> AsyncIterator[Sample]:
+    """What comes within the time that is waited for an answer."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(_PATIENCE_S):
+            async for sample in subscription:
+                yield sample
+
+
+def _person(conference: Conference, who: str | None) -> tuple[str, str]:
+    people = {p.name: site.name for site in conference.sites for p in site.participants}
+    name = who or next(iter(people))
+    if name not in people:
+        fail(f"--as {name}: no such participant; there are {', '.join(people)}", USAGE)
+    return name, people[name]
+
+
+def _joined(conference: Conference, site: str, hub: str | None, work: Callable[[Bus], Awaitable[None]]) -> None:
+    async def run() -> None:
+        async with _bus(conference, site, endpoint_of(conference, hub)) as bus:
+            await work(bus)
+
+    try:
+        asyncio.run(run())
+    except BusError as e:
+        fail(str(e), FAILED)
+
+
+@asynccontextmanager
+async def _bus(conference: Conference, site: str, hub: str) -> AsyncIterator[Bus]:
+    tls = conference.bus.tls if conference.bus.mode == "routed" else None
+    files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None
+    bus = await ZenohBus.open(conference=conference.name, site=site, clock=SystemClock(), endpoints=[hub], tls=files)
+    try:
+        yield bus
+    finally:
+        await bus.close()

@@ -1,0 +1,144 @@
+"""`vistel world where|move`: which of its worlds leads a room, and to have another one lead it."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import typer
+from rich.markup import escape
+
+from vistel.conference.model import HUB_PLACE, Conference
+from vistel.v1.world_pb2 import WorldMoveReply, WorldMoveRequest
+from vistel.wire.bus import Bus
+from vistel.wire.clock import SystemClock
+from vistel.wire.topics import BY_NAME
+from vistel.wire.world.presence import WorldAt, worlds_of
+from vistel.wire.zenoh.bus import BusError, ZenohBus
+from vistel_cli.run.hub import endpoint_of
+from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
+
+LOOK_S = 0.5
+"""How long presence is gathered."""
+MOVE_S = 20.0
+"""A room is given up for moved after so long."""
+
+T = TypeVar("T")
+File = Annotated[Path, typer.Argument(help="Conference file.")]
+Hub = Annotated[str | None, typer.Option(help="Router; default from the file.")]
+
+
+def where(
+    file: File, hub: Hub = None, as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False
+) -> None:
+    """Where the worlds of a running conference are, and which of them leads.
+
+    [bold]Example[/bold]
+
+      vistel world where conference.toml --hub tcp/127.0.0.1:7447
+    """
+    conference = load_conference(file)
+    worlds = _with_bus(conference, endpoint_of(conference, hub), _gathered)
+    if as_json:
+        print(json.dumps({"worlds": [{"place": w.place, "leads": w.leads, "term": w.term} for w in worlds]}))
+    elif worlds:
+        for w in worlds:
+            out.print(f"{w.place:16} {'leads' if w.leads else 'waits'}   term {w.term}", highlight=False)
+    if not worlds:
+        fail(f"no world of {conference.name} is there; is the conference running?", FAILED)
+
+
+def move(
+    file: File,
+    to: Annotated[str, typer.Option(help="Place whose world is to lead: a site of [world] in the file, or --at of one served.")],
+    hub: Hub = None,
+    force: Annotated[bool, typer.Option("--force", help="Also when the newest steps lie elsewhere and would be lost.")] = False,
+) -> None:
+    """Move the room of a running conference to the world at another place. Nothing that anybody was told is lost.
+
+    [bold]Examples[/bold]
+
+      vistel world move conference.toml --to osaka --hub tcp/127.0.0.1:7447
+
+      vistel world move conference.toml --to hub --force     its place has burnt down; go on from what is known here
+    """
+    check_place(to)
+    conference = load_conference(file)
+    endpoint = endpoint_of(conference, hub)
+
+    async def moved(bus: Bus) -> str:
+        return await _moved(bus, to, force)
+
+    with out.status(f"moving the room of {escape(conference.name)} to {to}"):
+        reason = _with_bus(conference, endpoint, moved)
+    if reason:
+        fail(escape(reason), FAILED)
+    out.print(f"the room of {escape(conference.name)} is led at {to}")
+
+
+def check_place(place: str) -> None:
+    """Leave where a name cannot be one of a place."""
+    if not re.fullmatch(r"[a-z0-9][a-z0-9_\-]*", place):
+        fail(f"{escape(place)}: expected lower-case letters, digits, '-' or '_' as the name of a place", USAGE)
+
+
+async def _moved(bus: Bus, to: str, force: bool) -> str:
+    """Have the world at a place lead; why not, or nothing."""
+    watch = _Watch(bus)
+    await asyncio.sleep(LOOK_S)
+    reply: WorldMoveReply | None = await bus.query(BY_NAME["world_move"], WorldMoveRequest(place=to, force=force))
+    if reply is None:
+        there = ", ".join(f"{w.place} ({'leads' if w.leads else 'waits'})" for w in watch.worlds()) or "none at all"
+        return f"no world waits at {to}; there is {there}. Start one there: vistel world serve FILE --at {to} --wait"
+    if reply.outcome == WorldMoveReply.OUTCOME_LEADS:
+        return ""
+    if reply.outcome == WorldMoveReply.OUTCOME_BEHIND:
+        return f"not moved: {reply.reason}. With --force it goes on from the newest state heard there; what came later is lost"
+    for _ in range(int(MOVE_S / 0.05)):
+        await asyncio.sleep(0.05)
+        if any(w.leads and w.place == to for w in watch.worlds()):
+            return ""
+    return f"the world at {to} did not take the room over within {MOVE_S:.0f} s; its log says why"
+
+
+class _Watch:
+    """Which worlds are present."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._tokens: set[str] = set()
+        bus.watch_presence(self._seen)
+
+    def worlds(self) -> list[WorldAt]:
+        """Who leads comes first."""
+        return worlds_of(self._tokens)
+
+    def _seen(self, site: str, token: str, alive: bool) -> None:
+        if site == HUB_PLACE:
+            (self._tokens.add if alive else self._tokens.discard)(token)
+
+
+async def _gathered(bus: Bus) -> list[WorldAt]:
+    watch = _Watch(bus)
+    await asyncio.sleep(LOOK_S)
+    return watch.worlds()
+
+
+def _with_bus(conference: Conference, endpoint: str, what: Callable[[Bus], Awaitable[T]]) -> T:
+    async def run() -> T:
+        tls = conference.bus.tls if conference.bus.mode == "routed" else None
+        files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None
+        site = conference.sites[0].name
+        bus = await ZenohBus.open(conference=conference.name, site=site, clock=SystemClock(), endpoints=[endpoint], tls=files)
+        try:
+            return await what(bus)
+        finally:
+            await bus.close()
+
+    try:
+        return asyncio.run(run())
+    except BusError as e:
+        fail(escape(str(e)), FAILED)

@@ -1,0 +1,88 @@
+"""The things of a running conference, or of a log at a time, as a room that can be written."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import ValidationError
+from rich.progress import track
+
+from vistel.conference.model import Conference
+from vistel.v1.world_pb2 import WorldSnapshot
+from vistel.wire.clock import SystemClock
+from vistel.wire.log import LogError, LogReader
+from vistel.wire.topics import BY_NAME
+from vistel.wire.zenoh.bus import BusError, ZenohBus
+from vistel_cli.terminal import FAILED, USAGE, err, fail
+
+if TYPE_CHECKING:
+    from vistel.space.files import Interior
+    from vistel.space.world import World
+
+
+def running(conference: Conference, hub: str) -> tuple[Interior, str]:
+    """The room of a running conference by way of its router, and when that was."""
+    from vistel.space.world import World  # noqa: PLC0415  loads the mathematics
+
+    try:
+        answer = asyncio.run(_asked(conference, hub))
+    except BusError as e:
+        fail(str(e), FAILED)
+    if answer is None:
+        fail(f"no world answers at {hub}; is the conference {conference.name} running?", FAILED)
+    world = World.restore(answer.private_state)
+    return _interior(world, conference), f"as of step {world.step_number}"
+
+
+async def _asked(conference: Conference, hub: str) -> WorldSnapshot | None:
+    tls = conference.bus.tls if conference.bus.mode == "routed" else None
+    files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None
+    site = conference.sites[0].name
+    bus = await ZenohBus.open(conference=conference.name, site=site, clock=SystemClock(), endpoints=[hub], tls=files)
+    try:
+        return await bus.query(BY_NAME["world_snapshot"])
+    finally:
+        await bus.close()
+
+
+def of_log(log: Path, at: float | None) -> tuple[Interior, str]:
+    """The room of a log, `at` seconds after its beginning (None: at its end): the newest state recorded by then."""
+    from vistel.space.world import World  # noqa: PLC0415  loads the mathematics
+
+    try:
+        reader = LogReader(log)
+    except LogError as e:
+        fail(str(e), USAGE)
+    end_ns = None if at is None else reader.begin_ns + round(at * 1e9)
+    state, when_ns = b"", 0
+    records = reader.records(("world_inputs",), end_ns=end_ns)
+    for r in track(records, description=f"reading {log.name}", console=err, transient=True):
+        if r.message.private_state:
+            state, when_ns = r.message.private_state, r.log_ns
+    if not state:
+        fail(f"{log}: no state of the world by then; they are recorded once a second, as world_inputs", FAILED)
+    conference = None
+    with contextlib.suppress(ValidationError):  # of another version: what things look like stays unknown
+        conference = Conference.model_validate(reader.conference) if reader.conference else None
+    return _interior(World.restore(state), conference), f"as they were {(when_ns - reader.begin_ns) * 1e-9:.1f} s after it began"
+
+
+def _interior(world: World, conference: Conference | None) -> Interior:
+    """The things where they are; those whose polymeshes are in files that are not here are written as their primitives."""
+    from vistel.conference.rooms import RoomFileError, interior_of  # noqa: PLC0415
+    from vistel.space.commands.reshape import unveiled  # noqa: PLC0415
+    from vistel.space.files import Interior  # noqa: PLC0415
+    from vistel.space.files.interior import looks_of  # noqa: PLC0415
+
+    models = {}
+    try:
+        if conference is not None and conference.room.from_files:
+            models = dict(interior_of(conference.room).models)
+    except RoomFileError as e:
+        err.print(f"[yellow]{e}; written as what is felt of them[/yellow]", soft_wrap=True)
+    things = [t if all(k.model in models for k in looks_of(t)) else unveiled(t) for t in world.things_now]
+    return Interior(replace(world.room, things=())).with_things(tuple(things), models)

@@ -1,0 +1,101 @@
+"""`vistel world serve`: rooms of one or several conferences on this machine."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.wire import event_loop
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock, SystemClock
+from vistel.wire.clock_sync import follow_hub
+from vistel.wire.zenoh.bus import BusError, ZenohBus
+from vistel.wire.zenoh.config import TlsFiles
+from vistel_cli.run.hub import endpoint_of
+from vistel_cli.terminal import USAGE, fail, load_conference, out
+from vistel_cli.world.move import check_place
+from vistel_services.process import logs
+from vistel_services.process.plan import HUB
+
+if TYPE_CHECKING:
+    from vistel_services.world import Config
+    from vistel_services.world.rooms import Beside, Open
+
+
+def serve(
+    files: Annotated[list[Path], typer.Argument(help="Conference files, one for each room.")],
+    hub: Annotated[str | None, typer.Option(help="Router of all of them; default from each file.")] = None,
+    keep: Annotated[Path, typer.Option(help="Folder for snapshots and journals.")] = Path("out/rooms"),
+    at: Annotated[str, typer.Option(help="What this place is called, for `vistel world move`.")] = "hub",
+    wait: Annotated[bool, typer.Option("--wait", help="Take no room over before it is moved here.")] = False,
+    seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
+) -> None:
+    """Run the worlds of conferences here. A room that another world leads is taken over from it while it runs.
+
+    When this ends, rooms go back to worlds that wait for them.
+
+    [bold]Examples[/bold]
+
+      vistel world serve conference.toml --hub tls/hub.example.org:7447
+
+      vistel world serve monday.toml tuesday.toml --hub tcp/127.0.0.1:7447
+
+      vistel world serve conference.toml --hub tls/hub.example.org:7447 --at osaka --wait
+    """
+    check_place(at)
+    conferences = [load_conference(file) for file in files]
+    names = [c.name for c in conferences]
+    for name in names:
+        if names.count(name) > 1:
+            fail(f"world serve: {names.count(name)} of the files are of the conference {name}; each needs a name of its own", USAGE)
+    endpoints = [endpoint_of(c, hub) for c in conferences]
+    logs.configure("hub/worlds")
+    try:
+        event_loop.run(_serve(list(zip(conferences, endpoints, strict=True)), keep, seconds, at, wait))
+    except BusError as e:
+        fail(str(e))
+
+
+async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds: float, at: str, wait: bool) -> None:
+    # The world's kernels take a second to load.
+    from vistel_services.world.rooms import Served, serve  # noqa: PLC0415
+
+    rooms = [Served(c.name, *_room(c, endpoint, keep, at, wait)) for c, endpoint in conferences]
+    for room, (_, endpoint) in zip(rooms, conferences, strict=True):
+        out.print(f"room {room.name} at {endpoint}, kept in {room.config.folder}")
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(signum, stop.set)
+    serving = asyncio.create_task(serve(rooms))
+    stopping = asyncio.create_task(stop.wait())
+    await asyncio.wait((serving, stopping), timeout=seconds or None, return_when=asyncio.FIRST_COMPLETED)
+    stopping.cancel()
+    serving.cancel()
+    await asyncio.gather(serving, return_exceptions=True)
+
+
+def _room(conference: Conference, endpoint: str, keep: Path, at: str, wait: bool) -> tuple[Config, Clock, Open, Beside]:
+    """What one room needs."""
+    from vistel_services import world  # noqa: PLC0415
+
+    files = conference.bus.tls if conference.bus.mode == "routed" else None
+    tls = TlsFiles(files.ca, files.certificate, files.key) if files else None
+    clock = SystemClock()
+
+    async def door() -> Bus:
+        return await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint], tls=tls)
+
+    async def keep_time(bus: Bus) -> None:
+        await follow_hub(bus, clock, "worlds")
+
+    folder = keep / conference.name
+    config = replace(world.configure(conference, None, RunPaths(folder, folder)), place=at, waits=wait)
+    return config, clock, door, keep_time

@@ -1,0 +1,213 @@
+"""`vistel world`: rooms and things on file: look at them, change them, write out what a conference has made of them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from vistel_cli.avatar.files import busy
+from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
+
+if TYPE_CHECKING:
+    from vistel.space.files import Interior
+    from vistel.space.things.things import Thing
+
+app = typer.Typer(help="Rooms and things on file: show, edit, export.", no_args_is_help=True)
+Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")]
+ENDINGS = (".usda", ".usdc", ".usd", ".usdz", ".glb")
+
+
+@app.command()
+def show(
+    file: Annotated[Path, typer.Argument(help="A room or thing (USD, glTF, OBJ) or a conference file (TOML).")],
+    picture: Annotated[Path | None, typer.Option("--picture", help="Draw it into this PNG.")] = None,
+    size: Annotated[str, typer.Option(help="WIDTHxHEIGHT of the picture.")] = "960x540",
+    as_json: Json = False,
+) -> None:
+    """What is in a room: things with what they are made of, seats, and what was remarkable when it was read.
+
+    [bold]Examples[/bold]
+
+      vistel world show examples/rooms/den.usdz
+
+      vistel world show examples/rooms/den.usdz --picture den.png
+    """
+    from vistel_cli.scene.trace import picture_size  # noqa: PLC0415
+
+    pixels = picture_size(size) or (960, 540)
+    if picture is not None and not picture.parent.is_dir():
+        fail(f"--picture {escape(str(picture))}: there is no directory {escape(str(picture.parent))}", USAGE)
+    interior = opened(file, show=not as_json)
+    if as_json:
+        print(json.dumps(_facts(interior)))
+    else:
+        _table(interior)
+    if picture is not None:
+        _draw(interior, picture, pixels, show=not as_json)
+
+
+@app.command()
+def edit(
+    file: Annotated[Path, typer.Argument(help="The room to change.")],
+    changes: Annotated[list[str], typer.Argument(help="What to change, such as: set baton mass=0.2 rigidity=0.8")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Where the changed room goes; default: its file.")] = None,
+) -> None:
+    """Change a room on file, whole or not at all.
+
+    set THING|all KEY=VALUE ...  with mass, density, rigidity, elasticity, recovery, sticky, bears, colour, shape, name, id;
+    move THING to=X,Y,Z by=X,Y,Z turn=DEGREES;  add ID shape=ball|lump|bar or file=PATH, at=X,Z ...;  remove THING ...;
+    seat N|new at=X,Z heading=DEGREES.  `then` stands between several.
+
+    [bold]Examples[/bold]
+
+      vistel world edit room.usda set baton mass=0.2 rigidity=0.8
+
+      vistel world edit room.usda add mug file=mug.glb at=0.2,0.1 then remove cone -o other.usda
+    """
+    from vistel.space.files.edit import USAGE as LINES  # noqa: PLC0415
+    from vistel.space.files.edit import edited  # noqa: PLC0415
+    from vistel.space.files.faults import RoomFileError  # noqa: PLC0415
+
+    target = output or file
+    _check_output(target, glb=False)
+    interior = replace(opened(file, show=True), notes=())
+    try:
+        with busy("changing", True):
+            changed, told = edited(interior, changes)
+    except RoomFileError as fault:
+        fail(f"{escape(str(fault))}\n{escape(LINES)}", USAGE)
+    _save(replace(changed, notes=()), target)
+    for line in (*told, *changed.notes):
+        out.print(escape(line), soft_wrap=True)
+
+
+@app.command()
+def export(
+    source: Annotated[Path, typer.Argument(help="A conference file, a log (MCAP), or a room file.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The USD or GLB to write.")],
+    hub: Annotated[str | None, typer.Option(help="Router of the running conference of that file; without: as it begins.")] = None,
+    at: Annotated[float | None, typer.Option(help="Of a log: seconds after its beginning; default: its end.")] = None,
+) -> None:
+    """Write the things of a room as they are: of a file, of a conference as it begins or runs, of a log at a time.
+
+    [bold]Examples[/bold]
+
+      vistel world export conference.toml -o room.usda
+
+      vistel world export conference.toml --hub tcp/127.0.0.1:7447 -o now.glb
+
+      vistel world export out/conference.mcap --at 12.5 -o then.usdz
+    """
+    from vistel_cli.world.now import of_log, running  # noqa: PLC0415
+
+    _check_output(output, glb=True)
+    if at is not None and source.suffix != ".mcap":
+        fail("--at: only of a log; a running conference is written as it is", USAGE)
+    if source.suffix == ".mcap":
+        interior, when = of_log(source, at)
+    elif hub is not None:
+        if source.suffix != ".toml":
+            fail(f"{source}: --hub needs a conference file (TOML)", USAGE)
+        interior, when = running(load_conference(source), hub)
+    else:
+        interior, when = opened(source, show=True), "as it begins"
+    _save(replace(interior, notes=()), output)
+    out.print(f"{escape(str(output))}: {len(interior.room.things)} things, {when}", soft_wrap=True)
+
+
+def opened(file: Path, show: bool) -> Interior:
+    """The room of a file; leaves with one line where there is none."""
+    from vistel.conference.rooms import interior_of  # noqa: PLC0415
+    from vistel.space.files import RoomFileError, load_room  # noqa: PLC0415
+
+    try:
+        if file.suffix == ".toml":
+            conference = load_conference(file)
+            with busy("reading the room", show):
+                return interior_of(conference.room)
+        with busy(f"reading {file.name}", show):
+            return load_room(file)
+    except RoomFileError as fault:
+        fail(escape(str(fault)), USAGE)
+
+
+def _check_output(path: Path, *, glb: bool) -> None:
+    endings = ENDINGS if glb else ENDINGS[:-1]
+    if path.suffix.lower() not in endings:
+        more = "" if glb else "; write it elsewhere with -o"
+        fail(f"{escape(str(path))}: expected a name that ends in {', '.join(endings)}{more}", USAGE)
+    if not path.parent.is_dir():
+        fail(f"{escape(str(path))}: there is no directory {escape(str(path.parent))}", USAGE)
+
+
+def _save(interior: Interior, path: Path) -> None:
+    from vistel.space.files import save_usd  # noqa: PLC0415
+    from vistel.space.files.gltf_write import save_glb  # noqa: PLC0415
+
+    try:
+        with busy(f"writing {path.name}", True):
+            (save_glb if path.suffix.lower() == ".glb" else save_usd)(interior, path)
+    except OSError as fault:
+        fail(f"{escape(str(path))}: cannot be written: {escape(fault.strerror or str(fault))}", FAILED)
+
+
+def _draw(interior: Interior, picture: Path, pixels: tuple[int, int], show: bool) -> None:
+    from PIL import Image  # noqa: PLC0415
+
+    from vistel_services.renderer.gl_context import NoOpenGlError  # noqa: PLC0415
+    from vistel_services.renderer.room_picture import room_picture  # noqa: PLC0415
+
+    try:
+        with busy("drawing", show):
+            image = room_picture(interior, *pixels)
+        Image.fromarray(image).save(picture)
+    except NoOpenGlError as fault:
+        fail(f"nothing to draw with: {escape(str(fault))}; `vistel doctor` says what is missing", FAILED)
+    except (OSError, ValueError) as fault:
+        why = getattr(fault, "strerror", None) or str(fault)
+        fail(f"--picture {escape(str(picture))}: cannot be written ({escape(why)})", FAILED)
+
+
+def _row(t: Thing, interior: Interior) -> dict[str, Any]:
+    models = [interior.models[k.model] for k in t.looks if k.model in interior.models]
+    pictures = sum(m.picture is not None for model in models for m in model.materials)
+    return {
+        "id": t.id, "name": t.name, "shape": t.shape, "fixed": t.fixed, "mass_kg": round(t.mass, 4),
+        "rigidity": round(1.0 - t.compliance, 4), "elasticity": t.matter.material, "colour": f"#{t.colour >> 8:06x}",
+        "position_m": [round(v, 4) for v in t.position.tolist()], "primitives": len(t.primitives),
+        "triangles": sum(len(m.triangles) for m in models), "pictures": pictures,
+    }  # fmt: skip
+
+
+def _facts(interior: Interior) -> dict[str, Any]:
+    return {
+        "things": [_row(t, interior) for t in interior.room.things],
+        "seats": [{"position_m": s.position.tolist(), "heading_rad": s.heading} for s in interior.room.seats],
+        "built_in_walls": interior.room.shell, "notes": list(interior.notes),
+    }  # fmt: skip
+
+
+def _table(interior: Interior) -> None:
+    table = Table(box=None)
+    table.add_column("thing", overflow="fold", ratio=1)
+    for heading in ("mass", "rigidity", "x, y, z [m]", "felt as", "drawn as"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for t in interior.room.things:
+        row = _row(t, interior)
+        matter = "" if t.matter.material == "elastic" else f" {t.matter.material}"
+        drawn = f"{row['triangles']} tri" + (f", {row['pictures']} pic" if row["pictures"] else "") if t.looks else row["colour"]
+        table.add_row(
+            escape(t.id), "fixed" if t.fixed else f"{t.mass:.3g} kg", f"{row['rigidity']:g}{matter}",
+            " ".join(f"{v:.2f}" for v in t.position.tolist()), f"{len(t.primitives)} prim", str(drawn),
+        )  # fmt: skip
+    out.print(table)
+    loose = [t for t in interior.room.things if not t.fixed]
+    out.print(f"{len(interior.room.things)} things, {len(loose)} of them loose; {len(interior.room.seats)} seats")
+    for note in interior.notes:
+        err.print(f"[yellow]{escape(note)}[/yellow]", soft_wrap=True)

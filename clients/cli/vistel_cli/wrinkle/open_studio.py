@@ -1,0 +1,89 @@
+"""`vistel wrinkle studio`: a page on which wrinkles are drawn and seen on the figure."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import signal
+import webbrowser
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vistel_cli.avatar.files import check_output, load_or_make
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+
+if TYPE_CHECKING:
+    from vistel_cli.wrinkle.studio.opened import Opened
+
+
+def studio(
+    avatar: Annotated[str, typer.Argument(help='An avatar file (USD), or "builtin:…".')] = "builtin",
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Where to save; default the file itself.")] = None,
+    sets: Annotated[Path | None, typer.Option(help="Begin with this file of sets in place of what the avatar wears.")] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="0: one that is free.")] = 8765,
+    host: Annotated[str, typer.Option(help="Address to listen at. Who reaches it can edit the avatar.")] = "127.0.0.1",
+    show: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
+) -> None:
+    """Draw and edit wrinkles on a page in the browser, and see them on the figure at once. Saves into the avatar's USD.
+
+    [bold]Examples[/bold]
+
+      vistel wrinkle studio me.usda --open
+
+      vistel wrinkle studio builtin:seed=3 -o eva.usda --port 9000
+    """
+    opened = _opened(avatar, output, sets)
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
+    logging.getLogger("aiohttp.access").setLevel(logging.WARNING)
+    try:
+        asyncio.run(_serve(opened, host, port, show))
+    except OSError as fault:
+        fail(f"port {port} at {host} cannot be listened at: {fault.strerror or fault}; choose another --port", FAILED)
+
+
+def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
+    with err.status("loading the studio"):
+        from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415 - the mathematics take long to load
+        from vistel.wrinkle.wardrobe import load_sets  # noqa: PLC0415
+        from vistel_cli.wrinkle.studio.opened import Opened, worn_by  # noqa: PLC0415
+
+        made = spec.startswith("builtin")
+        path = output or Path("avatar.usda" if made else spec)
+        if path.suffix.lower() == ".npz" or not path.suffix:
+            fail(f"{path}: cannot be saved to; say where with -o NAME.usda", USAGE)
+        check_output(path)
+        if made and path.exists():
+            fail(f"{path}: is there already; open it, or say another with -o", USAGE)
+        found = load_or_make(spec, path.stem)
+        try:
+            return Opened(found, path, spec, load_sets(sets) if sets else worn_by(found, spec))
+        except WrinkleError as fault:
+            fail(str(fault), USAGE)
+
+
+async def _serve(opened: Opened, host: str, port: int, show: bool) -> None:
+    from aiohttp import web  # noqa: PLC0415
+
+    from vistel_cli.wrinkle.studio.server import Studio  # noqa: PLC0415
+
+    studio = Studio(opened)
+    hosts: set[str] = set()
+    runner = web.AppRunner(studio.app(hosts), handle_signals=False, shutdown_timeout=1.0)
+    await runner.setup()
+    try:
+        site = web.TCPSite(runner, host, port)
+        await site.start()
+        actual = int(runner.addresses[0][1])
+        hosts |= {f"{name}:{actual}" for name in {host, "localhost", "127.0.0.1"}}
+        address = f"http://{'localhost' if host in ('0.0.0.0', '::') else host}:{actual}/"
+        out.print(f"studio at {address} (Ctrl-C ends it); saves to {opened.path}", soft_wrap=True)
+        if show:
+            webbrowser.open(address)
+        stop = asyncio.Event()
+        for signum in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+        await stop.wait()
+    finally:
+        await runner.cleanup()

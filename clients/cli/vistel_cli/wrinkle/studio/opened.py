@@ -1,0 +1,70 @@
+"""The avatar that a studio was opened with, on disk: read, written, and whether somebody else wrote it meanwhile."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.formats.usd import save_usd
+from vistel.wrinkle.wardrobe import WrinkleSet, sets_in, wardrobe
+from vistel.wrinkle.wardrobe_text import wardrobe_text
+
+
+class ConflictError(Exception):
+    """The file is not what it was when the page read it."""
+
+
+@dataclass(eq=False)
+class Opened:
+    """avatar: as it is on file, or as a built-in one is made; path: where it is saved; source: what the user called it."""
+
+    avatar: Avatar
+    path: Path
+    source: str
+    sets: list[WrinkleSet]
+
+    @property
+    def readable(self) -> Path:
+        """The file of sets that is written beside the avatar, for people to read."""
+        return self.path.with_name(f"{self.path.stem}_wrinkles.toml")
+
+    def revision(self) -> str:
+        """Of what is on disk now; "" where there is nothing yet. Raises OSError."""
+        try:
+            return hashlib.sha256(self.path.read_bytes()).hexdigest()[:16]
+        except FileNotFoundError:
+            return ""
+
+    def save(self, avatar: Avatar, sets: Sequence[WrinkleSet], revision: str) -> str:
+        """Writes the avatar with what it wears, and the readable file; returns the new revision. Raises ConflictError where the
+        file on disk is not of `revision`, WrinkleError, OSError."""
+        if self.revision() != revision:
+            raise ConflictError(f"{self.path.name} was saved by somebody else after this page read it")
+        text = wardrobe_text(sets)
+        made = replace(avatar, wrinkles=text)
+        save_usd(made, self.path)
+        _write(self.readable, text)
+        self.avatar, self.sets = made, list(sets)
+        return self.revision()
+
+
+def worn_by(avatar: Avatar, source: str) -> list[WrinkleSet]:
+    """What an avatar wears: what its file says, else the built-in sets. Raises WrinkleError."""
+    return sets_in(avatar.wrinkles, source) if avatar.wrinkles else wardrobe()
+
+
+def _write(path: Path, text: str) -> None:
+    """Whole or not at all."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,83 @@
+"""`vistel wrinkle wear`: what an avatar's file wears."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vistel_cli.avatar.files import Json, busy, check_output, load, report, save
+from vistel_cli.terminal import FAILED, USAGE, err, fail
+
+if TYPE_CHECKING:
+    from vistel.figure.avatar.avatar import Avatar
+    from vistel.wrinkle.wardrobe import WrinkleSet
+
+
+def wear(
+    avatar: Annotated[Path, typer.Argument(help="The avatar file: USD, or GLB or VRM that VISTEL wrote.")],
+    sets: Annotated[list[str] | None, typer.Argument(help="shirt, trousers, face, hands, or files of sets (.toml).")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="The avatar file to write; the same without.")] = None,
+    off: Annotated[bool, typer.Option("--off", help="Wear none.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Let an avatar from a file crease: its file keeps what it wears. Without sets: what it wears now, and where.
+
+    [bold]Examples[/bold]
+
+      vistel wrinkle wear me.usda shirt trousers face
+
+      vistel wrinkle wear me.usda
+    """
+    target = avatar if output is None else output
+    changes = bool(sets) or off
+    if sets and off:
+        fail("--off: expected no sets beside it", USAGE)
+    if changes:
+        check_output(target)
+    elif output is not None:
+        fail("nothing to write: name sets to wear, or --off", USAGE)
+    with busy(f"reading {avatar.name}", not as_json):
+        who = load(avatar)
+    text, worn = _said(who, avatar, sets or [], off)
+    facts: dict[str, Any] = {"avatar": str(avatar), "sets": len(worn)}
+    if worn:
+        with busy("looking where they fit", not as_json):
+            facts |= _fitted(who, worn)
+        for region, reason in facts["without"].items():
+            err.print(f"[yellow]{region}[/yellow]: no wrinkles: {reason}", soft_wrap=True, highlight=False)
+        if changes and not facts["regions"]:
+            fail(f"{avatar}: none of them fit; nothing is written", FAILED)
+    if changes:
+        save(replace(who, wrinkles=text), target, not as_json)
+        facts["output"] = str(target)
+    report(as_json, facts)
+
+
+def _said(who: Avatar, path: Path, names: list[str], off: bool) -> tuple[str, list[WrinkleSet]]:
+    """The text to keep and its sets; leaves with one line where they cannot be read."""
+    from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415 - the mathematics take long to load
+    from vistel.wrinkle.wardrobe import sets_in, wardrobe  # noqa: PLC0415
+    from vistel.wrinkle.wardrobe_text import wardrobe_text  # noqa: PLC0415
+
+    try:
+        if names:
+            worn = wardrobe(names)
+            return wardrobe_text(worn), worn
+        return "", [] if off or not who.wrinkles else sets_in(who.wrinkles, f"{path}: wrinkles")
+    except WrinkleError as fault:
+        fail(str(fault), USAGE)
+
+
+def _fitted(who: Avatar, worn: list[WrinkleSet]) -> dict[str, Any]:
+    """Regions that wear something, and why others do not."""
+    from vistel.wrinkle.dressing import dressed  # noqa: PLC0415
+    from vistel.wrinkle.wardrobe import charted  # noqa: PLC0415
+    from vistel.wrinkle.worn import Worn  # noqa: PLC0415
+
+    finest = replace(who, coarser=())
+    made = dressed(finest, charted(worn))
+    fitted = Worn(made.avatar, worn, made.charts)
+    return {"regions": sorted({s.side + s.what.region.name for s in fitted.sets}), "without": fitted.left_out}

@@ -1,0 +1,192 @@
+"""`vistel wrinkle`: shapes of wrinkles, and cloth and skin that wears them."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+from rich.progress import track
+
+from vistel_cli.avatar.files import Json, busy, report
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.wrinkle.open_studio import studio
+from vistel_cli.wrinkle.wear import wear
+
+if TYPE_CHECKING:
+    from vistel.wrinkle.shape import Shape
+
+app = typer.Typer(help="Wrinkles of cloth and skin: shapes, displacement maps, wrinkled textures.", no_args_is_help=True)
+app.command("studio")(studio)
+app.command("wear")(wear)
+
+
+@app.command("show")
+def show(
+    shapes: Annotated[list[str] | None, typer.Argument(help="Names of built-in shapes or files (.toml); all without.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG: each shape's curves beside what comes out.")] = None,
+    wrinkledness: Annotated[float, typer.Option(min=0.0, max=1.0, help="How far from the shape, at random.")] = 0.0,
+    seed: Annotated[int, typer.Option(help="Of what is at random.")] = 0,
+    size: Annotated[int, typer.Option(min=32, max=2048, help="Pixels across a shape.")] = 300,
+    as_json: Json = False,
+) -> None:
+    """The characteristic shapes: what there is, or a picture of them. Checks files.
+
+    [bold]Examples[/bold]
+
+      vistel wrinkle show
+
+      vistel wrinkle show sleeve_bend my_shape.toml -o shapes.png
+    """
+    from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415 - the mathematics take long to load
+    from vistel.wrinkle.picture import drawing, relief, sheet_of  # noqa: PLC0415
+    from vistel.wrinkle.shape_file import builtin_shapes, shape_of  # noqa: PLC0415
+
+    try:
+        found = [shape_of(name) for name in shapes] if shapes else list(builtin_shapes().values())
+    except WrinkleError as fault:
+        fail(str(fault), USAGE)
+    if output is not None:
+        pictures = [
+            np.hstack((drawing(s, size), relief(s, size, wrinkledness=wrinkledness, seed=seed)))
+            for s in track(found, "drawing", console=err, transient=True, disable=as_json or not err.is_terminal)
+        ]
+        _write(output, sheet_of(pictures, 3 if len(pictures) > 4 else 1))
+    if as_json:
+        print(json.dumps({"shapes": [_facts(s) for s in found], "output": str(output) if output else None}))
+        return
+    for s in found:
+        out.print(f"{s.name:22} {s.material:6} {len(s.branches)} curves  {s.about}", soft_wrap=True)
+
+
+@app.command("draw")
+def draw(
+    sheet: Annotated[Path, typer.Argument(help="A sheet of wrinkles (.toml).")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG: the wrinkled texture.")] = None,
+    heights: Annotated[Path | None, typer.Option(help="PNG, 16 bit: the displacement map; 32768 is flat.")] = None,
+    bumps: Annotated[Path | None, typer.Option(help="PNG: its normals, for a bump map.")] = None,
+    size: Annotated[int, typer.Option(min=16, max=8192, help="Texels along the longer side, without a texture.")] = 1024,
+    limit: Annotated[float, typer.Option(min=0.0, help="How far the texture may move [mm].")] = 3.0,
+    as_json: Json = False,
+) -> None:
+    """Wrinkle a flat texture: displacement map, light, and what correspondence is lost.
+
+    [bold]Examples[/bold]
+
+      vistel wrinkle draw examples/wrinkles/sleeve.toml -o wrinkled.png --heights map.png
+    """
+    from vistel.wrinkle.displacement import blank, bump_normals, laid  # noqa: PLC0415
+    from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415
+    from vistel.wrinkle.picture import CLOTH, height_picture  # noqa: PLC0415
+    from vistel.wrinkle.sheet import load_sheet  # noqa: PLC0415
+    from vistel.wrinkle.texture import wrinkled_texture  # noqa: PLC0415
+
+    if output is None and heights is None and bumps is None:
+        fail("nothing to write: give --output, --heights or --bumps", USAGE)
+    try:
+        plan, wrinkles = load_sheet(sheet)
+        flat = None if plan.texture is None else read_picture(plan.texture)
+        texels = size if flat is None else max(flat.shape[:2])
+        of = blank(plan.size, texels, wraps=plan.wraps)
+        if flat is None:
+            flat = np.full((*of.height.shape, 3), CLOTH, np.uint8)
+        hidden = as_json or not err.is_terminal
+        for _ in track(laid(of, wrinkles), "laying wrinkles", len(wrinkles), console=err, transient=True, disable=hidden):
+            pass
+        facts: dict[str, Any] = {"wrinkles": len(wrinkles), "width": of.height.shape[1], "height": of.height.shape[0]}
+        facts |= {"highest_mm": round(1e3 * float(of.height.max()), 3), "deepest_mm": round(1e3 * float(of.height.min()), 3)}
+        with ExitStack() as stack:
+            stack.enter_context(busy("lighting and drawing", not as_json))
+            if output is not None:
+                picture, loss = wrinkled_texture(flat, of, limit=1e-3 * limit)
+                _write(output, picture)
+                facts |= {"moved_mm": round(1e3 * loss.shift, 3), "moved_mean_mm": round(1e3 * loss.mean, 3)}
+                facts |= {"moved_to_keep_lengths_mm": round(1e3 * loss.wanted, 3), "limited": loss.limited}
+            if heights is not None:
+                _write(heights, height_picture(of))
+            if bumps is not None:
+                _write(bumps, np.asarray(np.round(127.5 * (bump_normals(of) + 1.0)), np.uint8))
+    except WrinkleError as fault:
+        fail(str(fault), USAGE)
+    report(as_json, {"sheet": str(sheet), **facts})
+
+
+@app.command("trace")
+def trace(
+    photograph: Annotated[Path, typer.Argument(help="A picture of wrinkled cloth or skin, lit from one side.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The shape file to write, .toml.")],
+    light: Annotated[str, typer.Option(help="Where the lamp is: degrees counter-clockwise from the right, or unknown.")] = "90",
+    blur: Annotated[float, typer.Option(min=0.5, max=50.0, help="Pixels; about a third of a wrinkle's radius.")] = 3.0,
+    strong: Annotated[float, typer.Option(min=0.01, max=1.0, help="Least strength, in parts of the strongest wrinkle's.")] = 0.35,
+    shortest: Annotated[float, typer.Option(min=2.0, help="Shorter ends are pruned [pixels].")] = 16.0,
+    skin: Annotated[bool, typer.Option("--skin", help="Skin, not cloth.")] = False,
+    as_json: Json = False,
+) -> None:
+    """A wrinkle shape from a photograph: its edges, thinned, as curves whose weights are the edges' strengths.
+
+    [bold]Examples[/bold]
+
+      vistel wrinkle trace sleeve.jpg -o my_sleeve.toml --light 120 --blur 4
+
+      vistel wrinkle show my_sleeve.toml -o my_sleeve.png
+    """
+    from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415
+    from vistel.wrinkle.photograph import Looking  # noqa: PLC0415
+    from vistel.wrinkle.photograph import trace as traced  # noqa: PLC0415
+    from vistel.wrinkle.shape_file import save_shape  # noqa: PLC0415
+
+    if output.suffix != ".toml":
+        fail(f"{output}: expected a name that ends in .toml", USAGE)
+    try:
+        towards = None if light == "unknown" else math.radians(float(light))
+    except ValueError:
+        fail(f"--light: is {light!r}, expected degrees or unknown", USAGE)
+    picture = read_picture(photograph)
+    name = re.sub(r"[^a-z0-9]+", "_", output.stem.lower()).strip("_")
+    name = name if name[:1].isalpha() else f"shape_{name}".rstrip("_")
+    how = Looking(light=towards, blur=blur, strong=strong, weak=strong / 3.0, shortest=shortest)
+    try:
+        with busy("looking for wrinkles", not as_json):
+            found = traced(picture, name, how, material="skin" if skin else "cloth")
+        save_shape(found.shape, output)
+    except WrinkleError as fault:
+        fail(f"{photograph}: {fault}", FAILED)
+    except OSError as fault:
+        fail(f"{output}: cannot be written: {fault.strerror or fault}", FAILED)
+    facts = {"output": str(output), "name": name, "curves": len(found.shape.branches)}
+    facts |= {"unit_px": round(found.unit, 1), "thickness_px": round(found.thickness, 1)}
+    report(as_json, facts | {"middle_px": [round(x, 1) for x in found.middle]})
+
+
+def read_picture(path: Path) -> Any:
+    """(H, W, 3) of a picture file; leaves with one line where there is none."""
+    from vistel.figure.making.files.source import MakingError  # noqa: PLC0415
+    from vistel.figure.making.pictures import decode  # noqa: PLC0415
+
+    try:
+        return decode(path.read_bytes(), 8192)
+    except OSError as fault:
+        fail(f"{path}: cannot be read: {fault.strerror or fault}", USAGE)
+    except MakingError as fault:
+        fail(f"{path}: {fault}", USAGE)
+
+
+def _write(path: Path, picture: Any) -> None:
+    from PIL import Image  # noqa: PLC0415
+
+    try:
+        Image.fromarray(picture).save(path)
+    except (OSError, ValueError) as fault:
+        fail(f"{path}: cannot be written: {fault}", FAILED)
+
+
+def _facts(shape: Shape) -> dict[str, Any]:
+    return {
+        "name": shape.name, "material": shape.material, "about": shape.about, "branches": len(shape.branches),
+        "control_points": sum(len(b.points) for b in shape.branches),
+    }  # fmt: skip

@@ -1,0 +1,61 @@
+"""Packets that phones and tracking suites send to a UDP port."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+from vistel.wire.clock import Clock
+from vistel_services.devices.transport import OpenTransport, Received, TransportError
+
+_LONGEST = 65535
+
+
+class UdpTransport:
+    """An open UDP port; whoever sends there is heard, nothing is answered."""
+
+    def __init__(
+        self, port: int, clock: Clock, received: Received, lost: Callable[[str], None], announce: Path | None
+    ) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._clock, self._received = clock, received
+        self._announce = announce
+        try:
+            self._socket.bind(("127.0.0.1" if announce else "", port))
+        except OSError as e:
+            self._socket.close()
+            raise TransportError(f"UDP port {port}: cannot be opened: {e.strerror}; is another program using it?") from e
+        if announce is not None:
+            announce.parent.mkdir(parents=True, exist_ok=True)
+            new = announce.with_name(f".{announce.name}.new")
+            new.write_text(str(self._socket.getsockname()[1]))
+            new.replace(announce)
+        self._loop = asyncio.get_running_loop()
+        self._loop.add_reader(self._socket.fileno(), self._readable)
+
+    def write(self, data: bytes) -> None:
+        pass
+
+    def set_baud(self, baud: int) -> None:
+        pass
+
+    def close(self) -> None:
+        self._loop.remove_reader(self._socket.fileno())
+        self._socket.close()
+        if self._announce is not None:
+            self._announce.unlink(missing_ok=True)
+
+    def _readable(self) -> None:
+        with contextlib.suppress(OSError):
+            data = self._socket.recv(_LONGEST)
+            if data:
+                self._received(data, self._clock.now_ns())
+
+
+def open_udp(port: int, clock: Clock, announce: Path | None = None) -> OpenTransport:
+    """How a driver opens its port. `announce`: open any free port of this machine and write its number there."""
+    return lambda received, lost: UdpTransport(0 if announce else port, clock, received, lost, announce)

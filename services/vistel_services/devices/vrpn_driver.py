@@ -1,0 +1,65 @@
+"""Joins a VRPN server and listens to one of its devices, a tracker or a glove."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from vistel.protocol import vrpn
+from vistel.protocol.vrpn import VrpnParser
+from vistel.wire.topics import Topic
+from vistel_services.devices.device import Decoder, DeviceError, Link, NoAnswerError
+from vistel_services.devices.transport import TransportError
+
+_HELLO_S, _HEARD_S, _GREETING_S = 3.0, 3.0, 0.3
+_PING_S = 0.05
+
+
+class VrpnDecoder(Decoder, Protocol):
+    """What reads a server's bytes."""
+
+    parser: VrpnParser
+
+
+class VrpnDriver:
+    """See the module."""
+
+    stop = b""
+
+    def __init__(self, name: str, topic: Topic, decoder: VrpnDecoder, device: str, has: str, *, pinged: bool = False) -> None:
+        """device: its name at the server; has: what there is of it, for a person; pinged: it reports changes only, so it is
+        asked again and again whether it is there."""
+        self.name = name
+        self.topic = topic
+        self.decoder = decoder
+        self.beat = (_PING_S, vrpn.ping()) if pinged else None
+        self._device = device
+        self._has = has
+        self._greeted = 0
+
+    async def start(self, link: Link) -> str:
+        """See `Driver.start`."""
+        if link.attached == self._greeted:
+            raise TransportError(f"{self._device}: fell silent; joining the server anew")
+        self._greeted = link.attached
+        parser = self.decoder.parser
+        parser.version = parser.refused = ""
+        skipped = parser.bytes_skipped
+        link.send(vrpn.hello(self._device))
+        if await link.wait_for(lambda: parser.version or parser.refused or None, _HELLO_S) is None:
+            if parser.bytes_skipped > skipped:
+                raise DeviceError("what answers there is no VRPN server")
+            raise NoAnswerError("the server does not answer")
+        if parser.refused:
+            raise DeviceError(f"the server speaks VRPN {parser.refused}; 07 is expected")
+        seen = link.frames
+        if self.beat is not None:
+            link.send(self.beat[1])
+        if await link.wait_for(lambda: link.frames if link.frames > seen else None, _HEARD_S) is None:
+            await link.quiet(_GREETING_S, 2 * _GREETING_S)
+            if self._device not in parser.devices:
+                there = ", ".join(parser.devices) or "nothing"
+                raise DeviceError(f"the server has no {self._device}; it has {there}")
+            if self._device not in parser.pongs:
+                raise NoAnswerError(f"{self._device} is known to the server and not running")
+            raise NoAnswerError(f"{self._device} is there and reports nothing")
+        return f"{self._device} of a VRPN server {parser.version}, {self._has}"

@@ -1,0 +1,160 @@
+"""One process of a conference: opens the bus, keeps the clock, and runs its services until told to stop.
+
+python -m vistel_services.process.host CONFERENCE.toml tokyo/capture --hub tcp/127.0.0.1:7447 --run RUN --out OUT
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import importlib
+import logging
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from vistel.conference.files import ConferenceError, load
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.v1.service_pb2 import Heartbeat
+from vistel.wire import event_loop
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock, SystemClock
+from vistel.wire.clock_sync import follow_hub
+from vistel.wire.topics import BY_NAME
+from vistel.wire.zenoh.bus import ZenohBus
+from vistel_services.process import logs, metrics
+from vistel_services.process.clocks import clock_from_text
+from vistel_services.process.plan import ProcessPlan, find
+
+log = logging.getLogger("vistel.host")
+
+DRAWING_PRIORITY = 10
+"""Niceness of a process that draws."""
+GIVE_WAY_AFTER_S = 6.0
+"""Starting, and starting again after a crash, goes at full priority."""
+
+
+def process_token(label: str) -> str:
+    """The presence token of a process."""
+    return f"process-{label}"
+
+
+async def run_process(conference: Conference, plan: ProcessPlan, paths: RunPaths, bus: Bus, clock: Clock) -> None:
+    """Run the services of `plan` side by side; returns when cancelled, raises when one of them fails."""
+    site = next((s for s in conference.sites if s.name == (plan.place or plan.site)), None)
+    began = time.perf_counter()
+    async with asyncio.TaskGroup() as group:
+        for name in plan.services:
+            service = importlib.import_module(f"vistel_services.{name}")
+            config = service.configure(conference, site, paths)
+            group.create_task(service.run(config, bus, clock), name=name)
+            log.info("service started service=%s", name)
+        bus.announce(process_token(plan.label))
+        log.info("process up services_ms=%.0f", (time.perf_counter() - began) * 1e3)
+
+
+async def _give_way(delay_s: float) -> None:
+    """Let everything else of this machine go first, once started: a picture can be late, a sensor cannot."""
+    await asyncio.sleep(delay_s)
+    try:
+        os.setpriority(os.PRIO_PGRP, 0, DRAWING_PRIORITY)  # all threads; this process leads its group
+    except OSError as e:
+        log.warning("priority kept reason=%s", e.strerror)
+    await asyncio.Event().wait()
+
+
+async def _heartbeat(plan: ProcessPlan, port: int, bus: Bus, clock: Clock) -> None:
+    beat = bus.publish(BY_NAME["heartbeat"], node=plan.label)
+    started_ns = time.monotonic_ns()
+    while True:
+        message = Heartbeat(node=plan.node, services=plan.services, pid=os.getpid(), metrics_port=port)
+        message.uptime_ns = time.monotonic_ns() - started_ns
+        message.header.t_ns = clock.now_ns()
+        beat.put(message)
+        await asyncio.sleep(1.0)
+
+
+async def _end(tasks: list[asyncio.Task[None]]) -> None:
+    """Cancel until all have ended: `wait_for` of Python 3.11 can lose a cancellation to a result that comes with it."""
+    pending = {t for t in tasks if not t.done()}
+    while pending:
+        for task in pending:
+            task.cancel()
+        _, pending = await asyncio.wait(pending, timeout=0.5)
+    await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _main(args: argparse.Namespace) -> int:
+    conference = load(args.conference)
+    plan = find(conference, args.node)
+    paths = RunPaths(args.run, args.out)
+    clock = clock_from_text(args.clock)
+    tls = conference.bus.tls if conference.bus.mode == "routed" else None
+    began = time.perf_counter()
+    bus = await ZenohBus.open(
+        conference=conference.name, site=plan.site, clock=clock, endpoints=args.hub,
+        tls=(str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None,
+    )  # fmt: skip
+    log.info("bus joined took_ms=%.0f", (time.perf_counter() - began) * 1e3)
+    port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for signum in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(signum, stop.set)
+    work = [asyncio.create_task(run_process(conference, plan, paths, bus, clock), name="services")]
+    work.append(asyncio.create_task(_heartbeat(plan, port, bus, clock), name="heartbeat"))
+    if "renderer" in plan.services and os.getpgrp() == os.getpid():
+        work.append(asyncio.create_task(_give_way(GIVE_WAY_AFTER_S), name="priority"))
+    if isinstance(clock, SystemClock):
+        work.append(asyncio.create_task(follow_hub(bus, clock, plan.label), name="clock"))
+    stopping = asyncio.create_task(stop.wait())
+    with metrics.announced(paths.metrics(plan.node), plan.node, port):
+        done, _ = await asyncio.wait([*work, stopping], return_when=asyncio.FIRST_COMPLETED)
+    code = 0
+    stopping.cancel()
+    for task in done - {stopping}:
+        if (error := task.exception()) is not None:
+            log.error("process failed task=%s", task.get_name(), exc_info=error)
+            code = 1
+    await _end(work)
+    await bus.close()
+    log.info("process stopped exit_code=%d", code)
+    return code
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Be the process of `arguments` (default: the command line) until told to stop. Returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("conference", type=Path)
+    parser.add_argument(
+        "node", help='which process: "site/label" as in `vistel up --plan`, "hub/world", "hub/recorder"'
+    )
+    parser.add_argument("--hub", action="append", required=True, help="endpoint of the router; may be given twice")
+    parser.add_argument("--run", type=Path, required=True, help="folder for the ports of simulated devices")
+    parser.add_argument("--out", type=Path, required=True, help="folder for videos and logs")
+    parser.add_argument("--clock", default="system")
+    parser.add_argument("--metrics-port", type=int, default=0)
+    parser.add_argument("--log-level", default="INFO")
+    args = parser.parse_args(arguments)
+    logs.configure(args.node, args.log_level)
+    try:
+        return event_loop.run(_main(args))
+    except (ConferenceError, ValueError) as e:
+        print(e, file=sys.stderr)
+        return 2
+
+
+def leave(code: int) -> NoReturn:
+    """End this process now: the bus's threads wait in native code, and Python's own way of ending would tear them
+    out of it and abort."""
+    logging.shutdown()
+    os._exit(code)
+
+
+if __name__ == "__main__":
+    leave(main())

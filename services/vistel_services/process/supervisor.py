@@ -1,0 +1,123 @@
+"""Starts processes, starts them again when they crash, and stops them in order.
+
+With a fork server they are forked from a process that has everything loaded, which takes milliseconds; without one, or
+when it fails, each is started from nothing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import signal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vistel_services.process.forking import ForkServer, Process, end
+
+log = logging.getLogger("vistel.supervisor")
+
+RESTART_FIRST_S, RESTART_MOST_S = 0.1, 5.0
+STEADY_S = 10.0
+"""A process that ran for less has failed early. The first failure in a row is mended at once, the next ones after a
+back-off and from nothing: what is loaded may be the cause."""
+
+
+@dataclass(frozen=True)
+class ProcessSpec:
+    """What to run. `stop_rank`: higher ranks are stopped first; `grace_s`: how long it may take to stop; `module`: what
+    has the `main` that runs, with `arguments`, so that it can be forked; None if it cannot."""
+
+    name: str
+    argv: tuple[str, ...]
+    stop_rank: int = 0
+    grace_s: float = 8.0
+    env: dict[str, str] | None = None
+    module: str | None = None
+    arguments: tuple[str, ...] = ()
+
+
+@dataclass
+class Child:
+    """A supervised process and its history."""
+
+    spec: ProcessSpec
+    process: Process | None = None
+    restarts: int = 0
+    exits: list[int] = field(default_factory=list)
+
+    @property
+    def pid(self) -> int | None:
+        return self.process.pid if self.process and self.process.returncode is None else None
+
+
+class Supervisor:
+    """Runs `specs`; each process's output goes to `log_folder`/NAME.log. `fork_server`: stopped with the rest."""
+
+    def __init__(self, specs: Sequence[ProcessSpec], log_folder: Path, fork_server: ForkServer | None = None) -> None:
+        self.children = {s.name: Child(s) for s in specs}
+        self._folder = log_folder
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self.fork_server = fork_server
+        self.on_exit: Callable[[str, int], None] | None = None
+
+    async def start(self) -> None:
+        """Start all, in the order given."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        for name, child in self.children.items():
+            await self._spawn(child)
+            self._tasks[name] = asyncio.create_task(self._watch(child), name=f"watch {name}")
+
+    def log_file(self, name: str) -> Path:
+        return self._folder / f"{name.replace('/', '-')}.log"
+
+    async def _spawn(self, child: Child, *, afresh: bool = False) -> None:
+        """afresh: from nothing, even if it could be forked."""
+        spec, log_file = child.spec, self.log_file(child.spec.name)
+        if self.fork_server is not None and spec.module is not None and not afresh:
+            child.process = await self.fork_server.fork(spec.module, log_file, spec.arguments, f"vistel: {spec.name}")
+            if child.process is not None:
+                log.info("forked process=%s pid=%d", spec.name, child.process.pid)
+                return
+        with log_file.open("ab") as out:
+            child.process = await asyncio.create_subprocess_exec(
+                *spec.argv, stdin=asyncio.subprocess.DEVNULL, stdout=out, stderr=out, env=spec.env, process_group=0
+            )
+        log.info("started process=%s pid=%d", spec.name, child.process.pid)
+
+    async def _watch(self, child: Child) -> None:
+        loop = asyncio.get_running_loop()
+        early = 0
+        while child.process is not None:
+            started = loop.time()
+            code = await child.process.wait()
+            child.exits.append(code)
+            if self.on_exit:
+                self.on_exit(child.spec.name, code)
+            early = early + 1 if loop.time() - started < STEADY_S else 0
+            wait_s = 0.0 if early < 2 else min(RESTART_MOST_S, RESTART_FIRST_S * 2 ** (early - 2))
+            log.error("crashed process=%s %s restart_in_s=%.1f log=%s",
+                      child.spec.name, _exit_text(code), wait_s, self.log_file(child.spec.name))  # fmt: skip
+            await asyncio.sleep(wait_s)
+            child.restarts += 1
+            await self._spawn(child, afresh=wait_s > 0)
+
+    async def stop(self) -> dict[str, int]:
+        """Stop rank by rank: SIGTERM, then SIGKILL after the grace time. Returns the exit code of each."""
+        for task in self._tasks.values():
+            task.cancel()
+        await asyncio.gather(*self._tasks.values(), return_exceptions=True)
+        if self.fork_server is not None:
+            await self.fork_server.stop()
+        for rank in sorted({c.spec.stop_rank for c in self.children.values()}, reverse=True):
+            await asyncio.gather(*(_stop(c) for c in self.children.values() if c.spec.stop_rank == rank))
+        return {n: c.process.returncode or 0 for n, c in self.children.items() if c.process}
+
+
+async def _stop(child: Child) -> None:
+    if child.process is not None and await end(child.process, child.spec.grace_s):
+        log.error("killed process=%s reason=did not stop within %.0f s", child.spec.name, child.spec.grace_s)
+
+
+def _exit_text(code: int) -> str:
+    return f"signal={signal.Signals(-code).name}" if code < 0 else f"exit_code={code}"

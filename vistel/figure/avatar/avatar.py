@@ -1,0 +1,128 @@
+"""An avatar: the shape, texture and joints of a person's figure, in the rest pose.
+
+Every mesh lies in the model frame of `vistel.figure.skeleton` (metres, Y up, facing +Z, left arm along +X, T-pose).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.avatar.patch import Patch
+from vistel.figure.body import Body
+from vistel.figure.skeleton import Skeleton
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+U8 = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A shape that a mesh can be drawn towards, as files of faces bring them: vertices (N,) and by how much they move at its full
+    (N, 3) [m]. name: as its file has it; what it means to a face, `vistel.figure.face.targets` tells."""
+
+    name: str
+    vertex: I32
+    offset: F32
+
+    def of(self, place: NDArray[np.integer]) -> Target:
+        """Of the part of the mesh in which vertex v has become place[v], those at -1 gone."""
+        to = place[self.vertex]
+        return Target(self.name, to[to >= 0].astype(np.int32), self.offset[to >= 0])
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A closed surface and its texture coordinates.
+
+    vertices: (V, 3) rest pose [m]; a closed 2-manifold, oriented outwards (imported ones may have holes).
+    triangles: (F, 3) vertices, counter-clockwise seen from outside.
+    corner_vertex: (R,) vertex of each drawn vertex (texture seams double vertices).
+    uv: (R, 2) texture coordinates of the drawn vertices in [0, 1], origin bottom left.
+    corner_triangles: (F, 3) the triangles again, as drawn vertices.
+    limb: (V,) index into `Body.names` of the primitive each vertex belongs to.
+    bone, weight: (V, 4) bones (joints, then `vistel.figure.rigid.weights.TWIST_BONES`) that a vertex follows and their
+    shares, largest first; None: found from the joint chain.
+    targets: shapes of expressions that its file brought.
+    """
+
+    vertices: F32
+    triangles: I32
+    corner_vertex: I32
+    uv: F32
+    corner_triangles: I32
+    limb: I32
+    bone: I32 | None = None
+    weight: F32 | None = None
+    targets: tuple[Target, ...] = ()
+
+
+@dataclass(frozen=True)
+class Registration:
+    """How the texture lies on one island of the texture coordinates: about `middle` (u, v) it is turned [rad], counter-
+    clockwise, and made `scale` times as large, then moved by (u, v). See `vistel.figure.avatar.texture`."""
+
+    island: int
+    move: tuple[float, float] = (0.0, 0.0)
+    turn: float = 0.0
+    scale: float = 1.0
+    middle: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Avatar:
+    """A person's figure at rest.
+
+    mesh: skin, hair and clothes as one closed surface. eyeballs: left and right eye, separate closed meshes centred on
+    the joints `left_eye` and `right_eye` and fixed to them, so that gaze turns them.
+    albedo: (H, W, 3) sRGB texture of the mesh and the eyeballs, first row at the top (v = 1).
+    coarser: the same person with fewer and fewer vertices, for pictures in which they are small.
+    registration: transforms of the texture that the texture coordinates have in them.
+    wrinkles: what it wears, as a file of sets says it (`vistel.wrinkle.wardrobe`); empty where nothing is said.
+    patches: what parts of the texture are like beside their colour, of all levels; none where the renderer decides by the limb.
+    """
+
+    name: str
+    skeleton: Skeleton
+    body: Body
+    mesh: Mesh
+    eyeballs: tuple[Mesh, ...]
+    albedo: U8
+    coarser: tuple[Avatar, ...] = ()
+    registration: tuple[Registration, ...] = ()
+    wrinkles: str = ""
+    patches: tuple[Patch, ...] = ()
+
+
+def scaled(avatar: Avatar, height: float) -> Avatar:
+    """The same person `height` metres tall."""
+    scale = height / avatar.skeleton.height
+    if abs(scale - 1.0) < 1e-4:
+        return avatar
+    b = avatar.body
+    body = Body(b.names, b.joint, b.a * scale, b.b * scale, b.radius_a * scale, b.radius_b * scale)
+    skeleton = Skeleton(avatar.skeleton.rest * scale, avatar.skeleton.tip * scale)
+
+    def grown(level: Avatar) -> Avatar:
+        mesh, *eyes = (
+            replace(
+                m, vertices=m.vertices * np.float32(scale),
+                targets=tuple(replace(t, offset=t.offset * np.float32(scale)) for t in m.targets),
+            )
+            for m in (level.mesh, *level.eyeballs)
+        )  # fmt: skip
+        return replace(level, skeleton=skeleton, body=body, mesh=mesh, eyeballs=tuple(eyes), coarser=())
+
+    return replace(grown(avatar), coarser=tuple(grown(level) for level in avatar.coarser))
+
+
+def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:
+    """The built-in person of `spec`; see `vistel.figure.avatar.builtin.builtin_avatar`."""
+    # Making people needs the packages of the extra "avatar"; who only draws avatars does without.
+    from vistel.figure.avatar import builtin as avatar_builtin  # noqa: PLC0415
+
+    return avatar_builtin.builtin_avatar(spec, name=name, height=height, cache=cache)

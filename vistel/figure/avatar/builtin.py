@@ -1,0 +1,74 @@
+"""Built-in people by specification, kept in the user's cache directory."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.cache_folder import default_cache
+from vistel.figure.formats.avatar_file import AvatarFileError, load_avatar, save_avatar
+from vistel.figure.people.person import VERSION, make_person
+from vistel.figure.people.recipe import Recipe, parse_spec
+
+if sys.platform != "win32":
+    import fcntl
+
+_log = logging.getLogger("vistel.figure.avatar.avatar")
+
+
+def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:
+    """The built-in person of `spec`: "builtin" (made from the name), "builtin:seed=3", "builtin:seed=3,build=1.1".
+
+    height in metres (0.5 to 2.6). The first call makes the person (some seconds), later ones read it from `cache`
+    (default: the user's cache directory); a cache that is damaged or cannot be written costs one log line.
+    Raises ValueError naming what is wrong in the spec or the height.
+    """
+    recipe = parse_spec(spec, name)
+    if not 0.5 <= height <= 2.6:
+        raise ValueError(f"height: expected 0.5 to 2.6 m, got {height}")
+    folder = cache if cache is not None else default_cache()
+    key = hashlib.sha256(repr((VERSION, recipe, round(height, 4))).encode()).hexdigest()[:20]
+    path = folder / f"person-{key}.npz"
+    try:
+        return replace(load_avatar(path), name=name)
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except (AvatarFileError, OSError) as fault:
+        _log.warning("event=avatar_cache_unreadable path=%s reason=%s action=make_again", path, fault)
+    return _made(recipe, path, name=name, height=height)
+
+
+def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
+    with by_turns(path.with_suffix(".lock")):
+        # Another process may have made the same person while this one waited.
+        try:
+            return replace(load_avatar(path), name=name)
+        except (AvatarFileError, OSError):
+            pass
+        avatar = make_person(recipe, name=name, height=height)
+        try:
+            save_avatar(avatar, path)
+        except OSError as fault:
+            _log.warning("event=avatar_cache_unwritable path=%s reason=%s", path, fault)
+    return avatar
+
+
+@contextmanager
+def by_turns(lock: Path) -> Generator[None, None, None]:
+    """Holds the file lock where the platform and the folder allow it; the processes of a machine then take turns."""
+    try:
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        stream = lock.open("ab")
+    except OSError:
+        yield
+        return
+    with stream:
+        if sys.platform != "win32":
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        yield

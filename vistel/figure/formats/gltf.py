@@ -1,0 +1,181 @@
+"""Avatars in glTF 2.0 (.glb) and VRM 1.0 (.vrm): a skinned character for everything that is not VISTEL.
+
+Joints are nodes under the house's names, without rotation at rest, as VRM 1.0 wants them; skin and eyeballs are meshes
+of one skin. What only VISTEL knows (primitives, twist bones, bone ends, which drawn vertices are one) goes along in the
+extension VISTEL_avatar, which others pass over; with it nothing is lost. Coarser levels of detail are not kept: reading
+makes them anew.
+"""
+
+# pyright: basic
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.avatar.avatar import Avatar, Mesh, Target
+from vistel.figure.formats.gltf_binary import Binary
+from vistel.figure.formats.gltf_materials import extensions_used, primitives, write_materials
+from vistel.figure.formats.usd import joints_only
+from vistel.figure.making.files.vrm import REQUIRED, vrm_name
+from vistel.figure.rigid.weights import influences
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
+
+GLTF_ENDINGS = (".glb", ".vrm")
+EXTENSION = "VISTEL_avatar"
+FORMAT = 1
+EYES = ("left_eye", "right_eye")
+_LICENCE = "https://vrm.dev/licenses/1.0/"
+
+
+def save_gltf(avatar: Avatar, path: Path, *, author: str = "") -> None:
+    """Writes .glb, or .vrm with the humanoid map of VRM 1.0; whole or not at all. author: for VRM's meta (default: the
+    avatar's name). Raises OSError, and ValueError for another ending."""
+    ending = path.suffix.lower()
+    if ending not in GLTF_ENDINGS:
+        raise ValueError(f"{path}: expected a name that ends in {', '.join(GLTF_ENDINGS)}")
+    data = _Writer().whole(avatar, author or avatar.name or "unknown", vrm=ending == ".vrm")
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem}") as folder:
+        whole = Path(folder) / path.name
+        whole.write_bytes(data)
+        whole.replace(path)
+
+
+class _Writer(Binary):
+    def whole(self, avatar: Avatar, author: str, *, vrm: bool) -> bytes:
+        bind = np.tile(np.eye(4), (len(JOINTS), 1, 1))
+        bind[:, 3, :3] = -avatar.skeleton.rest  # column-major: the translation is the last row
+        nodes = _joint_nodes(avatar)
+        names = ("skin", *EYES)[: 1 + len(avatar.eyeballs)]
+        meshes: list[dict[str, Any]] = []
+        orders: list[dict[str, int]] = []
+        for name, mesh in zip(names, (avatar.mesh, *avatar.eyeballs), strict=True):
+            joint = None if name == "skin" else JOINT_INDEX[name]
+            nodes.append({"name": name, "mesh": len(meshes), "skin": 0})
+            told = {"extras": {"targetNames": [t.name for t in mesh.targets]}} if mesh.targets else {}
+            parts, order = primitives(self, avatar, mesh, self._primitive(avatar, mesh, joint))
+            meshes.append({"name": name, "primitives": parts} | told)
+            orders.append({} if order is None else {"order": order})
+        roots = [0, *range(len(JOINTS), len(nodes))]
+        tree: dict[str, Any] = {
+            "asset": {"version": "2.0", "generator": "VISTEL"}, "scene": 0, "scenes": [{"name": avatar.name, "nodes": roots}],
+            "nodes": nodes, "meshes": meshes,
+            "skins": [{
+                "name": avatar.name, "skeleton": 0, "joints": list(range(len(JOINTS))),
+                "inverseBindMatrices": self.accessor(bind.reshape(-1, 16).astype(np.float32)),
+            }],
+            "extensionsUsed": [EXTENSION, *extensions_used(avatar.patches)],
+        }  # fmt: skip
+        materials, patches = write_materials(self, avatar)
+        tree |= materials
+        exact = [self._exact(m) | order for m, order in zip((avatar.mesh, *avatar.eyeballs), orders, strict=True)]
+        tree["extensions"] = {EXTENSION: _kept(avatar) | {"meshes": exact} | ({"patches": patches} if patches else {})}
+        if vrm:
+            tree["extensionsUsed"].append("VRMC_vrm")
+            tree["extensions"]["VRMC_vrm"] = vrm_extension(avatar, author, len(JOINTS))
+        return self.glb(tree)
+
+    def _primitive(self, avatar: Avatar, mesh: Mesh, joint: int | None) -> dict[str, Any]:
+        rows = mesh.corner_vertex
+        bone, weight = mesh.bone, mesh.weight
+        if joint is not None:
+            joints = np.tile(np.array((joint, 0, 0, 0), np.uint8), (len(rows), 1))
+            shares = np.tile(np.array((1, 0, 0, 0), np.float32), (len(rows), 1))
+        else:
+            if bone is None or weight is None:
+                bone, weight = influences(avatar.skeleton, mesh.vertices, mesh.triangles, avatar.body.joint[mesh.limb])
+            only, share = joints_only(bone, weight)
+            joints, shares = only[rows].astype(np.uint8), share[rows].astype(np.float32)
+            joints[shares == 0.0] = 0
+            shares /= shares.sum(axis=1, keepdims=True)
+        position, uv = mesh.vertices[rows], mesh.uv.astype(np.float32)
+        attributes = {
+            "POSITION": self.accessor(position, bounds=True), "NORMAL": self.accessor(_normals(mesh)[rows]),
+            "TEXCOORD_0": self.accessor(np.column_stack([uv[:, 0], np.float32(1.0) - uv[:, 1]])),
+            "JOINTS_0": self.accessor(joints), "WEIGHTS_0": self.accessor(shares),
+        }  # fmt: skip
+        moved = {"targets": [self._target(t, mesh) for t in mesh.targets]} if mesh.targets else {}
+        return {"attributes": attributes, "mode": 4} | moved
+
+    def _target(self, target: Target, mesh: Mesh) -> dict[str, int]:
+        whole = np.zeros_like(mesh.vertices)
+        whole[target.vertex] = target.offset
+        return {"POSITION": self.accessor(whole[mesh.corner_vertex], bounds=True)}
+
+    def _exact(self, mesh: Mesh) -> dict[str, int]:
+        """Accessors of what the drawn vertices do not tell."""
+        out = {
+            "vertex": self.accessor(mesh.corner_vertex.astype(np.uint32)[:, None], target=None),
+            "uv": self.accessor(mesh.uv.astype(np.float32), target=None),
+            "limb": self.accessor(mesh.limb.astype(np.uint16)[:, None], target=None),
+        }  # fmt: skip
+        if mesh.bone is not None and mesh.weight is not None:
+            out["bone"] = self.accessor(mesh.bone.astype(np.uint8), target=None)
+            out["weight"] = self.accessor(mesh.weight.astype(np.float32), target=None)
+        return out
+
+
+def vrm_extension(avatar: Avatar, author: str, joints: int) -> dict[str, Any]:
+    """VRMC_vrm 1.0 of an avatar whose joints are the nodes 0 to `joints` - 1."""
+    bones: dict[str, Any] = {}
+    for j in range(joints):
+        bone = vrm_name(JOINTS[j])
+        if bone is not None:
+            bones[bone] = {"node": j}
+    lacking = [bone for bone in REQUIRED if bone not in bones]
+    if lacking:
+        raise ValueError(f"no joint for {lacking[0]}, which VRM requires")
+    head, eyes = avatar.skeleton.rest[JOINT_INDEX["head"]], [avatar.skeleton.rest[JOINT_INDEX[e]] for e in EYES]
+    inner = {"inputMaxValue": 90.0, "outputScale": 30.0}
+    return {
+        "specVersion": "1.0",
+        "meta": {
+            "name": avatar.name or "avatar", "version": "1", "authors": [author], "licenseUrl": _LICENCE,
+            "avatarPermission": "onlyAuthor", "commercialUsage": "personalNonProfit", "modification": "prohibited",
+            "creditNotation": "required", "allowRedistribution": False,
+        },
+        "humanoid": {"humanBones": bones},
+        "lookAt": {
+            "offsetFromHeadBone": (0.5 * (eyes[0] + eyes[1]) - head).tolist(), "type": "bone", "rangeMapHorizontalInner": inner,
+            "rangeMapHorizontalOuter": inner, "rangeMapVerticalDown": inner, "rangeMapVerticalUp": inner,
+        },
+    }  # fmt: skip
+
+
+def _joint_nodes(avatar: Avatar) -> list[dict[str, Any]]:
+    nodes: list[dict[str, Any]] = []
+    for j, name in enumerate(JOINTS):
+        node: dict[str, Any] = {"name": name, "translation": avatar.skeleton.offsets[j].tolist()}
+        children = np.flatnonzero(j == PARENTS).tolist()
+        nodes.append(node | ({"children": children} if children else {}))
+    return nodes
+
+
+def _kept(avatar: Avatar) -> dict[str, Any]:
+    """What no other program needs, numbers exactly."""
+    b = avatar.body
+    wears = {"wrinkles": avatar.wrinkles} if avatar.wrinkles else {}
+    return wears | {
+        "format": FORMAT, "name": avatar.name, "registration": [asdict(r) for r in avatar.registration],
+        "rest": avatar.skeleton.rest.tolist(), "tip": avatar.skeleton.tip.tolist(),
+        "primitives": {
+            "names": list(b.names), "joint": b.joint.tolist(), "a": b.a.tolist(), "b": b.b.tolist(),
+            "radiusA": b.radius_a.tolist(), "radiusB": b.radius_b.tolist(),
+        },
+    }  # fmt: skip
+
+
+def _normals(mesh: Mesh) -> NDArray[np.float32]:
+    """(V, 3) of unit length, smooth."""
+    corner = mesh.vertices[mesh.triangles].astype(np.float64)
+    face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    flat = mesh.triangles.reshape(-1)
+    out = np.stack([np.bincount(flat, np.repeat(face[:, k], 3), len(mesh.vertices)) for k in range(3)], axis=1)
+    length = np.linalg.norm(out, axis=1, keepdims=True)
+    out = np.where(length > 1e-20, out / np.maximum(length, 1e-20), (0.0, 1.0, 0.0)).astype(np.float32)
+    return out / np.linalg.norm(out, axis=1, keepdims=True)

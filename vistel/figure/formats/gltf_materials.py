@@ -1,0 +1,127 @@
+"""Materials of an avatar in glTF: one for the texture and one for each of its patches, and back.
+
+Pictures of a patch span its box by KHR_texture_transform. A mesh has a primitive for each patch it shows, all over the same drawn
+vertices; in what order its triangles were, VISTEL_avatar keeps.
+"""
+
+# pyright: basic
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.patch import Patch, patch_of
+from vistel.figure.formats.gltf_binary import INDICES, Binary, png
+from vistel.figure.making.files.gltf import Document
+from vistel.figure.making.pictures import decode
+
+TRANSFORM, STRENGTH = "KHR_texture_transform", "KHR_materials_emissive_strength"
+_ROUGHNESS = 0.7
+_PICTURES = ("finish", "normal", "glow_picture", "opacity")
+
+
+def write_materials(into: Binary, avatar: Avatar) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """materials, textures, images and samplers of the tree, the first texture the avatar's, the first material the plain one; and
+    what VISTEL_avatar keeps of each patch: numbers, and which image is which of its pictures."""
+    pictures = [("skin", avatar.albedo)]
+    kept: list[dict[str, Any]] = []
+
+    def picture(field: str, array: NDArray[np.uint8]) -> int:
+        kept[-1][field] = len(pictures)
+        pictures.append((f"patch {len(kept) - 1} {field}", array))
+        return len(pictures) - 1
+
+    def texture(field: str, array: NDArray[np.uint8], patch: Patch) -> dict[str, Any]:
+        index = picture(field, array)
+        u, v, right, top = patch.box
+        wide, high = right - u, top - v
+        # Their v goes down from the top of the picture.
+        offset, scale = [-u / wide, -(1.0 - top) / high], [1.0 / wide, 1.0 / high]
+        return {"index": index, "extensions": {TRANSFORM: {"offset": offset, "scale": scale}}}
+
+    rows: list[dict[str, Any]] = [_plain("skin", _ROUGHNESS, 0.0)]
+    for k, p in enumerate(avatar.patches):
+        kept.append({"numbers": [*p.box, p.roughness, p.metallic, *p.glow, p.cutoff, float(p.blend), float(p.both_sides)]})
+        row = _plain(f"patch {k}", 1.0 if p.finish is not None else p.roughness, 1.0 if p.finish is not None else p.metallic)
+        if p.opacity is not None:
+            picture("opacity", p.opacity)  # as it is; what others show is the colour with it
+            shown = picture("colour", with_alpha(avatar.albedo, p))
+            row["pbrMetallicRoughness"]["baseColorTexture"] = {"index": shown}
+            row["alphaMode"] = "BLEND" if p.blend else "MASK"
+            row |= {} if p.blend else {"alphaCutoff": p.cutoff}
+        if p.finish is not None:
+            row["occlusionTexture"] = texture("finish", p.finish, p)
+            row["pbrMetallicRoughness"]["metallicRoughnessTexture"] = row["occlusionTexture"]
+        if p.normal is not None:
+            row["normalTexture"] = texture("normal", p.normal, p)
+        if any(p.glow):
+            most = max(1.0, *p.glow)
+            row["emissiveFactor"] = [g / most for g in p.glow]
+            row |= {"extensions": {STRENGTH: {"emissiveStrength": most}}} if most > 1.0 else {}
+            if p.glow_picture is not None:
+                row["emissiveTexture"] = texture("glow_picture", p.glow_picture, p)
+        rows.append(row | ({"doubleSided": True} if p.both_sides else {}))
+    tree = {
+        "materials": rows, "textures": [{"source": i, "sampler": 0} for i in range(len(pictures))],
+        "samplers": [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}],
+        "images": [{"name": n, "mimeType": "image/png", "bufferView": into.view(png(p))} for n, p in pictures],
+    }  # fmt: skip
+    return tree, kept
+
+
+def read_patches(document: Document, kept: dict[str, Any]) -> tuple[Patch, ...]:
+    """What `write_materials` kept. Raises MakingError for pictures that cannot be read, ValueError, KeyError, TypeError."""
+    out: list[Patch] = []
+    for row in kept.get("patches", []):
+        f = [float(x) for x in row["numbers"]]
+        found = {field: decode(document.picture(row[field]), 16384) for field in _PICTURES if field in row}
+        if "opacity" in found:
+            found["opacity"] = np.ascontiguousarray(found["opacity"][..., 0])
+        u, v, right, top, rough, metal, r, g, b, cutoff, blend, both = f
+        out.append(
+            Patch((u, v, right, top), rough, metal, glow=(r, g, b), cutoff=cutoff, blend=blend > 0.5, both_sides=both > 0.5,
+                  **found)
+        )  # fmt: skip
+    return tuple(out)
+
+
+def extensions_used(patches: tuple[Patch, ...]) -> list[str]:
+    """What the materials of these need of glTF's extensions."""
+    moved = any(set(p.pictures) - {"opacity"} for p in patches)
+    return [TRANSFORM] * moved + [STRENGTH] * any(max(p.glow) > 1.0 for p in patches)
+
+
+def primitives(into: Binary, avatar: Avatar, mesh: Mesh, shared: dict[str, Any]) -> tuple[list[dict[str, Any]], int | None]:
+    """A primitive for each patch that a mesh shows, with what all of them share; and the accessor of the order in which the mesh
+    has their triangles, None where that is theirs."""
+    on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
+    order = np.argsort(on, kind="stable")
+    out: list[dict[str, Any]] = []
+    for k in np.unique(on).tolist():
+        corners = mesh.corner_triangles[order[on[order] == k]].reshape(-1, 1).astype(np.uint32)
+        out.append(shared | {"indices": into.accessor(corners, target=INDICES), "material": k + 1})
+    if len(out) == 1:
+        return out, None
+    return out, into.accessor(order.astype(np.uint32)[:, None], target=None)
+
+
+def with_alpha(albedo: NDArray[np.uint8], patch: Patch) -> NDArray[np.uint8]:
+    """(H, W, 4) the avatar's texture with the opacity of a patch where that lies, nowhere else solid."""
+    from PIL import Image  # noqa: PLC0415
+
+    assert patch.opacity is not None
+    h, w = albedo.shape[:2]
+    left, bottom, right, top = (round(t * n) for t, n in zip(patch.box, (w, h, w, h), strict=True))
+    size = max(1, right - left), max(1, top - bottom)
+    alpha = Image.new("L", (w, h), 0)
+    alpha.paste(Image.fromarray(patch.opacity).resize(size, Image.Resampling.NEAREST), (left, h - top))
+    return np.dstack([albedo, np.asarray(alpha, np.uint8)])
+
+
+def _plain(name: str, roughness: float, metallic: float) -> dict[str, Any]:
+    pbr = {"baseColorTexture": {"index": 0}, "metallicFactor": metallic, "roughnessFactor": roughness}
+    return {"name": name, "pbrMetallicRoughness": pbr}

@@ -1,0 +1,33 @@
+"""A hand put somewhere: the arm that holds it there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture.arm import arm_dofs
+from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, pose_joints
+from vistel.figure.skeleton import JOINT_INDEX, Skeleton
+
+F64 = NDArray[np.float64]
+
+
+def reach(skeleton: Skeleton, posture: Posture, side: str, wrist: F64, hand: F64, elbow: F64) -> Posture:
+    """The posture with one arm's wrist at a place, as near as the arm comes.
+
+    side: "left" or "right"; wrist: (3,) of the hand's joint, hand: (3, 3) its rotation (`hands.hand_rotation` makes one),
+    elbow: (3,) roughly which way from the line between shoulder and wrist the elbow points; all in the room [m].
+    """
+    joints = pose_joints(skeleton, posture)
+    collar, arm = JOINT_INDEX[f"{side}_shoulder"], JOINT_INDEX[f"{side}_upper_arm"]
+    chest = joints.rotation[collar]
+    found, _, _ = arm_dofs(
+        chest.T @ (wrist - joints.position[collar]), np.ascontiguousarray(chest.T @ hand),
+        np.ascontiguousarray(skeleton.offsets[arm]), 1.0 if side == "left" else -1.0, skeleton.upper_arm,
+        skeleton.lower_arm, chest.T @ elbow, 0.0, 1.0, skeleton.collar_shortening,
+    )  # fmt: skip
+    dofs = posture.dofs.copy()
+    dofs[SHOULDER[side]], dofs[ELBOW[side]], dofs[WRIST[side]] = found[:3], found[3], found[4:]
+    return replace(posture, dofs=dofs)

@@ -1,0 +1,212 @@
+"""The posture from four receivers and two gloves (Singh §6.2; spec_maths §6).
+
+Chest to spine and legs, head to neck, wrists to arms. A receiver that falls silent is held, then relaxes; when it
+comes back the body eases over to it. Nothing ever snaps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture.arm import arm_dofs
+from vistel.figure.posture.channel import Channel, Frame, HandChannel, blend, minimum_jerk
+from vistel.figure.posture.hands import RELAXED
+from vistel.figure.posture.posture import DOF_COUNT, ELBOW, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture, Stance
+from vistel.figure.posture.sensors import Mount, Placement, joint_of_receiver, receiver_mounts
+from vistel.figure.posture.stance import StanceFollower
+from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm, wrist_angles
+from vistel.figure.posture.trunk import lean_to_head, solve_trunk
+from vistel.figure.rotation import (
+    matrix_from_rotvec,
+    rotation_x,
+    rotation_y,
+    rotation_z,
+    rotvec_from_matrix,
+)
+from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
+
+F64 = NDArray[np.float64]
+
+# Hard limits [rad]: what a hand is bent back to when a receiver says more (slipped, or mounted askew).
+WRIST_TWIST, WRIST_DEVIATION, WRIST_FLEXION = math.radians(120.0), math.radians(50.0), math.radians(95.0)
+
+FINGER_LIMITS: F64 = np.radians(np.array(
+    [(-30, 120), (-40, 60), (-30, 75), (-30, 100)] + 4 * [(-30, 100), (-30, 30), (-10, 120), (-10, 95)], np.float64
+))  # fmt: skip
+"""(20, 2) least and most of each finger angle [rad]."""
+
+SIDES = {"left": 1.0, "right": -1.0}
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A posture and what it had to do without: names of silent receivers and "left_glove", "right_glove"."""
+
+    posture: Posture
+    stale: frozenset[str]
+
+
+class PostureSolver:
+    """Follows one person over time. `solve` must be called with times that do not go back."""
+
+    def __init__(
+        self,
+        skeleton: Skeleton,
+        seat: Stance | None = None,
+        mounts: Mapping[str, Mount] | None = None,
+        comfort: Comfort | Mapping[str, Comfort] = Comfort(),  # noqa: B008
+    ) -> None:
+        """`seat`: the floor under where the person is expected to sit, and where they would face.
+
+        comfort: of both arms, or of the "left" and the "right" one.
+        """
+        self._skeleton = skeleton
+        self._mounts = dict(mounts or receiver_mounts(skeleton))
+        comforts = dict.fromkeys(SIDES, comfort) if isinstance(comfort, Comfort) else comfort
+        self._weights = {s: np.array(comforts[s]) for s in SIDES}
+        rest = skeleton.rest
+        spine = JOINT_INDEX["spine_1"]
+        self._top = rest[spine] + np.array([0.0, skeleton.spine, 0.0])
+        self._seated_top = self._top - np.array([0.0, skeleton.upper_leg, 0.0])
+        self._segment = skeleton.spine / SPINE_SEGMENTS
+        self._spine_base = np.ascontiguousarray(skeleton.offsets[spine])
+        self._ankle, self._hip = rest[JOINT_INDEX["left_foot"]].copy(), rest[JOINT_INDEX["left_upper_leg"]].copy()
+        self._collar = {s: rest[JOINT_INDEX[f"{s}_shoulder"]] - self._top for s in SIDES}
+        self._bone = {s: skeleton.offsets[JOINT_INDEX[f"{s}_upper_arm"]].copy() for s in SIDES}
+        self._upper = {s: float(np.linalg.norm(skeleton.offsets[JOINT_INDEX[f"{s}_lower_arm"]])) for s in SIDES}
+        self._lower = {s: float(np.linalg.norm(skeleton.offsets[JOINT_INDEX[f"{s}_hand"]])) for s in SIDES}
+        self._neck = rest[JOINT_INDEX["head"]] - self._collar["left"] - self._top
+        self._middle = 0.5 * (self._collar["right"] - self._collar["left"])  # of the collars, from the left one
+        self._neck_joint = rest[JOINT_INDEX["neck"]] - self._top - self._collar["left"] - self._middle
+        self._neck_bone = skeleton.offsets[JOINT_INDEX["head"]].copy()
+        self._hanging = {
+            s: rotation_z(-sign * math.radians(80.0)) @ rotation_x(comforts[s].axial_at_rest)
+            for s, sign in SIDES.items()
+        }
+        self._elbow = {s: np.array([sign * 0.4, -1.0, -0.4]) for s, sign in SIDES.items()}
+        self._scale = dict.fromkeys(SIDES, 1.0)
+        self._solved = dict.fromkeys(SIDES, False)
+        self._stance = StanceFollower(skeleton, seat.heading if seat else None)
+        self._seat = seat or Stance()
+        self._chest = Channel()
+        self._head = Channel()
+        self._wrists = {s: Channel() for s in SIDES}
+        self._gloves = {s: HandChannel(RELAXED) for s in SIDES}
+        self._sitting = 1.0
+        self._t: float | None = None
+
+    def solve(
+        self, t_s: float, receivers: Mapping[str, Placement], hands: tuple[F64 | None, F64 | None] = (None, None),
+        elbows: Mapping[str, F64] | None = None,
+    ) -> Solved:
+        """The posture at `t_s` from what is heard: receivers (room frame) and hand angles ((20,) left, right).
+
+        elbows: where they are known to point, (3,) from the shoulder in the chest's frame by side; else they are guessed.
+
+        Receivers left out are silent. The head's orientation is met exactly, the chest's pose but for the little it
+        leans towards a head that the neck cannot carry where it was measured; a wrist within reach is met to less than
+        a millimetre.
+        """
+        dt = 0.0 if self._t is None else max(0.0, t_s - self._t)
+        self._t = t_s
+        stale = {name for name in self._mounts if name not in receivers}
+        joints = {name: joint_of_receiver(self._mounts[name], *pose) for name, pose in receivers.items()}
+
+        chest_p, chest = self._chest.follow(t_s, joints.get("chest"), self._chest_at_rest(joints.get("head")))
+        head = self._head.follow(t_s, _seen_from(joints.get("head"), chest_p, chest), Frame(self._neck, np.eye(3)))
+        lean = matrix_from_rotvec(
+            lean_to_head(head.position - self._middle, head.rotation, self._neck_joint, self._neck_bone)
+        )
+        chest_p, chest = chest_p + chest @ (self._middle - lean @ self._middle), chest @ lean
+        top = chest_p - chest @ self._collar["left"]
+        stance = self._stance.follow(dt, chest, top)
+        dofs = np.empty(DOF_COUNT)
+        facing = rotation_y(stance.heading)
+        dofs[0:8] = solve_trunk(
+            np.ascontiguousarray(facing.T @ chest), facing.T @ (top - stance.position), self._ankle, self._hip,
+            self._skeleton.rest[0], self._spine_base, self._skeleton.lower_leg, self._skeleton.upper_leg,
+            self._segment,
+        )  # fmt: skip
+        self._sitting = minimum_jerk((dofs[1] - math.radians(30.0)) / math.radians(50.0))
+
+        dofs[NECK] = rotvec_from_matrix(lean.T @ head.rotation)
+        up = np.ascontiguousarray(chest[1])
+        for s, side in SIDES.items():
+            seen = _seen_from(joints.get(f"{s}_hand"), chest_p, chest)
+            wrist, hand = self._wrists[s].follow(t_s, seen, self._hand_at_rest(s))
+            local = wrist + self._collar["left"] - self._collar[s]
+            if elbows is not None:
+                arm, self._elbow[s], self._scale[s] = arm_dofs(
+                    local, np.ascontiguousarray(hand), self._bone[s], side, self._upper[s], self._lower[s], elbows[s],
+                    0.0, self._scale[s], self._skeleton.collar_shortening,
+                )  # fmt: skip
+            else:
+                arm, self._elbow[s], self._scale[s] = solve_arm(
+                    local, np.ascontiguousarray(hand), self._bone[s], side, self._upper[s], self._lower[s],
+                    up, self._hanging[s], self._elbow[s], self._scale[s],
+                    SWIVEL_SPEED * dt, self._solved[s], self._weights[s], self._skeleton.collar_shortening,
+                )  # fmt: skip
+            self._solved[s] = True
+            dofs[SHOULDER[s]], dofs[ELBOW[s]] = arm[:3], arm[3]
+            dofs[WRIST[s]] = _limit_wrist(arm[4:7], side)
+        fingers = np.empty((2, HAND_DOF_COUNT))
+        for row, s in enumerate(SIDES):
+            angles = hands[row]
+            if angles is None:
+                stale.add(f"{s}_glove")
+            else:
+                angles = np.clip(angles, FINGER_LIMITS[:, 0], FINGER_LIMITS[:, 1])
+            fingers[row] = self._gloves[s].follow(t_s, angles)
+        return Solved(Posture(dofs, fingers, stance), frozenset(stale))
+
+    def _chest_at_rest(self, head: Frame | tuple[F64, F64] | None) -> Frame:
+        """Where the chest relaxes to: upright under the head where that is known, else over the hips."""
+        stance = self._stance.stance
+        if stance is None:
+            if head is None:
+                facing = rotation_y(self._seat.heading)
+                return Frame(self._seat.position + facing @ (self._seated_top + self._collar["left"]), facing)
+            facing = rotation_y(math.atan2(head[1][0, 2], head[1][2, 2]))
+            return Frame(head[0] - facing @ self._neck, facing)
+        facing = rotation_y(stance.heading)
+        if head is not None:
+            return Frame(head[0] - facing @ self._neck, facing)
+        top = self._stance.hips + facing @ (self._spine_base + np.array([0.0, self._skeleton.spine, 0.0]))
+        return Frame(top + facing @ self._collar["left"], facing)
+
+    def _hand_at_rest(self, side: str) -> Frame:
+        """Where a hand relaxes to, seen from the left collar joint: hanging, or in the lap of who sits."""
+        sign = SIDES[side]
+        length = self._skeleton.upper_arm + self._skeleton.lower_arm
+        shoulder = self._collar[side] + self._bone[side] - self._collar["left"]
+        hanging = shoulder + np.array([sign * 0.10, -0.96, 0.10]) * length
+        lap = shoulder + np.array([-sign * 0.12, -0.70, 0.42]) * length
+        down = matrix_from_rotvec(np.array([0.0, 0.0, -sign * math.radians(80.0)]))
+        ahead = rotation_y(-sign * math.radians(75.0))
+        return blend(Frame(hanging, down), Frame(lap, ahead), self._sitting)
+
+
+def _seen_from(joint: tuple[F64, F64] | None, origin: F64, rotation: F64) -> Frame | None:
+    if joint is None:
+        return None
+    return Frame(rotation.T @ (joint[0] - origin), np.ascontiguousarray(rotation.T @ joint[1]))
+
+
+def _limit_wrist(rotvec: F64, side: float) -> F64:
+    twist, deviation, flexion = wrist_angles(matrix_from_rotvec(rotvec), side)
+    kept = (
+        min(WRIST_TWIST, max(-WRIST_TWIST, twist)),
+        min(WRIST_DEVIATION, max(-WRIST_DEVIATION, deviation)),
+        min(WRIST_FLEXION, max(-WRIST_FLEXION, flexion)),
+    )
+    if kept == (twist, deviation, flexion):
+        return rotvec
+    swing = matrix_from_rotvec(np.array([0.0, -side * kept[1], -side * kept[2]]))
+    return rotvec_from_matrix(swing @ matrix_from_rotvec(np.array([kept[0], 0.0, 0.0])))
+
+

@@ -1,0 +1,37 @@
+"""Between the Motion of the wire and the posture of a figure: neither knows the other."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.posture.posture import Posture, Stance
+from vistel.wire.motion import MotionSample, StalePart
+
+F64 = NDArray[np.float64]
+
+SIDES = ("left", "right")
+LEGS = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_leg", "lower_leg", "foot", "toes"))
+COLLARS = tuple(f"{side}_shoulder" for side in SIDES)
+JAW = ("jaw",)
+
+
+def posture_of(sample: MotionSample) -> Posture:
+    """What a decoded motion says of the body."""
+    joints: dict[str, F64] = {}
+    for names, rotations in ((LEGS, sample.legs), (COLLARS, sample.collars), (JAW, sample.jaw)):
+        if rotations is not None:
+            joints |= dict(zip(names, np.reshape(rotations, (-1, 3)), strict=True))
+    gaze = np.zeros(2) if sample.gaze is None else sample.gaze
+    stance = Stance(sample.stance[:3], float(sample.stance[3]))
+    # A face that is not seen any more is not known: the last grimace must not stay.
+    face = None if sample.face is None or sample.stale & StalePart.FACE else np.reshape(sample.face, (-1, 2))
+    lids = None if sample.stale & StalePart.GAZE else sample.lids
+    return Posture(sample.body, sample.hands, stance, gaze, joints, face, lids)
+
+
+def rotations_of(posture: Posture, names: tuple[str, ...]) -> F64 | None:
+    """(n, 3) rotation vectors of these joints for the wire; None where the posture does not give all of them."""
+    found = [posture.joints.get(name) for name in names]
+    given = [rotation for rotation in found if rotation is not None]
+    return np.array(given) if len(given) == len(names) else None

@@ -1,0 +1,151 @@
+"""From contacts between primitives to what is told about them: contacts with forces, and ghosts to apply."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.implicit.contacts.contact import ContactArray
+from vistel.space.people import Posed
+from vistel.space.things.solids import Solids
+from vistel.space.view import ContactView, GhostView
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+FLESH = 1.5e5
+"""Pressure per unit of field overlap [Pa]: makes a fingertip pressed in by 3 mm push with about a newton."""
+FLESH_COMPLIANCE = 1.0
+LEAST_DEPTH = 2e-4
+"""Overlaps shallower than this deform nothing that could be seen [m]."""
+MOST_PER_PAIR = 6
+"""Contacts told for one pair of bodies; the deepest."""
+
+_PERSON, _FIXED, _LOOSE = range(3)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Contacts of one person with another, or with all things that are fixed or loose."""
+
+    who: int
+    kind: int
+    other: str
+    contacts: ContactArray
+
+
+@dataclass(frozen=True)
+class _Overlaps:
+    """All overlaps of a step, those of two bodies side by side: first[g] : first[g + 1], by primitive. part, thing: (G,)
+    whose they are, and of which thing if it is one; a, b: primitives of the two bodies; force [N]."""
+
+    first: list[int]
+    part: list[int]
+    thing: list[int]
+    a: list[int]
+    b: list[int]
+    point: F64
+    normal: F64
+    depth: list[float]
+    field_depth: list[float]
+    force: list[float]
+
+
+def touches(
+    posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], rest: Mapping[str, ContactArray],
+    near: Mapping[str, ContactArray], s: Solids, most: int,
+) -> tuple[tuple[ContactView, ...], tuple[GhostView, ...]]:  # fmt: skip
+    """What is told of everybody's contacts, no more than `most` of them, and the ghosts that deform people and things.
+
+    skin: contacts of every two people who touch, by their names in order; rest: with fixed things, by their primitive among
+    those; near: with loose things.
+    """
+    people = [posed[name] for name in sorted(posed)]
+    parts = _parts(people, skin, rest, near)
+    if not parts:
+        return (), ()
+    o = _overlaps(people, parts, s)
+    contacts: list[ContactView] = []
+    ghosts: list[GhostView] = []
+    for g, (i, j) in enumerate(zip(o.first[:-1], o.first[1:], strict=True)):
+        part = parts[o.part[g]]
+        name, other, soft = people[part.who].name, part.other, FLESH_COMPLIANCE
+        if part.kind != _PERSON:
+            thing = s.things[o.thing[g]]
+            other, soft = thing.id, thing.compliance
+        if len(contacts) < most:
+            contacts += [
+                ContactView(name, other, o.a[k], o.b[k], o.point[k], o.normal[k], o.depth[k], o.force[k])
+                for k in _deepest(o.depth, i, j)
+            ]
+        ghosts += _ghosts(name, other, soft, o, i, j)
+    return tuple(contacts[:most]), tuple(ghosts)
+
+
+def _parts(
+    people: list[Posed], skin: Mapping[tuple[str, str], ContactArray], rest: Mapping[str, ContactArray],
+    near: Mapping[str, ContactArray],
+) -> list[_Part]:  # fmt: skip
+    """Whose contacts there are, in the order in which they are told."""
+    met: dict[str, list[str]] = {}
+    for name, other in sorted(skin):
+        met.setdefault(name, []).append(other)
+    out: list[_Part] = []
+    for who, p in enumerate(people):
+        out += [_Part(who, _PERSON, other, skin[p.name, other]) for other in met.get(p.name, ())]
+        out += [_Part(who, _FIXED, "", rest[p.name]), _Part(who, _LOOSE, "", near[p.name])]
+    return [part for part in out if len(part.contacts)]
+
+
+def _overlaps(people: list[Posed], parts: list[_Part], s: Solids) -> _Overlaps:
+    part = np.repeat(np.arange(len(parts)), [len(p.contacts) for p in parts])
+    depth = np.concatenate([p.contacts.depth for p in parts])
+    deep = np.flatnonzero(depth > LEAST_DEPTH)
+    part, depth = part[deep], depth[deep]
+    a = np.concatenate([p.contacts.a for p in parts])[deep]
+    b = np.concatenate([p.contacts.b for p in parts])[deep].astype(np.int64)
+    kind = np.array([p.kind for p in parts])[part]
+    b[kind == _FIXED] = s.fixed_rows[b[kind == _FIXED]]
+    thing = np.zeros(len(deep), np.int64)
+    on_thing = kind != _PERSON
+    thing[on_thing] = s.owner[b[on_thing]]
+    b[on_thing] -= s.first[thing[on_thing]]
+    key = part * len(s.things) + thing
+    order = np.argsort(key, kind="stable")
+    first = np.concatenate([[0], np.flatnonzero(np.diff(key[order])) + 1]) if len(order) else np.zeros(0, np.int64)
+    # The mean radius of each limb: on a disc of that size times the depth it presses (spec_maths §4.2).
+    limbs = np.cumsum([0, *(len(p.primitives) for p in people)])[np.array([p.who for p in parts])][part] + a
+    radius = 0.5 * (np.concatenate([p.body.radius_a for p in people]) + np.concatenate([p.body.radius_b for p in people]))
+    field_depth = np.concatenate([p.contacts.field_depth for p in parts])[deep]
+    force = FLESH * 0.5 * np.maximum(0.0, field_depth) * math.pi * radius[limbs] * depth
+    rows = deep[order]
+    return _Overlaps(
+        [*first.tolist(), len(order)], part[order[first]].tolist(), thing[order[first]].tolist(), a[order].tolist(),
+        b[order].tolist(), np.concatenate([p.contacts.point for p in parts])[rows],
+        np.concatenate([p.contacts.normal for p in parts])[rows], depth[order].tolist(), field_depth[order].tolist(),
+        force[order].tolist(),
+    )  # fmt: skip
+
+
+def _deepest(depth: list[float], i: int, j: int) -> list[int] | range:
+    """The deepest of the contacts i to j, in order of primitives; of equal depths the first."""
+    if j - i <= MOST_PER_PAIR:
+        return range(i, j)
+    return sorted(sorted(range(i, j), key=lambda k: -depth[k])[:MOST_PER_PAIR])
+
+
+def _ghosts(a: str, b: str, soft: float, o: _Overlaps, i: int, j: int) -> list[GhostView]:
+    """What deforms what: the other body's field the figure, and the figure's the other body unless it is rigid."""
+    depth = max(o.field_depth[i:j])
+    if depth <= 0.0:
+        return []
+    reached = [k for k in range(i, j) if o.field_depth[k] > 0.0]  # what only lies beyond something thin is not pressed by it
+    mine, theirs = tuple(sorted({o.a[k] for k in reached})), tuple(sorted({o.b[k] for k in reached}))
+    out = [GhostView(a, b, mine, theirs, FLESH_COMPLIANCE, soft, depth)]
+    if soft > 0.0:
+        out.append(GhostView(b, a, theirs, mine, soft, FLESH_COMPLIANCE, depth))
+    return out

@@ -1,0 +1,80 @@
+"""How holding hands are seen: with their fingers on the thing, not where the empty hand of the real person has them.
+
+A hand that cannot move what it holds, because that is held by others as well, follows its own tracker or stands against
+furniture, is seen where the thing lies in it as it is held: it gives way, as a god-object does in haptics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, rotvec_from_matrix
+from vistel.implicit.contacts.contact import ContactArray, find_contacts
+from vistel.space.hands.fitting import hand_of
+from vistel.space.hands.grasp import Grasp, Pose, hand_frame
+from vistel.space.people import DIGITS, Posed
+from vistel.space.state import State
+from vistel.space.things.solids import Solids
+
+F64 = NDArray[np.float64]
+
+FURTHEST, MOST_TURN = 0.06, 0.7
+"""A hand is seen no further than this from where it is [m, rad]."""
+
+
+def seen(
+    state: State, solids: Solids, posed: Mapping[str, Posed], near: Mapping[str, ContactArray]
+) -> Mapping[str, ContactArray]:
+    """The contacts of figures with loose things, those of hands with what they hold as they are seen."""
+    if not state.grasps:
+        return near
+    out = dict(near)
+    for g in state.grasps:
+        if g.participant in out and g.participant in posed:
+            out[g.participant] = _with_hand(state, solids, posed[g.participant], out[g.participant], g)
+    return out
+
+
+def fingers_seen(grasp: Grasp, own: F64, t_ns: int) -> F64:
+    """(20,) angles of the hand that holds; own: those of the person's glove."""
+    return own + grasp.settled(t_ns) * (grasp.fingers - own)
+
+
+def hand_seen(own: tuple[F64, F64], thing: Pose, lies: Pose) -> tuple[F64, F64]:
+    """Rotation (3, 3) and position (3,) [m] of a hand joint as it is seen: where `thing` (room) lies in it as in `lies`.
+
+    own: the real hand's; it is not left by more than FURTHEST and MOST_TURN.
+    """
+    turn = matrix_from_quaternion(thing[1]) @ matrix_from_quaternion(lies[1]).T
+    place = thing[0] - turn @ lies[0]
+    off, way = place - own[1], rotvec_from_matrix(np.ascontiguousarray(turn @ own[0].T))
+    far = max(float(np.sqrt(off @ off)) / FURTHEST, float(np.sqrt(way @ way)) / MOST_TURN)
+    if far <= 1.0:
+        return turn, place
+    return matrix_from_rotvec(way / far) @ own[0], own[1] + off / far
+
+
+def _with_hand(state: State, solids: Solids, p: Posed, near: ContactArray, g: Grasp) -> ContactArray:
+    assert p.figure.posture is not None
+    n, m, row = state.rows[g.thing], state.motions, int(g.right)
+    hand = hand_of(p.build, g.right)
+    fingers = fingers_seen(g, p.figure.posture.hands[row], state.t_ns)
+    shown = hand.placed(fingers).moved(*hand_seen(hand_frame(p, g.right), (m.position[n], m.rotation[n]), g.seen(state.t_ns)))
+    thing = solids.part(n).moved(matrix_from_quaternion(m.rotation[n]), m.position[n])
+    found = find_contacts(shown, thing)
+    digit = p.build.digit[near.a]
+    kept = ~((digit >= 0) & (digit // DIGITS == row) & (solids.owner[near.b] == n))
+    a = np.concatenate([near.a[kept], hand.rows[found.a]])
+    b = np.concatenate([near.b[kept], solids.first[n] + found.b])
+    order = np.lexsort((b, a))
+    return replace(
+        near, a=a[order].astype(np.int32), b=b[order].astype(np.int32),
+        point=np.concatenate([near.point[kept], found.point])[order],
+        normal=np.concatenate([near.normal[kept], found.normal])[order],
+        depth=np.concatenate([near.depth[kept], found.depth])[order],
+        field_depth=np.concatenate([near.field_depth[kept], found.field_depth])[order],
+    )  # fmt: skip

@@ -1,0 +1,296 @@
+"""Who holds what: hands take things, carry them and let go (Singh §6.6). Each function gives the state that follows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Container, Mapping, Sequence, Set
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
+from vistel.implicit.contacts.contact import ContactArray, find_contacts
+from vistel.space.dynamics.dynamics import FREE, HELD, Motions, wake_around
+from vistel.space.dynamics.kernels import MAX_SPEED, MAX_SPIN
+from vistel.space.hands import grasp as hands
+from vistel.space.hands import sharing
+from vistel.space.hands.grasp import Grasp
+from vistel.space.people import Posed
+from vistel.space.state import LetGo, State
+from vistel.space.things.solids import Solids
+
+F64 = NDArray[np.float64]
+
+LET_GO_GAP = 0.015
+"""A hand that let go pushes the thing again once it was this far off it [m]..."""
+LET_GO_STEPS = 45
+"""... or after so many steps."""
+LATELY_NS = 100_000_000
+"""A hand and a tracked thing are compared when both were measured within this long."""
+REFIT_STEPS = 15
+"""Every so many steps fingers may be laid on a tracked thing anew."""
+PUSH_OUT = 0.05
+"""Held things are kept out of the furniture by moving them this far at most [m]."""
+
+
+NOTHING: Mapping[str, Sequence[sharing.Anchor]] = MappingProxyType({})
+
+
+def tracked_things(state: State) -> frozenset[str]:
+    """Things that have a tracker of their own."""
+    return frozenset(t.thing for t in state.tracked)
+
+
+def woken_round(state: State, solids: Solids, n: int) -> State:
+    """What lies on or against thing n wakes."""
+    m = state.motions
+    return replace(state, motions=wake_around(solids, m, m.position[n], float(solids.radius[n])))
+
+
+def holders(state: State, thing: str) -> tuple[str, ...]:
+    """Who holds a thing, in the order in which they took it."""
+    return tuple(dict.fromkeys(g.participant for g in state.grasps if g.thing == thing))
+
+
+def drop(state: State, gone: Callable[[Grasp], bool]) -> State:
+    """End grasps; a thing nobody holds any more falls."""
+    dropped = [g for g in state.grasps if gone(g)]
+    if not dropped:
+        return state
+    kept = tuple(g for g in state.grasps if not gone(g))
+    m = state.motions.copy()
+    tracked = tracked_things(state)
+    for g in dropped:
+        if g.thing not in tracked and not any(k.thing == g.thing for k in kept):
+            n = state.rows[g.thing]
+            m.mode[n], m.still[n] = FREE, 0
+    ended = tuple(LetGo(g.participant, g.right, g.thing, state.step) for g in dropped)
+    hands_off = {g.key for g in dropped}
+    # The hand must close anew, from how open it is now, to take hold again.
+    figures = tuple(
+        f.opened_now(tuple((f.name, right) in hands_off for right in (False, True))) for f in state.figures
+    )
+    return replace(state, grasps=kept, motions=m, let_go=state.let_go + ended, figures=figures)
+
+
+def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray]) -> State:
+    """Hands that open, or have slipped off, let go; who still holds carries on. before: the state a step ago."""
+    tracked = tracked_things(state)
+    first = {g.thing: g.key for g in reversed(state.grasps) if g.thing not in tracked}
+    followed: list[Grasp] = []
+    for g in state.grasps:
+        p = posed.get(g.participant)
+        followed.append(g if p is None else hands.follow(g, p, _at(state, solids, p, near[p.name], g) or _unsure(state, p, g)))
+    state = replace(state, grasps=tuple(followed))
+    strained = _strained(state)
+
+    def over(g: Grasp) -> bool:
+        p = posed.get(g.participant)
+        patience = hands.PROP_SLIP_STEPS if g.thing in tracked else hands.SLIP_STEPS
+        slipped = g.key != first.get(g.thing) and g.off > patience
+        return p is None or slipped or g.key in strained or hands.opens(g, p)
+
+    state = drop(state, over)
+    had, has = Counter(g.thing for g in before.grasps), Counter(g.thing for g in state.grasps)
+    grasps = list(state.grasps)
+    for i, g in enumerate(grasps):
+        n = state.rows[g.thing]
+        p, thing, pose = posed[g.participant], solids.things[n], (state.motions.position[n], state.motions.rotation[n])
+        if g.thing in tracked:
+            grasps[i] = hands.lies(g, p, pose)
+            if state.step % REFIT_STEPS == 0:
+                grasps[i] = hands.refitted(grasps[i], p, thing, solids.part(n))
+        elif has[g.thing] < had[g.thing]:
+            grasps[i] = hands.restart(g, p, thing, solids.part(n), pose, state.t_ns, alone=has[g.thing] == 1)
+    return replace(state, grasps=tuple(grasps))
+
+
+def _strained(state: State) -> set[tuple[str, bool]]:
+    """The hand that a thing slips out of because others pull harder: of one thing the weakest, of equals the last."""
+    out: dict[str, Grasp] = {}
+    for g in state.grasps:
+        weakest = out.get(g.thing)
+        if g.strained > sharing.STRAINED_STEPS and (weakest is None or sharing.strength(g) <= sharing.strength(weakest)):
+            out[g.thing] = g
+    return {g.key for g in out.values()}
+
+
+def _at(state: State, solids: Solids, p: Posed, near: ContactArray, g: Grasp) -> bool:
+    """The hand is within reach of the thing it holds."""
+    digit = p.build.digit[near.a] // 6
+    owner = solids.owner[near.b]
+    return bool(((digit == int(g.right)) & (owner == state.rows[g.thing]) & (p.build.digit[near.a] >= 0)).any())
+
+
+def _unsure(state: State, p: Posed, g: Grasp) -> bool:
+    """Nobody knows whether the hand still is at a tracked thing: one of them has not been heard of lately."""
+    news = [t.news.t_ns for t in state.tracked if t.thing == g.thing]
+    return bool(news) and state.t_ns - min(news[0], p.figure.t_ns) > LATELY_NS
+
+
+def carry(
+    state: State, solids: Solids, posed: dict[str, Posed], dt: float, anchors: Mapping[str, Sequence[sharing.Anchor]] = NOTHING
+) -> State:
+    """Held things go where the hand is that holds them, or where several balance, unless they have a tracker. anchors: what
+    some of them stick to."""
+    m = state.motions.copy()
+    strained: dict[tuple[str, bool], int] = {}
+    for thing, holds in _holds(state, posed).items():
+        n = state.rows[thing]
+        back = anchors.get(thing, ())
+        if len(holds) == 1 and not back:
+            (g, p), = holds
+            position, rotation = hands.out_of_hand(p, g.right, g.lie(state.t_ns))
+        else:
+            position, rotation = sharing.balance(holds, state.t_ns, back)
+        position = position + out_of_furniture(solids, n, position, rotation)
+        guide(m, n, position, rotation, dt)
+        if len(holds) > 1 or back:
+            for (g, _), pull in zip(holds, sharing.pulls(holds, position, rotation, state.t_ns), strict=True):
+                much = float(np.sqrt(pull.force @ pull.force)) > sharing.strength(g)
+                strained[g.key] = g.strained + 1 if much else 0
+    grasps = tuple(replace(g, strained=strained[g.key]) if g.key in strained else g for g in state.grasps)
+    return replace(state, motions=m, grasps=grasps)
+
+
+def pulled(state: State, posed: dict[str, Posed], sticking: Container[str] = ()) -> list[sharing.Pull]:
+    """What hands feel that hold a thing together with others, or one of those that are sticking to something."""
+    m = state.motions
+    out: list[sharing.Pull] = []
+    for thing, holds in _holds(state, posed).items():
+        if len(holds) > 1 or thing in sticking:
+            n = state.rows[thing]
+            out += sharing.pulls(holds, m.position[n], m.rotation[n], state.t_ns)
+    return out
+
+
+def _holds(state: State, posed: dict[str, Posed]) -> dict[str, list[tuple[Grasp, Posed]]]:
+    """The hands at each thing that is led by hands."""
+    tracked = tracked_things(state)
+    out: dict[str, list[tuple[Grasp, Posed]]] = {}
+    for g in state.grasps:
+        if g.thing not in tracked and g.participant in posed:
+            out.setdefault(g.thing, []).append((g, posed[g.participant]))
+    return out
+
+
+def out_of_furniture(solids: Solids, n: int, position: F64, rotation: F64) -> F64:
+    """(3,) by which thing n must move not to stand in fixed things."""
+    mine = solids.part(n).moved(matrix_from_quaternion(rotation), position)
+    found = find_contacts(mine, solids.fixed)
+    if len(found) == 0:
+        return np.zeros(3)
+    k = int(np.argmax(found.depth))
+    return -found.normal[k] * min(PUSH_OUT, max(0.0, float(found.depth[k])))
+
+
+def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray]) -> State:
+    """Hands that close round a thing take it."""
+    held = {g.key for g in state.grasps}
+    held |= {(e.participant, e.right) for e in state.let_go if e.step == state.step}
+    tracked = tracked_things(state)
+    just_let_go = {(e.participant, e.right, e.thing) for e in state.let_go}
+
+    def holds(p: Posed, right: bool, r: hands.Reach) -> bool:
+        name = solids.things[r.thing].id
+        if name in tracked and (p.name, right, name) not in just_let_go and hands.encloses(p, right, r):
+            return True
+        return hands.closes(p, right, r)
+
+    takes: list[tuple[float, str, bool, hands.Reach]] = []
+    about: list[LetGo] = []
+    for name in sorted(posed):
+        p = posed[name]
+        for right in (False, True):
+            if (name, right) in held:
+                continue
+            reached = [r for r in hands.reaches(p, near[name], solids.owner, right) if not solids.things[r.thing].fixed]
+            for r in reached:
+                entry = LetGo(name, right, solids.things[r.thing].id, state.step)
+                known = (name, right, entry.thing) in just_let_go or entry.thing in tracked
+                if not known and hands.closes_round(p, right, r):
+                    about.append(entry)
+            reach = [r for r in reached if holds(p, right, r)]
+            if reach:
+                chosen = min(reach, key=lambda r: (r.nearest, r.thing))
+                takes.append((chosen.nearest, name, right, chosen))
+    # Who is nearest is first, and leads what several take in one step.
+    for _, name, right, chosen in sorted(takes, key=lambda t: t[:3]):
+        state = grasped(state, solids, posed[name], right, chosen)
+    taken = {(g.participant, g.right, g.thing) for g in state.grasps}
+    let_go = tuple(e for e in (*state.let_go, *about) if (e.participant, e.right, e.thing) not in taken)
+    return replace(state, let_go=let_go)
+
+
+def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hands.Reach) -> State:
+    """A hand has taken hold of what it reaches."""
+    n, m = reach.thing, state.motions
+    thing, pose = solids.things[n], (m.position[n], m.rotation[n])
+    led = thing.id not in tracked_things(state) and not holders(state, thing.id)
+    new = hands.take(posed, right, thing, solids.part(n), pose, reach, state.t_ns, led)
+    state = woken_round(state, solids, n)
+    m = state.motions.copy()
+    m.mode[n], m.still[n] = HELD, 0
+    return replace(state, motions=m, grasps=(*state.grasps, new), glides=tuple(g for g in state.glides if g.thing != new.thing))
+
+
+def glide(state: State, dt: float) -> State:
+    """Things that commands have set in motion go on their way, and are free at its end."""
+    if not state.glides:
+        return state
+    tracked = tracked_things(state)
+    m = state.motions.copy()
+    for g in state.glides:
+        if g.thing not in tracked:
+            n = state.rows[g.thing]
+            guide(m, n, *g.at(state.step), dt)
+            m.mode[n], m.still[n] = HELD, 0
+    state = replace(state, motions=m)
+    return glides_ended(state, {g.thing for g in state.glides if g.over(state.step) or g.thing in tracked})
+
+
+def glides_ended(state: State, things: Set[str]) -> State:
+    """Some things are on their way no longer: they stand still and are free."""
+    if not things:
+        return state
+    tracked = tracked_things(state)
+    m = state.motions.copy()
+    for g in state.glides:
+        if g.thing in things and g.thing not in tracked:
+            n = state.rows[g.thing]
+            m.velocity[n], m.spin[n], m.mode[n], m.still[n] = 0.0, 0.0, FREE, 0
+    return replace(state, motions=m, glides=tuple(g for g in state.glides if g.thing not in things))
+
+
+def forget_let_go(state: State, solids: Solids, near: dict[str, ContactArray], posed: dict[str, Posed]) -> State:
+    """Hands and what they let go push each other again, once they were apart or after a while."""
+
+    def still(entry: LetGo) -> bool:
+        if entry.thing not in state.rows or state.step - entry.step > LET_GO_STEPS:
+            return False
+        p = posed.get(entry.participant)
+        if p is None:
+            return False
+        c = near[p.name]
+        mine = (p.build.digit[c.a] // 6 == int(entry.right)) & (p.build.digit[c.a] >= 0)
+        return bool((mine & (solids.owner[c.b] == state.rows[entry.thing]) & (c.depth > -LET_GO_GAP)).any())
+
+    return replace(state, let_go=tuple(e for e in state.let_go if still(e)))
+
+
+def guide(m: Motions, n: int, position: F64, rotation: F64, dt: float) -> None:
+    """Thing n is led to a pose within a step of dt [s]: `m` is changed."""
+    turn = matrix_from_quaternion(rotation) @ matrix_from_quaternion(m.rotation[n]).T
+    velocity = (position - m.position[n]) / dt
+    spin = rotvec_from_matrix(np.ascontiguousarray(turn)) / dt
+    # Half of the last value: trackers tremble, and a throw should not.
+    m.velocity[n] = 0.5 * m.velocity[n] + 0.5 * _limited(velocity, MAX_SPEED)
+    m.spin[n] = 0.5 * m.spin[n] + 0.5 * _limited(spin, MAX_SPIN)
+    m.position[n], m.rotation[n] = position, rotation
+
+
+def _limited(v: F64, most: float) -> F64:
+    length = float(np.sqrt(v @ v))
+    return v * (most / length) if length > most else v

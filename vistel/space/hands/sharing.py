@@ -1,0 +1,117 @@
+"""Several hands on one thing, or one that sticks: it goes where all balance, and each hand feels how far it is drawn from
+where it would have it.
+
+A hand holds the thing by a spring between its palm and the point of the thing that lay there, and one against turning.
+Their balance is a Procrustes problem, solved by polar decomposition. What a hand cannot bear slips out of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.space.dynamics.kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.hands.grasp import Grasp, out_of_hand
+from vistel.space.people import HAND_JOINT, PALM, Posed
+from vistel.space.view import DigitTouch, HandForce
+
+F64 = NDArray[np.float64]
+
+STIFFNESS = 1200.0
+"""Of a hand's hold [N/m]."""
+BREADTH = 0.04
+"""The same against turning, as at a lever of this length [m]."""
+STRENGTH = 30.0
+"""What a whole hand bears before the thing slips out of it [N]."""
+LEAST = 0.02
+"""A weaker pull is not felt [N]."""
+STRAINED_STEPS = 6
+"""For so many steps it bears more."""
+
+
+@dataclass(frozen=True)
+class Pull:
+    """What a hand feels of the others, or of what sticks to a digit of it: force on it (3,) [N] at `point` (3,) [m], room frame."""
+
+    participant: str
+    right: bool
+    thing: str
+    point: F64
+    force: F64
+    digit: int = PALM
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """What holds a thing back: its point `own` (3,), in its frame, is drawn to `at` (3,) [m, room]. stiffness [N/m]."""
+
+    own: F64
+    at: F64
+    stiffness: float
+
+
+def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int, anchors: Sequence[Anchor] = ()) -> tuple[F64, F64]:
+    """Position (3,) and rotation (4,) of a thing that hands hold and anchors hold back."""
+    poses = [out_of_hand(p, g.right, g.lie(t_ns)) for g, p in holds]
+    turns = [matrix_from_quaternion(q) for _, q in poses]
+    palms = [_palm(g, p) for g, p in holds]
+    own = [r.T @ (h - x) for h, r, (x, _) in zip(palms, turns, poses, strict=True)]
+    weight = [1.0] * len(holds) + [a.stiffness / STIFFNESS for a in anchors]
+    there, here = [*palms, *(a.at for a in anchors)], [*own, *(a.own for a in anchors)]
+    h = sum((w * x for w, x in zip(weight, there, strict=True)), np.zeros(3)) / sum(weight)
+    c = sum((w * x for w, x in zip(weight, here, strict=True)), np.zeros(3)) / sum(weight)
+    moment = BREADTH**2 * sum(turns, np.zeros((3, 3)))
+    for w, x, y in zip(weight, there, here, strict=True):
+        moment += w * np.outer(x - h, y - c)
+    rotation: F64 = np.asarray(nearest_rotation(moment))  # pyright: ignore[reportUnknownArgumentType]
+    return h - rotation @ c, quaternion_from_matrix(rotation)
+
+
+def pulls(holds: Sequence[tuple[Grasp, Posed]], position: F64, rotation: F64, t_ns: int) -> list[Pull]:
+    """What each hand feels of the others while the thing is at `position`, `rotation` (4,)."""
+    r = matrix_from_quaternion(rotation)
+    out: list[Pull] = []
+    for g, p in holds:
+        x, q = out_of_hand(p, g.right, g.lie(t_ns))
+        palm = _palm(g, p)
+        there = position + r @ (matrix_from_quaternion(q).T @ (palm - x))
+        out.append(Pull(g.participant, g.right, g.thing, there, STIFFNESS * (there - palm)))
+    return out
+
+
+def with_pulls(felt: Sequence[HandForce], drawn: Sequence[Pull], posed: Mapping[str, Posed]) -> tuple[HandForce, ...]:
+    """What hands feel, with what others and what sticks pull at them."""
+    out = {(h.participant, h.right): h for h in felt}
+    for pull in drawn:
+        hand = pull.participant, pull.right
+        joint = posed[pull.participant].joints.position[HAND_JOINT[int(pull.right)]]
+        h = out.get(hand, HandForce(*hand, np.zeros(3), np.zeros(3), ()))
+        size = float(np.sqrt(pull.force @ pull.force))
+        if size < LEAST:
+            continue
+        old = next((t for t in h.touches if (t.digit, t.body) == (pull.digit, pull.thing)), None)
+        if old is None:
+            way = -pull.force / size
+            old = DigitTouch(pull.digit, pull.thing, pull.point, way, np.zeros(3), 0.0, 0.0, 0.0, 0.0, 0.0)
+        new = replace(old, force=old.force + pull.force, normal_force=old.normal_force + size)
+        others = [t for t in h.touches if (t.digit, t.body) != (pull.digit, pull.thing)]
+        out[hand] = replace(
+            h, force=h.force + pull.force, torque=h.torque + np.cross(pull.point - joint, pull.force),
+            touches=tuple(sorted([*others, new], key=lambda t: (t.digit, t.body))), pull=h.pull + pull.force,
+        )  # fmt: skip
+    return tuple(out.values())
+
+
+def strength(grasp: Grasp) -> float:
+    """What a hand bears [N]: the thumb and each finger that holds have their share."""
+    return STRENGTH * (1 + sum(grasp.engaged)) / (1 + len(grasp.engaged))
+
+
+def _palm(g: Grasp, p: Posed) -> F64:
+    """(3,) of the palm that holds."""
+    joint = HAND_JOINT[int(g.right)]
+    return p.joints.position[joint] + p.joints.rotation[joint] @ p.build.palm[int(g.right)]

@@ -1,0 +1,125 @@
+"""One step of what the room remembers: dents and bonds of the things whose matter keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.implicit.contacts.contact import find_contacts
+from vistel.space.memory.bonds import NEAR, Bond, Frame, Grip, Torn, glue_of, same_to_others, stick
+from vistel.space.memory.dents import MOST_IN_ROOM, Dent, Press, deepest, remember
+from vistel.space.memory.sticking import frame_of, relieved
+from vistel.space.people import Posed
+from vistel.space.state import State
+from vistel.space.things.solids import Solids
+from vistel.space.things.things import Primitive
+
+F64 = NDArray[np.float64]
+REACH, LEAST_REACH, MOST_REACH = 0.75, 0.012, 0.02
+"""What a bond deforms round it: a share of the limb's two radii, at least so much [m]; of things at most so much."""
+
+
+def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -> tuple[State, tuple[Torn, ...]]:
+    """The state with dents pressed and recovered, bonds made, moved and torn, after everything has moved; what has torn."""
+    chosen = s.remembering
+    if not chosen and not (state.dents or state.bonds):
+        return state, ()
+    dents: list[Dent] = []
+    bonds: list[Bond] = []
+    torn: list[Torn] = []
+    number = state.marks
+    for n in chosen:
+        thing = s.things[n]
+        frame = matrix_from_quaternion(state.motions.rotation[n]), state.motions.position[n]
+        presses, grips = _touches(n, state, s, posed, frame)
+        if thing.matter.material != "elastic" and thing.compliance > 0.0:
+            before = [d for d in state.dents if d.thing == thing.id]
+            more, number = remember(before, thing.id, thing.matter, s.part(n), presses, number, state.t_ns, dt)
+            dents += more
+        if thing.matter.sticky > 0.0:
+            held = [b for b in state.bonds if b.thing == thing.id]
+            stuck = stick(
+                held, thing.id, lambda b, t=thing, size=float(s.radius[n]): glue_of(t, size, b.reach), frame, grips,
+                lambda body, primitive: frame_of(state, posed, body, primitive), number, state.t_ns, dt,
+            )  # fmt: skip
+            number, bonds, torn = stuck.next_number, [*bonds, *stuck.bonds], [*torn, *stuck.torn]
+    state = replace(state, dents=deepest(dents, MOST_IN_ROOM), bonds=tuple(bonds), marks=number)
+    return relieved(state, posed, frozenset(x for t in torn for x in (t.thing, t.body))), tuple(torn)
+
+
+def changes(before: State, now: State) -> tuple[frozenset[int], tuple[int, ...]]:
+    """Numbers of dents and bonds that are new or changed, and of those that are no more. What stays is the same object."""
+    if not (before.dents or before.bonds or now.dents or now.bonds):
+        return frozenset(), ()
+    old = {mark.number: mark for mark in (*before.dents, *before.bonds)}
+    new = {mark.number: mark for mark in (*now.dents, *now.bonds)}
+    fresh = frozenset(k for k, mark in new.items() if not _told(old.get(k), mark))
+    return fresh, tuple(sorted(old.keys() - new.keys()))
+
+
+def _told(old: Dent | Bond | None, mark: Dent | Bond) -> bool:
+    if isinstance(old, Bond) and isinstance(mark, Bond):
+        return same_to_others(old, mark)
+    return old is mark
+
+
+def _touches(
+    n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame: Frame
+) -> tuple[list[Press], list[Grip]]:
+    """What overlaps thing n: as shapes in its frame, and where limbs touch it."""
+    rotation, position = frame
+    body = s.part(n).moved(rotation, position)
+    presses: list[Press] = []
+    grips: list[Grip] = []
+    for name in sorted(posed):
+        p = posed[name]
+        c = find_contacts(p.primitives, body, margin=NEAR)
+        for k in _deepest(c.a, c.field_depth):
+            i, b = int(c.a[k]), p.body
+            a_end, b_end = (rotation.T @ (end - position) for end in (b.a[i], b.b[i]))
+            ends = (*a_end.tolist(), *b_end.tolist(), float(b.radius_a[i]), float(b.radius_b[i]))
+            depth = float(c.field_depth[k])
+            if depth > 0.0:
+                presses.append(Press(name, i, Primitive("cone_sphere", ends), depth))
+            grips.append(Grip(name, i, c.point[k], max(LEAST_REACH, REACH * float(b.radius_a[i] + b.radius_b[i]))))
+    sticky = s.things[n].matter.sticky > 0.0
+    for m, other in enumerate(s.things):
+        if m == n or (other.fixed and not sticky) or _far(state, m, n) > s.radius[m] + s.radius[n] + NEAR:
+            continue
+        turn = matrix_from_quaternion(state.motions.rotation[m])
+        c = find_contacts(s.part(m).moved(turn, state.motions.position[m]), body, margin=NEAR if sticky else 0.0)
+        for k in _deepest(c.a, c.field_depth):
+            i, depth = int(c.a[k]), float(c.field_depth[k])
+            if depth > 0.0 and not other.fixed:
+                presses.append(Press(other.id, i, _seen_from(other.primitives[i], turn, state.motions.position[m], frame), depth))
+            if sticky and not (m < n and other.matter.sticky > 0.0):  # of two that stick the first one's glue counts
+                grips.append(Grip(other.id, i, c.point[k], min(MOST_REACH, max(LEAST_REACH, REACH * float(s.bound[s.first[n]])))))
+    return presses, grips
+
+
+def _deepest(a: NDArray[np.int32], depth: F64) -> list[int]:
+    """Of every primitive a, its deepest contact; in order."""
+    best: dict[int, int] = {}
+    for k in range(len(a)):
+        if int(a[k]) not in best or depth[k] > depth[best[int(a[k])]]:
+            best[int(a[k])] = k
+    return [best[i] for i in sorted(best)]
+
+
+def _seen_from(p: Primitive, turn: F64, at: F64, frame: Frame) -> Primitive:
+    """A primitive of a thing at `turn`, `at`, in another frame."""
+    rotation, position = frame
+    r = rotation.T @ turn @ matrix_from_quaternion(p.rotation)
+    place = rotation.T @ (turn @ p.position + at - position)
+    return Primitive(p.kind, p.params, place, quaternion_from_matrix(np.ascontiguousarray(r)))
+
+
+def _far(state: State, m: int, n: int) -> float:
+    d = state.motions.position[m] - state.motions.position[n]
+    return float(np.sqrt(d @ d))
+
+

@@ -1,0 +1,79 @@
+"""Things as JSON values whose numbers read back exactly."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.space.things.arc import Arc
+from vistel.space.things.things import BEARS, Axis, Curve, Look, Matter, Part, Primitive, Thing
+
+F64 = NDArray[np.float64]
+
+
+def from_thing(t: Thing) -> dict[str, Any]:
+    """All that makes a thing."""
+    m = t.matter
+    own: dict[str, Any] = {}  # few have them, and those without are written as ever
+    if t.looks:
+        own["looks"] = [[k.model, k.matrix.tolist(), k.offset.tolist(), k.colour] for k in t.looks]
+    if t.inertia is not None:
+        own["inertia"] = t.inertia.tolist()
+    if t.hidden:
+        own["hidden"] = True
+    return own | {
+        "id": t.id, "name": t.name, "shape": t.shape, "primitives": [from_primitive(p) for p in t.primitives],
+        "mass": t.mass, "compliance": t.compliance, "colour": t.colour, "position": t.position.tolist(),
+        "rotation": t.rotation.tolist(),
+        "axes": [[a.point.tolist(), a.direction.tolist(), a.radius] for a in t.axes],
+        "matter": [m.material, m.recovery, m.sticky] + ([m.bears] if m.bears != BEARS else []),
+        "parts": [[from_thing(p.thing), p.position.tolist(), p.rotation.tolist()] for p in t.parts],
+        "curve": t.curve and [from_thing(t.curve.straight), *_from_arc(t.curve.arc)],
+    }  # fmt: skip
+
+
+def to_thing(d: Any) -> Thing:
+    """The thing. Raises ValueError, TypeError or KeyError for what is none."""
+    material, recovery, sticky, *bears = d["matter"]
+    curve, inertia = d["curve"], d.get("inertia")
+    return Thing(
+        str(d["id"]), str(d["name"]), str(d["shape"]), tuple(to_primitive(p) for p in d["primitives"]), float(d["mass"]),
+        float(d["compliance"]), int(d["colour"]), _numbers(d["position"], 3), _numbers(d["rotation"], 4),
+        tuple(Axis(_numbers(p, 3), _numbers(u, 3), float(r)) for p, u, r in d["axes"]),
+        Matter(str(material), float(recovery), float(sticky), *map(float, bears)),
+        tuple(Part(to_thing(t), _numbers(p, 3), _numbers(q, 4)) for t, p, q in d["parts"]),
+        Curve(to_thing(curve[0]), _to_arc(curve[1:])) if curve else None,
+        tuple(Look(str(k), _numbers(m, 9).reshape(3, 3), _numbers(o, 3), int(c)) for k, m, o, c in d.get("looks", ())),
+        None if inertia is None else _numbers(inertia, 9).reshape(3, 3),
+        bool(d.get("hidden", False)),
+    )  # fmt: skip
+
+
+def _from_arc(a: Arc) -> list[Any]:
+    return [a.along.tolist(), a.side.tolist(), a.low, a.high, a.bend, a.twist, a.centre.tolist()]
+
+
+def _to_arc(d: Any) -> Arc:
+    along, side, low, high, bend, twist, centre = d
+    angles = float(bend), float(twist)
+    return Arc(_numbers(along, 3), _numbers(side, 3), float(low), float(high), *angles, _numbers(centre, 3))
+
+
+def from_primitive(p: Primitive) -> list[Any]:
+    """A primitive as a list."""
+    return [p.kind, list(p.params), p.position.tolist(), p.rotation.tolist(), p.colour]
+
+
+def to_primitive(d: Any) -> Primitive:
+    """The primitive. Raises ValueError or TypeError for what is none."""
+    kind, params, position, rotation, colour = d
+    return Primitive(str(kind), tuple(float(x) for x in params), _numbers(position, 3), _numbers(rotation, 4), int(colour))
+
+
+def _numbers(values: Any, n: int) -> F64:
+    out = np.array(values, np.float64).reshape(n)
+    if not np.isfinite(out).all():
+        raise ValueError("numbers that are not finite")
+    return out

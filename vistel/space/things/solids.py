@@ -1,0 +1,196 @@
+"""Things as flat arrays for the kernels: posed primitives, probes on the surface, mass and inertia."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.space.contact.near import Placed, placed
+from vistel.space.contact.probes import probes_of
+from vistel.space.dynamics.kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.things.things import Primitive, Thing
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+YIELD = 0.2
+"""Share of its size that a thing as soft as flesh gives way before it moves, if it takes dents."""
+GRID = 20
+"""Samples along each side of a thing's bounding box for its inertia."""
+
+
+@dataclass(frozen=True)
+class Solids:
+    """N things with P primitives and M probes, in the order of `things`.
+
+    first, probe_first: (N + 1,) where each thing's primitives and probes begin; owner: (P,) thing of a primitive;
+    primitives: the P primitives, posed in their thing's frame; centre (P, 3) and bound (P,): a sphere round each,
+    thing frame; probe (M, 3), probe_radius (M,): little spheres that together reach the surface from inside;
+    radius: (N,) round the whole thing; inverse_mass (N,) [1/kg]; inverse_inertia (N, 3, 3) in the thing's frame
+    [1/(kg m^2)]; both 0 for fixed things.
+    """
+
+    things: tuple[Thing, ...]
+    first: I64
+    owner: I64
+    primitives: PrimitiveSet
+    centre: F64
+    bound: F64
+    probe_first: I64
+    probe: F64
+    probe_radius: F64
+    radius: F64
+    inverse_mass: F64
+    inverse_inertia: F64
+
+    def part(self, n: int) -> PrimitiveSet:
+        """The primitives of thing n, posed in its frame."""
+        return _rows(self.primitives, np.arange(int(self.first[n]), int(self.first[n + 1])))
+
+    @cached_property
+    def give(self) -> F64:
+        """(N,) how far a limb sinks into each thing before it pushes it [m]: what takes dents gives way first."""
+        soft = [t.compliance if t.matter.material != "elastic" else 0.0 for t in self.things]
+        least = [min((float(b) for b in self.bound[self.owner == n]), default=0.0) for n in range(len(self.things))]
+        return YIELD * np.array(soft, np.float64) * np.array(least, np.float64)
+
+    @cached_property
+    def remembering(self) -> tuple[int, ...]:
+        """Which things keep dents or stick."""
+        return tuple(n for n, t in enumerate(self.things) if t.matter.remembers and not t.fixed)
+
+    @cached_property
+    def fixed_rows(self) -> I64:
+        """Which primitives belong to fixed things."""
+        return np.flatnonzero(self.inverse_mass[self.owner] == 0.0)
+
+    @cached_property
+    def loose_rows(self) -> I64:
+        """Which primitives belong to things that can move."""
+        return np.flatnonzero(self.inverse_mass[self.owner] != 0.0)
+
+    @cached_property
+    def fixed(self) -> PrimitiveSet:
+        """The primitives of all fixed things, posed in the room; primitive k is `fixed_rows[k]`."""
+        rotation = _matrices([t.rotation for t in self.things])
+        position = _stack([t.position for t in self.things], (3,))
+        return _rows(pose_solids(self, rotation, position), self.fixed_rows)
+
+    @cached_property
+    def fixed_placed(self) -> Placed:
+        """The same, ready to be searched."""
+        return placed(self.fixed)
+
+    @cached_property
+    def _loose(self) -> tuple[PrimitiveSet, I64]:
+        return _rows(self.primitives, self.loose_rows), self.owner[self.loose_rows]
+
+    def loose(self, rotation: F64, position: F64) -> PrimitiveSet:
+        """The primitives of things that can move, posed in the room; primitive k is `loose_rows[k]`."""
+        rest, owner = self._loose
+        out_r, out_p = np.empty_like(rest.rotation), np.empty_like(rest.position)
+        pose(owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
+        return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
+
+
+def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
+    """The arrays of `things`; before: those of a moment ago, from which inertias are taken that are known."""
+    if before is not None and len(before.things) == len(things) and all(a is b for a, b in zip(things, before.things, strict=True)):
+        return before
+    primitives = [(n, p) for n, thing in enumerate(things) for p in thing.primitives]
+    owner = np.array([n for n, _ in primitives], np.int64)
+    rotation = _matrices([p.rotation for _, p in primitives])
+    position = _stack([p.position for _, p in primitives], (3,))
+    bounds = [_bound(p) for _, p in primitives]
+    centre = _stack([r @ b[0] + x for r, x, b in zip(rotation, position, bounds, strict=True)], (3,))
+    bound = np.array([b[1] for b in bounds], np.float64)
+    probes = [probes_of(thing) for thing in things]
+    count = [len(radii) for _, radii in probes]
+    shapes = PrimitiveSet.of_kinds(
+        [p.kind for _, p in primitives], [p.params for _, p in primitives], rotation, position
+    )
+    reach = np.sqrt((centre * centre).sum(axis=1)) + bound
+    out = Solids(
+        things=things,
+        first=np.searchsorted(owner, np.arange(len(things) + 1)).astype(np.int64),
+        owner=owner,
+        primitives=shapes,
+        centre=centre,
+        bound=bound,
+        probe_first=np.cumsum([0, *count]).astype(np.int64),
+        probe=np.concatenate([np.zeros((0, 3)), *(points for points, _ in probes)]),
+        probe_radius=np.concatenate([np.zeros(0), *(radii for _, radii in probes)]),
+        radius=np.array([reach[owner == n].max(initial=0.0) for n in range(len(things))], np.float64),
+        inverse_mass=np.array([0.0 if t.fixed else 1.0 / t.mass for t in things], np.float64),
+        inverse_inertia=np.zeros((len(things), 3, 3)),
+    )
+    known = {} if before is None else {id(t): n for n, t in enumerate(before.things)}
+    for n, thing in enumerate(things):
+        if before is not None and id(thing) in known:
+            out.inverse_inertia[n] = before.inverse_inertia[known[id(thing)]]
+        elif not thing.fixed and thing.inertia is not None:
+            out.inverse_inertia[n] = np.linalg.inv(thing.mass * thing.inertia)
+        elif not thing.fixed:
+            unit: Any = inertia(  # pyright: ignore[reportUnknownVariableType]
+                shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1],
+                out.radius[n], GRID,
+            )  # fmt: skip
+            out.inverse_inertia[n] = np.linalg.inv(thing.mass * np.asarray(unit, np.float64))
+    return out
+
+
+def outline(thing: Thing) -> Solids:
+    """The arrays of a single thing, without its inertia, which takes longest: for questions about its shape."""
+    return solids((replace(thing, mass=0.0),))
+
+
+def pose_solids(s: Solids, rotation: F64, position: F64) -> PrimitiveSet:
+    """All primitives in the room, for things at `rotation` (N, 3, 3) and `position` (N, 3) [m]."""
+    rest = s.primitives
+    out_r, out_p = np.empty_like(rest.rotation), np.empty_like(rest.position)
+    pose(s.owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
+    return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
+
+
+def _rows(s: PrimitiveSet, rows: I64) -> PrimitiveSet:
+    params = [s.params[s.start[k] : s.start[k + 1]] for k in rows]
+    start = np.zeros(len(rows) + 1, np.int32)
+    start[1:] = np.cumsum([len(p) for p in params])
+    flat = np.concatenate(params) if params else np.zeros(0)
+    return PrimitiveSet(
+        s.kind[rows], start, flat, np.ascontiguousarray(s.rotation[rows]), np.ascontiguousarray(s.position[rows])
+    )
+
+
+def _matrices(quaternions: list[F64]) -> F64:
+    out = np.empty((len(quaternions), 3, 3))
+    matrices(np.array(quaternions, np.float64).reshape(-1, 4), out)
+    return out
+
+
+def _stack(rows: list[F64], shape: tuple[int, ...]) -> F64:
+    return np.array(rows, np.float64) if rows else np.zeros((0, *shape))
+
+
+def _bound(p: Primitive) -> tuple[F64, float]:
+    """Centre (3,) in the primitive's frame and radius of a sphere round it."""
+    q = p.params
+    if p.kind == "cone_sphere":
+        a, b = np.array(q[:3]), np.array(q[3:6])
+        return 0.5 * (a + b), 0.5 * math.dist(q[:3], q[3:6]) + max(q[6:])
+    if p.kind == "rounded_polygon":
+        corners = np.array(q[1:]).reshape(-1, 3)
+        centre = corners.mean(axis=0)
+        return centre, float(np.sqrt(((corners - centre) ** 2).sum(axis=1)).max()) + q[0]
+    if p.kind == "superellipsoid":
+        outline = 2.0 ** (0.5 - min(1.0, q[4]) / 2.0)  # a square outline reaches sqrt(2) times as far
+        return np.zeros(3), math.hypot(max(q[:2]) * outline, q[2])
+    if p.kind == "supertoroid":
+        return np.zeros(3), math.hypot(max(q[:2]) * (q[3] + 1.0) * 2.0 ** (0.5 - min(1.0, q[5]) / 2.0), q[2])
+    return np.zeros(3), q[0]

@@ -1,0 +1,195 @@
+"""Things: what stands in the room besides people. A thing is a rigid group of implicit primitives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.implicit.contacts.contact_set import KIND_CODES
+from vistel.space.things.arc import Arc
+
+F64 = NDArray[np.float64]
+
+MAX_POLYGON = 16
+"""Most vertices a rounded polygon of a thing may have."""
+
+_PARAMS = {"sphere": 1, "cone_sphere": 8, "superellipsoid": 5, "supertoroid": 6}
+
+
+def identity() -> F64:
+    """The quaternion of no rotation, (x, y, z, w)."""
+    return np.array([0.0, 0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Primitive:
+    """One primitive of a thing. All sizes are those of its surface, in metres, in its own frame.
+
+    kind and params:
+
+    =============== =========================================================================================
+    sphere          r
+    cone_sphere     ax, ay, az, bx, by, bz, ra, rb
+    rounded_polygon r, x0, y0, z0, x1, y1, z1, ...   planar and convex
+    superellipsoid  a1, a2, a3, e1, e2   half axes; e1: profile along Z, e2: outline in XY (1 round)
+    supertoroid     a1, a2, a3, alpha, e1, e2   ring about Z of radius alpha*a1; a1, a3: tube's half sizes
+    =============== =========================================================================================
+
+    position: (3,) metres and rotation: (4,) quaternion (x, y, z, w), primitive to thing; colour: 0xRRGGBBAA, 0 for that
+    of the thing, a colour with AA = 0 for what is felt and not drawn: a look is drawn instead. Raises ValueError for a kind
+    or numbers that make no primitive.
+    """
+
+    kind: str
+    params: tuple[float, ...]
+    position: F64 = field(default_factory=lambda: np.zeros(3))
+    rotation: F64 = field(default_factory=identity)
+    colour: int = 0
+
+    def __post_init__(self) -> None:
+        if self.kind not in KIND_CODES:
+            raise ValueError(f"kind: expected one of {', '.join(KIND_CODES)}, got {self.kind!r}")
+        if not all(math.isfinite(p) and abs(p) < 100.0 for p in self.params):
+            raise ValueError(f"params of {self.kind}: expected finite metres below 100, got {self.params}")
+        if self.kind == "rounded_polygon":
+            vertices = (len(self.params) - 1) / 3
+            if vertices not in range(3, MAX_POLYGON + 1) or self.params[0] <= 0:
+                raise ValueError("params of rounded_polygon: expected r > 0 and 3 to 16 vertices of x, y, z")
+            return
+        if len(self.params) != _PARAMS[self.kind]:
+            want = _PARAMS[self.kind]
+            raise ValueError(f"params of {self.kind}: expected {want} numbers, got {len(self.params)}")
+        sizes = {"sphere": self.params, "cone_sphere": self.params[6:], "superellipsoid": self.params[:3],
+                 "supertoroid": self.params[:3]}[self.kind]  # fmt: skip
+        if min(sizes) <= 0:
+            raise ValueError(f"params of {self.kind}: sizes must be above 0, got {self.params}")
+        exponents = {"superellipsoid": self.params[3:], "supertoroid": self.params[4:]}.get(self.kind, (1.0,))
+        if min(exponents) < 0.1 or max(exponents) > 1.9:
+            raise ValueError(f"params of {self.kind}: exponents must lie in 0.1 to 1.9, got {exponents}")
+
+
+    @property
+    def seen(self) -> bool:
+        """It is drawn itself."""
+        return self.colour == 0 or self.colour & 0xFF != 0
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A polymesh that is drawn for primitives of a thing that are not seen.
+
+    model: digest of the polymesh (`vistel.space.files.model.Model`); matrix: (3, 3) and offset: (3,) [m] from its frame to that
+    of the thing, of the straight one if it was bent; colour: 0xRRGGBBAA in place of its colours and pictures, 0 for these.
+    """
+
+    model: str
+    matrix: F64 = field(default_factory=lambda: np.eye(3))
+    offset: F64 = field(default_factory=lambda: np.zeros(3))
+    colour: int = 0
+
+    def placed(self, matrix: F64, offset: F64) -> Look:
+        """The look carried along by the linear map `matrix` (3, 3), then moved by `offset` (3,) [m]."""
+        return Look(self.model, matrix @ self.matrix, matrix @ self.offset + offset, self.colour)
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """An axis a hand can close around (spec_maths §6.7).
+
+    point (3,) [m] and unit direction (3,) in the thing's frame; radius: from the axis to the surface [m].
+    """
+
+    point: F64
+    direction: F64
+    radius: float
+
+
+BEARS = 0.5
+"""What a place of a sticky thing bears if nothing is said [N]: about what a strip of sticky tape as wide as a finger does when
+it is peeled off."""
+MATERIALS = ("elastic", "plastic", "viscoelastic")
+
+
+@dataclass(frozen=True)
+class Matter:
+    """What a thing is made of.
+
+    material: "elastic" springs back at once, "plastic" keeps its dents, "viscoelastic" recovers slowly; recovery: time
+    constant of that, or in which a plastic thing's dents fade, 0 never [s]; sticky: how far what has touched it draws
+    it out before the bond tears [m], 0: nothing sticks; bears: the force at which it does, of each place that sticks [N].
+    """
+
+    material: str = "elastic"
+    recovery: float = 0.0
+    sticky: float = 0.0
+    bears: float = BEARS
+
+    def __post_init__(self) -> None:
+        if self.material not in MATERIALS:
+            raise ValueError(f"material: expected one of {', '.join(MATERIALS)}, got {self.material!r}")
+        if not (0.0 <= self.recovery < 1e4 and 0.0 <= self.sticky <= 0.2):
+            raise ValueError("matter: expected recovery of 0 to 10,000 s and sticky of 0 to 0.2 m")
+        if not 0.01 <= self.bears <= 200.0:
+            raise ValueError("bears: expected 0.01 to 200 N, which a place that sticks bears before it tears")
+        if self.material == "viscoelastic" and self.recovery <= 0.0:
+            raise ValueError("recovery: a viscoelastic thing needs a time constant above 0 s")
+
+    @property
+    def remembers(self) -> bool:
+        """What has touched it leaves something behind."""
+        return self.material != "elastic" or self.sticky > 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A thing that is part of another one: position (3,) and rotation (4,) in the frame of the whole."""
+
+    thing: Thing
+    position: F64
+    rotation: F64
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """What a thing was bent from, and how."""
+
+    straight: Thing
+    arc: Arc
+
+
+@dataclass(frozen=True, eq=False)
+class Thing:
+    """What a thing is and where it starts. Its frame's origin is its centre of mass.
+
+    id: unique in the room; name: for people; shape: "ball", "box", ... for lists and speech; mass: kg, 0 =
+    fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (spec_maths §2.4); colour: 0xRRGGBBAA;
+    position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: what hands close around; matter:
+    what it is made of; parts: what it was put together from; curve: what it was bent from; looks: polymeshes drawn for
+    primitives that are not seen; inertia: (3, 3) per kilogram about its centre [m^2], None: that of its primitives;
+    hidden: nobody is shown it, though it is there and felt.
+    """
+
+    id: str
+    name: str
+    shape: str
+    primitives: tuple[Primitive, ...]
+    mass: float
+    compliance: float
+    colour: int
+    position: F64
+    rotation: F64 = field(default_factory=identity)
+    axes: tuple[Axis, ...] = ()
+    matter: Matter = field(default_factory=Matter)
+    parts: tuple[Part, ...] = ()
+    curve: Curve | None = None
+    looks: tuple[Look, ...] = ()
+    inertia: F64 | None = None
+    hidden: bool = False
+
+    @property
+    def fixed(self) -> bool:
+        """Part of the room: nothing moves it."""
+        return self.mass == 0.0

@@ -1,0 +1,68 @@
+"""What is said about where things are: what lies still is said in the words of the step before."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.space.dynamics.dynamics import ASLEEP, FIXED, Motions
+from vistel.space.hands.grasp import Grasp
+from vistel.space.state import State
+from vistel.space.view import ThingView
+
+_NOTHING = ThingView("", np.zeros(3), np.zeros(4), np.zeros(3), np.zeros(3), (), True, False)
+
+
+class ThingViews:
+    """Makes the views of things, step by step. What it keeps saves time and changes nothing."""
+
+    def __init__(self) -> None:
+        self._last: tuple[ThingView, ...] = ()
+        self._moved: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self._of: Motions | None = None
+
+    def states(self, before: State, now: State) -> tuple[ThingView, ...]:
+        """Where every thing is, in the order of the things."""
+        m = now.motions
+        moved, same = _compared(before, now)
+        held, held_before = _holders(now.grasps), _holders(before.grasps)
+        for thing in held.keys() | held_before.keys():
+            if held.get(thing) != held_before.get(thing) and thing in now.rows:
+                moved[now.rows[thing]] = True
+        follows = self._of is before.motions and _same_things(before, now)
+        fresh = moved | self._moved | ~same if follows else np.ones(len(now.things), np.bool_)
+        out: list[ThingView] = list(self._last) if follows else [_NOTHING] * len(now.things)
+        for n in np.flatnonzero(fresh).tolist():
+            out[n] = ThingView(
+                now.things[n].id, m.position[n], m.rotation[n], m.velocity[n], m.spin[n], held.get(now.things[n].id, ()),
+                int(m.mode[n]) in (FIXED, ASLEEP), bool(moved[n]),
+            )  # fmt: skip
+        self._last, self._moved, self._of = tuple(out), moved, now.motions
+        return self._last
+
+
+def _compared(before: State, now: State) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(N,) which things are elsewhere or move by other means than before, and which are the same in all."""
+    m, old = now.motions, before.motions
+    rows = slice(None)
+    known = np.ones(len(now.things), np.bool_)
+    if not _same_things(before, now):
+        rows = np.array([before.rows.get(t.id, -1) for t in now.things], np.int64)
+        known = rows >= 0
+    pose = (m.position == old.position[rows]).all(axis=1) & (m.rotation == old.rotation[rows]).all(axis=1)
+    pose &= known & (m.mode == old.mode[rows])
+    same = pose & (m.velocity == old.velocity[rows]).all(axis=1) & (m.spin == old.spin[rows]).all(axis=1)
+    return ~pose, same
+
+
+def _same_things(before: State, now: State) -> bool:
+    """Whether the rows mean the same things."""
+    return now.things is before.things or [t.id for t in now.things] == [t.id for t in before.things]
+
+
+def _holders(grasps: tuple[Grasp, ...]) -> dict[str, tuple[str, ...]]:
+    """Who holds each thing that is held, in the order in which they took it."""
+    out: dict[str, list[str]] = {}
+    for g in grasps:
+        out.setdefault(g.thing, []).append(g.participant)
+    return {thing: tuple(dict.fromkeys(who)) for thing, who in out.items()}

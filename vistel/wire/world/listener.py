@@ -1,0 +1,80 @@
+"""Follows the room over the bus: changes as they come, and the whole of it when something is missing."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Sequence
+
+from vistel.v1.world_pb2 import WorldSnapshotRequest
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel.wire.topics import BY_NAME
+from vistel.wire.world.room_now import RoomNow, WorldDecoder
+
+log = logging.getLogger("vistel.wire")
+
+PATIENCE_S = 1.0
+"""How long a snapshot is waited for."""
+AGAIN_NS = 500_000_000
+"""From one question to the next."""
+
+
+class WorldListener:
+    """A subscription to the room. Late joiners, and who has missed a message, ask for a snapshot; `take` is called on the event
+    loop and never waits."""
+
+    def __init__(self, bus: Bus, clock: Clock, people: Sequence[str] = ()) -> None:
+        """people: whose details are heard as well, when more moves than everybody is told of."""
+        self._bus, self._clock = bus, clock
+        self._details = [bus.subscribe(BY_NAME["world_detail"], queue_all=True, polled=True, participant=p) for p in people]
+        self._states = bus.subscribe(BY_NAME["world_state"], queue_all=True, polled=True)
+        self._decoder = WorldDecoder()
+        self._asking: asyncio.Task[None] | None = None
+        self._ask_ns = clock.now_ns()
+        self._caught_up: list[tuple[RoomNow, int]] = []
+        self._told_of = 0
+
+    def take(self) -> list[tuple[RoomNow, int]]:
+        """The steps told of since the last call, in order, with the conference time at which each arrived: the steps of one
+        message as if each had come as soon as it was about, so that transit times compare."""
+        out, self._caught_up = self._caught_up, []
+        states = self._states.take()
+        for inbox in self._details:  # each is said before the message it goes with
+            for sample in inbox.take():
+                self._decoder.hear_detail(sample.message)
+        for sample in states:
+            steps = self._decoder.read(sample.message)
+            newest_ns: int = sample.message.header.t_ns
+            out += [(now, sample.received_ns - (newest_ns - now.t_ns)) for now in steps]
+        self._look_after()
+        return out
+
+    @property
+    def right(self) -> bool:
+        """Whether the sender has confirmed what is known, and it never differed."""
+        return self._decoder.agreed > 0 and self._decoder.differed == 0
+
+    def close(self) -> None:
+        """Stop listening."""
+        if self._asking is not None:
+            self._asking.cancel()
+        for inbox in (self._states, *self._details):
+            inbox.close()
+
+    def _look_after(self) -> None:
+        if self._decoder.differed > self._told_of:
+            self._told_of = self._decoder.differed
+            log.error("event=world_differs step=%d action=ask_for_all", self._decoder.now.step)
+        if not self._decoder.lost or self._asking is not None or self._clock.now_ns() < self._ask_ns:
+            return
+        self._asking = asyncio.create_task(self._ask(), name="world snapshot")
+
+    async def _ask(self) -> None:
+        try:
+            snapshot = await self._bus.query(BY_NAME["world_snapshot"], WorldSnapshotRequest(state_only=True), PATIENCE_S)
+            now = self._decoder.begin(snapshot) if snapshot is not None else None
+            if now is not None:
+                self._caught_up.append((now, self._clock.now_ns()))
+        finally:
+            self._ask_ns, self._asking = self._clock.now_ns() + AGAIN_NS, None

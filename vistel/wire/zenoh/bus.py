@@ -1,0 +1,406 @@
+"""The bus over Eclipse Zenoh: client sessions of one router, which may live in this process or be far away.
+
+How a topic travels:
+
+- NEWEST: dropped rather than queued, everywhere; the reader gets the newest value per key and nothing that is
+  late.
+- RELIABLE: `vistel.wire.reliable` over messages that may be dropped too. Zenoh's own blocking delivery would
+  close
+  the link of a slow reader and stall every other one, and its own recovery was seen to hold commands back for
+  10 s.
+- QUERY: Zenoh queries.
+- Presence: Zenoh liveliness tokens, which go when a process goes (a frozen one after the lease of 2 s).
+"""
+
+from __future__ import annotations
+
+# zenoh's stubs leave return types out
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+import asyncio
+import contextlib
+import logging
+import secrets
+import socket
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import zenoh
+from google.protobuf.message import DecodeError, Message
+
+from vistel.wire.at_exit import close_at_exit, closed
+from vistel.wire.bus import BusCounters, Publication
+from vistel.wire.clock import Clock
+from vistel.wire.inbox import QUEUE_LIMIT, STALE_AFTER_NS, Inbox, wake
+from vistel.wire.reliable import SendCache
+from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
+from vistel.wire.world.fence import Fence
+from vistel.wire.zenoh.config import Json, TlsFiles, as_text, client_config, router_config
+from vistel.wire.zenoh.pump import Pump
+from vistel.wire.zenoh.reliable_reader import ReliableReader
+
+log = logging.getLogger("vistel.bus")
+
+BEAT_S = 1.0
+"""A reliable key that was silent for so long says what its last message was."""
+
+_BULK = frozenset({"device_raw", "world_inputs", "avatar_part"})
+"""Reliable topics that must not delay motion on a thin uplink."""
+_SAID_ONCE = frozenset({"avatar_part"})
+"""Reliable topics with very many keys that are said once: they repeat what their last message was ever more seldom."""
+_SELDOMEST_BEATS = 64
+
+
+class BusError(RuntimeError):
+    """The bus cannot be reached; the text says where and what to check."""
+
+
+class Router:
+    """A router inside this process.
+
+    It publishes and subscribes nothing: a reader that is slow cannot slow it down.
+    """
+
+    def __init__(self, session: zenoh.Session, endpoints: list[str]) -> None:
+        self._session = session
+        self.endpoints = endpoints
+        close_at_exit(self, self.close)
+
+    @property
+    def endpoint(self) -> str:
+        """Where clients on this machine find it."""
+        return self.endpoints[0]
+
+    @staticmethod
+    def open(
+        listen: str | Sequence[str] | None = None, *, tls: TlsFiles | tuple[str, str, str] | None = None,
+        access: Json | None = None, connect: Sequence[str] = (),
+    ) -> Router:  # fmt: skip
+        """Listen on `listen` ("tcp/host:port", "tls/host:port"), by default on a free port of the loopback interface.
+
+        access: who may publish what (`vistel.wire.zenoh.access`). connect: further routers to join. Raises
+        BusError.
+        """
+        endpoints = [listen] if isinstance(listen, str) else list(listen or [f"tcp/127.0.0.1:{_free_port()}"])
+        config = router_config(endpoints, _tls(tls), access, list(connect))
+        try:
+            session = zenoh.open(zenoh.Config.from_json5(as_text(config)))
+        except zenoh.ZError as e:
+            raise BusError(f"bus: cannot listen on {', '.join(endpoints)}: {_reason(e)}") from e
+        return Router(session, endpoints)
+
+    def close(self) -> None:
+        """Stop routing; clients keep trying to come back to the same endpoint."""
+        closed(self)
+        _close_session(self._session)
+
+
+class ZenohBus:
+    """A site's door to the conference (`vistel.wire.bus.Bus`).
+
+    Make it with `open`, on the event loop that will use it.
+    """
+
+    def __init__(
+        self, session: zenoh.Session, conference: str, site: str, clock: Clock, *,
+        loop: asyncio.AbstractEventLoop, stale_after_ns: int | None = STALE_AFTER_NS,
+    ) -> None:  # fmt: skip
+        self.conference = conference
+        self.site = site
+        self.counters = BusCounters()
+        self.fence = Fence()
+        self._session = session
+        self._clock = clock
+        self._loop = loop
+        self._stale_after_ns = stale_after_ns
+        self._epoch = secrets.randbits(63) | 1
+        self._publications: dict[str, _ZenohPublication] = {}
+        self._readers: list[ReliableReader] = []
+        self._held: list[Any] = []  # zenoh undeclares what nobody refers to
+        self._beating: asyncio.Task[None] | None = None
+        close_at_exit(self, self._close_now)
+
+    @staticmethod
+    async def open(
+        *, conference: str, site: str, clock: Clock, endpoints: Sequence[str],
+        tls: TlsFiles | tuple[str, str, str] | None = None, connect_s: float = 10.0,
+        stale_after_ns: int | None = STALE_AFTER_NS,
+    ) -> ZenohBus:  # fmt: skip
+        """Connect to the first router of `endpoints` that answers within `connect_s`. Raises BusError.
+
+        tls: (ca, certificate, key) files. stale_after_ns: None shows late motion too (for a reader of the
+        past).
+        """
+        config = client_config(list(endpoints), _tls(tls), connect_s)
+        try:
+            session = await asyncio.to_thread(zenoh.open, zenoh.Config.from_json5(as_text(config)))
+        except zenoh.ZError as e:
+            where = ", ".join(endpoints)
+            hint = "; or the certificates do not match" if tls else ""
+            raise BusError(f"bus: no router answers at {where} ({_reason(e)}); is it running there{hint}?") from e
+        loop = asyncio.get_running_loop()
+        return ZenohBus(session, conference, site, clock, loop=loop, stale_after_ns=stale_after_ns)
+
+    @property
+    def connected(self) -> bool:
+        """Whether a router is there now."""
+        return not self._session.is_closed() and bool(self._session.info.routers_zid())
+
+    def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
+        key = topic.format(**self._filled(topic, names))
+        found = self._publications.get(key)
+        if found is None:
+            found = self._publications[key] = _ZenohPublication(self._session, topic, key, self._epoch, verbatim, self.fence)
+            if topic.delivery is Delivery.RELIABLE and self._beating is None:
+                self._beating = self._loop.create_task(self._beat())
+        return found
+
+    def withdraw(self, publisher: Publisher) -> None:
+        for key, publication in list(self._publications.items()):
+            if publication.topic.publisher is publisher:
+                del self._publications[key]
+                publication.undeclare()
+        # Receivers know senders by their epoch, and listen to none again that another one has followed.
+        self._epoch = secrets.randbits(63) | 1
+
+    def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Inbox:
+        if topic.delivery is Delivery.QUERY:
+            raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
+        held: list[Any] = []
+        inbox = Inbox(
+            topic, self.counters, self._loop, queue_all=queue_all, polled=polled,
+            stale_after_ns=self._stale_after_ns, on_close=lambda: _undeclare(held), fence=self.fence,
+        )  # fmt: skip
+        pattern = topic.pattern(self.conference, **names)
+        if topic.delivery is Delivery.RELIABLE:
+            reader = ReliableReader(
+                self._session, pattern, inbox, loop=self._loop, clock=self._clock, counters=self.counters
+            )
+            self._readers.append(reader)
+            held.append(reader)
+            return inbox
+
+        def arrived(burst: list[zenoh.Sample]) -> None:
+            now_ns = self._clock.now_ns()
+            inbox.push_all([(str(s.key_expr), s.payload.to_bytes(), now_ns) for s in burst])
+
+        held.append(Pump(self._session, pattern, QUEUE_LIMIT, arrived))
+        self._held.append(held)
+        return inbox
+
+    async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
+        key = topic.format(**self._filled(topic, {}))
+        answered: asyncio.Future[Any | None] = self._loop.create_future()
+
+        def settle(message: Any | None) -> None:
+            if not answered.done():
+                answered.set_result(message)
+
+        def reply(r: zenoh.Reply) -> None:
+            message = self._parse_reply(topic, r)
+            if message is not None:
+                wake(self._loop, lambda: settle(message))
+
+        self._session.get(
+            key,
+            zenoh.handlers.Callback(reply, lambda: wake(self._loop, lambda: settle(None))),
+            payload=request.SerializeToString() if request is not None else None,
+            target=zenoh.QueryTarget.ALL, consolidation=zenoh.ConsolidationMode.NONE,
+            congestion_control=zenoh.CongestionControl.DROP, priority=zenoh.Priority.INTERACTIVE_HIGH,
+            timeout=timeout_s,
+        )  # fmt: skip
+        try:
+            return await asyncio.wait_for(answered, timeout_s)
+        except TimeoutError:
+            return None
+
+    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
+        key = topic.format(**self._filled(topic, {}))
+
+        def on_loop(query: zenoh.Query) -> None:
+            with query:
+                try:
+                    message: Any = answer(query.payload.to_bytes() if query.payload is not None else b"")
+                except Exception:
+                    log.exception("query not answered topic=%s", topic.name)
+                    return
+                if message is None:
+                    return
+                if "header" in message.DESCRIPTOR.fields_by_name:
+                    message.header.version = MESSAGE_VERSION
+                with contextlib.suppress(zenoh.ZError):  # the one who asked has gone
+                    query.reply(key, message.SerializeToString())
+
+        self._held.append(
+            self._session.declare_queryable(key, lambda query: wake(self._loop, lambda: on_loop(query)))
+        )
+
+    def announce(self, token: str) -> None:
+        key = f"vistel/{self.conference}/alive/{self.site}/{token}"
+        self._held.append(self._session.liveliness().declare_token(key))
+
+    def watch_presence(self, callback: Callable[[str, str, bool], None]) -> None:
+        present: set[str] = set()
+
+        def on_loop(key: str, alive: bool) -> None:
+            if alive == (key in present):
+                return
+            (present.add if alive else present.discard)(key)
+            _, _, _, site, token = key.split("/", 4)
+            callback(site, token, alive)
+
+        def changed(sample: zenoh.Sample) -> None:
+            key, alive = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
+            wake(self._loop, lambda: on_loop(key, alive))
+
+        pattern = f"vistel/{self.conference}/alive/**"
+        self._held.append(self._session.liveliness().declare_subscriber(pattern, changed, history=True))
+
+    async def close(self) -> None:
+        """Leave the conference; takes at most two seconds, also when the network hangs."""
+        if self._beating is not None:
+            self._beating.cancel()
+        for reader in self._readers:
+            reader.undeclare()
+        await asyncio.to_thread(self._close_now)
+
+    def _close_now(self) -> None:
+        closed(self)
+        self._held.clear()
+        _close_session(self._session)
+
+    def _filled(self, topic: Topic, names: dict[str, str]) -> dict[str, str]:
+        mine = {"conference": self.conference, "site": self.site}
+        return {f: mine[f] for f in topic.fields if f in mine} | names
+
+    def _parse_reply(self, topic: Topic, reply: zenoh.Reply) -> Any | None:
+        if reply.ok is None:
+            return None
+        message: Any = topic.message()
+        try:
+            message.ParseFromString(reply.ok.payload.to_bytes())
+        except DecodeError:
+            self.counters.corrupt += 1
+            return None
+        has_header = "header" in topic.message.DESCRIPTOR.fields_by_name
+        if has_header and message.header.version != MESSAGE_VERSION:
+            self.counters.unknown_version += 1
+            return None
+        return message
+
+    async def _beat(self) -> None:
+        while True:
+            await asyncio.sleep(BEAT_S)
+            for publication in list(self._publications.values()):
+                publication.beat()
+
+
+class _ZenohPublication:
+    def __init__(
+        self, session: zenoh.Session, topic: Topic, key: str, epoch: int, verbatim: bool, fence: Fence
+    ) -> None:
+        self._fence = fence if topic.publisher is Publisher.WORLD else None
+        self.key = key
+        self.topic = topic
+        self._verbatim = verbatim
+        self._lock = threading.Lock()
+        self._seq = 0
+        self._spoke = False
+        self._said_once = topic.name in _SAID_ONCE
+        self._silent_beats = 0
+        self._cache = SendCache(epoch) if topic.delivery is Delivery.RELIABLE else None
+        priority = zenoh.Priority.DATA
+        if self._cache is not None:
+            priority = zenoh.Priority.DATA_LOW if topic.name in _BULK else zenoh.Priority.INTERACTIVE_HIGH
+        self._publisher = session.declare_publisher(
+            key, congestion_control=zenoh.CongestionControl.DROP, priority=priority
+        )
+        self._queryable = session.declare_queryable(key, self._repeat) if self._cache is not None else None
+
+    def undeclare(self) -> None:
+        """Say nothing more, and repeat nothing."""
+        _undeclare([self._publisher, *([self._queryable] if self._queryable is not None else [])])
+
+    @property
+    def next_seq(self) -> int:
+        return self._seq + 1
+
+    def put(self, message: Any) -> None:
+        """See `vistel.wire.bus.Publication`. Safe from any thread."""
+        with self._lock:
+            self._seq = max(self._seq + 1, message.header.seq)
+            if not self._verbatim:
+                message.header.version = MESSAGE_VERSION
+                message.header.seq = self._seq
+                if self._fence is not None and self._fence.own:
+                    message.header.term = self._fence.own
+            payload = message.SerializeToString()
+            if self._cache is None:
+                self._publisher.put(payload)
+            else:
+                self._spoke = True
+                self._publisher.put(payload, attachment=self._cache.append(payload).to_bytes())
+
+    def beat(self) -> None:
+        """Say what the last message was, if nothing was said lately."""
+        if self._cache is None or not self._seq:
+            return
+        if self._spoke:
+            self._spoke, self._silent_beats = False, 0
+            return
+        self._silent_beats += 1
+        # A power of two: a loss is noticed within twice the time that the network was away.
+        n = self._silent_beats
+        if self._said_once and n & (n - 1) and n % _SELDOMEST_BEATS:
+            return
+        with contextlib.suppress(zenoh.ZError):
+            self._publisher.put(b"", attachment=self._cache.beat().to_bytes())
+
+    def _repeat(self, query: zenoh.Query) -> None:
+        assert self._cache is not None
+        with query:
+            wanted = query.parameters
+            if "from" in wanted:
+                try:
+                    first, last = int(wanted["from"] or 0), int(wanted["to"] or 0)
+                    foreign = wanted["epoch"] != str(self._cache.epoch)
+                except ValueError:
+                    return
+                # An empty answer with our own stamp tells that the sender it asked for is no more.
+                found = [(self._cache.beat(), b"")] if foreign else self._cache.between(first, last)
+                if not found:
+                    found = [(self._cache.beat(), b"")]
+            else:
+                found = [self._cache.last()]
+            for stamp, payload in found:
+                query.reply(self.key, payload, attachment=stamp.to_bytes())
+
+
+def _tls(tls: TlsFiles | tuple[str, str, str] | None) -> TlsFiles | None:
+    return TlsFiles(*(Path(p) for p in tls)) if isinstance(tls, tuple) else tls
+
+
+def _free_port() -> int:
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
+
+
+def _reason(error: Exception) -> str:
+    return str(error).split(" at /")[0].strip()
+
+
+def _undeclare(held: list[Any]) -> None:
+    for thing in held:
+        with contextlib.suppress(zenoh.ZError):
+            thing.undeclare()
+
+
+def _close_session(session: zenoh.Session, deadline_s: float = 2.0) -> None:
+    """Close; a close that hangs on a dead link is left to a thread that dies with the process."""
+    if session.is_closed():
+        return
+    closing = threading.Thread(target=session.close, daemon=True)
+    closing.start()
+    closing.join(deadline_s)

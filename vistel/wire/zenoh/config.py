@@ -1,0 +1,116 @@
+"""Zenoh configurations: the settings under which it behaves as a conference needs.
+
+Several of Zenoh's defaults fail badly here, so every session is opened from this module:
+
+- no scouting, explicit endpoints: nothing on the network joins a conference by accident;
+- `wait_before_close` below the lease: else a link that was cut for longer than the lease never carries data
+  again;
+- reconnect every 250 ms: the default backs off to 4 s;
+- one link per transport: access rules are not enforced on the others;
+- shared memory off, small transmit queues: a queue is latency.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+LEASE_MS = 2000
+"""A silent neighbour is gone after this; presence follows."""
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class TlsFiles:
+    """Paths of the certificates a node shows and trusts (PEM; mutual TLS)."""
+
+    ca: Path
+    certificate: Path
+    key: Path
+
+
+def client_config(endpoints: list[str], tls: TlsFiles | None = None, connect_s: float = 5.0) -> Json:
+    """A session that connects to the first router of `endpoints` that answers and comes back to it when it was away."""
+    return {
+        "mode": "client",
+        "connect": {
+            "endpoints": endpoints,
+            "timeout_ms": round(connect_s * 1000),
+            "exit_on_failure": True,
+            "retry": {"period_init_ms": 250, "period_max_ms": 500, "period_increase_factor": 2},
+        },
+        "queries_default_timeout": 2000,
+        **_common(tls, listens=False),
+    }
+
+
+def router_config(
+    listen: list[str], tls: TlsFiles | None = None, access: Json | None = None, connect: list[str] | None = None
+) -> Json:
+    """A session that routes.
+
+    `access`: see `vistel.wire.zenoh.access`; `connect`: routers to join, over a thin link perhaps.
+    """
+    config: Json = {
+        "mode": "router",
+        "listen": {"endpoints": listen},
+        "adminspace": {"enabled": False},
+        **_common(tls, listens=True),
+    }
+    if connect:
+        config["connect"] = {
+            "endpoints": connect,
+            "timeout_ms": -1,
+            "exit_on_failure": False,
+            "retry": {"period_init_ms": 500, "period_max_ms": 500, "period_increase_factor": 1},
+        }
+        # Small batches and a small socket buffer bound the queue that a thin uplink can build up.
+        config["transport"]["link"]["tx"]["batch_size"] = 8192
+        if tls:
+            config["transport"]["link"]["tls"]["so_sndbuf"] = 16384
+    if access:
+        config["access_control"] = access
+    return config
+
+
+def _common(tls: TlsFiles | None, listens: bool) -> Json:
+    link: Json = {
+        "tx": {
+            "lease": LEASE_MS,
+            "keep_alive": 4,
+            "queue": {
+                "size": {"data": 8, "data_low": 8, "real_time": 8, "interactive_high": 8},
+                "congestion_control": {
+                    "drop": {"wait_before_drop": 1000},
+                    "block": {"wait_before_close": 200_000},
+                },
+            },
+        },
+    }
+    if tls:
+        link["protocols"] = ["tls"]
+        link["tls"] = {
+            "root_ca_certificate": str(tls.ca),
+            "enable_mtls": True,
+            "connect_certificate": str(tls.certificate),
+            "connect_private_key": str(tls.key),
+            "close_link_on_expiration": True,
+        }
+        if listens:
+            link["tls"] |= {"listen_certificate": str(tls.certificate), "listen_private_key": str(tls.key)}
+    return {
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "transport": {
+            "unicast": {"max_links": 1, "max_sessions": 1000},
+            "shared_memory": {"enabled": False},
+            "link": link,
+        },
+    }
+
+
+def as_text(config: Json) -> str:
+    """For `zenoh.Config.from_json5`, and for a file that `zenohd -c` reads."""
+    return json.dumps(config, indent=2) + "\n"

@@ -1,0 +1,144 @@
+"""A reliable subscription over Zenoh: history first, then order, and repair of what the network dropped."""
+
+from __future__ import annotations
+
+# zenoh's stubs leave return types out
+# pyright: reportUnknownMemberType=false
+import asyncio
+import contextlib
+import logging
+from collections import deque
+from collections.abc import Callable
+
+import zenoh
+
+from vistel.wire.bus import BusCounters
+from vistel.wire.clock import Clock
+from vistel.wire.inbox import RELIABLE_LIMIT, Inbox, wake
+from vistel.wire.reliable import ReceiveOrder, Stamp
+from vistel.wire.zenoh.pump import Pump
+
+log = logging.getLogger("vistel.bus")
+
+RETRY_S = 0.25
+TRIES = 8
+"""Requests without progress, with a router there, before a gap is declared lost: the sender is gone."""
+
+_Arrival = tuple[str, Stamp, bytes, int, bool]
+_Reply = Callable[[zenoh.Reply], None]
+
+
+class ReliableReader:
+    """Feeds an inbox with the messages of `pattern`, each once and in the order of its sender."""
+
+    def __init__(
+        self, session: zenoh.Session, pattern: str, inbox: Inbox, *, loop: asyncio.AbstractEventLoop, clock: Clock,
+        counters: BusCounters,
+    ) -> None:  # fmt: skip
+        self._session = session
+        self._pattern = pattern
+        self._loop = loop
+        self._clock = clock
+        self._inbox = inbox
+        self._counters = counters
+        self._orders: dict[str, ReceiveOrder] = {}
+        self._repairs: dict[str, asyncio.Task[None]] = {}
+        self._arrivals: deque[_Arrival] = deque()
+        self._woken = False
+        self._history_done = False
+        self._closed = False
+        self._pump = Pump(session, pattern, RELIABLE_LIMIT, self._arrived)
+        self._history = loop.create_task(self._ask_for_history())
+
+    def undeclare(self) -> None:
+        """Stop."""
+        self._closed = True
+        self._history.cancel()
+        for task in self._repairs.values():
+            task.cancel()
+        self._pump.undeclare()
+
+    def _arrived(self, burst: list[zenoh.Sample], repeated: bool = False) -> None:
+        """On another thread: note it and wake the loop, once per burst."""
+        now_ns = self._clock.now_ns()
+        for sample in burst:
+            stamp = Stamp.from_bytes(sample.attachment.to_bytes()) if sample.attachment is not None else None
+            if stamp is None:
+                self._counters.corrupt += 1
+            else:
+                self._arrivals.append((str(sample.key_expr), stamp, sample.payload.to_bytes(), now_ns, repeated))
+        if not self._woken:
+            self._woken = True
+            wake(self._loop, self._drain)
+
+    def _drain(self) -> None:
+        self._woken = False
+        while self._arrivals:
+            key, stamp, payload, now_ns, repeated = self._arrivals.popleft()
+            order = self._orders.get(key)
+            if order is None:
+                # A key that was not in the history began after this subscription: everything it said counts.
+                from_last = repeated or not self._history_done
+                order = self._orders[key] = ReceiveOrder.starting(stamp, from_last=from_last)
+            lost_before = order.lost
+            for message in order.offer(stamp, payload):
+                self._inbox.push(key, message, now_ns)
+            self._report_lost(key, order.lost - lost_before)
+            if order.missing() and key not in self._repairs and not self._closed:
+                self._repairs[key] = self._loop.create_task(self._repair(key, order))
+
+    async def _ask_for_history(self) -> None:
+        while not self._closed:
+            if self._session.info.routers_zid():
+                await self._ask(self._pattern, 2.0)
+                self._drain()
+                self._history_done = True
+                return
+            await asyncio.sleep(0.05)
+
+    async def _repair(self, key: str, order: ReceiveOrder) -> None:
+        tries = 0
+        try:
+            while (gap := order.missing()) and not self._closed:
+                before = (order.epoch, order.next)
+                await self._ask(f"{key}?epoch={order.epoch};from={gap[0]};to={gap[1]}", 1.0)
+                self._drain()
+                if (order.epoch, order.next) != before:
+                    tries = 0
+                    continue
+                tries += bool(self._session.info.routers_zid())
+                if tries >= TRIES:
+                    lost_before = order.lost
+                    for message in order.give_up():
+                        self._inbox.push(key, message, self._clock.now_ns())
+                    self._report_lost(key, order.lost - lost_before)
+                    if order.missing() is None or not order.waiting:
+                        order.skip_to(order.highest + 1)
+                    tries = 0
+                else:
+                    await asyncio.sleep(RETRY_S)
+        finally:
+            self._repairs.pop(key, None)
+
+    async def _ask(self, selector: str, timeout_s: float) -> None:
+        """Send a request; the answers come in through `_arrived`. Returns when all who could answer have."""
+        done = asyncio.Event()
+
+        def reply(r: zenoh.Reply) -> None:
+            if r.ok is not None:
+                self._arrived([r.ok], repeated=True)
+
+        self._session.get(
+            selector,
+            zenoh.handlers.Callback(reply, lambda: wake(self._loop, done.set)),
+            target=zenoh.QueryTarget.ALL, consolidation=zenoh.ConsolidationMode.NONE,
+            congestion_control=zenoh.CongestionControl.DROP, priority=zenoh.Priority.INTERACTIVE_HIGH,
+            timeout=timeout_s,
+        )  # fmt: skip
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(done.wait(), timeout_s + 0.5)
+
+    def _report_lost(self, key: str, count: int) -> None:
+        if count:
+            self._counters.lost += count
+            log.error("reliable messages lost key=%s count=%d", key, count)
