@@ -22,6 +22,7 @@ test: setup  ## checks and tests
 
 check: setup  ## style, types, import arrows
 	@$(VENV)/bin/ruff check .
+	@$(VENV)/bin/ruff format --check .
 	@$(VENV)/bin/pyright
 	@PYTHONPATH=. $(VENV)/bin/lint-imports
 

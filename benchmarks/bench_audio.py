@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.row import Row, machine
+from vistel.arrays import F32
 from vistel.audio.delay_policy import Policy
 from vistel.audio.hrtf import EAR_ANGLE, response
 from vistel.audio.levels import Meter
@@ -19,8 +20,6 @@ from vistel.v1.audio_pb2 import Voice
 from vistel.v1.service_pb2 import ImageDelay
 from vistel_services.audio.hearing import Hearing
 from vistel_sim.talker import babble
-
-F32 = NDArray[np.float32]
 
 TALKERS, SECONDS = 20, 10
 LOSS = 0.10
@@ -79,8 +78,10 @@ def _mixed(
     rng = np.random.default_rng(seed)
     arriving = sorted(
         (START_NS + k * FRAME_NS + FRAME_NS + DELAY_NS + int(rng.integers(JITTER_NS)), name, payload)
-        for name in range(talkers) for k, payload in enumerate(packets) if rng.random() >= loss
-    )  # fmt: skip
+        for name in range(talkers)
+        for k, payload in enumerate(packets)
+        if rng.random() >= loss
+    )
     hearing = Hearing("tokyo", Policy(), frozenset(), spatial)
     listener = Head(np.zeros(3), np.eye(3))
     angles = np.linspace(-2.5, 2.5, talkers)
@@ -131,8 +132,19 @@ def _ears(where: str) -> Iterator[Row]:
         yield Row("audio", case, f"largest difference, {name}", "us", error, None, None, None, "<= 50", error <= 50.0, where)
     for f in (500.0, 2000.0, 4000.0, 8000.0):
         level = 20.0 * np.log10(np.abs(ratio[:, int(np.argmin(np.abs(frequency - f)))]))
-        yield Row("audio", "interaural level, 15 to 165 degrees to the left", f"largest at {f:.0f} Hz", "dB", float(level.max()),
-                  None, None, None, None, None, where)  # fmt: skip
+        yield Row(
+            "audio",
+            "interaural level, 15 to 165 degrees to the left",
+            f"largest at {f:.0f} Hz",
+            "dB",
+            float(level.max()),
+            None,
+            None,
+            None,
+            None,
+            None,
+            where,
+        )
 
 
 def _longest_gap(heard: F32) -> float:

@@ -37,9 +37,15 @@ SLOPE = 4.0 * INVERSE_T * (1.0 - INVERSE_T**2)
 
 
 def _row(
-    case: str, metric: str, unit: str, value: float, beside: str | None = None, beside_value: float | None = None,
-    target: str | None = None, met: bool | None = None,
-) -> Row:  # fmt: skip
+    case: str,
+    metric: str,
+    unit: str,
+    value: float,
+    beside: str | None = None,
+    beside_value: float | None = None,
+    target: str | None = None,
+    met: bool | None = None,
+) -> Row:
     ratio = None if beside_value is None else value / beside_value
     return Row("deform", case, metric, unit, value, beside, beside_value, ratio, target, met, machine())
 
@@ -73,19 +79,23 @@ def _figures(people: list[Figure]) -> Iterator[Row]:
     name = f"Numba {version('numba')} linear blend skinning, {len(mesh.vertices)} vertices"
     blender = peer("blender_peers.py", "skin")
     cases: tuple[tuple[str, Posture, tuple[GhostSource, ...], float | None], ...] = (
-        ("nothing near", Posture(), (), 0.1), ("arms at the sides", standing(), (), None),
+        ("nothing near", Posture(), (), 0.1),
+        ("arms at the sides", standing(), (), None),
         ("hugging", a, (ghost,), 2.0),
-    )  # fmt: skip
+    )
     for case, posture, ghosts, most in cases:
         state = one.pose(posture, ghosts)
         joints, own, matrices = state.joints, state.posed, skin.matrices(state.joints).copy()
-        took = microseconds({
-            "lbs": lambda m=matrices: linear_blend(mesh.vertices, bone, weight, m, out),
-            "skin": lambda j=joints: skin.pose(j, vertices, normals),
-            "ghosts": lambda o=own, g=ghosts: one.deformer.solve(vertices, normals, o.a, o.b, g),
-            "normals": lambda: one.deformer.update_normals(vertices, normals),
-            "whole": lambda p=posture, g=ghosts: one.pose(p, g),
-        }, ROUNDS)  # fmt: skip
+        took = microseconds(
+            {
+                "lbs": lambda m=matrices: linear_blend(mesh.vertices, bone, weight, m, out),
+                "skin": lambda j=joints: skin.pose(j, vertices, normals),
+                "ghosts": lambda o=own, g=ghosts: one.deformer.solve(vertices, normals, o.a, o.b, g),
+                "normals": lambda: one.deformer.update_normals(vertices, normals),
+                "whole": lambda p=posture, g=ghosts: one.pose(p, g),
+            },
+            ROUNDS,
+        )
         for part in ("skin", "ghosts", "normals", "whole"):
             yield _against(f"{case}: {part}", "time", "us", took[part], name, took["lbs"], most if part == "ghosts" else None)
         if blender:
@@ -117,10 +127,14 @@ def _seeing_all() -> Iterator[Row]:
     def deform() -> None:
         figure.deformer.solve(vertices, normals, figure.a, figure.b, ghosts)
 
-    took = microseconds({
-        "lbs": lambda: linear_blend(figure.vertices, bone, weight, matrices, out),
-        "rigid": lambda: np.copyto(vertices, figure.vertices), "deform": deform,
-    }, ROUNDS)  # fmt: skip
+    took = microseconds(
+        {
+            "lbs": lambda: linear_blend(figure.vertices, bone, weight, matrices, out),
+            "rigid": lambda: np.copyto(vertices, figure.vertices),
+            "deform": deform,
+        },
+        ROUNDS,
+    )
     name = f"Numba {version('numba')} linear blend skinning, {count} vertices"
     case = "every vertex sees 23 ghosts: ghosts"
     yield _against(case, "time", "us", took["deform"], name, took["lbs"], 5.5)
@@ -188,8 +202,9 @@ def _soft_bodies() -> Iterator[Row]:
     case = f"a rod on a body of {len(vertices)} vertices"
     yield _row(case, "time", "us", took)
     for engine, title, most in (
-        ("warp_xpbd", "Warp XPBD, 10 iterations", 1.0 / 20.0), ("mujoco_trilinear", "MuJoCo trilinear flex", 1.0 / 50.0),
-    ):  # fmt: skip
+        ("warp_xpbd", "Warp XPBD, 10 iterations", 1.0 / 20.0),
+        ("mujoco_trilinear", "MuJoCo trilinear flex", 1.0 / 50.0),
+    ):
         beside = peer("softbody_peers.py", engine)
         if beside:
             each = 1e3 * beside["ms_per_step_median"] * beside["steps_per_60Hz_frame"]

@@ -24,9 +24,7 @@ def run() -> Iterator[Row]:
     peer = "Singh's VISTEL (whole world, 1995)"
     for site, figures in report["sites"].items():
         rate = figures["frames_per_s_median"]
-        yield Row(
-            "demo", site, "pictures at 640x360", "frames/s", rate, peer, 8.0, rate / 8.0, ">= 12", rate >= 12, where
-        )
+        yield Row("demo", site, "pictures at 640x360", "frames/s", rate, peer, 8.0, rate / 8.0, ">= 12", rate >= 12, where)
         delay = max(figures["image_delay_s_median"].values()) * 1e3
         yield Row("demo", site, "capture to picture, median", "ms", delay, None, None, None, None, None, where)
     for node, process in report["processes"].items():

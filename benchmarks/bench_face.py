@@ -19,10 +19,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.face_scenes import RATE_HZ, hard_face
 from benchmarks.row import Row, machine
+from vistel.arrays import F64, U8
 from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel.vision.eye_reader import EyeReader
 from vistel.vision.face_calibration import calibrate_face
@@ -30,9 +30,6 @@ from vistel.vision.face_reader import FaceReader
 from vistel.vision.gaze_calibration import NINE, calibrate_gaze
 from vistel.vision.pupil import SURE, find_pupil
 from vistel_sim.pictures.eye import HEIGHT, WIDTH, EyePicture
-
-U8 = NDArray[np.uint8]
-F64 = NDArray[np.float64]
 
 FRAMES = 10_000
 SEED = 11
@@ -77,8 +74,19 @@ def _marks(where: str) -> Iterator[Row]:
     rms = _rms(errors)
     yield Row("face", case, "time per frame", "ms", ms, _BLOBS, peer, ms / peer, "<= 4", ms <= 4.0, where)
     yield Row("face", case, "time per frame p95", "ms", float(np.percentile(t.ms, 95)), None, None, None, None, None, where)
-    yield Row("face", case, "centroid error RMS", "px", rms, _BLOBS, _rms(np.concatenate(t.peer_errors)), None, "<= 0.3",
-              rms <= 0.3, where)  # fmt: skip
+    yield Row(
+        "face",
+        case,
+        "centroid error RMS",
+        "px",
+        rms,
+        _BLOBS,
+        _rms(np.concatenate(t.peer_errors)),
+        None,
+        "<= 0.3",
+        rms <= 0.3,
+        where,
+    )
     yield Row("face", case, "centroid error p99", "px", float(np.percentile(errors, 99)), None, None, None, None, None, where)
     yield Row("face", case, "identity swaps", "marks", t.swapped, None, None, None, "= 0", t.swapped == 0, where)
     yield Row("face", case, f"claimed > {WRONG_PX:.0f} px off", "marks", t.wrong, None, None, None, None, None, where)
@@ -174,11 +182,14 @@ def _real_eyes(where: str) -> Iterator[Row]:
     }
     with (Path(__file__).with_name("eye_pupils.csv")).open(encoding="utf-8") as f:
         pupils = {row["picture"]: np.array((float(row["x"]), float(row["y"]))) for row in csv.DictReader(f)}
-    ours, peers, by_box = ({n: f(n) for n in pupils} for f in (
-        lambda n: _hit(n, boxes[n], pupils[n], _pupil),
-        lambda n: _hit(n, boxes[n], pupils[n], _hough),
-        lambda n: _hit(n, boxes[n], boxes[n][:2] + 0.5 * boxes[n][2:], _pupil),
-    ))  # fmt: skip
+    ours, peers, by_box = (
+        {n: f(n) for n in pupils}
+        for f in (
+            lambda n: _hit(n, boxes[n], pupils[n], _pupil),
+            lambda n: _hit(n, boxes[n], pupils[n], _hough),
+            lambda n: _hit(n, boxes[n], boxes[n][:2] + 0.5 * boxes[n][2:], _pupil),
+        )
+    )
     groups = {
         "all": list(pupils),
         "people it was made on": [n for n in pupils if n.startswith(MADE_ON)],
@@ -187,17 +198,30 @@ def _real_eyes(where: str) -> Iterator[Row]:
     for name, members in groups.items():
         found, peer = (100.0 * float(np.mean([hits[n] for n in members])) for hits in (ours, peers))
         target, met = (">= 95", found >= 95.0) if name == "all" else (None, None)
-        yield Row("face", f"real open eyes, {name}: {len(members)}", "pupil found", "%", found, _HOUGH, peer, None, target, met,
-                  where)  # fmt: skip
+        yield Row(
+            "face", f"real open eyes, {name}: {len(members)}", "pupil found", "%", found, _HOUGH, peer, None, target, met, where
+        )
     loose = 100.0 * float(np.mean(list(by_box.values())))
-    yield Row("face", f"real open eyes, all: {len(pupils)}", "near the box's middle", "%", loose, None, None, None, None, None,
-              where)  # fmt: skip
+    yield Row(
+        "face", f"real open eyes, all: {len(pupils)}", "near the box's middle", "%", loose, None, None, None, None, None, where
+    )
     closed = sorted((DATA / "closed").glob("*.jpg"))
     told = 100.0 * float(np.mean([_pupil(_grey(p)) is None for p in closed]))
     yield Row("face", f"real closed eyes: {len(closed)}", "told closed", "%", told, None, None, None, ">= 95", told >= 95.0, where)
     ms = [_timed(_grey(DATA / "open" / n)) for n in pupils]
-    yield Row("face", f"real open eyes, all: {len(pupils)}", "search of a whole picture", "ms", float(np.median(ms)), None, None,
-              None, None, None, where)  # fmt: skip
+    yield Row(
+        "face",
+        f"real open eyes, all: {len(pupils)}",
+        "search of a whole picture",
+        "ms",
+        float(np.median(ms)),
+        None,
+        None,
+        None,
+        None,
+        None,
+        where,
+    )
 
 
 def _hit(name: str, box: F64, true: F64, find: Callable[[U8], F64 | None]) -> bool:

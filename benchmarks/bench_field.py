@@ -21,13 +21,12 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
-from numpy.typing import NDArray
 
 import vistel.implicit as vi
 from benchmarks.row import Row, machine
+from vistel.arrays import F32
 from vistel.implicit.jit.pointers import pointer
 
-F32 = NDArray[np.float32]
 SIDE, HALF, POINTS = 128, 0.75, 1_000_000
 NUMPY = f"NumPy {np.__version__}"
 SPHERE_FLOPS = 14
@@ -44,10 +43,7 @@ def scene(name: str) -> list[vi.Primitive]:
     ring = np.sqrt(1 - z * z)
     shell = np.stack([ring * np.cos(around), z, ring * np.sin(around)], axis=1) * rng.uniform(0.92, 1.08, (count, 1))
     if name == "s106":
-        return [
-            vi.Sphere(tuple(c), r)
-            for c, r in zip(shell * (0.36, 0.42, 0.38), rng.uniform(0.115, 0.155, count), strict=True)
-        ]
+        return [vi.Sphere(tuple(c), r) for c, r in zip(shell * (0.36, 0.42, 0.38), rng.uniform(0.115, 0.155, count), strict=True)]
     shell *= (0.34, 0.40, 0.36)
     spheres = [vi.Sphere(tuple(c), r) for c, r in zip(shell[:13], rng.uniform(0.135, 0.165, 13), strict=True)]
     along = np.cross(shell[13:], rng.normal(size=(30, 3)))
@@ -106,8 +102,17 @@ def run() -> Iterator[Row]:
     """Every figure of this benchmark."""
     here = machine()
 
-    def row(case: str, metric: str, unit: str, value: float, peer: str | None = None, peer_value: float | None = None,
-            ratio: float | None = None, target: str | None = None, met: bool | None = None) -> Row:  # fmt: skip
+    def row(
+        case: str,
+        metric: str,
+        unit: str,
+        value: float,
+        peer: str | None = None,
+        peer_value: float | None = None,
+        ratio: float | None = None,
+        target: str | None = None,
+        met: bool | None = None,
+    ) -> Row:
         return Row("field", case, metric, unit, value, peer, peer_value, ratio, target, met, here)
 
     axis = np.linspace(-HALF, HALF, SIDE).astype(np.float32)
@@ -122,32 +127,14 @@ def run() -> Iterator[Row]:
         if worst > 1e-5:
             raise RuntimeError(f"bench field: {name} differs from NumPy by {worst:.2g}")
         a, b = alternating(41, lambda: program.lattice(axis, axis, axis, threads=1), lambda: boxed(primitives, axis))  # noqa: B023
-        yield row(
-            f"{name} lattice {SIDE}^3",
-            "time",
-            "ms",
-            1e3 * a,
-            f"{NUMPY}, boxed",
-            1e3 * b,
-            b / a,
-            "ratio >= 6",
-            b / a >= 6,
-        )
+        yield row(f"{name} lattice {SIDE}^3", "time", "ms", 1e3 * a, f"{NUMPY}, boxed", 1e3 * b, b / a, "ratio >= 6", b / a >= 6)
         out = np.zeros((1, SIDE, SIDE, SIDE), np.float32)
         a, _ = alternating(41, lambda: program.lattice(axis, axis, axis, threads=1, out=out), lambda: None)  # noqa: B023
         yield row(f"{name} lattice {SIDE}^3, output reused", "time", "ms", 1e3 * a)
         program.field(points[:10])
         a, b = alternating(5, lambda: program.field(points, threads=1), lambda: dense(primitives, points32))  # noqa: B023
         yield row(
-            f"{name} 1e6 scattered points",
-            "time",
-            "ms",
-            1e3 * a,
-            f"{NUMPY}, dense",
-            1e3 * b,
-            b / a,
-            "ratio >= 20",
-            b / a >= 20,
+            f"{name} 1e6 scattered points", "time", "ms", 1e3 * a, f"{NUMPY}, dense", 1e3 * b, b / a, "ratio >= 20", b / a >= 20
         )
 
         def both(program: vi.FieldProgram = coloured) -> None:
@@ -168,9 +155,7 @@ def run() -> Iterator[Row]:
             lambda: coloured.lattice(axis, axis, axis, gradient=True, attributes=True, threads=1),  # noqa: B023
             lambda: program.lattice(axis, axis, axis, threads=1),  # noqa: B023
         )
-        yield row(
-            f"{name} lattice, field + gradient + colour (8 arrays for 1)", "cost over the field alone", "x", a / b
-        )
+        yield row(f"{name} lattice, field + gradient + colour (8 arrays for 1)", "cost over the field alone", "x", a / b)
     yield from _throughput(row)
     yield from _start(row)
 
@@ -187,8 +172,14 @@ def _throughput(row: Callable[..., Row]) -> Iterator[Row]:
         program.field(points[:10])
         (took,) = alternating(9, lambda: program.field(points, threads=1))  # noqa: B023
         rate = len(points) * len(primitives) / took
-        yield row(f"{name}, all in reach", "evaluations", "G/s", rate / 1e9, target=">= 1.3" if name == "spheres" else None,
-                  met=rate >= 1.3e9 if name == "spheres" else None)  # fmt: skip
+        yield row(
+            f"{name}, all in reach",
+            "evaluations",
+            "G/s",
+            rate / 1e9,
+            target=">= 1.3" if name == "spheres" else None,
+            met=rate >= 1.3e9 if name == "spheres" else None,
+        )
         yield row(f"{name}, all in reach", "share of the FMA peak", "1", rate * flops / peak)
 
 

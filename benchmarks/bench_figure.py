@@ -65,10 +65,18 @@ def _layers(avatar: Avatar) -> Iterator[Row]:
     each = {k: v / len(postures) for k, v in took.items()}
     ratio = each["layered"] / each["bare"]
     yield Row(
-        "figure", f"posed figure with muscles and bones, {len(postures)} postures", "time", "us", round(each["layered"], 1),
-        "the same figure without them", round(each["bare"], 1), round(ratio, 3), f"ratio <= {_LAYERS}", ratio <= _LAYERS,
+        "figure",
+        f"posed figure with muscles and bones, {len(postures)} postures",
+        "time",
+        "us",
+        round(each["layered"], 1),
+        "the same figure without them",
+        round(each["bare"], 1),
+        round(ratio, 3),
+        f"ratio <= {_LAYERS}",
+        ratio <= _LAYERS,
         machine(),
-    )  # fmt: skip
+    )
 
 
 def _times(avatar: Avatar) -> Iterator[Row]:
@@ -79,15 +87,27 @@ def _times(avatar: Avatar) -> Iterator[Row]:
     name = f"Numba {version('numba')} linear blend skinning, {len(mesh.vertices)} vertices"
     for case, posture in (("joints straight", Posture()), ("elbows and fingers bent", _bent())):
         matrices = figure.skin.matrices(pose_joints(avatar.skeleton, posture)).copy()
-        took = microseconds({
-            "lbs": lambda m=matrices: linear_blend(mesh.vertices, follows.bone, follows.weight, m, out),
-            "ours": lambda p=posture: figure.pose(p),
-        }, _ROUNDS)  # fmt: skip
+        took = microseconds(
+            {
+                "lbs": lambda m=matrices: linear_blend(mesh.vertices, follows.bone, follows.weight, m, out),
+                "ours": lambda p=posture: figure.pose(p),
+            },
+            _ROUNDS,
+        )
         ratio = took["ours"] / took["lbs"]
         yield Row(
-            "figure", f"posed figure, no contact, {case}", "time", "us", round(took["ours"], 1), name, round(took["lbs"], 1),
-            round(ratio, 3), f"ratio <= {_SLOWER}", ratio <= _SLOWER, machine(),
-        )  # fmt: skip
+            "figure",
+            f"posed figure, no contact, {case}",
+            "time",
+            "us",
+            round(took["ours"], 1),
+            name,
+            round(took["lbs"], 1),
+            round(ratio, 3),
+            f"ratio <= {_SLOWER}",
+            ratio <= _SLOWER,
+            machine(),
+        )
     postures = recorded_postures(_POSTURES) or [_bent()]
 
     def frames() -> None:
@@ -119,12 +139,21 @@ def _sweeps(case: str, avatar: Avatar, postures: list[Posture]) -> Iterator[Row]
             ("self-intersecting triangles, mean", ours.crossing.mean(), other.crossing.mean(), _CROSSING),
             ("self-intersecting triangles, median", np.median(ours.crossing), np.median(other.crossing), None),
             ("self-intersecting triangles, largest", ours.crossing.max(), other.crossing.max(), None),
-        ):  # fmt: skip
+        ):
             value, beside = 100.0 * float(mine), 100.0 * float(theirs)
             yield Row(
-                "figure", case, metric, "%", round(value, 3), peer, round(beside, 3), round(value / max(beside, 1e-9), 3),
-                None if target is None else f"value <= {target}", None if target is None else value <= target, machine(),
-            )  # fmt: skip
+                "figure",
+                case,
+                metric,
+                "%",
+                round(value, 3),
+                peer,
+                round(beside, 3),
+                round(value / max(beside, 1e-9), 3),
+                None if target is None else f"value <= {target}",
+                None if target is None else value <= target,
+                machine(),
+            )
 
 
 def _fits(case: str, source: Source) -> Iterator[Row]:
@@ -150,10 +179,17 @@ def _sources() -> Iterator[tuple[str, Source]]:
     yield (
         f"built-in person, {len(mesh.vertices)} vertices, no rig",
         Source(
-            "body", mesh.vertices.astype(np.float64), mesh.triangles, np.zeros((0, 2)), np.full(mesh.triangles.shape, -1, np.int32),
-            none, ("",), none, (Material(""),),
+            "body",
+            mesh.vertices.astype(np.float64),
+            mesh.triangles,
+            np.zeros((0, 2)),
+            np.full(mesh.triangles.shape, -1, np.int32),
+            none,
+            ("",),
+            none,
+            (Material(""),),
         ),
-    )  # fmt: skip
+    )
 
 
 def _makehuman(*targets: str) -> Source:

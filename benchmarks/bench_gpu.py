@@ -38,9 +38,7 @@ def run() -> Iterator[Row]:
     one, two = hugging()
     ghosts = [figure.ghosts(figure.pose(two).posed)]
     vertices = len(figure.avatar.mesh.vertices)
-    cases: tuple[tuple[str, Posture, Sequence[GhostSource]], ...] = (
-        ("nothing near", Posture(), ()), ("hugging", one, ghosts),
-    )  # fmt: skip
+    cases: tuple[tuple[str, Posture, Sequence[GhostSource]], ...] = (("nothing near", Posture(), ()), ("hugging", one, ghosts))
     for figures in (1, 4) if software else (1, 100, AIM):
         skins = [GpuSkin(engine, shape) for _ in range(figures)]
         for name, posture, acting in cases:
@@ -59,23 +57,42 @@ def run() -> Iterator[Row]:
                 surface.ctx.finish()
 
             parts = {
-                "frame": frame, "passes": passes,
+                "frame": frame,
+                "passes": passes,
                 "plans on the CPU": lambda p=posture, a=acting: planner.plan(p, a),
                 "cpu": lambda p=posture, a=acting: figure.pose(p, a),
-            }  # fmt: skip
+            }
             took = _milliseconds(parts)
             took["plans on the CPU"] *= figures
             beside = figures * took["cpu"]
             for part in ("plans on the CPU", "passes", "frame"):
                 yield Row(
-                    "gpu", case, part, "ms", took[part], "VISTEL's CPU engine, one thread", beside, took[part] / beside,
-                    None, None, where,
-                )  # fmt: skip
+                    "gpu",
+                    case,
+                    part,
+                    "ms",
+                    took[part],
+                    "VISTEL's CPU engine, one thread",
+                    beside,
+                    took[part] / beside,
+                    None,
+                    None,
+                    where,
+                )
             held = figures * FRAME_MS / took["frame"]
             yield Row(
-                "gpu", case, "figures per 1/60 s", "1", held, None, None, None, f">= {AIM}",
-                None if software else held >= AIM, where,
-            )  # fmt: skip
+                "gpu",
+                case,
+                "figures per 1/60 s",
+                "1",
+                held,
+                None,
+                None,
+                None,
+                f">= {AIM}",
+                None if software else held >= AIM,
+                where,
+            )
         for skin in skins:
             skin.release()
     surface.close()

@@ -10,19 +10,17 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import grasp_held_out as held_out
 from benchmarks import grasp_shapes as shapes
 from benchmarks import grasp_trials as trials
 from benchmarks.grasp_depth import deepest
 from benchmarks.row import Row, machine
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.hands.fitting import fit, hand_of
 from vistel.space.room import meeting_room
 from vistel.space.things.solids import solids
-
-F64 = NDArray[np.float64]
 
 SHAPES = 30
 """Things of each kind."""

@@ -12,10 +12,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.row import Row, machine
 from benchmarks.world_steps import Load, Scene
+from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
@@ -27,7 +27,6 @@ from vistel.wire.world.room_now import RoomNow, WorldDecoder
 from vistel_services.world.service import warm_up
 from vistel_services.world.tell import Teller
 
-F64 = NDArray[np.float64]
 ABOVE = np.array([0.0, 0.3, 0.0])
 SETTLE, STEPS = 60, 300
 SCENES = ((3, 50, 5), (20, 500, 100), (40, 500, 100), (20, 1000, 100), (20, 500, 200), (20, 500, 400))
@@ -71,8 +70,9 @@ def run() -> Iterator[Row]:
         case = f"{people} people, {things} things, {moving} of them moving in different places"
         kbit = told.site.bits / told.seconds / 1000
         most = KBIT if things == 50 else MOST_KBIT
-        yield Row("interest", case, "to a site with one person", "kbit/s", kbit, None, None, None, f"<= {most:g}", kbit <= most,
-                  where)  # fmt: skip
+        yield Row(
+            "interest", case, "to a site with one person", "kbit/s", kbit, None, None, None, f"<= {most:g}", kbit <= most, where
+        )
         yield _row(case, "most in one second", "kbit/s", told.site.most / 1000, where)
         yield _row(case, "to who has nobody there", "kbit/s", told.anybody.bits / told.seconds / 1000, where)
         yield _row(case, "from the world, all details", "kbit/s", told.all_details / told.seconds / 1000, where)

@@ -14,17 +14,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import zstandard
-from numpy.typing import NDArray
 
 from benchmarks.motion_streams import DATA, HALVES, RATE_HZ, posture_of, seated, streams
 from benchmarks.row import Row, machine
+from vistel.arrays import F64
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.motion import LOSSES, MotionDecoder, MotionEncoder, MotionSample, warm_up
 from vistel.wire.motion_codec.layout import COUNTS, GRAINS_TENTHS, NUMBERS, PLACES, USUAL_GRAIN
-
-F64 = NDArray[np.float64]
 
 PARTS = ("body", "hands", "stance", "gaze", "face", "lids")
 SENT = sum(COUNTS[part] for part in PARTS)
@@ -79,11 +77,17 @@ def samples(rows: F64) -> list[MotionSample]:
     """Of a stream, without the joints beyond the 25 degrees of freedom."""
     return [
         MotionSample(
-            i + 1, START_NS + i * FRAME_NS, row[PLACES["body"]], row[PLACES["hands"]].reshape(2, 20),
-            row[PLACES["stance"]], row[PLACES["gaze"]], row[PLACES["face"]], lids=row[PLACES["lids"]],
+            i + 1,
+            START_NS + i * FRAME_NS,
+            row[PLACES["body"]],
+            row[PLACES["hands"]].reshape(2, 20),
+            row[PLACES["stance"]],
+            row[PLACES["gaze"]],
+            row[PLACES["face"]],
+            lids=row[PLACES["lids"]],
         )
         for i, row in enumerate(rows)
-    ]  # fmt: skip
+    ]
 
 
 def send(rows: F64, encoder: MotionEncoder | None = None) -> Sent:
@@ -142,14 +146,27 @@ def _stream(name: str, rows: F64, kind: str | None, where: str) -> Iterator[Row]
         payload = send(rows, MotionEncoder(losses=losses)).payload
         yield Row("motion", name, f"payload, for {losses} losses", "kbit/s", payload, None, None, None, None, None, where)
     for metric, unit, value, most in (
-        ("joint error p99", "deg", degrees, MOST_DEG), ("joint position error p99", "mm", millimetres, MOST_MM),
-    ):  # fmt: skip
+        ("joint error p99", "deg", degrees, MOST_DEG),
+        ("joint position error p99", "mm", millimetres, MOST_MM),
+    ):
         yield Row("motion", name, metric, unit, value, None, None, None, f"<= {most:g}", value <= most, where)
-    marks = 1e3 * max(float(np.abs(row[PLACES["face"]] - s.face).max()) for row, s in zip(rows, sent.back, strict=True)
-                      if s.face is not None)  # fmt: skip
+    marks = 1e3 * max(
+        float(np.abs(row[PLACES["face"]] - s.face).max()) for row, s in zip(rows, sent.back, strict=True) if s.face is not None
+    )
     yield Row("motion", name, "mark error max", "mm", marks, None, None, None, "<= 1", marks <= 1.0, where)
-    yield Row("motion", name, "movement from frame to frame", "mm", found.sent_mm, "as given", found.given_mm,
-              found.sent_mm / found.given_mm, None, None, where)  # fmt: skip
+    yield Row(
+        "motion",
+        name,
+        "movement from frame to frame",
+        "mm",
+        found.sent_mm,
+        "as given",
+        found.given_mm,
+        found.sent_mm / found.given_mm,
+        None,
+        None,
+        where,
+    )
     value = 1e6 * float(np.median(sent.seconds))
     yield Row("motion", name, "encode and decode", "us", value, None, None, None, f"<= {MOST_US:g}", value <= MOST_US, where)
     for every, of in ((1, "every"), (6, "one in six")):
@@ -180,8 +197,9 @@ def _curve(held_out: Sequence[F64], where: str) -> Iterator[Row]:
         payload = float(np.mean([s.payload for s in sent]))
         yield Row("motion", case, "payload", "kbit/s", payload, None, None, None, None, None, where)
         for metric, unit, each in (
-            ("joint error p99", "deg", [f.turned for f in found]), ("joint position error p99", "mm", [f.off for f in found]),
-        ):  # fmt: skip
+            ("joint error p99", "deg", [f.turned for f in found]),
+            ("joint position error p99", "mm", [f.off for f in found]),
+        ):
             value = float(np.percentile(np.concatenate(each), 99))
             yield Row("motion", case, metric, unit, value, None, None, None, None, None, where)
 
@@ -201,8 +219,19 @@ def _losses(held_out: Sequence[F64], where: str) -> Iterator[Row]:
                     since = 0 if read else since + 1
                     longest = max(longest, since)
             case = f"{loss:.0%} lost, for {losses} losses"
-            yield Row("motion", case, "arrived frames that decode", "%", 100 * float(np.mean(readable)), None, None, None, None,
-                      None, where)  # fmt: skip
+            yield Row(
+                "motion",
+                case,
+                "arrived frames that decode",
+                "%",
+                100 * float(np.mean(readable)),
+                None,
+                None,
+                None,
+                None,
+                None,
+                where,
+            )
             yield Row("motion", case, "longest gap", "ms", longest * 1e3 / RATE_HZ, None, None, None, None, None, where)
 
 

@@ -62,9 +62,18 @@ def bus_rows() -> Iterator[Row]:
         yield Row("pipeline", case, f"messages {what}", "messages", n, None, None, None, "0", n == 0, where)
     a, b = statistics.median(result["ours_per_s"]), statistics.median(result["raw_per_s"])
     yield Row(
-        "pipeline", "one publisher as fast as it can, every message kept", "throughput", "messages/s",
-        a, peer, b, a / b, "ratio >= 0.5", a / b >= 0.5, where,
-    )  # fmt: skip
+        "pipeline",
+        "one publisher as fast as it can, every message kept",
+        "throughput",
+        "messages/s",
+        a,
+        peer,
+        b,
+        a / b,
+        "ratio >= 0.5",
+        a / b >= 0.5,
+        where,
+    )
 
 
 def _measure(endpoint: str) -> dict[str, Any]:
@@ -73,11 +82,13 @@ def _measure(endpoint: str) -> dict[str, Any]:
             stack.enter_context(
                 subprocess.Popen(
                     [sys.executable, "-m", "benchmarks.bench_pipeline", role, endpoint],
-                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    text=True,
                 )
             )
             for role in ("read", "write")
-        )  # fmt: skip
+        )
         for child in (reader, writer):
             _line(child)
         # Alternate, so that whatever else the machine does falls on both.
@@ -124,10 +135,7 @@ async def _write(endpoint: str) -> None:
     bus = await ZenohBus.open(conference="bench", site="a", clock=SystemClock(), endpoints=[endpoint])
     ours = [bus.publish(MOTION, participant=f"p{n}") for n in range(STREAMS)]
     session = zenoh.open(zenoh.Config.from_json5(as_text(client_config([endpoint]))))
-    raw = [
-        session.declare_publisher(f"raw/p{n}", congestion_control=zenoh.CongestionControl.DROP)
-        for n in range(STREAMS)
-    ]
+    raw = [session.declare_publisher(f"raw/p{n}", congestion_control=zenoh.CongestionControl.DROP) for n in range(STREAMS)]
     size = len(_motion(0).SerializeToString()) + 4
     loop = asyncio.get_running_loop()
     seq = 0

@@ -34,9 +34,15 @@ PEERS = {"flying_edges": 0.6, "scikit_image": 0.2, "blender": 0.15}
 
 
 def _row(
-    case: str, metric: str, unit: str, value: float, beside: str | None = None, beside_value: float | None = None,
-    target: str | None = None, met: bool | None = None,
-) -> Row:  # fmt: skip
+    case: str,
+    metric: str,
+    unit: str,
+    value: float,
+    beside: str | None = None,
+    beside_value: float | None = None,
+    target: str | None = None,
+    met: bool | None = None,
+) -> Row:
     ratio = None if beside_value is None else value / beside_value
     return Row("polygonise", case, metric, unit, value, beside, beside_value, ratio, target, met, machine())
 
@@ -119,10 +125,19 @@ def _against_peers() -> Iterator[Row]:
 def _peer(scene: str, which: str) -> dict[str, Any] | None:
     """What a peer's pipeline took, None where it or its packages are absent."""
     done = subprocess.run(
-        [os.environ.get("VISTEL_PEER_PYTHON", sys.executable), str(Path(__file__).with_name("polygonise_peers.py")),
-         str(_folder()), scene, str(SIDE), which],
-        capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
+        [
+            os.environ.get("VISTEL_PEER_PYTHON", sys.executable),
+            str(Path(__file__).with_name("polygonise_peers.py")),
+            str(_folder()),
+            scene,
+            str(SIDE),
+            which,
+        ],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
     return json.loads(lines[-1]) if lines else None  # some fall over when they end, after the result
 
@@ -163,8 +178,9 @@ def _tolerances() -> Iterator[Row]:
         case = f"106 balls within {1e3 * tolerance:g} mm, {len(mesh.triangles)} triangles"
         yield _row(case, "time", "ms", _took(lambda t=tolerance: polygonise(program, tolerance=t), 3))
         worst = float(off.max())
-        yield _row(case, "farthest middle of a triangle", "mm", 1e3 * worst, target=f"<= {1e3 * tolerance:g}",
-                   met=worst <= tolerance)  # fmt: skip
+        yield _row(
+            case, "farthest middle of a triangle", "mm", 1e3 * worst, target=f"<= {1e3 * tolerance:g}", met=worst <= tolerance
+        )
 
 
 def table_3() -> dict[str, tuple[vi.Shape, int]]:
@@ -172,9 +188,7 @@ def table_3() -> dict[str, tuple[vi.Shape, int]]:
     cuboid = vi.Pointblob.of_surface(vi.box((0.55, 0.3, 0.3)), (0, 0, 0))
     ball = vi.Pointblob.of_surface(vi.sphere_mesh(0.42, 10, 20), (0, 0, 0))
     skull = vi.Pointblob.of_surface(vi.sphere_mesh(0.5, 36, 60), (0, 0, 0))
-    ears = [
-        vi.Pointblob.of_surface(vi.sphere_mesh(0.22, 9, 18), (0, 0, 0)).moved((s * 0.62, 0.52, 0)) for s in (-1, 1)
-    ]
+    ears = [vi.Pointblob.of_surface(vi.sphere_mesh(0.22, 9, 18), (0, 0, 0)).moved((s * 0.62, 0.52, 0)) for s in (-1, 1)]
     upper = vi.PointSetblob(_limb(0.9, 0.16, 0.13, 23, 23), [(0.2, 0, 0), (0.45, 0, 0), (0.7, 0, 0)])
     lower = vi.PointSetblob(_limb(0.8, 0.13, 0.09, 23, 23), [(0.2, 0, 0), (0.4, 0, 0), (0.6, 0, 0)])
     elbow = vi.Sphere((0.93, 0, 0), 0.2)

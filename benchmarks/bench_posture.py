@@ -17,9 +17,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.row import Row, machine
+from vistel.arrays import F64
 from vistel.figure.calibration.arms import START, ArmSamples, fit_comfort
 from vistel.figure.posture.posture import Stance, pose_joints
 from vistel.figure.posture.sensors import receiver_mounts
@@ -33,8 +33,6 @@ from vistel_sim.motion.bvh import load_bvh
 from vistel_sim.motion.recording import INDEX, SIDES, Recording, beginning
 from vistel_sim.motion.six_dof import load_hand_over
 
-F64 = NDArray[np.float64]
-
 DATA = Path(__file__).resolve().parents[1].parent / "shared" / "data" / "body"
 RECORDS_HZ = 120.0
 NOISE_M, NOISE_RAD = 0.0008, math.radians(0.15)
@@ -47,9 +45,13 @@ LOWEST = Comfort(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 PEER = "elbow at its lowest (energy of height only)"
 
 JOINTS = {
-    "elbow": ("left_lower_arm", "right_lower_arm"), "shoulder": ("left_upper_arm", "right_upper_arm"),
-    "wrist": ("left_hand", "right_hand"), "spine": ("left_shoulder",), "hips": ("hips",), "head": ("head",),
-}  # fmt: skip
+    "elbow": ("left_lower_arm", "right_lower_arm"),
+    "shoulder": ("left_upper_arm", "right_upper_arm"),
+    "wrist": ("left_hand", "right_hand"),
+    "spine": ("left_shoulder",),
+    "hips": ("hips",),
+    "head": ("head",),
+}
 TARGETS = {("elbow", "median"): 25.0, ("elbow", "p95"): 60.0, ("wrist", "median"): 5.0, ("head", "median"): 5.0}
 MOST_JUMP_DEG = 5.0
 
@@ -102,10 +104,17 @@ def arm_samples(recording: Recording, side: str, until_s: float) -> ArmSamples:
     hand = np.einsum("nji,njk->nik", chest, recording.joint(f"{side}_hand")[1][at])
     arm = f"{side}_upper_arm", f"{side}_lower_arm", f"{side}_hand"
     return ArmSamples(
-        seen(recording.joint(arm[2])[0]), seen(recording.joint(arm[1])[0]), np.ascontiguousarray(hand),
-        np.ascontiguousarray(chest[:, 1]), skeleton.offsets[JOINT_INDEX[arm[0]]], skeleton.length(arm[0], arm[1]),
-        skeleton.length(arm[1], arm[2]), 1.0 if side == "left" else -1.0, LEARN_S, skeleton.collar_shortening,
-    )  # fmt: skip
+        seen(recording.joint(arm[2])[0]),
+        seen(recording.joint(arm[1])[0]),
+        np.ascontiguousarray(hand),
+        np.ascontiguousarray(chest[:, 1]),
+        skeleton.offsets[JOINT_INDEX[arm[0]]],
+        skeleton.length(arm[0], arm[1]),
+        skeleton.length(arm[1], arm[2]),
+        1.0 if side == "left" else -1.0,
+        LEARN_S,
+        skeleton.collar_shortening,
+    )
 
 
 def _measured(recording: Recording) -> Skeleton:
@@ -129,9 +138,16 @@ def measure(
     """
     skeleton = skeleton or _measured(recording)
     person = Person(
-        name="who", display_name="", avatar="", height_m=1.7, seat=Stance(), tracker="t", stations=STATIONS,
-        transmitter=(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), gloves={},
-    )  # fmt: skip
+        name="who",
+        display_name="",
+        avatar="",
+        height_m=1.7,
+        seat=Stance(),
+        tracker="t",
+        stations=STATIONS,
+        transmitter=(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])),
+        gloves={},
+    )
     capture = Capture(person, skeleton, comfort)
     rng = np.random.default_rng(seed)
     errors: dict[str, list[float]] = {name: [] for names in JOINTS.values() for name in names}
@@ -215,20 +231,40 @@ def _pool(outcomes: Sequence[Outcome]) -> Outcome:
 def _rows(case: str, ours: Outcome, peer: Outcome, where: str) -> Iterator[Row]:
     for part, names in JOINTS.items():
         for metric, share in (("median", 50), ("p95", 95)):
-            value, other = (
-                float(np.percentile(np.concatenate([o.errors[n] for n in names]), share)) * 1e3 for o in (ours, peer)
-            )
+            value, other = (float(np.percentile(np.concatenate([o.errors[n] for n in names]), share)) * 1e3 for o in (ours, peer))
             target = TARGETS.get((part, metric))
-            yield Row("posture", case, f"{part} error, {metric}", "mm", value, PEER, other, value / other,
-                      None if target is None else f"<= {target:g} mm", None if target is None else value <= target,
-                      where)  # fmt: skip
+            yield Row(
+                "posture",
+                case,
+                f"{part} error, {metric}",
+                "mm",
+                value,
+                PEER,
+                other,
+                value / other,
+                None if target is None else f"<= {target:g} mm",
+                None if target is None else value <= target,
+                where,
+            )
     share, other = (100.0 * float((o.jumps > math.radians(MOST_JUMP_DEG)).mean()) for o in (ours, peer))
-    yield Row("posture", case, f"frames with an arm jump over {MOST_JUMP_DEG:g} deg", "%", share, PEER, other, None, None,
-              None, where)  # fmt: skip
+    yield Row(
+        "posture", case, f"frames with an arm jump over {MOST_JUMP_DEG:g} deg", "%", share, PEER, other, None, None, None, where
+    )
     jump, other = (math.degrees(float(o.jumps.max())) for o in (ours, peer))
-    yield Row("posture", case, "largest arm jump not in the truth", "deg", jump, PEER, other, jump / other,
-              f"<= {MOST_JUMP_DEG:g} deg", jump <= MOST_JUMP_DEG, where)  # fmt: skip
+    yield Row(
+        "posture",
+        case,
+        "largest arm jump not in the truth",
+        "deg",
+        jump,
+        PEER,
+        other,
+        jump / other,
+        f"<= {MOST_JUMP_DEG:g} deg",
+        jump <= MOST_JUMP_DEG,
+        where,
+    )
     value, other = (float(np.median(o.solve)) * 1e3 for o in (ours, peer))
-    yield Row("posture", case, "filter and solve, median", "ms", value, PEER, other, value / other,
-              "<= 0.5 ms", value <= 0.5, where)  # fmt: skip
-
+    yield Row(
+        "posture", case, "filter and solve, median", "ms", value, PEER, other, value / other, "<= 0.5 ms", value <= 0.5, where
+    )

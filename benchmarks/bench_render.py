@@ -65,10 +65,18 @@ def run() -> Iterator[Row]:
         together = _together(Path(folder))
         slowest = min(r["fps"] for r in together)
         yield Row(
-            "render", f"{SITES} sites at once, {case}", "frames/s of the slowest site", "frames/s", slowest,
-            "Singh 1995, the whole world", SINGH_FPS, slowest / SINGH_FPS, f">= {TARGET_FPS:.0f}",
-            slowest >= TARGET_FPS, where,
-        )  # fmt: skip
+            "render",
+            f"{SITES} sites at once, {case}",
+            "frames/s of the slowest site",
+            "frames/s",
+            slowest,
+            "Singh 1995, the whole world",
+            SINGH_FPS,
+            slowest / SINGH_FPS,
+            f">= {TARGET_FPS:.0f}",
+            slowest >= TARGET_FPS,
+            where,
+        )
     yield from _large(where)
     yield from _beside(where)
     yield from _end_to_end(where)
@@ -90,9 +98,18 @@ def _large(where: str) -> Iterator[Row]:
         ms, after = _picture_ms(view, people), _picture_ms(one, 3)
         beside, before = 0.5 * (before + after), after
         yield Row(
-            "render", case, what, "ms", ms, "3 figures, one eye, fast light", beside, ms / beside,
-            None if most is None else f"<= {most} x", None if most is None else ms / beside <= most, where,
-        )  # fmt: skip
+            "render",
+            case,
+            what,
+            "ms",
+            ms,
+            "3 figures, one eye, fast light",
+            beside,
+            ms / beside,
+            None if most is None else f"<= {most} x",
+            None if most is None else ms / beside <= most,
+            where,
+        )
 
 
 def _beside(where: str) -> Iterator[Row]:
@@ -105,8 +122,11 @@ def _beside(where: str) -> Iterator[Row]:
         scene = Path(folder) / "scene.npz"
         triangles = _scene(scene, plain)
         for which, view, most in (
-            ("pyrender", plain, 0.12), ("pyrender", smooth, 0.6), ("three", plain, 0.25), ("filament", plain, 0.25)
-        ):  # fmt: skip
+            ("pyrender", plain, 0.12),
+            ("pyrender", smooth, 0.6),
+            ("three", plain, 0.25),
+            ("filament", plain, 0.25),
+        ):
             before = _picture_ms(view, 3)
             found = _peer(which, scene, Path(folder) / f"{which}.png")
             if found is None:
@@ -122,10 +142,19 @@ def _beside(where: str) -> Iterator[Row]:
 def _peer(which: str, scene: Path, picture: Path) -> dict[str, Any] | None:
     """What another renderer found, or None where it is not there."""
     done = subprocess.run(
-        [os.environ["VISTEL_PEER_PYTHON"], str(Path(__file__).with_name("render_peers.py")), str(scene), *map(str, LARGE), which,
-         str(picture)],
-        capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
+        [
+            os.environ["VISTEL_PEER_PYTHON"],
+            str(Path(__file__).with_name("render_peers.py")),
+            str(scene),
+            *map(str, LARGE),
+            which,
+            str(picture),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
     return json.loads(lines[-1]) if done.returncode == 0 and lines else None
 
@@ -199,10 +228,12 @@ def _together(folder: Path) -> list[dict[str, Any]]:
     children = [
         subprocess.Popen(
             [sys.executable, "-m", "benchmarks.bench_render", str(folder / f"site-{k}.mp4")],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
         )
         for k in range(SITES)
-    ]  # fmt: skip
+    ]
     for child in children:
         assert child.stdout is not None
         child.stdout.readline()

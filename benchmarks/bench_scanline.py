@@ -40,8 +40,9 @@ def run() -> Iterator[Row]:
         cast(scene, "numeric")
         a, b = alternating(REPEATS, lambda: Scanline(scene).draw(), lambda: cast(scene))  # noqa: B023
         _, c = alternating(3, lambda: None, lambda: cast(scene, "numeric"))  # noqa: B023
-        yield Row("scanline", name, "picture", "ms", 1e3 * a, "own ray caster", 1e3 * b, b / a, f"ratio >= {GAIN}", b / a >= GAIN,
-                  here)  # fmt: skip
+        yield Row(
+            "scanline", name, "picture", "ms", 1e3 * a, "own ray caster", 1e3 * b, b / a, f"ratio >= {GAIN}", b / a >= GAIN, here
+        )
         yield Row("scanline", name, "picture", "ms", 1e3 * a, "own ray caster, ray by ray", 1e3 * c, c / a, None, None, here)
         seen = int((theirs.thing == 1).sum())
         equal = 1 - float((ours.thing != theirs.thing).sum()) / seen
@@ -49,8 +50,19 @@ def run() -> Iterator[Row]:
         both = (ours.thing == 1) & (theirs.thing == 1)
         apart = np.abs(encoded(ours.light).astype(int) - encoded(theirs.light).astype(int)).max(axis=2)[both]
         worst = float(np.quantile(apart, 0.999))
-        yield Row("scanline", name, "difference of shades, 99.9 % of pixels", "1/255", worst, "own ray caster", None, None,
-                  "<= 2", worst <= 2, here)  # fmt: skip
+        yield Row(
+            "scanline",
+            name,
+            "difference of shades, 99.9 % of pixels",
+            "1/255",
+            worst,
+            "own ray caster",
+            None,
+            None,
+            "<= 2",
+            worst <= 2,
+            here,
+        )
     yield from _edits(here)
 
 

@@ -68,10 +68,32 @@ def against_povray() -> Iterator[Row]:
                 mine, other = median(ours), median(theirs)
                 case = f"{name}, {size} x {size}, shadows {'on' if shadows else 'off'}"
                 ratio = mine / other
-                yield Row("trace", case, "processor time of a picture", "ms", 1e3 * mine, version, 1e3 * other, ratio,
-                          f"ratio <= {POVRAY}", ratio <= POVRAY, machine())  # fmt: skip
-                yield Row("trace", case, "pixels where both hit or both miss", "%", equal, version, None, None,
-                          f">= {EQUAL}", equal >= EQUAL, machine())  # fmt: skip
+                yield Row(
+                    "trace",
+                    case,
+                    "processor time of a picture",
+                    "ms",
+                    1e3 * mine,
+                    version,
+                    1e3 * other,
+                    ratio,
+                    f"ratio <= {POVRAY}",
+                    ratio <= POVRAY,
+                    machine(),
+                )
+                yield Row(
+                    "trace",
+                    case,
+                    "pixels where both hit or both miss",
+                    "%",
+                    equal,
+                    version,
+                    None,
+                    None,
+                    f">= {EQUAL}",
+                    equal >= EQUAL,
+                    machine(),
+                )
 
 
 def against_polyhedra() -> Iterator[Row]:
@@ -90,8 +112,19 @@ def against_polyhedra() -> Iterator[Row]:
         exact = Tracer(scenes[0]).exact
         candidates = exact.candidates if exact else row.polygons
         case = f"like Table 1, figure {row.figure}: {row.primitives} primitives, {row.polygons} polygons, {row.complexity}"
-        yield Row("trace", case, "processor time of a picture", "ms", 1e3 * ours, peer, 1e3 * theirs, ours / theirs,
-                  f"ratio <= {POLYHEDRA}", ours / theirs <= POLYHEDRA, machine())  # fmt: skip
+        yield Row(
+            "trace",
+            case,
+            "processor time of a picture",
+            "ms",
+            1e3 * ours,
+            peer,
+            1e3 * theirs,
+            ours / theirs,
+            f"ratio <= {POLYHEDRA}",
+            ours / theirs <= POLYHEDRA,
+            machine(),
+        )
         yield Row("trace", case, "candidate polygons", "", float(candidates), None, None, None, None, None, machine())
 
 
@@ -121,8 +154,20 @@ def povray(peers: Path, name: str, size: int, shadows: bool) -> tuple[float, np.
 
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder) / "p.png"
-        command = [os.environ.get("VISTEL_PEER_PYTHON", sys.executable), str(peers / "povray_blob.py"), "--scene", name,
-                   "--size", str(size), "--threads", "1", "--repeat", "1", "--keep", str(picture)]  # fmt: skip
+        command = [
+            os.environ.get("VISTEL_PEER_PYTHON", sys.executable),
+            str(peers / "povray_blob.py"),
+            "--scene",
+            name,
+            "--size",
+            str(size),
+            "--threads",
+            "1",
+            "--repeat",
+            "1",
+            "--keep",
+            str(picture),
+        ]
         done = subprocess.run([*command, *(["--shadows"] if shadows else [])], capture_output=True, text=True, check=True)
         found = json.loads(done.stdout.splitlines()[-1])
         pixels = np.asarray(Image.open(picture).convert("RGB")).astype(int)

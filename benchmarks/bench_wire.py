@@ -129,19 +129,42 @@ async def _count_topics() -> list[tuple[str, float]]:
         "motion": ({"participant": "ann"}, lambda i: encoder.encode(samples[i % len(samples)]), 1),
         "tracker": ({"device": "ann-tracker"}, _tracker_frame, 1),
         "glove": ({"device": "ann-glove-left"}, _glove_frame, 2),
-        "device_status": ({"device": "ann-tracker"}, lambda i: DeviceStatus(
-            device="ann-tracker", state=DeviceStatus.STATE_STREAMING, rate_hz=120, frames=i,
-            detail="FASTRAK, 4 stations"), 3),
-        "participant": ({"participant": "ann"}, lambda i: Participant(
-            participant="ann", site="tokyo", display_name="Ann", avatar="builtin", height_m=1.75), 1),
-        "heartbeat": ({"node": "capture"}, lambda i: Heartbeat(
-            node="tokyo/capture", services=["tracker", "glove", "posture"], uptime_ns=i, pid=1234,
-            metrics_port=9100), 2),
-        "clock_offset": ({"node": "capture"}, lambda i: ClockOffset(
-            node="tokyo/capture", offset_ns=-12_345_678, uncertainty_ns=234_567), 2),
-        "image_delay": ({}, lambda i: ImageDelay(site="tokyo", frames_per_s=30, frame_time_s=0.01, frames=i, streams=[
-            ImageDelay.Stream(participant=p, delay_s=0.1, age_s=0.02, jitter_s=0.002) for p in ("ann", "ben")]), 1),
-    }  # fmt: skip
+        "device_status": (
+            {"device": "ann-tracker"},
+            lambda i: DeviceStatus(
+                device="ann-tracker", state=DeviceStatus.STATE_STREAMING, rate_hz=120, frames=i, detail="FASTRAK, 4 stations"
+            ),
+            3,
+        ),
+        "participant": (
+            {"participant": "ann"},
+            lambda i: Participant(participant="ann", site="tokyo", display_name="Ann", avatar="builtin", height_m=1.75),
+            1,
+        ),
+        "heartbeat": (
+            {"node": "capture"},
+            lambda i: Heartbeat(
+                node="tokyo/capture", services=["tracker", "glove", "posture"], uptime_ns=i, pid=1234, metrics_port=9100
+            ),
+            2,
+        ),
+        "clock_offset": (
+            {"node": "capture"},
+            lambda i: ClockOffset(node="tokyo/capture", offset_ns=-12_345_678, uncertainty_ns=234_567),
+            2,
+        ),
+        "image_delay": (
+            {},
+            lambda i: ImageDelay(
+                site="tokyo",
+                frames_per_s=30,
+                frame_time_s=0.01,
+                frames=i,
+                streams=[ImageDelay.Stream(participant=p, delay_s=0.1, age_s=0.02, jitter_s=0.002) for p in ("ann", "ben")],
+            ),
+            1,
+        ),
+    }
     idle = await _link_bytes(None, {}, lambda i: None, 0.0)
     out: list[tuple[str, float]] = [("idle connection", idle)]
     for name, (names, make, copies) in messages.items():

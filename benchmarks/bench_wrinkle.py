@@ -92,8 +92,19 @@ def run() -> Iterator[Row]:
     lit, _ = alternating(3, lambda: wrinkled_texture(flat, of, limit=LIMIT), lambda: None)
     yield Row("wrinkle", case, "wrinkled texture", "s", lit, None, None, None, None, None, here)
     _, loss = drawn_in(of, LIMIT)
-    yield Row("wrinkle", case, "texture moves, most", "mm", 1e3 * loss.shift, None, None, None, f"<= {1e3 * LIMIT:g}",
-              loss.shift <= LIMIT * (1 + 1e-6), here)  # fmt: skip
+    yield Row(
+        "wrinkle",
+        case,
+        "texture moves, most",
+        "mm",
+        1e3 * loss.shift,
+        None,
+        None,
+        None,
+        f"<= {1e3 * LIMIT:g}",
+        loss.shift <= LIMIT * (1 + 1e-6),
+        here,
+    )
     yield Row("wrinkle", case, "to keep lengths it would", "mm", 1e3 * loss.wanted, None, None, None, None, None, here)
     yield from _figures(here)
     yield from wrinkle_frames.rows(here, PEOPLE)
@@ -120,5 +131,16 @@ def _figures(here: str) -> Iterator[Row]:
 
     wrinkled()
     ours, theirs = (1e3 * t / POSTURES for t in alternating(7, wrinkled, plain))
-    yield Row("wrinkle", "3 dressed figures posed by the processor", "with wrinkles", "ms", ours, "without", theirs, ours / theirs,
-              None, None, here)  # fmt: skip
+    yield Row(
+        "wrinkle",
+        "3 dressed figures posed by the processor",
+        "with wrinkles",
+        "ms",
+        ours,
+        "without",
+        theirs,
+        ours / theirs,
+        None,
+        None,
+        here,
+    )

@@ -22,7 +22,10 @@ def peer(script: str, *arguments: str) -> dict[str, Any] | None:
         return None
     done = subprocess.run(
         [os.environ.get("VISTEL_PEER_PYTHON", sys.executable), str(folder / script), *arguments],
-        capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
     return json.loads(lines[-1]) if done.returncode == 0 and lines else None

@@ -6,31 +6,46 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, Stance, standing
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.meshes.embedding import Embedding, Limbs, embed
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-
 JOINTS = {
-    "pelvis": (0, 1.0, 0), "spine": (0, 1.2, 0), "chest": (0, 1.4, 0), "neck": (0, 1.55, 0), "head": (0, 1.7, 0),
-    "shoulder": (0.2, 1.45, 0), "elbow": (0.45, 1.25, 0.1), "wrist": (0.6, 1.1, 0.3), "hand": (0.65, 1.05, 0.4),
-    "hip": (0.1, 0.95, 0), "knee": (0.12, 0.5, 0.02), "ankle": (0.13, 0.1, 0), "toe": (0.13, 0.03, 0.15),
-}  # fmt: skip
+    "pelvis": (0, 1.0, 0),
+    "spine": (0, 1.2, 0),
+    "chest": (0, 1.4, 0),
+    "neck": (0, 1.55, 0),
+    "head": (0, 1.7, 0),
+    "shoulder": (0.2, 1.45, 0),
+    "elbow": (0.45, 1.25, 0.1),
+    "wrist": (0.6, 1.1, 0.3),
+    "hand": (0.65, 1.05, 0.4),
+    "hip": (0.1, 0.95, 0),
+    "knee": (0.12, 0.5, 0.02),
+    "ankle": (0.13, 0.1, 0),
+    "toe": (0.13, 0.03, 0.15),
+}
 MIDDLE = (
-    ("pelvis", "pelvis", 0.16), ("pelvis", "spine", 0.15), ("spine", "chest", 0.16), ("chest", "neck", 0.09),
+    ("pelvis", "pelvis", 0.16),
+    ("pelvis", "spine", 0.15),
+    ("spine", "chest", 0.16),
+    ("chest", "neck", 0.09),
     ("head", "head", 0.13),
-)  # fmt: skip
+)
 SIDE = (
-    ("chest", "shoulder", 0.11), ("shoulder", "elbow", 0.07), ("elbow", "wrist", 0.06), ("wrist", "hand", 0.05),
-    ("hip", "knee", 0.10), ("knee", "ankle", 0.075), ("ankle", "toe", 0.06), ("elbow", "elbow", 0.065),
+    ("chest", "shoulder", 0.11),
+    ("shoulder", "elbow", 0.07),
+    ("elbow", "wrist", 0.06),
+    ("wrist", "hand", 0.05),
+    ("hip", "knee", 0.10),
+    ("knee", "ankle", 0.075),
+    ("ankle", "toe", 0.06),
+    ("elbow", "elbow", 0.065),
     ("knee", "knee", 0.08),
-)  # fmt: skip
+)
 
 
 def capsules(offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> PrimitiveSet:
@@ -67,9 +82,7 @@ def tube(a: F64, b: F64, radius: float, count: int, seed: int, bump: float) -> t
     k = (j + 1) % around
     p, q, r, s = i * around + j, i * around + k, (i + 1) * around + k, (i + 1) * around + j
     triangles = np.concatenate([np.stack([p, q, r], -1).reshape(-1, 3), np.stack([p, r, s], -1).reshape(-1, 3)])
-    return (
-        points.reshape(-1, 3).astype(np.float32), normal.reshape(-1, 3).astype(np.float32), triangles.astype(np.int32)
-    )  # fmt: skip
+    return (points.reshape(-1, 3).astype(np.float32), normal.reshape(-1, 3).astype(np.float32), triangles.astype(np.int32))
 
 
 @dataclass(frozen=True)
@@ -90,8 +103,7 @@ def body(shapes: PrimitiveSet, vertices: int, *, bump: float = 0.03, seed: int =
     a, b, radius = params[:, :3].copy(), params[:, 3:6].copy(), params[:, 6]
     size = radius * (np.linalg.norm(b - a, axis=1) + math.pi * radius)
     parts = [
-        tube(a[i], b[i], float(radius[i]), max(24, round(vertices * size[i] / size.sum())), seed + i, bump)
-        for i in range(len(a))
+        tube(a[i], b[i], float(radius[i]), max(24, round(vertices * size[i] / size.sum())), seed + i, bump) for i in range(len(a))
     ]
     first = np.cumsum([0] + [len(p[0]) for p in parts])
     limb = np.repeat(np.arange(len(a), dtype=np.int32), [len(p[0]) for p in parts])

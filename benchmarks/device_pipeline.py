@@ -44,9 +44,7 @@ def rows() -> Iterator[Row]:
     case = "last device byte to pose at another site"
     for q, limit in ((50, 5.0), (99, 25.0)):
         value = float(np.percentile(latencies_ms, q))
-        yield Row(
-            "pipeline", case, f"latency p{q}", "ms", value, None, None, None, f"<= {limit:g} ms", value <= limit, where
-        )
+        yield Row("pipeline", case, f"latency p{q}", "ms", value, None, None, None, f"<= {limit:g} ms", value <= limit, where)
     for what, n in (("lost", lost), ("reordered", reordered)):
         yield Row("pipeline", case, f"frames {what}", "frames", n, None, None, None, "0", n == 0, where)
 
@@ -65,8 +63,21 @@ async def _measure() -> tuple[list[float], int, int]:
         file = Path(folder) / "conference.toml"
         file.write_text(tomli_w.dumps(_conference().model_dump(mode="json", exclude_none=True)))
         sim = [sys.executable, "-m", "vistel_sim.process", str(file), "--run", folder]
-        host = [sys.executable, "-m", "vistel_services.process.host", str(file), "a/capture", "--hub", router.endpoint,
-                "--run", folder, "--out", folder, "--log-level", "ERROR"]  # fmt: skip
+        host = [
+            sys.executable,
+            "-m",
+            "vistel_services.process.host",
+            str(file),
+            "a/capture",
+            "--hub",
+            router.endpoint,
+            "--run",
+            folder,
+            "--out",
+            folder,
+            "--log-level",
+            "ERROR",
+        ]
         children = [subprocess.Popen(c, stderr=subprocess.DEVNULL) for c in (sim, host)]
         try:
             return await _listen(bus, clock)

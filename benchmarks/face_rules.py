@@ -14,9 +14,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.row import Row
+from vistel.arrays import F64
 from vistel.figure.face.intensities import MarkReader
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.marks import MARK_INDEX, MARKS, REST
@@ -28,24 +28,40 @@ from vistel.vision.face_reader import FaceReader
 from vistel_sim.pictures.eye import EyePicture
 from vistel_sim.pictures.face import FacePicture
 
-F64 = NDArray[np.float64]
-
 DATA = Path(__file__).resolve().parents[1].parent / "shared" / "data" / "face" / "ict"
 SKIN = 9409
 """Vertices of the face itself; the others are the back of the head, teeth, eyes."""
 MOVES_M = 0.0005
 """What moves less is no part of the moving region."""
 EXPECTED = {
-    "jawOpen": "AU26", "mouthSmile_L": "left_AU12", "mouthSmile_R": "right_AU12", "eyeBlink_L": "left_AU45",
-    "eyeBlink_R": "right_AU45", "browInnerUp_L": "left_AU1", "browInnerUp_R": "right_AU1", "browDown_L": "left_AU4",
-    "browDown_R": "right_AU4", "mouthPucker": "AU18", "mouthFunnel": "AU22", "cheekPuff_L": "left_AU34",
-    "cheekPuff_R": "right_AU34", "mouthClose": "AU8",
-}  # fmt: skip
+    "jawOpen": "AU26",
+    "mouthSmile_L": "left_AU12",
+    "mouthSmile_R": "right_AU12",
+    "eyeBlink_L": "left_AU45",
+    "eyeBlink_R": "right_AU45",
+    "browInnerUp_L": "left_AU1",
+    "browInnerUp_R": "right_AU1",
+    "browDown_L": "left_AU4",
+    "browDown_R": "right_AU4",
+    "mouthPucker": "AU18",
+    "mouthFunnel": "AU22",
+    "cheekPuff_L": "left_AU34",
+    "cheekPuff_R": "right_AU34",
+    "mouthClose": "AU8",
+}
 # Of the 68 usual landmarks; the person's left has x > 0.
 _LANDMARK = {
-    "left_inner_brow": 22, "right_inner_brow": 21, "left_outer_brow": 25, "right_outer_brow": 18, "left_nose_wing": 35,
-    "right_nose_wing": 31, "left_mouth_corner": 54, "right_mouth_corner": 48, "upper_lip": 51, "lower_lip": 57,
-}  # fmt: skip
+    "left_inner_brow": 22,
+    "right_inner_brow": 21,
+    "left_outer_brow": 25,
+    "right_outer_brow": 18,
+    "left_nose_wing": 35,
+    "right_nose_wing": 31,
+    "left_mouth_corner": 54,
+    "right_mouth_corner": 48,
+    "upper_lip": 51,
+    "lower_lip": 57,
+}
 
 
 class Head:
@@ -100,11 +116,33 @@ def rows(here: str) -> Iterator[Row]:
         right += named == expected
         errors.append(error)
         moved.append(motion)
-        yield Row("wrinkle", f"ICT {name}: {motion:.1f} mm of motion, named {named}", "mean vertex error", "mm", error, None, None,
-                  None, None, None, here)  # fmt: skip
+        yield Row(
+            "wrinkle",
+            f"ICT {name}: {motion:.1f} mm of motion, named {named}",
+            "mean vertex error",
+            "mm",
+            error,
+            None,
+            None,
+            None,
+            None,
+            None,
+            here,
+        )
     mean = float(np.mean(errors))
-    yield Row("wrinkle", case, "mean vertex error, moving region", "mm", mean, "the neutral head", float(np.mean(moved)),
-              mean / float(np.mean(moved)), "<= 1.5", mean <= 1.5, here)  # fmt: skip
+    yield Row(
+        "wrinkle",
+        case,
+        "mean vertex error, moving region",
+        "mm",
+        mean,
+        "the neutral head",
+        float(np.mean(moved)),
+        mean / float(np.mean(moved)),
+        "<= 1.5",
+        mean <= 1.5,
+        here,
+    )
     share = 100.0 * right / len(EXPECTED)
     yield Row("wrinkle", case, "right action unit named", "%", share, None, None, None, ">= 90", share >= 90.0, here)
 

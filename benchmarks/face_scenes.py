@@ -6,20 +6,22 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.face.marks import MARK_INDEX, Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel_sim.pictures.face import FacePicture, View
 from vistel_sim.pictures.noise import light_at
 
-F64 = NDArray[np.float64]
-
 RATE_HZ = 60.0
 CROSSINGS = (
-    ("lower_lip", "upper_lip"), ("left_mouth_corner", "left_nose_wing"), ("left_inner_brow", "right_inner_brow"),
-    ("right_mouth_corner", "upper_lip"), ("chin", "lower_lip"), ("right_cheek", "right_nose_wing"),
-)  # fmt: skip
+    ("lower_lip", "upper_lip"),
+    ("left_mouth_corner", "left_nose_wing"),
+    ("left_inner_brow", "right_inner_brow"),
+    ("right_mouth_corner", "upper_lip"),
+    ("chin", "lower_lip"),
+    ("right_cheek", "right_nose_wing"),
+)
 """Who passes over whom."""
 _EVERY_S, _PASS_S = 3.0, 1.2
 _KNOT_S = 0.35

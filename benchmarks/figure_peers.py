@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numba as nb
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import JointPose
-
-F64 = NDArray[np.float64]
 
 
 @nb.njit(cache=True, fastmath=True)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.figure_peers import by_dual_quaternions, by_linear_blend
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
 from vistel.figure.limb_segments import JOINT_REGIONS, SEGMENTS, limb_segment, volume_change
@@ -16,7 +17,6 @@ from vistel.figure.posture.limits import clear_of_body, within_limits
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.self_intersection import intersecting
 
-F64 = NDArray[np.float64]
 LINEAR, DUAL = "linear blend skinning", "dual quaternion skinning"
 
 
@@ -36,13 +36,16 @@ def sweep(avatar: Avatar, postures: Sequence[Posture]) -> dict[str, Sweep]:
     rest = mesh.vertices.copy()
     pieces = [
         limb_segment(avatar.skeleton, rest, mesh.triangles, side, cuts)
-        for table in (SEGMENTS, JOINT_REGIONS) for side in ("left", "right") for cuts in table.values()
-    ]  # fmt: skip
+        for table in (SEGMENTS, JOINT_REGIONS)
+        for side in ("left", "right")
+        for cuts in table.values()
+    ]
     before = intersecting(rest, mesh.triangles)
     methods: dict[str, Callable[[Posture, JointPose], NDArray[np.float32] | F64]] = {
         "": lambda p, _: figure.pose(p).vertices.copy(),
-        LINEAR: lambda _, j: by_linear_blend(figure, j), DUAL: lambda _, j: by_dual_quaternions(figure, j),
-    }  # fmt: skip
+        LINEAR: lambda _, j: by_linear_blend(figure, j),
+        DUAL: lambda _, j: by_dual_quaternions(figure, j),
+    }
     changes: dict[str, list[F64]] = {name: [] for name in methods}
     crossing: dict[str, list[float]] = {name: [] for name in methods}
     for recorded in postures:
@@ -54,6 +57,4 @@ def sweep(avatar: Avatar, postures: Sequence[Posture]) -> dict[str, Sweep]:
             changes[name].append(volume_change(pieces, rest, posed))
             crossing[name].append(float(np.mean(intersecting(posed, mesh.triangles) & ~before)))
     count = 2 * len(SEGMENTS)
-    return {
-        name: Sweep(np.array(c)[:, :count], np.array(c)[:, count:], np.array(crossing[name])) for name, c in changes.items()
-    }
+    return {name: Sweep(np.array(c)[:, :count], np.array(c)[:, count:], np.array(crossing[name])) for name, c in changes.items()}

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.things.things import Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 AROUND, ALONG = 24, 13
 """Points round a bone and along it; as many on each of its round ends."""

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import grasp_trials
 from benchmarks.grasp_trials import CLOSED, LATE_S, OPENED, RATE_HZ, Trial, closings, hand_at, recording
 from benchmarks.leap import confidence
+from vistel.arrays import F64
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.rotation import quaternion_from_matrix, rotation_x
 from vistel.figure.skeleton import JOINT_INDEX
@@ -28,8 +28,6 @@ from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.things.tessellate import tessellate_thing
 from vistel.space.things.things import Axis, Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 HELD_OUT = Path(os.environ.get("VISTEL_HELD_OUT_HANDS", "/nonexistent"))
 """Folder of the recordings that were held out: `recorder/recordings` of leapmotion/leapjs-playback at 4ff4b5b."""
@@ -74,13 +72,18 @@ def settled_on() -> Takes:
 
 def held_out() -> Takes:
     """The others."""
+
     def take(name: str, left: bool = False) -> Take:
         return Take(HELD_OUT / f"{name}.json.lz", left)
 
     return Takes(
-        (take("confidence-demo-half-res"), take("confidence2", left=True), take("test-paddle-rightwards")), (take("brian"),),
-        take("Waiting-110fps"), take("gun"), (take("flapping"), take("three-claps"), take("rollAndPitchWithEntry")), 977,
-    )  # fmt: skip
+        (take("confidence-demo-half-res"), take("confidence2", left=True), take("test-paddle-rightwards")),
+        (take("brian"),),
+        take("Waiting-110fps"),
+        take("gun"),
+        (take("flapping"), take("three-claps"), take("rollAndPitchWithEntry")),
+        977,
+    )
 
 
 @dataclass(frozen=True)
@@ -207,10 +210,17 @@ def _pinched(name: str, closing: _Closing, rng: np.random.Generator) -> Trial:
     closed = trial.fingers[min(closing.closes + 10, len(trial.fingers) - 1)]
     off = rng.uniform(-0.004, 0.004, 3)
     return Trial(
-        name, thing.id, trial.fingers, closing.closes, closing.opens,
-        thing.position - _tips(closed, trial, ("thumb", _pinching(closed, trial))) + off, trial.heading, height=trial.height,
-        way=trial.way, own=(thing,),
-    )  # fmt: skip
+        name,
+        thing.id,
+        trial.fingers,
+        closing.closes,
+        closing.opens,
+        thing.position - _tips(closed, trial, ("thumb", _pinching(closed, trial))) + off,
+        trial.heading,
+        height=trial.height,
+        way=trial.way,
+        own=(thing,),
+    )
 
 
 def _pinching(fingers: F64, trial: Trial) -> str:
@@ -234,9 +244,18 @@ def _half(thing: Thing, axis: int) -> float:
 
 def _moved(trial: Trial, by: F64) -> Trial:
     return Trial(
-        trial.name, trial.thing, trial.fingers, None, None, trial.palm + by, trial.heading, trial.face, trial.height, trial.way,
+        trial.name,
+        trial.thing,
+        trial.fingers,
+        None,
+        None,
+        trial.palm + by,
+        trial.heading,
+        trial.face,
+        trial.height,
+        trial.way,
         trial.own,
-    )  # fmt: skip
+    )
 
 
 def _past(trial: Trial, rng: np.random.Generator) -> Trial:

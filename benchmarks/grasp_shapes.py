@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.grasp_depth import deepest
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.hands.fitting import fit, hand_of
 from vistel.space.hands.grasp import align
@@ -16,8 +16,6 @@ from vistel.space.people import build_of
 from vistel.space.things.solids import solids
 from vistel.space.things.tessellate import tessellate_thing
 from vistel.space.things.things import Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 HEIGHTS = (1.49, 2.01)
 """Of people whose hands are 85 % and 115 % of the average [m]."""
@@ -73,9 +71,7 @@ def _several(rng: np.random.Generator) -> Thing:
         head = Primitive("superellipsoid", (0.02, 0.05, 0.02, 0.3, 0.3), np.array([0.09, 0.0, 0.0]))
         return _thing(shaft, head)
     balls = [Primitive("sphere", (float(rng.uniform(0.012, 0.022)),), rng.uniform(-0.025, 0.025, 3)) for _ in range(4)]
-    bars = [
-        Primitive("cone_sphere", (*balls[0].position.tolist(), *b.position.tolist(), 0.006, 0.006)) for b in balls[1:]
-    ]
+    bars = [Primitive("cone_sphere", (*balls[0].position.tolist(), *b.position.tolist(), 0.006, 0.006)) for b in balls[1:]]
     return _thing(*balls, *bars)
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.leap import finger_angles, strengths, thumb_offsets
+from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.posture.hands import hand_rotation
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
@@ -32,8 +33,6 @@ from vistel.space.things.things import Thing
 from vistel.space.view import WorldView
 from vistel.space.world import APPEARING_STEPS, World
 from vistel_sim.motion import open_motion
-
-F64 = NDArray[np.float64]
 
 DATA = Path(__file__).resolve().parents[1].parent / "shared" / "data"
 RATE_HZ, STEP_NS = 60, 16_666_667
@@ -169,18 +168,28 @@ def true_trials(each: int = EACH) -> Iterator[Trial]:
             for k in range(each):
                 palm, heading = _over(thing, rng)
                 yield Trial(
-                    f"grab {number + 1}, {thing} {k + 1}", thing, fingers[first:last], closed - first,
-                    None if opened is None else opened - first, palm, heading,
-                )  # fmt: skip
+                    f"grab {number + 1}, {thing} {k + 1}",
+                    thing,
+                    fingers[first:last],
+                    closed - first,
+                    None if opened is None else opened - first,
+                    palm,
+                    heading,
+                )
     fingers, _, pinch = recorded("pinch")
     for first, closed, last, opened in closings(pinch):
         for thing, _, _ in SMALL:
             for k in range(each):
                 palm, heading = _pinching(thing, fingers[min(last - 1, closed + 10)], rng)
                 yield Trial(
-                    f"pinch, {thing} {k + 1}", thing, fingers[first:last], closed - first,
-                    None if opened is None else opened - first, palm, heading,
-                )  # fmt: skip
+                    f"pinch, {thing} {k + 1}",
+                    thing,
+                    fingers[first:last],
+                    closed - first,
+                    None if opened is None else opened - first,
+                    palm,
+                    heading,
+                )
 
 
 def false_trials(each: int = EACH) -> Iterator[Trial]:
@@ -313,9 +322,7 @@ def hand_over() -> HandOver:
     """The recorded hand-over through the world, the baton on its own tracker."""
     folder = DATA / "body" / "kth_handover" / "take_new"
     people = [{"name": name, "motion": str(folder)} for name in ("giver", "taker")]
-    conference = Conference.model_validate({
-        "sites": [{"name": "here", "participants": people, "props": [{"thing": BATON}]}]
-    })  # fmt: skip
+    conference = Conference.model_validate({"sites": [{"name": "here", "participants": people, "props": [{"thing": BATON}]}]})
     source = open_motion(conference)
     force = np.stack([_force(folder, role) for role in ("giver", "taker")], 1)
     grips = [_fingers_by(force[:, c] > LEAST_FORCE) for c in range(2)]

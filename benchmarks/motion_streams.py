@@ -13,18 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.leap import finger_angles
+from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.face.marks import Expressions
 from vistel.figure.posture.posture import Posture, Stance
-from vistel.figure.rotation import (
-    matrix_from_quaternion,
-    matrix_from_rotvec,
-    quaternion_from_matrix,
-    rotvec_from_matrix,
-)
+from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel.protocol.glove_calibration import default_calibration
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
@@ -37,8 +32,6 @@ from vistel_sim.motion.bvh import parse_bvh
 from vistel_sim.motion.source import MotionSource, Place, places
 from vistel_sim.phone import talking
 
-F64 = NDArray[np.float64]
-
 DATA = Path(__file__).resolve().parents[1].parent / "shared" / "data"
 RATE_HZ = 60
 NOISE_M, NOISE_RAD = 0.0008, math.radians(0.15)
@@ -47,9 +40,11 @@ STATIONS = {1: "chest", 2: "head", 3: "left_hand", 4: "right_hand"}
 SETTLE = 30
 """Frames left out in which the filters begin."""
 BODIES = {
-    "cmu 131_01": ("cmu/131_01.bvh", 0, 16), "cmu 18_01": ("cmu/18_01.bvh", 0, 20),
-    "kth giver": ("kth_handover/take_new", 0, 13), "kth taker": ("kth_handover/take_new", 1, 13),
-}  # fmt: skip
+    "cmu 131_01": ("cmu/131_01.bvh", 0, 16),
+    "cmu 18_01": ("cmu/18_01.bvh", 0, 20),
+    "kth giver": ("kth_handover/take_new", 0, 13),
+    "kth taker": ("kth_handover/take_new", 1, 13),
+}
 HANDS = ("grab", "HandSplay-110fps", "pinch", "wave")
 
 
@@ -64,10 +59,12 @@ class Recorded:
 
 
 HALVES = (
-    (Recorded("cmu 131_01", ("grab", "HandSplay-110fps"), "recorded", 1),
-     Recorded("kth giver", ("HandSplay-110fps", "grab"), "recorded", 2)),
+    (
+        Recorded("cmu 131_01", ("grab", "HandSplay-110fps"), "recorded", 1),
+        Recorded("kth giver", ("HandSplay-110fps", "grab"), "recorded", 2),
+    ),
     (Recorded("cmu 18_01", ("pinch", "wave"), "made up", 3), Recorded("kth taker", ("wave", "pinch"), "made up", 4)),
-)  # fmt: skip
+)
 """The codec's model is learnt from the second half and made-up people, and measured on the first."""
 
 
@@ -105,10 +102,16 @@ def through_devices(source: MotionSource, place: Place, seconds: float, seed: in
     """(n, 29) body and stance as solved from four noisy receivers, one station every 1/120 s; (n,) their times [s]."""
     rng = np.random.default_rng(seed)
     person = Person(
-        name=place.name, display_name="", avatar="", height_m=place.skeleton.height,
-        seat=Stance(place.seat_position, place.seat_heading), tracker="t", stations=STATIONS,
-        transmitter=place.transmitter, gloves={},
-    )  # fmt: skip
+        name=place.name,
+        display_name="",
+        avatar="",
+        height_m=place.skeleton.height,
+        seat=Stance(place.seat_position, place.seat_heading),
+        tracker="t",
+        stations=STATIONS,
+        transmitter=place.transmitter,
+        gloves={},
+    )
     capture = Capture(person, place.skeleton)
     newest: dict[int, TrackerReceiver] = {}
     rows: list[F64] = []
@@ -196,9 +199,9 @@ def _more(n: int) -> F64:
     at = {name: i for i, name in enumerate(bvh.names)}
     names = [f"{side}{part}" for side in "lr" for part in ("femur", "tibia", "foot", "toes")] + ["lclavicle", "rclavicle"]
     joints = [(at[name], bvh.parents[at[name]]) for name in names]
-    table = np.array([
-        np.concatenate([rotvec_from_matrix(np.ascontiguousarray(r[p].T @ r[j])) for j, p in joints]) for r in rotation
-    ])  # fmt: skip
+    table = np.array(
+        [np.concatenate([rotvec_from_matrix(np.ascontiguousarray(r[p].T @ r[j])) for j, p in joints]) for r in rotation]
+    )
     times = np.arange(0.0, len(table) - 1, 1.0 / (RATE_HZ * bvh.frame_s))
     return _to_and_fro(np.stack([np.interp(times, np.arange(len(table)), column) for column in table.T], 1), n)
 

@@ -14,15 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.motion_streams import HALVES, seated, streams
+from vistel.arrays import F64, I64
 from vistel.wire.motion_codec.kernels import AFTER_CHANGE, FULL, LOGS, MIDDLE
 from vistel.wire.motion_codec.layout import GROUP_OF, GROUPS, NUMBERS, scale
 from vistel.wire.motion_codec.model import Model, from_numbers
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 MODELS = 26
 SYMBOLS = 2 * MIDDLE + 1
@@ -51,11 +48,17 @@ def learn(recordings: Iterable[F64]) -> Model:
     kinds = {k: _joined([_frames(q, full, key)[k] for q in steps for full, key in SPACINGS]) for k in FEATURES}
     logs = [round(16 * np.log2(1 + 2 * x)) for x in range(LOGS)]
     numbers = {
-        "mean": np.rint(kinds[FULL].values.mean(0)).astype(int), "partner": np.full(NUMBERS, -1),
-        "follow": np.zeros((3, NUMBERS), int), "go_on": _go_on(kinds[AFTER_CHANGE]), "bias": np.zeros((3, NUMBERS), int),
-        "age": np.zeros((3, GROUPS, 32), int), "weights": np.zeros((3, 6, GROUPS), int), "logs": logs,
-        "cumulative": np.zeros((MODELS, SYMBOLS + 1), int), "shifts": _shifts(),
-    }  # fmt: skip
+        "mean": np.rint(kinds[FULL].values.mean(0)).astype(int),
+        "partner": np.full(NUMBERS, -1),
+        "follow": np.zeros((3, NUMBERS), int),
+        "go_on": _go_on(kinds[AFTER_CHANGE]),
+        "bias": np.zeros((3, NUMBERS), int),
+        "age": np.zeros((3, GROUPS, 32), int),
+        "weights": np.zeros((3, 6, GROUPS), int),
+        "logs": logs,
+        "cumulative": np.zeros((MODELS, SYMBOLS + 1), int),
+        "shifts": _shifts(),
+    }
     model = from_numbers(numbers)
     _find_partners(model, kinds)
     for _ in range(2):

@@ -30,8 +30,15 @@ def save_scene(path: Path, frame: Frame, seats: int, aspect: float) -> int:
     }
     for figure in frame.figures:
         assert isinstance(figure.skin, Corners)
-        _put(out, figure.name, figure.skin.positions, figure.skin.normals, figure.model.uv, figure.model.triangles,
-             figure.model.texture)  # fmt: skip
+        _put(
+            out,
+            figure.name,
+            figure.skin.positions,
+            figure.skin.normals,
+            figure.model.uv,
+            figure.model.triangles,
+            figure.model.texture,
+        )
     panels, furniture = build_room(meeting_room(seats))
     for k, panel in enumerate(panels):
         _put(out, f"panel-{k}", panel.positions, panel.normals, panel.uv, panel.triangles, panel.texture[..., :3])

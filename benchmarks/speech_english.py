@@ -7,20 +7,18 @@ from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.row import Row, machine
 from benchmarks.speech_english_sentences import TEST
 from benchmarks.speech_score import false_accepts, score, share_of_core
 from benchmarks.speech_sounds import Place
+from vistel.arrays import F32
 from vistel.speech.features import Resampler
 from vistel.speech.grammar import Grammar, Said
 from vistel.speech.heard import SAMPLE_RATE, Hypotheses, Recogniser
 from vistel.speech.meaning import asked_for
 from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser
 from vistel.speech.synthesis import synthesise, voices
-
-F32 = NDArray[np.float32]
 
 VOICES = ("rms", "slt", "awb", "kal16")
 """Of flite; the first three are of recorded people (CMU Arctic). Settings and confidence were chosen with others: festival's ked,
@@ -30,17 +28,31 @@ BELIEVED = 0.5
 COUNT, TALK_S = len(TEST), 600.0
 _SEED = 29
 TALK = (
-    "What time does the train leave tomorrow morning", "We should have lunch before the meeting starts",
-    "Did anybody see the game last night", "My sister is coming to visit us next week", "The weather is really lovely today",
-    "Could you send me that report by Friday", "I am not sure that is what they meant", "We had a good time at the beach",
-    "Tell me when you are ready to go", "She said the results were better than expected",
-    "There is a new restaurant around the corner", "I still have to buy some milk on the way home",
-    "How many people are coming to the party", "He has been working on it for several months",
-    "The price of oil went up again yesterday", "They moved to a bigger house last summer", "It rained so hard that we stayed in",
-    "Our flight was delayed for almost three hours", "The doctor told him to get more rest",
-    "Nobody knew what had happened to the keys", "The museum is closed on Mondays", "I would rather stay at home tonight",
-    "They are building a new bridge over the river", "The students asked a lot of good questions",
-)  # fmt: skip
+    "What time does the train leave tomorrow morning",
+    "We should have lunch before the meeting starts",
+    "Did anybody see the game last night",
+    "My sister is coming to visit us next week",
+    "The weather is really lovely today",
+    "Could you send me that report by Friday",
+    "I am not sure that is what they meant",
+    "We had a good time at the beach",
+    "Tell me when you are ready to go",
+    "She said the results were better than expected",
+    "There is a new restaurant around the corner",
+    "I still have to buy some milk on the way home",
+    "How many people are coming to the party",
+    "He has been working on it for several months",
+    "The price of oil went up again yesterday",
+    "They moved to a bigger house last summer",
+    "It rained so hard that we stayed in",
+    "Our flight was delayed for almost three hours",
+    "The doctor told him to get more rest",
+    "Nobody knew what had happened to the keys",
+    "The museum is closed on Mondays",
+    "I would rather stay at home tonight",
+    "They are building a new bridge over the river",
+    "The students asked a lot of good questions",
+)
 
 
 @cache
@@ -95,9 +107,7 @@ def rows(count: int = COUNT, talk_s: float = TALK_S) -> Iterator[Row]:
     yield from listening(hears, talk_s)
 
 
-def accuracy(
-    grammar: Grammar, hears: Recogniser, condition: str, count: int, late: list[float], *, usual: bool
-) -> Iterator[Row]:
+def accuracy(grammar: Grammar, hears: Recogniser, condition: str, count: int, late: list[float], *, usual: bool) -> Iterator[Row]:
     """Of one set of sentences in one condition; late: gets how late each result was [s]."""
     spoken = list(_commands(grammar, count, usual=usual))
     place = Place(condition, [sound for _, sound in spoken])

@@ -15,6 +15,7 @@ from benchmarks.speech_sounds import CONDITIONS, Command, Place, commands, held_
 from scripts.speech_model import rooms
 from scripts.speech_model.corpus import ESPEAK_TEST, seeded
 from scripts.speech_model.voices import RATE, Manner, missing, resampled
+from vistel.arrays import F32
 from vistel.speech.acoustic import Adaptation, japanese
 from vistel.speech.automaton import compile_automaton
 from vistel.speech.enrolment import adapt
@@ -23,8 +24,6 @@ from vistel.speech.grammar_file import load_grammar
 from vistel.speech.heard import Hypotheses
 from vistel.speech.japanese import ACCEPT, JapaneseRecogniser
 from vistel.speech.phones import PHONES, kana_phones
-
-F32 = NDArray[np.float32]
 
 COUNT, TALK_S, ENROLMENT_S = 100, 600.0, 150.0
 TARGETS = {"clean": 0.95, "20 dB": 0.94, "10 dB": 0.88, "reverberant": 0.92}

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.speech.heard import SAMPLE_RATE, Hypotheses, Recogniser
 
-F32 = NDArray[np.float32]
 _CHUNK = SAMPLE_RATE // 50
 
 

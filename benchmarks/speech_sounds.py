@@ -10,16 +10,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scripts.speech_model import rooms, voices
 from scripts.speech_model.corpus import seeded
 from scripts.speech_model.texts import TEST, Talk
 from scripts.speech_model.voices import RATE, Manner, Spoken
+from vistel.arrays import F32
 from vistel.speech.grammar import Grammar, Said
 from vistel.speech.phones import kana_phones
-
-F32 = NDArray[np.float32]
 
 HTS_TEST = ("mei_normal", "mei_happy", "mei_angry", "mei_sad", "mei_bashful")
 CONDITIONS = ("clean", "20 dB", "10 dB", "reverberant")

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.audio.delay_policy import Policy
 from vistel.audio.opus import RATE
 from vistel.conference.model import Conference
@@ -39,8 +40,6 @@ from vistel_sim.motion.clap import EVERY_S, FIRST_S, SWING_S, Clapping
 from vistel_sim.motion.source import places
 from vistel_sim.talker import SimulatedMicrophone, Voice, clap, run_microphones
 
-F64 = NDArray[np.float64]
-
 START_NS = 1_000_000_000_000
 STEP_NS = 5_000_000
 FRAME_NS = 33_333_333
@@ -56,13 +55,15 @@ PEOPLE = (
     Participant(participant="aiko", site="there", display_name="Aiko", avatar="builtin:seed=2", height_m=1.64),
     Participant(participant="ben", site="here", display_name="Ben", avatar="builtin:seed=4", height_m=1.8),
 )
-TWO = Conference.model_validate({
-    "room": {"seats": 2},
-    "sites": [
-        {"name": "there", "participants": [{"name": "aiko", "height": 1.64}]},
-        {"name": "here", "participants": [{"name": "ben", "height": 1.8}]},
-    ],
-})  # fmt: skip
+TWO = Conference.model_validate(
+    {
+        "room": {"seats": 2},
+        "sites": [
+            {"name": "there", "participants": [{"name": "aiko", "height": 1.64}]},
+            {"name": "here", "participants": [{"name": "ben", "height": 1.8}]},
+        ],
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -111,9 +112,7 @@ def clapping(link: Link, policy: Policy, claps: int, seed: int, sending: Sending
         return asyncio.run(_conference(link, policy, claps, seed, Path(folder), sending))
 
 
-async def _conference(
-    link: Link, policy: Policy, claps: int, seed: int, folder: Path, sending: Sending
-) -> list[Meeting]:
+async def _conference(link: Link, policy: Policy, claps: int, seed: int, folder: Path, sending: Sending) -> list[Meeting]:
     motion.warm_up()
     clock = SimulatedClock(START_NS)
     there, here = MemoryNetwork(), MemoryNetwork()
@@ -125,13 +124,19 @@ async def _conference(
     studio = _studio()
     tasks = [
         asyncio.create_task(run_microphones([microphone], clock, START_NS)),
-        asyncio.create_task(run(Config("there", "aiko", (Microphone("aiko", str(pipe)),), stream=False, repeats=sending.voices),
-                                there.bus("bench", "there", clock), clock)),
-        asyncio.create_task(run(Config("here", "ben", (), str(heard), policy, stream=False),
-                                here.bus("bench", "here", clock), clock)),
+        asyncio.create_task(
+            run(
+                Config("there", "aiko", (Microphone("aiko", str(pipe)),), stream=False, repeats=sending.voices),
+                there.bus("bench", "there", clock),
+                clock,
+            )
+        ),
+        asyncio.create_task(
+            run(Config("here", "ben", (), str(heard), policy, stream=False), here.bus("bench", "here", clock), clock)
+        ),
         asyncio.create_task(_move(there.bus("bench", "there", clock), clock, source, sending)),
         asyncio.create_task(_draw(here.bus("bench", "here", clock), clock, studio, seen, np.random.default_rng((seed, 2)))),
-    ]  # fmt: skip
+    ]
     relay = _Relay(link, there.bus("bench", "hub", clock), here.bus("bench", "there", clock), np.random.default_rng(seed))
     end_ns = START_NS + round((FIRST_S + (claps + _SETTLED) * EVERY_S) * 1e9)
     while clock.now_ns() < end_ns:
@@ -151,9 +156,10 @@ def _studio() -> Studio:
     """Where the watcher's pictures are made, with everybody's figure in it."""
     studio = Studio(View(WIDTH, HEIGHT, "seat", "ben", False), 2)
     people = Clapping(list(places(TWO).values()))
-    there = Instant(START_NS, tuple(
-        PersonNow(_known(about), people.posture(about.participant, 0.0), Timing(0, 0, 0, False)) for about in PEOPLE
-    ))  # fmt: skip
+    there = Instant(
+        START_NS,
+        tuple(PersonNow(_known(about), people.posture(about.participant, 0.0), Timing(0, 0, 0, False)) for about in PEOPLE),
+    )
     for _ in range(600):
         studio.render(there)
         if studio.complete:

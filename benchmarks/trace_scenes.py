@@ -12,9 +12,11 @@ from vistel.implicit.graph.shape import Shape
 from vistel.implicit.scene import Camera, Light, Material, Mesh, Scene, mesh_of
 
 CLAY, JADE, SAND, SLATE = (
-    Material((0.8, 0.42, 0.3), reflection=0.08), Material((0.35, 0.6, 0.45), reflection=0.08),
-    Material((0.82, 0.7, 0.5), reflection=0.08), Material((0.45, 0.5, 0.62), reflection=0.08),
-)  # fmt: skip
+    Material((0.8, 0.42, 0.3), reflection=0.08),
+    Material((0.35, 0.6, 0.45), reflection=0.08),
+    Material((0.82, 0.7, 0.5), reflection=0.08),
+    Material((0.45, 0.5, 0.62), reflection=0.08),
+)
 PALETTE = (CLAY, JADE, SAND, SLATE)
 CAMERA = Camera((5.0, 5.0, 5.0), field_of_view=math.radians(10))
 LIGHTS = (Light((10, 20, 5)), Light((-5, 8, 15), colour=(0.3, 0.3, 0.35)))
@@ -75,43 +77,80 @@ def _set(solid: vi.Polyhedron, centres: list[tuple[float, float, float]]) -> tup
 def table1() -> list[Row]:
     """The eight rows, about as large as the dissertation's 1 x 1 x 1 objects."""
     rows = [
-        _row("18", 447, "summation", [
-            _blob(ball(0.3, (0, -0.12, 0), 12, 21), (0, -0.12, 0)),  # 252
-            _blob(ball(0.09, (0, 0.24, 0), 9, 15), (0, 0.24, 0)),  # 135
-            _blob(ball(0.12, (0.42, 0.02, 0.05), 6, 10), (0.42, 0.02, 0.05)),  # 60
-        ]),
+        _row(
+            "18",
+            447,
+            "summation",
+            [
+                _blob(ball(0.3, (0, -0.12, 0), 12, 21), (0, -0.12, 0)),  # 252
+                _blob(ball(0.09, (0, 0.24, 0), 9, 15), (0, 0.24, 0)),  # 135
+                _blob(ball(0.12, (0.42, 0.02, 0.05), 6, 10), (0.42, 0.02, 0.05)),  # 60
+            ],
+        ),
         _row("30", 2236, "hierarchy", [_blob(*_bead(k)) for k in range(17)], "chain"),
-        _row("31", 2484, "summation", [
-            _blob(bumpy(ball(0.32, (0, -0.1, 0), 23, 34), (0, -0.1, 0), 0.05, 9), (0, -0.1, 0)),  # 1496 triangles
-            _blob(ball(0.13, (-0.26, 0.28, 0.1), 19, 26), (-0.26, 0.28, 0.1)),  # 494
-            _blob(ball(0.13, (0.28, 0.28, -0.08), 19, 26), (0.28, 0.28, -0.08)),  # 494
-        ]),
-        _row("32", 12100, "summation", [
-            _blob(bumpy(ball(0.3, (0, -0.22, 0.05), 56, 66), (0, -0.22, 0.05), 0.06, 11), (0, -0.22, 0.05)),  # 7260
-            _blob(bumpy(ball(0.2, (0.02, 0.3, -0.02), 45, 55), (0.02, 0.3, -0.02), 0.06, 12), (0.02, 0.3, -0.02)),  # 4840
-        ]),
-        _row("20", 2096, "summation", [
-            _set(ball(0.44, (0, 0, 0), 32, 34).transformed(_flat()), [
-                (0.2 * math.cos(a), 0.0, 0.2 * math.sin(a)) for a in (0.25 * math.pi + 0.5 * math.pi * np.arange(4)).tolist()
-            ]),  # 1088
-            *[_blob(ball(0.09, _round(k), 12, 21), _round(k)) for k in range(4)],  # 252 each
-        ]),
-        _row("33", 2008, "hierarchy", [
-            _blob(bumpy(ball(0.24, (0, -0.2, 0), 15, 22), (0, -0.2, 0), 0.06, 8), (0, -0.2, 0)),  # 616
-            *[_blob(ball(0.075, _tip(k), 12, 19), _tip(k)) for k in range(5)],  # 228 each
-            _blob(ball(0.1, (0.3, -0.3, 0.3), 12, 21), (0.3, -0.3, 0.3)),  # 252
-        ]),
-        _row("42", 1062, "hierarchy", [
-            _blob(ball(0.2, (-0.28, 0.1, 0), 18, 28).transformed(_long(-0.28, 0.1)), (-0.28, 0.1, 0)),  # 504
-            (ball(0.13, (0, 0, 0), 3, 18), vi.Sphere.of_surface((0, 0, 0), 0.13)),  # 54
-            _blob(ball(0.18, (0.28, 0.1, 0), 18, 28).transformed(_long(0.28, 0.1)), (0.28, 0.1, 0)),  # 504
-        ], "chain"),
-        _row("69", 751, "summation", [
-            _blob(ball(0.26, (-0.2, 0, 0), 17, 23), (-0.2, 0, 0)),  # 391
-            _blob(ball(0.24, (0.14, 0.05, 0.02), 15, 23), (0.14, 0.05, 0.02)),  # 345
-            _blob(vi.prism(_polygon(13, 0.17), -0.28, 0.1), (0, 0, -0.1)),  # 15
-        ]),
-    ]  # fmt: skip
+        _row(
+            "31",
+            2484,
+            "summation",
+            [
+                _blob(bumpy(ball(0.32, (0, -0.1, 0), 23, 34), (0, -0.1, 0), 0.05, 9), (0, -0.1, 0)),  # 1496 triangles
+                _blob(ball(0.13, (-0.26, 0.28, 0.1), 19, 26), (-0.26, 0.28, 0.1)),  # 494
+                _blob(ball(0.13, (0.28, 0.28, -0.08), 19, 26), (0.28, 0.28, -0.08)),  # 494
+            ],
+        ),
+        _row(
+            "32",
+            12100,
+            "summation",
+            [
+                _blob(bumpy(ball(0.3, (0, -0.22, 0.05), 56, 66), (0, -0.22, 0.05), 0.06, 11), (0, -0.22, 0.05)),  # 7260
+                _blob(bumpy(ball(0.2, (0.02, 0.3, -0.02), 45, 55), (0.02, 0.3, -0.02), 0.06, 12), (0.02, 0.3, -0.02)),  # 4840
+            ],
+        ),
+        _row(
+            "20",
+            2096,
+            "summation",
+            [
+                _set(
+                    ball(0.44, (0, 0, 0), 32, 34).transformed(_flat()),
+                    [(0.2 * math.cos(a), 0.0, 0.2 * math.sin(a)) for a in (0.25 * math.pi + 0.5 * math.pi * np.arange(4)).tolist()],
+                ),  # 1088
+                *[_blob(ball(0.09, _round(k), 12, 21), _round(k)) for k in range(4)],  # 252 each
+            ],
+        ),
+        _row(
+            "33",
+            2008,
+            "hierarchy",
+            [
+                _blob(bumpy(ball(0.24, (0, -0.2, 0), 15, 22), (0, -0.2, 0), 0.06, 8), (0, -0.2, 0)),  # 616
+                *[_blob(ball(0.075, _tip(k), 12, 19), _tip(k)) for k in range(5)],  # 228 each
+                _blob(ball(0.1, (0.3, -0.3, 0.3), 12, 21), (0.3, -0.3, 0.3)),  # 252
+            ],
+        ),
+        _row(
+            "42",
+            1062,
+            "hierarchy",
+            [
+                _blob(ball(0.2, (-0.28, 0.1, 0), 18, 28).transformed(_long(-0.28, 0.1)), (-0.28, 0.1, 0)),  # 504
+                (ball(0.13, (0, 0, 0), 3, 18), vi.Sphere.of_surface((0, 0, 0), 0.13)),  # 54
+                _blob(ball(0.18, (0.28, 0.1, 0), 18, 28).transformed(_long(0.28, 0.1)), (0.28, 0.1, 0)),  # 504
+            ],
+            "chain",
+        ),
+        _row(
+            "69",
+            751,
+            "summation",
+            [
+                _blob(ball(0.26, (-0.2, 0, 0), 17, 23), (-0.2, 0, 0)),  # 391
+                _blob(ball(0.24, (0.14, 0.05, 0.02), 15, 23), (0.14, 0.05, 0.02)),  # 345
+                _blob(vi.prism(_polygon(13, 0.17), -0.28, 0.1), (0, 0, -0.1)),  # 15
+            ],
+        ),
+    ]
     return rows
 
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.progress import part
 from benchmarks.row import Row, machine
+from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.figure.rotation import rotation_y
@@ -30,7 +30,6 @@ from vistel_services.world.service import warm_up
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import places
 
-F64 = NDArray[np.float64]
 STEP_NS = 16_666_667
 LOOP = 600
 """Steps after which everybody begins again."""
@@ -158,9 +157,7 @@ class Scene:
         self._step += 1
         k = self._step
         t_ns = k * STEP_NS
-        motions = tuple(
-            MotionInput(name, self._loop[name][k % len(self._loop[name])], k, t_ns) for name in self._people
-        )
+        motions = tuple(MotionInput(name, self._loop[name][k % len(self._loop[name])], k, t_ns) for name in self._people)
         people = tuple(Person(name) for name in self._people) if k == 1 else ()
         return StepInputs(k, t_ns, people, motions, commands=tuple(self._tosses(k)))
 

@@ -62,8 +62,9 @@ def rows(thorough: bool) -> Iterator[Row]:
     for what, seats, led in (("led by trackers", SEATS, True), ("thrown and pushed about", 10, False)):
         heard = listen(Load(3, 50, seats=seats), led=led, seconds=share * SECONDS)
         case = f"3 people, 50 things, {np.mean(heard.moving):.1f} of them {what}"
-        yield Row("world", case, "to each receiver", "kbit/s", heard.kbit_s, None, None, None, f"<= {KBIT:g}",
-                  heard.kbit_s <= KBIT, where)  # fmt: skip
+        yield Row(
+            "world", case, "to each receiver", "kbit/s", heard.kbit_s, None, None, None, f"<= {KBIT:g}", heard.kbit_s <= KBIT, where
+        )
         for metric, unit, errors, target in (
             ("position error p99", "mm", heard.millimetres, MILLIMETRES),
             ("orientation error p99", "degrees", heard.degrees, DEGREES),
@@ -72,8 +73,19 @@ def rows(thorough: bool) -> Iterator[Row]:
             yield Row("world", case, metric, unit, p99, None, None, None, f"<= {target:g}", p99 <= target, where)
         steps = heard.seconds * 60
         yield Row("world", case, "saying it, per step", "us", heard.telling_s / steps * 1e6, None, None, None, None, None, where)
-        yield Row("world", case, "hearing it, per second", "ms", heard.hearing_s / heard.seconds * 1e3, None, None, None,
-                  None, None, where)  # fmt: skip
+        yield Row(
+            "world",
+            case,
+            "hearing it, per second",
+            "ms",
+            heard.hearing_s / heard.seconds * 1e3,
+            None,
+            None,
+            None,
+            None,
+            None,
+            where,
+        )
         yield Row("world", case, "snapshot for a late joiner", "kB", heard.snapshot / 1000, None, None, None, None, None, where)
     crowds = CROWDS if thorough else CROWDS[:-1]
     rates = [listen(Load(n, 50, seats=CROWDED), seconds=share * CROWD_SECONDS).kbit_s for n in crowds]

@@ -65,8 +65,19 @@ def rows(here: str, people: tuple[str, ...]) -> Iterator[Row]:
         share = float(np.median([a / b for a, b in pairs]))
         renderer = "software GL" if studio.capability.software else studio.capability.renderer
         case = f"3 dressed figures, {WIDTH}x{HEIGHT}, {renderer}"
-        yield Row("wrinkle", case, "processor time per picture", "ms", ours, "without", theirs, share, "ratio <= 1.10",
-                  share <= 1.10, here)  # fmt: skip
+        yield Row(
+            "wrinkle",
+            case,
+            "processor time per picture",
+            "ms",
+            ours,
+            "without",
+            theirs,
+            share,
+            "ratio <= 1.10",
+            share <= 1.10,
+            here,
+        )
     finally:
         studio.close()
 

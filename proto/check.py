@@ -58,9 +58,7 @@ def lint(files: FileDescriptorSet) -> list[str]:
     """What the style forbids, one line each."""
     out: list[str] = []
     for file in files.file:
-        commented = {
-            tuple(at.path) for at in file.source_code_info.location if at.leading_comments or at.trailing_comments
-        }
+        commented = {tuple(at.path) for at in file.source_code_info.location if at.leading_comments or at.trailing_comments}
         if file.package != "vistel.v1":
             out.append(f"{file.name}: package is {file.package!r}, expected 'vistel.v1'")
         for name, path, message in _messages(file):
@@ -109,9 +107,7 @@ def _enums(file: FileDescriptorProto) -> Iterator[tuple[str, Path_, EnumDescript
         yield from ((f"{name}.{e.name}", (*path, 4, i), e) for i, e in enumerate(message.enum_type))
 
 
-def _lint_fields(
-    file: str, name: str, path: Path_, message: DescriptorProto, commented: set[Path_]
-) -> Iterator[str]:
+def _lint_fields(file: str, name: str, path: Path_, message: DescriptorProto, commented: set[Path_]) -> Iterator[str]:
     for i, field in enumerate(message.field):
         header = field.name == "header" and field.type_name == ".vistel.v1.Header"
         if header and field.number != 1:
@@ -122,9 +118,7 @@ def _lint_fields(
             yield f"{file}: {name}.{field.name}: expected lower_snake_case"
 
 
-def _lint_enum(
-    file: str, name: str, path: Path_, enum: EnumDescriptorProto, commented: set[Path_]
-) -> Iterator[str]:
+def _lint_enum(file: str, name: str, path: Path_, enum: EnumDescriptorProto, commented: set[Path_]) -> Iterator[str]:
     prefix = re.sub(r"(?<!^)(?=[A-Z])", "_", name.rsplit(".", 1)[-1]).upper()
     if path not in commented:
         yield f"{file}: {name}: has no comment"

@@ -37,18 +37,28 @@ def long_armed() -> Avatar:
     arm = np.array([any(w in n for w in ("forearm", "palm", "knuckles")) for n in b.names])
     thick = np.where(arm, THICKER, 1.0)
     body = Body(
-        b.names, b.joint, stretched(old + b.a) - rest[b.joint], stretched(old + b.b) - rest[b.joint], b.radius_a * thick,
+        b.names,
+        b.joint,
+        stretched(old + b.a) - rest[b.joint],
+        stretched(old + b.b) - rest[b.joint],
+        b.radius_a * thick,
         b.radius_b * thick,
-    )  # fmt: skip
+    )
     tip = stretched(small.skeleton.rest + small.skeleton.tip) - rest
 
     def grown(mesh: Mesh) -> Mesh:
         return replace(mesh, vertices=stretched(mesh.vertices).astype(np.float32), bone=None, weight=None)
 
     return replace(
-        small, name="long", skeleton=Skeleton(rest, tip), body=body, mesh=grown(small.mesh),
-        eyeballs=tuple(small.eyeballs), albedo=np.ascontiguousarray(whole.albedo[::16, ::16]), coarser=(),
-    )  # fmt: skip
+        small,
+        name="long",
+        skeleton=Skeleton(rest, tip),
+        body=body,
+        mesh=grown(small.mesh),
+        eyeballs=tuple(small.eyeballs),
+        albedo=np.ascontiguousarray(whole.albedo[::16, ::16]),
+        coarser=(),
+    )
 
 
 def same(one: Any, other: Any) -> None:

@@ -70,9 +70,12 @@ def main() -> None:
     whole = (np.array((0.7, 1.15, 3.3)), np.array((0.0, 0.88, 0.0)), 0.56)
     close = (elbow + np.array((0.06, 0.14, 0.42)), elbow, 0.44)
     views = [
-        (before, whole, (500, 480)), (parts_of(after, after.points), whole, (500, 480)), (before, close, (280, 480)),
-        (parts_of(after, after.points), close, (280, 480)), (by_kind(after), close, (280, 480)),
-    ]  # fmt: skip
+        (before, whole, (500, 480)),
+        (parts_of(after, after.points), whole, (500, 480)),
+        (before, close, (280, 480)),
+        (parts_of(after, after.points), close, (280, 480)),
+        (by_kind(after), close, (280, 480)),
+    ]
     shots = [np.asarray(studio.photograph(parts, eye, target, size, angle)) for parts, (eye, target, angle), size in views]
     shots = [np.pad(shot, ((0, 0), (0, 6), (0, 0)), constant_values=255) for shot in shots]
     out = args.out / "assembled.png"

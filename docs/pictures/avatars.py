@@ -19,14 +19,7 @@ from PIL import Image
 from vistel.figure.avatar.avatar import Avatar, Mesh, builtin_avatar
 from vistel_services.renderer.camera import look_at
 
-PEOPLE = (
-    "seed=3,hair_style=5",
-    "seed=2",
-    "seed=7,hair_style=0",
-    "seed=12,hair_style=3",
-    "seed=4,pattern=4,top=7",
-    "seed=5",
-)
+PEOPLE = ("seed=3,hair_style=5", "seed=2", "seed=7,hair_style=0", "seed=12,hair_style=3", "seed=4,pattern=4,top=7", "seed=5")
 
 VERTEX = """#version 330
 uniform mat4 view; in vec3 position; in vec3 normal; in vec2 uv; out vec3 n; out vec3 p; out vec2 t;
@@ -122,9 +115,7 @@ def sheet(rows: list[list[Image.Image]]) -> Image.Image:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "people", nargs="*", default=PEOPLE, help='what follows "builtin:", for example seed=3,build=1.1'
-    )
+    parser.add_argument("people", nargs="*", default=PEOPLE, help='what follows "builtin:", for example seed=3,build=1.1')
     parser.add_argument("--out", type=Path, default=Path(__file__).parent)
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(name)s %(message)s")
@@ -140,10 +131,7 @@ def main() -> None:
         ((0.84, 1.85, 0.25), (0.83, 1.41, 0.015)),
         ((0.5, 0.35, 1.0), (0.0, 0.12, 0.05)),
     )
-    rows = [
-        [studio.photograph(first, eye, at, (420, 460), 0.45, lines=lines) for eye, at in views]
-        for lines in (False, True)
-    ]
+    rows = [[studio.photograph(first, eye, at, (420, 460), 0.45, lines=lines) for eye, at in views] for lines in (False, True)]
     sheet(rows).save(arguments.out / "avatar_close.png", optimize=True)
 
 

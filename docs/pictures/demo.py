@@ -1,6 +1,6 @@
 """Draws docs/pictures/demo.png from the log that `make demo` left in out/: the moment when two people hold the baton.
 
-    make demo && .venv/bin/python docs/pictures/demo.py
+make demo && .venv/bin/python docs/pictures/demo.py
 """
 
 from __future__ import annotations

@@ -37,8 +37,13 @@ def coloured(vertices: np.ndarray, triangles: np.ndarray, colour: np.ndarray) ->
     uv = np.column_stack([(column + 0.5) / side, 1 - (row + 0.5) / side]).astype(np.float32)
     corner = triangles.ravel()  # every triangle takes the colour of its first corner: texels are not blended
     flat = np.repeat(triangles[:, 0], 3)
-    return Part(vertices[corner], normals(vertices, triangles)[corner], uv[flat], np.arange(len(corner)).reshape(-1, 3),
-                texture.reshape(side, side, 3))  # fmt: skip
+    return Part(
+        vertices[corner],
+        normals(vertices, triangles)[corner],
+        uv[flat],
+        np.arange(len(corner)).reshape(-1, 3),
+        texture.reshape(side, side, 3),
+    )
 
 
 def histogram(report: FitReport, rows: list[tuple[str, list[int]]], size: tuple[int, int]) -> Image.Image:
@@ -76,11 +81,18 @@ def main() -> None:
     print("\n".join(report.lines()))
     part = coloured(mesh.vertices, mesh.triangles, ramp(report.weight))
     studio = Studio()
-    views = (((0.9, 1.25, 3.4), (0.0, 0.885, 0.0), 0.52, (430, 620)), ((0.28, 1.64, 0.72), (0.0, 1.62, 0.0), 0.46, (300, 310)),
-             ((0.95, 1.75, 0.35), (0.80, 1.41, 0.0), 0.42, (300, 310)))  # fmt: skip
+    views = (
+        ((0.9, 1.25, 3.4), (0.0, 0.885, 0.0), 0.52, (430, 620)),
+        ((0.28, 1.64, 0.72), (0.0, 1.62, 0.0), 0.46, (300, 310)),
+        ((0.95, 1.75, 0.35), (0.80, 1.41, 0.0), 0.42, (300, 310)),
+    )
     whole, head, hand = (studio.photograph([part], eye, at, size, angle) for eye, at, angle, size in views)
-    parts = {"head and neck": ("skull", "face", "neck"), "trunk": ("chest", "breast", "waist", "abdomen", "pelvis", "crotch"),
-             "arms": ("arm", "collar"), "legs and feet": ("thigh", "shank", "foot")}  # fmt: skip
+    parts = {
+        "head and neck": ("skull", "face", "neck"),
+        "trunk": ("chest", "breast", "waist", "abdomen", "pelvis", "crotch"),
+        "arms": ("arm", "collar"),
+        "legs and feet": ("thigh", "shank", "foot"),
+    }
     rows = [("all", list(range(len(names))))]
     rest = set(range(len(names)))
     for label, words in parts.items():

@@ -31,21 +31,36 @@ Case = tuple[dict[str, float], tuple[float, float], tuple[float, float]]
 FRONT, SIDE = (0.22, 0.02, 0.72), (0.75, 0.02, 0.12)
 OPEN, AHEAD = (1.0, 1.0), (0.0, 0.0)
 UNITS: list[Case] = [
-    ({}, OPEN, AHEAD), ({"browInnerUp": 1, "browOuterUp": 1}, OPEN, AHEAD), ({"browDown": 1}, OPEN, AHEAD),
-    ({"mouthSmile": 1, "cheekSquint": 0.7}, OPEN, AHEAD), ({"jawOpen": 0.25}, OPEN, AHEAD), ({"jawOpen": 0.7}, OPEN, AHEAD),
-    ({"mouthPucker": 0.8}, OPEN, AHEAD), ({}, (0.0, 0.0), AHEAD), ({}, (0.8, 0.8), (0.2, -0.35)), ({}, OPEN, (0.4, 0.25)),
-]  # fmt: skip
+    ({}, OPEN, AHEAD),
+    ({"browInnerUp": 1, "browOuterUp": 1}, OPEN, AHEAD),
+    ({"browDown": 1}, OPEN, AHEAD),
+    ({"mouthSmile": 1, "cheekSquint": 0.7}, OPEN, AHEAD),
+    ({"jawOpen": 0.25}, OPEN, AHEAD),
+    ({"jawOpen": 0.7}, OPEN, AHEAD),
+    ({"mouthPucker": 0.8}, OPEN, AHEAD),
+    ({}, (0.0, 0.0), AHEAD),
+    ({}, (0.8, 0.8), (0.2, -0.35)),
+    ({}, OPEN, (0.4, 0.25)),
+]
 PROFILE: list[Case] = [
-    ({"browInnerUp": 1, "browOuterUp": 1}, OPEN, AHEAD), ({}, OPEN, AHEAD), ({"mouthSmile": 1, "cheekSquint": 0.9}, OPEN, AHEAD),
-    ({"jawOpen": 0.5}, OPEN, AHEAD), ({}, (0.0, 0.0), AHEAD),
-]  # fmt: skip
+    ({"browInnerUp": 1, "browOuterUp": 1}, OPEN, AHEAD),
+    ({}, OPEN, AHEAD),
+    ({"mouthSmile": 1, "cheekSquint": 0.9}, OPEN, AHEAD),
+    ({"jawOpen": 0.5}, OPEN, AHEAD),
+    ({}, (0.0, 0.0), AHEAD),
+]
 TALK: list[Case] = [
-    ({"jawOpen": 0.12}, OPEN, AHEAD), ({"jawOpen": 0.4, "browInnerUp": 0.5}, OPEN, AHEAD),
-    ({"mouthFunnel": 0.6, "jawOpen": 0.15}, OPEN, AHEAD), ({"mouthPucker": 0.7}, OPEN, AHEAD), ({}, OPEN, AHEAD),
-    ({"jawOpen": 0.3, "mouthSmile": 0.5}, OPEN, AHEAD), ({"mouthPress": 0.8}, (0.1, 0.1), AHEAD),
-    ({"mouthSmile": 0.8, "cheekSquint": 0.5}, OPEN, AHEAD), ({"jawOpen": 0.55, "browInnerUp": 1.0}, OPEN, (0.15, 0.1)),
+    ({"jawOpen": 0.12}, OPEN, AHEAD),
+    ({"jawOpen": 0.4, "browInnerUp": 0.5}, OPEN, AHEAD),
+    ({"mouthFunnel": 0.6, "jawOpen": 0.15}, OPEN, AHEAD),
+    ({"mouthPucker": 0.7}, OPEN, AHEAD),
+    ({}, OPEN, AHEAD),
+    ({"jawOpen": 0.3, "mouthSmile": 0.5}, OPEN, AHEAD),
+    ({"mouthPress": 0.8}, (0.1, 0.1), AHEAD),
+    ({"mouthSmile": 0.8, "cheekSquint": 0.5}, OPEN, AHEAD),
+    ({"jawOpen": 0.55, "browInnerUp": 1.0}, OPEN, (0.15, 0.1)),
     ({"mouthSmile": 0.4}, OPEN, AHEAD),
-]  # fmt: skip
+]
 
 
 def sheet(avatar: str, cases: list[Case], away: tuple[float, float, float]) -> Image.Image:
@@ -102,9 +117,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path(__file__).parent)
     out = parser.parse_args().out
     for name, avatar, cases, away in (
-        ("units", "builtin:seed=3", UNITS, FRONT), ("profile", "builtin:seed=4,pattern=4,top=7", PROFILE, SIDE),
+        ("units", "builtin:seed=3", UNITS, FRONT),
+        ("profile", "builtin:seed=4,pattern=4,top=7", PROFILE, SIDE),
         ("talking", "builtin:seed=12,build=1.2", TALK, FRONT),
-    ):  # fmt: skip
+    ):
         sheet(avatar, cases, away).save(out / f"face-{name}.png", optimize=True)
     sleeves().save(out / "wrinkle-renderer.png", optimize=True)
 

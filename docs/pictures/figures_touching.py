@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from implicit_render import label
 from mesh_render import Part, Studio
-from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure, FigureState
 from vistel.figure.formats.avatar_file import load_any
@@ -32,7 +32,6 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 
-F64 = NDArray[np.float64]
 Shot = tuple[str, list[Part], tuple[float, float, float], tuple[float, float, float], float]
 
 TABLE_TOP, TABLE_THICK = 0.74, 0.03
@@ -68,10 +67,22 @@ def holding_hands(avatar: Avatar) -> list[Shot]:
     # Palm on palm, crossed, so that either's fingers close round the other's edge.
     for_a, for_b = (np.array((0.0, -math.cos(t), math.sin(t))) for t in (math.radians(62), math.radians(-14)))
     half = np.array((0.027 * scale, 0.0, 0.0))
-    a = reach(avatar.skeleton, a, "left", grip - half - 0.072 * scale * for_a,
-              hand_rotation(1.0, for_a, np.array((1.0, 0.0, 0.0))), np.array((0.3, 0.0, -1.0)))  # fmt: skip
-    b = reach(avatar.skeleton, b, "right", grip + half - 0.072 * scale * for_b,
-              hand_rotation(-1.0, for_b, np.array((-1.0, 0.0, 0.0))), np.array((-0.3, 0.0, -1.0)))  # fmt: skip
+    a = reach(
+        avatar.skeleton,
+        a,
+        "left",
+        grip - half - 0.072 * scale * for_a,
+        hand_rotation(1.0, for_a, np.array((1.0, 0.0, 0.0))),
+        np.array((0.3, 0.0, -1.0)),
+    )
+    b = reach(
+        avatar.skeleton,
+        b,
+        "right",
+        grip + half - 0.072 * scale * for_b,
+        hand_rotation(-1.0, for_b, np.array((-1.0, 0.0, 0.0))),
+        np.array((-0.3, 0.0, -1.0)),
+    )
     first, second = left.pose(a).posed, right.pose(b).posed
     parts = dressed(left, left.pose(a, [right.ghosts(second)])) + dressed(right, right.pose(b, [left.ghosts(first)]))
     x, y, z = grip.tolist()
@@ -140,9 +151,11 @@ def legs_crossed(avatar: Avatar) -> list[Shot]:
     base = seated(avatar)
     thigh = rotation_y(math.radians(-21)) @ rotation_x(math.radians(-88 - 21)) @ rotation_y(math.radians(8))
     turns = {
-        "left_upper_leg": thigh, "left_lower_leg": rotation_z(math.radians(-3)) @ rotation_x(math.radians(84)),
-        "left_foot": rotation_x(math.radians(28)), "right_upper_leg": rotation_y(math.radians(-7)) @ rotation_x(math.radians(-88)),
-    }  # fmt: skip
+        "left_upper_leg": thigh,
+        "left_lower_leg": rotation_z(math.radians(-3)) @ rotation_x(math.radians(84)),
+        "left_foot": rotation_x(math.radians(28)),
+        "right_upper_leg": rotation_y(math.radians(-7)) @ rotation_x(math.radians(-88)),
+    }
     posture = replace(base, joints={name: rotvec_from_matrix(np.ascontiguousarray(m)) for name, m in turns.items()})
     parts = dressed(figure, figure.pose(clear_of_body(avatar.skeleton, avatar.body, posture, 0.006)))
     x, y, z = np.add(at(figure, posture, "left_upper_leg"), (-0.05, 0.05, 0.25)).tolist()

@@ -24,9 +24,13 @@ def picture(shapes: Iterable[vi.Shape], size: tuple[int, int], *, up: str = "z",
 
 
 def section(
-    shapes: Mapping[str, vi.Shape], half: float, size: tuple[int, int], *, centre: Sequence[float] = (0.0, 0.0),
+    shapes: Mapping[str, vi.Shape],
+    half: float,
+    size: tuple[int, int],
+    *,
+    centre: Sequence[float] = (0.0, 0.0),
     levels: Sequence[str] = (),
-) -> Image.Image:  # fmt: skip
+) -> Image.Image:
     """Bodies cut by z = 0, each filled with its colour, `half` metres from the middle to the sides of the picture.
 
     levels: bodies of which to show also where the realm ends and the surface at T = 0.75, dashed.

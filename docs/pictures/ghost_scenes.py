@@ -15,7 +15,6 @@ import numpy as np
 from ghost_render import picture
 from implicit_render import label, sheet
 from mesh_render import Part, Studio
-from numpy.typing import NDArray
 from PIL import Image
 
 import vistel.implicit as vi
@@ -34,7 +33,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples/ghosts"))
 import fly_paper
 import honey_drop
 
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
+
 BALL = (0.82, 0.36, 0.26)
 FILMS = Path(__file__).resolve().parents[2] / "out/ghosts"
 SPHERE = vi.sphere_mesh(1.0, 64, 96)
@@ -57,10 +57,16 @@ def limbs(figure: Figure, state: FigureState, name: str, keep: Sequence[int]) ->
     """Some groups of a posed figure as one body: the fields its skin is embedded in."""
     rows, fit = figure.embedding.limbs, figure.embedding.fit
     parts = [
-        vi.ConeSphere(tuple(state.posed.a[i]), tuple(state.posed.b[i]), fit.radius_a[i] * fit.reach[i],
-                      fit.radius_b[i] * fit.reach[i], weight=float(fit.weight[i]))
-        for i in range(len(rows.group)) if int(rows.group[i]) in keep
-    ]  # fmt: skip
+        vi.ConeSphere(
+            tuple(state.posed.a[i]),
+            tuple(state.posed.b[i]),
+            fit.radius_a[i] * fit.reach[i],
+            fit.radius_b[i] * fit.reach[i],
+            weight=float(fit.weight[i]),
+        )
+        for i in range(len(rows.group))
+        if int(rows.group[i]) in keep
+    ]
     return Deformable(name, vi.union(*parts))
 
 
@@ -103,8 +109,10 @@ def posture(**angles: Sequence[float] | float) -> Posture:
     """A standing posture with some degrees of freedom set by name."""
     rest = Posture()
     dofs = np.array(rest.dofs, float)
-    places = {"neck": NECK, **{f"{s}_{n}": t[s] for s in ("left", "right")
-                               for n, t in (("shoulder", SHOULDER), ("elbow", ELBOW), ("wrist", WRIST))}}  # fmt: skip
+    places = {
+        "neck": NECK,
+        **{f"{s}_{n}": t[s] for s in ("left", "right") for n, t in (("shoulder", SHOULDER), ("elbow", ELBOW), ("wrist", WRIST))},
+    }
     for name, value in angles.items():
         dofs[places[name]] = value
     return replace(rest, dofs=dofs)
@@ -179,9 +187,15 @@ def figure_14() -> None:
     shots.append((shots[-1][0][:-1], "what the arm looks like there"))
     upper = [label(studio().photograph(parts, eye, at, size, 0.40), text) for parts, text in shots]
     front, above = ((0.22, 1.48, 1.15), (0.0, 1.30, 0.2)), ((0.0, 2.0, 0.9), (0.0, 1.27, 0.25))
-    below = [label(studio().photograph(crossed_arms(apart), *view, size, 0.34), text) for apart, view, text in (
-        (0.30, front, "two arms of one person"), (0.12, front, "press on each other"), (0.05, front, "harder"),
-        (0.05, above, "seen from above"))]  # fmt: skip
+    below = [
+        label(studio().photograph(crossed_arms(apart), *view, size, 0.34), text)
+        for apart, view, text in (
+            (0.30, front, "two arms of one person"),
+            (0.12, front, "press on each other"),
+            (0.05, front, "harder"),
+            (0.05, above, "seen from above"),
+        )
+    ]
     sheet([*upper, *below], 4, "figure-14-arm-and-ball")
 
 
@@ -283,8 +297,10 @@ def fly() -> None:
 def films() -> None:
     """The four scenes as films."""
     rising = [*np.linspace(-0.03, 0.03, 45), *np.linspace(0.03, -0.03, 45)]
-    film((studio().photograph(arm_and_ball(float(d)), (0.62, 1.62, 0.80), (0.53, 1.41, 0.02), (640, 480), 0.40) for d in rising),
-         "figure-14-arm-and-ball")
+    film(
+        (studio().photograph(arm_and_ball(float(d)), (0.62, 1.62, 0.80), (0.53, 1.41, 0.02), (640, 480), 0.40) for d in rising),
+        "figure-14-arm-and-ball",
+    )
     film((head_shot(parts, (640, 480)) for _, parts in head_and_ball(1.4, 60)), "figure-15-ball-off-head")
     film((honey_shot(now, (360, 420), 1) for now in drops(36)), "honey-drop")
     film((fly_shot(now, (480, 360), 1) for now in flies(36)), "fly-paper")

@@ -11,16 +11,15 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from ghost_render import BLUE, GOLD, GREEN, GREY, RED, SKIN, picture, section
 from implicit_render import label, sheet
-from numpy.typing import NDArray
 from PIL import Image
 
 import vistel.implicit as vi
+from vistel.arrays import F64
 from vistel.implicit.ghosts.constraint import Constraint
 from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed
 from vistel.implicit.ghosts.force_field import Force, gravity, wind
 from vistel.implicit.ghosts.ghost_kind import Ghost
 
-F64 = NDArray[np.float64]
 EDGE = 0.5411961
 
 
@@ -39,10 +38,16 @@ def figure_5() -> None:
     hard = [ball("a", (-0.42, 0, 0), colour=GOLD, compliance=0.4), ball("b", (0.42, 0, 0), colour=BLUE)]
     rigid = [ball("a", (-0.42, 0, 0), colour=GREY, compliance=0), ball("b", (0.42, 0, 0), colour=BLUE)]
     turn = np.radians((90, 210, 330))
-    three = [ball(n, (0.47 * np.cos(t), 0.47 * np.sin(t), 0), colour=c)
-             for n, t, c in zip("abc", turn, (GOLD, BLUE, RED), strict=True)]  # fmt: skip
-    rows = [("as they are", two, False), ("equally soft", two, True), ("gold 2.5 times stiffer", hard, True),
-            ("grey one rigid", rigid, True), ("three of them", three, True)]  # fmt: skip
+    three = [
+        ball(n, (0.47 * np.cos(t), 0.47 * np.sin(t), 0), colour=c) for n, t, c in zip("abc", turn, (GOLD, BLUE, RED), strict=True)
+    ]
+    rows = [
+        ("as they are", two, False),
+        ("equally soft", two, True),
+        ("gold 2.5 times stiffer", hard, True),
+        ("grey one rigid", rigid, True),
+        ("three of them", three, True),
+    ]
     pictures: list[Image.Image] = []
     for text, bodies, touching in rows:
         shapes = deformed(bodies, collisions(bodies) if touching else [])
@@ -99,8 +104,10 @@ def figure_9() -> None:
 
 def figure_10() -> None:
     """Figure 10: balls held together by points drift apart; the bulges follow and then let go, one after another."""
-    start = np.array([(0, 0, 0), (1.15, 0.1, 0), (0.5, 1.05, 0.1), (-0.75, 0.85, -0.1), (-1.1, -0.2, 0.1), (-0.3, -1.1, 0),
-                      (0.85, -0.95, -0.1)], float)  # fmt: skip
+    start = np.array(
+        [(0, 0, 0), (1.15, 0.1, 0), (0.5, 1.05, 0.1), (-0.75, 0.85, -0.1), (-1.1, -0.2, 0.1), (-0.3, -1.1, 0), (0.85, -0.95, -0.1)],
+        float,
+    )
     pairs = [(0, 1), (0, 2), (0, 3), (0, 4), (0, 5), (0, 6), (1, 2), (2, 3), (3, 4), (4, 5), (5, 6), (6, 1)]
     ink = [RED, GOLD, BLUE, GREEN, GOLD, BLUE, GREEN]
     pictures: list[Image.Image] = []
@@ -118,8 +125,10 @@ def figure_10() -> None:
 
 def figure_11() -> None:
     """Figure 11: a graph with loops: four balls each held to its neighbours, one pair by four points."""
-    ring = [ball(f"r{i}", (1.62 * np.cos(t), 1.62 * np.sin(t), 0.25 * (-1) ** i), 1.0, c)
-            for i, (t, c) in enumerate(zip(np.pi / 4 * np.arange(8), [GOLD, BLUE] * 4, strict=True))]  # fmt: skip
+    ring = [
+        ball(f"r{i}", (1.62 * np.cos(t), 1.62 * np.sin(t), 0.25 * (-1) ** i), 1.0, c)
+        for i, (t, c) in enumerate(zip(np.pi / 4 * np.arange(8), [GOLD, BLUE] * 4, strict=True))
+    ]
     chain = [joined(ring[i], ring[(i + 1) % 8], reach_a=0.3, reach_b=0.3) for i in range(8)]
     loop = deformed(ring, [*collisions(ring), *chain])
     top, bottom = ball("top", (0, 0, 0.72), 1.15, RED), ball("bottom", (0, 0, -0.72), 1.15, BLUE)
@@ -128,18 +137,27 @@ def figure_11() -> None:
     for t in np.pi / 2 * np.arange(4):
         lean = np.array((0.55 * np.cos(t), 0.55 * np.sin(t), 0.0))
         up = np.array((0.0, 0.0, np.sqrt(1 - 0.55**2)))
-        many.append(Constraint("bottom", "top", tuple(r * (lean + up)), tuple(r * (lean - up)),
-                               reach_a=0.16, reach_b=0.16, hold=0.78))  # fmt: skip
+        many.append(
+            Constraint("bottom", "top", tuple(r * (lean + up)), tuple(r * (lean - up)), reach_a=0.16, reach_b=0.16, hold=0.78)
+        )
     several = deformed([top, bottom], many)
-    cage = [ball(f"c{i}", p, 0.9, c) for i, (p, c) in enumerate(zip(
-        0.45 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]), (GOLD, BLUE, GREEN, RED), strict=True))]
+    cage = [
+        ball(f"c{i}", p, 0.9, c)
+        for i, (p, c) in enumerate(
+            zip(0.45 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]), (GOLD, BLUE, GREEN, RED), strict=True)
+        )
+    ]
     edges = [joined(cage[i], cage[j], reach_a=0.25, reach_b=0.25) for i in range(4) for j in range(i)]
     every = deformed(cage, [*collisions(cage), *edges])
-    sheet([
-        label(picture(loop.values(), (420, 380), width=4.9, azimuth=-75, height=48), "a ring of eight"),
-        label(picture(several.values(), (420, 380), width=3.3, azimuth=-68, height=6), "one pair, four constraints"),
-        label(picture(every.values(), (420, 380), width=2.9, azimuth=-20, height=24), "every ball with every other"),
-    ], 3, "figure-11-constraint-graphs")  # fmt: skip
+    sheet(
+        [
+            label(picture(loop.values(), (420, 380), width=4.9, azimuth=-75, height=48), "a ring of eight"),
+            label(picture(several.values(), (420, 380), width=3.3, azimuth=-68, height=6), "one pair, four constraints"),
+            label(picture(every.values(), (420, 380), width=2.9, azimuth=-20, height=24), "every ball with every other"),
+        ],
+        3,
+        "figure-11-constraint-graphs",
+    )
 
 
 def eye(name: str, at: Sequence[float], look: Sequence[float]) -> Deformable:
@@ -162,8 +180,13 @@ def figure_33() -> None:
     """Figure 33: eyeballs that collide; a cone pressed to the floor; a hand of blobs that presses a ball."""
     eyes = [eye("left", (-0.43, 0, 0), (0.45, -1, 0.15)), eye("right", (0.43, 0, 0), (-0.45, -1, 0.15))]
     pair = deformed(eyes, collisions(eyes))
-    floor = Deformable("floor", vi.RoundedPolygon.of_surface(
-        [(-1.3, -1.1, 0), (1.3, -1.1, 0), (1.3, 1.1, 0), (-1.3, 1.1, 0)], 0.2).with_attributes(colour=GREEN), 1.0)  # fmt: skip
+    floor = Deformable(
+        "floor",
+        vi.RoundedPolygon.of_surface([(-1.3, -1.1, 0), (1.3, -1.1, 0), (1.3, 1.1, 0), (-1.3, 1.1, 0)], 0.2).with_attributes(
+            colour=GREEN
+        ),
+        1.0,
+    )
     turn = 2 * np.pi * np.arange(72) / 72
     rim = np.column_stack([0.62 * np.cos(turn), 0.62 * np.sin(turn), np.zeros(72)])
     corners = np.vstack([rim, (0, 0, 1.25), (0, 0, 0)])
@@ -180,11 +203,19 @@ def figure_33() -> None:
     hand = (hand + thumb) | vi.ConeSphere.of_surface((0.50, -0.42, 0.0), (0.36, -0.78, 0.10), 0.10, 0.075)
     palmed = [Deformable("hand", hand.with_attributes(colour=SKIN), 1.0), ball("ball", (0.02, -0.53, 0.42), 0.82, BLUE)]
     grip = deformed(palmed, collisions(palmed))
-    sheet([
-        label(picture(pair.values(), (420, 340), width=2.3, azimuth=-90, height=12), "eyeballs collide"),
-        label(picture(press.values(), (420, 340), width=2.9, azimuth=-70, height=16, centre=(0, 0, 0.4)), "a cone on a soft floor"),
-        label(picture(grip.values(), (420, 340), width=2.3, azimuth=-8, height=12, centre=(0, -0.3, 0.35)), "a hand and a ball"),
-    ], 3, "figure-33-collisions")  # fmt: skip
+    sheet(
+        [
+            label(picture(pair.values(), (420, 340), width=2.3, azimuth=-90, height=12), "eyeballs collide"),
+            label(
+                picture(press.values(), (420, 340), width=2.9, azimuth=-70, height=16, centre=(0, 0, 0.4)), "a cone on a soft floor"
+            ),
+            label(
+                picture(grip.values(), (420, 340), width=2.3, azimuth=-8, height=12, centre=(0, -0.3, 0.35)), "a hand and a ball"
+            ),
+        ],
+        3,
+        "figure-33-collisions",
+    )
 
 
 def figure_72() -> None:
@@ -205,8 +236,13 @@ def figure_72() -> None:
 
 
 PICTURES: dict[str, Callable[[], None]] = {
-    "5": figure_5, "9": figure_9, "10": figure_10, "11": figure_11, "33": figure_33, "72": figure_72,
-}  # fmt: skip
+    "5": figure_5,
+    "9": figure_9,
+    "10": figure_10,
+    "11": figure_11,
+    "33": figure_33,
+    "72": figure_72,
+}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or PICTURES:

@@ -16,9 +16,9 @@ import numpy as np
 from figures_touching import dressed
 from implicit_render import label
 from mesh_render import Part, Studio
-from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.figure import Figure
@@ -36,7 +36,6 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 from benchmarks import grasp_trials  # noqa: E402 - of this repository, not installed
 
-F64 = NDArray[np.float64]
 THINGS = {"baton": 0.020, "ball": 0.045, "box": 0.040, "can": 0.040, "cone": 0.040, "tile": 0.015}
 """How far from the palm each lies as the hand comes to it [m]."""
 SIZE = (230, 230)

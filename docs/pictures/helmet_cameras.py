@@ -10,9 +10,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import U8
 from vistel.figure.face.marks import REST, Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.vision.eye_reader import EyeReader
@@ -23,8 +23,6 @@ from vistel_sim.phone import talking
 from vistel_sim.pictures.eye import HEIGHT, WIDTH, EyePicture
 from vistel_sim.pictures.face import FacePicture, View
 from vistel_sim.pictures.noise import light_at
-
-U8 = NDArray[np.uint8]
 
 OUT = Path(__file__).with_name("helmet-cameras.png")
 SEEN, GUESSED, TEXT = (40, 255, 60), (0, 220, 255), (255, 255, 255)
@@ -70,8 +68,16 @@ def eyes() -> list[U8]:
             box = (tuple(p.centre), tuple(2.0 * p.axes), float(np.degrees(p.angle)))
             cv2.ellipse(picture, box, SEEN, 2, cv2.LINE_AA)
         said = "no gaze" if reading.gaze is None else "gaze {:+.0f}, {:+.0f} deg".format(*np.degrees(reading.gaze))
-        cv2.putText(picture, f"{said}   opening {reading.opening:.2f}", (8, HEIGHT - 12), cv2.FONT_HERSHEY_SIMPLEX, 0.5,
-                    TEXT, 1, cv2.LINE_AA)  # fmt: skip
+        cv2.putText(
+            picture,
+            f"{said}   opening {reading.opening:.2f}",
+            (8, HEIGHT - 12),
+            cv2.FONT_HERSHEY_SIMPLEX,
+            0.5,
+            TEXT,
+            1,
+            cv2.LINE_AA,
+        )
         out.append(np.asarray(cv2.resize(picture, (3 * COLUMN // 5, 9 * COLUMN // 20), interpolation=cv2.INTER_AREA), np.uint8))
     return out
 

@@ -7,13 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 from implicit_render import font, label, render, sheet
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 import vistel.implicit as vi
+from vistel.arrays import F64
 from vistel.implicit.graph.shape_change import ThresholdChange, WeightChange
 
-F64 = NDArray[np.float64]
 RED, BLUE, GREEN, GOLD = (0.80, 0.36, 0.30), (0.33, 0.50, 0.76), (0.42, 0.66, 0.42), (0.86, 0.68, 0.34)
 BLENDS = {"hermite": vi.HERMITE, "wyvill": vi.WYVILL, "quartic": vi.QUARTIC, "quad2": vi.QUAD2}
 INK = {"hermite": "#c0392b", "wyvill": "#2c6fbb", "quartic": "#2f8f4e", "quad2": "#b7791f"}
@@ -67,9 +66,7 @@ def figure_22() -> None:
     draw.text((14, 6), "f(d)", "#222222", font(15))
     pictures = [label(graph, "blend functions")]
     for name, blend in BLENDS.items():
-        pair = vi.Sphere.of_surface((-0.62, 0, 0), 0.55, blend=blend) + vi.Sphere.of_surface(
-            (0.62, 0, 0), 0.55, blend=blend
-        )
+        pair = vi.Sphere.of_surface((-0.62, 0, 0), 0.55, blend=blend) + vi.Sphere.of_surface((0.62, 0, 0), 0.55, blend=blend)
         pictures.append(label(render(pair, (wide, high), azimuth=-90, height=10, width=2.9), f"two balls, {name}"))
     warps = Image.new("RGB", (wide, high), "white")
     draw = ImageDraw.Draw(warps)
@@ -109,9 +106,7 @@ def figure_17() -> None:
     """Figure 17: a pointblob, its isolated shapes at several thresholds, in section and in space."""
     blob = vi.Pointblob.of_surface(lantern(), (0, 0, 0))
     pictures = [label(plane_picture(blob, 2.0, 360), "field in the plane through S, W in red")]
-    pictures += [
-        label(render(blob, (360, 360), threshold=t, width=4.0, height=35), f"threshold {t:g}") for t in (0.9, 0.5, 0.1)
-    ]
+    pictures += [label(render(blob, (360, 360), threshold=t, width=4.0, height=35), f"threshold {t:g}") for t in (0.9, 0.5, 0.1)]
     sheet(pictures, 4, "figure-17-pointblob")
 
 
@@ -123,8 +118,10 @@ def figure_18() -> None:
     handle = vi.Supertoroid.of_surface((0, 0, 0), (0.12, 0.12, 0.12), 3.0).moved((-0.85, 0, 0), (1, 0, 0, 1))
     apart = body | knob | spout.with_attributes(colour=RED) | handle.with_attributes(colour=GREEN)
     together = body + knob + spout.with_attributes(colour=RED) + handle.with_attributes(colour=GREEN)
-    pictures = [label(render(shape, (460, 400), width=3.6, azimuth=-75, height=18, centre=(0.1, 0, 0.15)), text)
-                for shape, text in ((apart, "each for itself (a | b | c)"), (together, "blended (a + b + c)"))]  # fmt: skip
+    pictures = [
+        label(render(shape, (460, 400), width=3.6, azimuth=-75, height=18, centre=(0.1, 0, 0.15)), text)
+        for shape, text in ((apart, "each for itself (a | b | c)"), (together, "blended (a + b + c)"))
+    ]
     sheet(pictures, 2, "figure-18-blended-pointblobs")
 
 
@@ -135,8 +132,10 @@ def figure_19() -> None:
     one = vi.Pointblob.of_surface(solid, (-0.7, 0, 0))
     hard = vi.PointSetblob(solid, [(-0.7, 0, 0), (0.7, 0, 0)], (vi.QUARTIC, vi.Blend("quartic", 3.0)), 0.01)
     soft = vi.PointSetblob(solid, [(-0.7, 0, 0), (0.7, 0, 0)], (vi.QUARTIC, vi.Blend("quartic", 3.0)), 1.0)
-    pictures = [label(plane_picture(s, 2.1, 400), text) for s, text in (
-        (one, "one centre"), (hard, "two, no smoothing"), (soft, "two, smoothing 1.0"))]  # fmt: skip
+    pictures = [
+        label(plane_picture(s, 2.1, 400), text)
+        for s, text in ((one, "one centre"), (hard, "two, no smoothing"), (soft, "two, smoothing 1.0"))
+    ]
     sheet(pictures, 3, "figure-19-point-setblob")
 
 
@@ -149,8 +148,10 @@ def figure_20() -> None:
     blob = vi.PointSetblob(ring, centres, tuple(blends), 0.6, relaxed=True).with_attributes(colour=BLUE)
     balls = [vi.Pointblob(vi.Sphere((1.75 * x, 1.75 * y, 0.0), 0.62), (1.75 * x, 1.75 * y, 0.0)) for x, y, _ in centres]
     shape = vi.total(blob, *(b.with_attributes(colour=GOLD) for b in balls))
-    pictures = [label(render(shape, (460, 380), width=4.9, azimuth=-70, height=h, smooth=1), text)
-                for h, text in ((55, "four blend centres, four blends"), (88, "from above"))]  # fmt: skip
+    pictures = [
+        label(render(shape, (460, 380), width=4.9, azimuth=-70, height=h, smooth=1), text)
+        for h, text in ((55, "four blend centres, four blends"), (88, "from above"))
+    ]
     sheet(pictures, 2, "figure-20-point-setblob-torus")
 
 
@@ -161,15 +162,16 @@ def figure_21() -> None:
     soft, tight = vi.Blend("quartic", 0.35), vi.Blend("quartic", 4.0)
     balls = [vi.Sphere.of_surface((x, 0, 0.75), 0.3).with_attributes(colour=GOLD) for x in (-0.6, 0.6)]
     pictures: list[Image.Image] = []
-    for text, first, second in (
-        ("quartic everywhere", vi.QUARTIC, vi.QUARTIC),
-        ("soft left, tight right", soft, tight),
-    ):
+    for text, first, second in (("quartic everywhere", vi.QUARTIC, vi.QUARTIC), ("soft left, tight right", soft, tight)):
         blends = [first if is_left else second for is_left in left]
         blob = vi.Pointblob.of_surface(solid, (0, 0, 0), vertex_blends=blends).with_attributes(colour=BLUE)
         pictures.append(label(plane_picture(blob, 1.9, 380), f"field, {text}"))
-        pictures.append(label(render(vi.total(blob, *balls), (380, 380), width=3.0, azimuth=-75, height=15, centre=(0, 0, 0.3)),
-                              f"with two balls, {text}"))  # fmt: skip
+        pictures.append(
+            label(
+                render(vi.total(blob, *balls), (380, 380), width=3.0, azimuth=-75, height=15, centre=(0, 0, 0.3)),
+                f"with two balls, {text}",
+            )
+        )
     sheet(pictures, 2, "figure-21-local-control")
 
 
@@ -189,9 +191,7 @@ def figure_69() -> None:
     cut = vi.Pointblob.of_surface(vi.box(0.75), (0, 0, 0)) - vi.Sphylinder.of_surface((0, 0, -1), (0, 0, 1), 0.42)
     cut = (cut - vi.Sphylinder.of_surface((-1, 0, 0), (1, 0, 0), 0.42)).with_attributes(colour=RED)
     ball = vi.Pointblob.of_surface(vi.sphere_mesh(0.85, 16, 32), (0, 0, 0)).with_attributes(colour=GOLD)
-    pillar = vi.Polyblob(
-        vi.prism(np.array(star(8, 0.95, 0.8)), -1.6, 1.6), vi.prism(np.array(star(8, 0.2, 0.15)), -0.9, 0.9)
-    )
+    pillar = vi.Polyblob(vi.prism(np.array(star(8, 0.95, 0.8)), -1.6, 1.6), vi.prism(np.array(star(8, 0.2, 0.15)), -0.9, 0.9))
     pillar_ = pillar.with_attributes(colour=BLUE)
     films = [WeightChange(cut, ball), WeightChange(ball, pillar_)]
     pictures = [
@@ -217,21 +217,31 @@ def combinations() -> None:
     ball = vi.Sphere.of_surface((0.35, -0.3, 0.35), 0.62).with_attributes(colour=GOLD)
     cube = vi.Pointblob.of_surface(vi.box(0.6), (0, 0, 0)).with_attributes(colour=BLUE)
     shapes = {
-        "a + b": cube + ball, "a | b": cube | ball, "union(a, b, power=4)": vi.union(cube, ball, power=4),
-        "a & b": cube & ball, "a - b": cube - ball, "difference(a, b, power=6)": vi.difference(cube, ball, power=6),
-        "subtract(a, b)": vi.subtract(cube, ball), "Diff((a, b))": vi.Diff((cube, ball)),
-    }  # fmt: skip
-    sheet(
-        [label(render(s, (320, 280), width=3.0, centre=(0.1, -0.1, 0.1)), text) for text, s in shapes.items()],
-        4,
-        "combinations",
-    )
+        "a + b": cube + ball,
+        "a | b": cube | ball,
+        "union(a, b, power=4)": vi.union(cube, ball, power=4),
+        "a & b": cube & ball,
+        "a - b": cube - ball,
+        "difference(a, b, power=6)": vi.difference(cube, ball, power=6),
+        "subtract(a, b)": vi.subtract(cube, ball),
+        "Diff((a, b))": vi.Diff((cube, ball)),
+    }
+    sheet([label(render(s, (320, 280), width=3.0, centre=(0.1, -0.1, 0.1)), text) for text, s in shapes.items()], 4, "combinations")
 
 
 PICTURES: dict[str, Callable[[], None]] = {
-    "1": figure_1, "17": figure_17, "18": figure_18, "19": figure_19, "20": figure_20, "21": figure_21,
-    "22": figure_22, "68": figure_68, "69": figure_69, "70": figure_70, "combinations": combinations,
-}  # fmt: skip
+    "1": figure_1,
+    "17": figure_17,
+    "18": figure_18,
+    "19": figure_19,
+    "20": figure_20,
+    "21": figure_21,
+    "22": figure_22,
+    "68": figure_68,
+    "69": figure_69,
+    "70": figure_70,
+    "combinations": combinations,
+}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or PICTURES:

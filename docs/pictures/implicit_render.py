@@ -10,12 +10,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 import vistel.implicit as vi
+from vistel.arrays import F64
 
-F64 = NDArray[np.float64]
 FOLDER = Path(__file__).parent
 SKY = np.array((1.0, 1.0, 1.0))
 CLAY = (0.78, 0.56, 0.44)
@@ -31,10 +30,17 @@ def directions(azimuth: float, height: float) -> tuple[F64, F64, F64]:
 
 
 def render(
-    shape: vi.Shape, size: tuple[int, int] = (420, 360), *, centre: Sequence[float] = (0, 0, 0), width: float = 3.0,
-    threshold: float = 0.5, azimuth: float = -60.0, height: float = 25.0, smooth: int = 2,
+    shape: vi.Shape,
+    size: tuple[int, int] = (420, 360),
+    *,
+    centre: Sequence[float] = (0, 0, 0),
+    width: float = 3.0,
+    threshold: float = 0.5,
+    azimuth: float = -60.0,
+    height: float = 25.0,
+    smooth: int = 2,
     lattice: int = 0,
-) -> Image.Image:  # fmt: skip
+) -> Image.Image:
     """A picture of the surface F = threshold, `width` metres across, with the shape's `colour` where it has one.
 
     smooth: pixels along a side that are averaged into one; lattice: points along a side of the lattice to step

@@ -57,9 +57,12 @@ def traced(model: LayeredModel, avatar: Avatar, layers: tuple[Layer, ...]) -> Im
         shape = vi.union(*(Material(colour=COLOURS[p.layer]).on(p.shape) for p in model.layer(*layers)))
     x, y, z = avatar.skeleton.rest[JOINT_INDEX["left_upper_arm"]] + (0.21, 0.05, 0.0)
     scene = Scene(
-        Camera((x + 0.10, y + 0.12, z + 1.42), (x, y, z), field_of_view=0.76), shape, size=TILE, background=(0.78, 0.80, 0.83),
+        Camera((x + 0.10, y + 0.12, z + 1.42), (x, y, z), field_of_view=0.76),
+        shape,
+        size=TILE,
+        background=(0.78, 0.80, 0.83),
         lights=[Light(position=(1.0, 3.0, 2.0)), Light(towards=(-1.0, 0.5, 0.4), colour=(0.35, 0.35, 0.4), shadows=False)],
-    )  # fmt: skip
+    )
     return Image.fromarray(encoded(render(scene, depth=0, antialias=0.1).light))
 
 
@@ -67,8 +70,10 @@ def layer_sheet(avatar: Avatar) -> Image.Image:
     """Bones, muscles and skin side by side, straight above bent."""
     anatomy = Anatomy.of(Places(avatar))
     kinds: tuple[tuple[Layer, ...], ...] = (
-        ("bones",), ("bones", "muscles", "tendons"), ("skin", "joints", "muscles", "bones", "veins"),
-    )  # fmt: skip
+        ("bones",),
+        ("bones", "muscles", "tendons"),
+        ("skin", "joints", "muscles", "bones", "veins"),
+    )
     rows: list[Image.Image] = []
     for degrees in (6.0, 110.0):
         model = layered_model(avatar, anatomy, pose_joints(avatar.skeleton, palms_up(degrees)))

@@ -12,9 +12,8 @@ from avatars import FRAGMENT, VERTEX, view_matrix
 from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import F32
 from vistel.figure.avatar.avatar import Avatar, Mesh
-
-F32 = NDArray[np.float32]
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,13 @@ from vistel.figure.posture.standard import standard_postures
 from vistel_services.renderer.portrait import Portraits
 
 PEOPLE = (
-    "seed=3,hair_style=5", "seed=12,hair_style=3,build=1.2", "seed=4,pattern=4,top=7", "seed=5", "seed=2", "seed=7,hair_style=0",
-)  # fmt: skip
+    "seed=3,hair_style=5",
+    "seed=12,hair_style=3,build=1.2",
+    "seed=4,pattern=4,top=7",
+    "seed=5",
+    "seed=2",
+    "seed=7,hair_style=0",
+)
 
 
 def main() -> None:
@@ -30,8 +35,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "people-in-postures.png")
     arguments = parser.parse_args()
     avatars = [
-        load_any(Path(p)) if Path(p).is_file() else builtin_avatar(f"builtin:{p}", name=p, height=1.75)
-        for p in arguments.people
+        load_any(Path(p)) if Path(p).is_file() else builtin_avatar(f"builtin:{p}", name=p, height=1.75) for p in arguments.people
     ]
     portraits = Portraits()
     sheet = portraits.sheet(avatars, standard_postures(), (130, 180))

@@ -86,8 +86,11 @@ def row(studio: Studio, vertices: np.ndarray, triangles: np.ndarray, count: int)
     print(f"{placed.limbs.groups} primitives, mean distance {1e3 * placed.mean_distance:.1f} mm of {size:.2f} m")
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     eye = tuple(middle + size * np.array((0.75, 0.25, 1.55)))
-    groups = ([coloured(vertices, triangles, shades(placed.limbs.groups)[placed.limb])], primitives(placed),
-              pressed(vertices, triangles, placed))  # fmt: skip
+    groups = (
+        [coloured(vertices, triangles, shades(placed.limbs.groups)[placed.limb])],
+        primitives(placed),
+        pressed(vertices, triangles, placed),
+    )
     images = [studio.photograph(parts, eye, tuple(middle), (400, 400), 0.66) for parts in groups]
     out = Image.new("RGB", (1200, 400), "white")
     for k, image in enumerate(images):

@@ -41,9 +41,8 @@ def drawn(mesh: SurfaceMesh, rows: NDArray[np.int64] | None, colour: Sequence[fl
     corner = np.tile(np.array([(0, 0), (1, 0), (0, 1)], np.float32), (len(rows), 1))
     texture = wires(colour, edges) if edges else np.full((1, 1, 3), 255 * np.asarray(colour), np.uint8)
     return Part(
-        mesh.vertices[triangles.ravel()], mesh.normals[normal_of.ravel()], corner,
-        np.arange(3 * len(rows)).reshape(-1, 3), texture,
-    )  # fmt: skip
+        mesh.vertices[triangles.ravel()], mesh.normals[normal_of.ravel()], corner, np.arange(3 * len(rows)).reshape(-1, 3), texture
+    )
 
 
 def view(studio: Studio, parts: list[Part], centre: Sequence[float], size: float, turn: float = 0.5) -> Image.Image:

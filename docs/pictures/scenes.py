@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, U8
 from vistel.conference.files import load
 from vistel.conference.paths import RunPaths
 from vistel.figure.avatar.avatar import builtin_avatar
@@ -41,9 +41,6 @@ from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.world_view import WorldView
 from vistel_services.world.encode import world_state
 from vistel_sim.motion.open import open_motion
-
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
 
 ROOT = Path(__file__).resolve().parents[2]
 STEP_NS = 16_666_667
@@ -83,11 +80,10 @@ def choreographed(file: Path, site: int, t_s: float) -> Moment:
     config = configure(conference, conference.sites[site], RunPaths(Path(), Path()))
     motion = open_motion(conference)
     people = [
-        PersonNow(
-            About(p.name, p.display_name or p.name, p.avatar, p.height), motion.posture(p.name, t_s), Timing(0, 0, 0, False)
-        )
-        for s in conference.sites for p in s.participants
-    ]  # fmt: skip
+        PersonNow(About(p.name, p.display_name or p.name, p.avatar, p.height), motion.posture(p.name, t_s), Timing(0, 0, 0, False))
+        for s in conference.sites
+        for p in s.participants
+    ]
     room = meeting_room(conference.room.seats)
     world = WorldView(1, {t.id: (t.position, t.rotation) for t in room.things})
     view = replace(config.view, stereo=Stereo.MONO, window=False)
@@ -138,9 +134,7 @@ class Played:
         return Moment(View(640, 360, "room", "", False), self._now, camera)
 
 
-def reaching(
-    like: Proportions, palm: F64, fingers: F64, facing: F64, heading: float, angles: F64, elbow: float = 1.0
-) -> Posture:  # fmt: skip
+def reaching(like: Proportions, palm: F64, fingers: F64, facing: F64, heading: float, angles: F64, elbow: float = 1.0) -> Posture:
     """Somebody who looks along `heading`, the right palm at `palm` [m, room], fingers along `fingers`, the palm to `facing`."""
     skeleton = like.skeleton
     dofs = standing().dofs.copy()
@@ -212,7 +206,10 @@ def face() -> Moment:
 
 
 SCENES: dict[str, Callable[[], Moment]] = {
-    "table": three_at_the_table, "handshake": handshake, "hand-on-ball": hand_on_ball, "face": face,
-}  # fmt: skip
+    "table": three_at_the_table,
+    "handshake": handshake,
+    "hand-on-ball": hand_on_ball,
+    "face": face,
+}
 
 __all__ = ["SCENES", "Moment", "photograph"]

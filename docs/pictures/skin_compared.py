@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from implicit_render import label
 from mesh_render import Part, Studio, normals
-from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import F32
 from vistel.figure.avatar.avatar import Avatar, builtin_avatar
 from vistel.figure.figure import Figure, vertex_normals
 from vistel.figure.formats.avatar_file import load_any
@@ -26,7 +26,6 @@ from vistel.figure.posture.standard import standard_postures
 from vistel.figure.rigid.component import RigidSkin
 from vistel.figure.skeleton import JOINT_INDEX
 
-F32 = NDArray[np.float32]
 SIZE = (290, 240)
 
 
@@ -58,18 +57,23 @@ def by_linear_blends(figure: Figure, posture: Posture) -> F32:
 def by_dual_quaternions(figure: Figure, posture: Posture) -> F32:
     avatar = figure.avatar
     skin = RigidSkin(
-        avatar.skeleton, avatar.mesh.vertices, vertex_normals(avatar.mesh), avatar.mesh.triangles,
-        avatar.body.joint[avatar.mesh.limb], figure.skin.influences,
-    )  # fmt: skip
+        avatar.skeleton,
+        avatar.mesh.vertices,
+        vertex_normals(avatar.mesh),
+        avatar.mesh.triangles,
+        avatar.body.joint[avatar.mesh.limb],
+        figure.skin.influences,
+    )
     out, turned_normals = np.empty_like(avatar.mesh.vertices), np.empty_like(avatar.mesh.vertices)
     skin.pose(pose_joints(avatar.skeleton, posture), out, turned_normals)
     return out
 
 
 METHODS: dict[str, Callable[[Figure, Posture], F32]] = {
-    "linear blends": by_linear_blends, "dual quaternions": by_dual_quaternions,
+    "linear blends": by_linear_blends,
+    "dual quaternions": by_dual_quaternions,
     "figure": lambda figure, posture: figure.pose(posture).vertices,
-}  # fmt: skip
+}
 
 
 def sheet(avatar: Avatar) -> Image.Image:

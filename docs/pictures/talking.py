@@ -24,9 +24,9 @@ import time
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from talking_performer import SECONDS, Performer, still
 
+from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import JointPose, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
@@ -34,8 +34,6 @@ from vistel.wire.log import LogReader
 from vistel_sim.motion.source import Place, places
 from vistel_sim.phone import face_packets
 from vistel_sim.suite import packet
-
-F64 = NDArray[np.float64]
 
 AVATAR = "builtin:seed=3,hair_style=3,pattern=0,top=4"
 BODY_PORT, VIEWER_PORT, FACE_PORT = 39611, 39612, 11611
@@ -119,11 +117,12 @@ def _people() -> Conference:
     """Who sits where, and that suites track them, whose origin is on the floor."""
     seated = (("tokyo", "aiko", 0, 1.72, BODY_PORT), ("columbus", "ben", 1, 1.78, VIEWER_PORT))
     sites = [
-        {"name": site, "participants": [
-            {"name": name, "seat": seat, "height": height, "tracker": {"kind": "vmc", "port": str(port)}}
-        ]}
+        {
+            "name": site,
+            "participants": [{"name": name, "seat": seat, "height": height, "tracker": {"kind": "vmc", "port": str(port)}}],
+        }
         for site, name, seat, height, port in seated
-    ]  # fmt: skip
+    ]
     return Conference.model_validate({"room": {"seats": 2}, "sites": sites})
 
 
@@ -232,9 +231,23 @@ def main() -> None:
         drawn = folder / "film"
         span = ["--from", f"{begins:.3f}", "--to", f"{begins + SECONDS:.3f}"]
         subprocess.run(
-            [vistel, "replay", log, "--render", "--site", "columbus", *span, "--fps", str(FPS), "--light", arguments.light,
-             "--out", drawn], check=True,
-        )  # fmt: skip
+            [
+                vistel,
+                "replay",
+                log,
+                "--render",
+                "--site",
+                "columbus",
+                *span,
+                "--fps",
+                str(FPS),
+                "--light",
+                arguments.light,
+                "--out",
+                drawn,
+            ],
+            check=True,
+        )
         film = [f"{drawn}/columbus.mp4", "-c:v", "libx264", "-crf", "24", "-preset", "medium", "-pix_fmt", "yuv420p"]
         sound = ["-c:a", "aac", "-b:a", "64k", "-movflags", "+faststart", str(arguments.out)]
         subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", *film, *sound], check=True)

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64
 from vistel.figure.posture.hands import FLAT, OPEN, POINT, RELAXED, hand_rotation
 from vistel.figure.posture.posture import Posture
 from vistel.figure.rotation import quaternion_from_matrix
@@ -21,9 +21,6 @@ from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place
 from vistel_sim.motion.tracks import HandKey, HandState, HandTrack, bump
 from vistel_sim.sayings import RATE, said
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 SECONDS = 20.0
 SENTENCES = (
@@ -45,26 +42,40 @@ Key = tuple[float, Vector, Vector, Vector, F64]
 _REST: tuple[Vector, Vector, Vector, F64] = ((0.19, 0.80, 0.36), (-0.45, -0.05, 0.9), (0.0, -1.0, 0.0), RELAXED)
 _OPEN: tuple[Vector, Vector, Vector, F64] = ((0.25, 0.98, 0.40), (-0.2, 0.35, 0.9), (-0.55, 0.8, 0.2), OPEN)
 _LEFT: tuple[Key, ...] = (
-    (0.0, *_REST), (1.0, *_REST),
-    (2.2, (0.33, 1.15, 0.25), (-0.25, 0.9, 0.2), (-0.8, 0.0, -0.55), RELAXED),       # bends the arm
+    (0.0, *_REST),
+    (1.0, *_REST),
+    (2.2, (0.33, 1.15, 0.25), (-0.25, 0.9, 0.2), (-0.8, 0.0, -0.55), RELAXED),  # bends the arm
     (4.0, (0.34, 1.17, 0.24), (-0.25, 0.9, 0.15), (-0.8, 0.0, -0.55), RELAXED),
-    (5.2, *_OPEN), (6.0, *_REST), (8.6, *_REST),
-    (9.6, (0.33, 1.10, 0.27), (-0.35, 0.75, 0.4), (-0.7, 0.1, -0.6), RELAXED),       # bends it again ...
-    (10.6, (0.26, 0.93, 0.42), (-0.3, 0.3, 0.9), (-0.6, 0.7, 0.2), OPEN),            # ... stretches it ...
-    (11.6, (0.33, 1.13, 0.25), (-0.3, 0.8, 0.3), (-0.75, 0.05, -0.6), RELAXED),      # ... and once more
-    (13.2, *_OPEN), (14.4, *_REST), (SECONDS, *_REST),
-)  # fmt: skip
+    (5.2, *_OPEN),
+    (6.0, *_REST),
+    (8.6, *_REST),
+    (9.6, (0.33, 1.10, 0.27), (-0.35, 0.75, 0.4), (-0.7, 0.1, -0.6), RELAXED),  # bends it again ...
+    (10.6, (0.26, 0.93, 0.42), (-0.3, 0.3, 0.9), (-0.6, 0.7, 0.2), OPEN),  # ... stretches it ...
+    (11.6, (0.33, 1.13, 0.25), (-0.3, 0.8, 0.3), (-0.75, 0.05, -0.6), RELAXED),  # ... and once more
+    (13.2, *_OPEN),
+    (14.4, *_REST),
+    (SECONDS, *_REST),
+)
 _RIGHT: tuple[Key, ...] = (
-    (0.0, *_REST), (1.9, *_REST),
-    (3.0, (0.02, 1.02, 0.36), (-0.75, 0.25, 0.55), (-0.3, -0.9, 0.2), POINT),        # shows the other elbow
+    (0.0, *_REST),
+    (1.9, *_REST),
+    (3.0, (0.02, 1.02, 0.36), (-0.75, 0.25, 0.55), (-0.3, -0.9, 0.2), POINT),  # shows the other elbow
     (4.2, (0.00, 1.03, 0.36), (-0.75, 0.2, 0.55), (-0.3, -0.9, 0.2), POINT),
-    (5.2, *_REST), (6.0, *_REST),
-    (7.0, (0.25, 1.07, 0.26), (-0.45, 0.85, -0.2), (-0.5, -0.1, -0.85), POINT),       # shows the forehead
+    (5.2, *_REST),
+    (6.0, *_REST),
+    (7.0, (0.25, 1.07, 0.26), (-0.45, 0.85, -0.2), (-0.5, -0.1, -0.85), POINT),  # shows the forehead
     (8.0, (0.25, 1.08, 0.26), (-0.45, 0.85, -0.2), (-0.5, -0.1, -0.85), POINT),
-    (9.2, *_REST), (10.0, *_REST), (11.0, *_OPEN), (12.6, (0.29, 1.00, 0.38), (-0.05, 0.35, 0.9), (-0.5, 0.85, 0.1), OPEN),
-    (13.6, *_REST), (14.6, *_REST), (15.7, *_OPEN),
-    (17.4, (0.30, 1.01, 0.36), (0.0, 0.4, 0.9), (-0.45, 0.85, 0.1), FLAT), (18.8, *_REST), (SECONDS, *_REST),
-)  # fmt: skip
+    (9.2, *_REST),
+    (10.0, *_REST),
+    (11.0, *_OPEN),
+    (12.6, (0.29, 1.00, 0.38), (-0.05, 0.35, 0.9), (-0.5, 0.85, 0.1), OPEN),
+    (13.6, *_REST),
+    (14.6, *_REST),
+    (15.7, *_OPEN),
+    (17.4, (0.30, 1.01, 0.36), (0.0, 0.4, 0.9), (-0.45, 0.85, 0.1), FLAT),
+    (18.8, *_REST),
+    (SECONDS, *_REST),
+)
 
 
 class Performer:

@@ -17,9 +17,9 @@ import numpy as np
 from figures_touching import dressed
 from implicit_render import label
 from mesh_render import Part, Studio
-from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.figure import Figure
@@ -42,7 +42,6 @@ from vistel_services.renderer.giving_way import Shown, gives_way, moved_hand
 from vistel_services.renderer.soft_things import SoftThing, bond_pulls
 from vistel_services.world.encode import bond_message, thing_message
 
-F64 = NDArray[np.float64]
 STEP_NS, SIZE = 16_666_667, (330, 300)
 AVATAR = builtin_avatar("builtin:seed=7,hair_style=0", name="together", height=1.75)
 LIKE = Proportions.of(AVATAR.skeleton, AVATAR.body)
@@ -178,9 +177,10 @@ def main() -> None:
     arguments = parser.parse_args()
     studio, pictures = Studio(), []
     for text, (parts, at), eye, angle in (
-        ("a cup", held("cup", 0.047), (-0.24, 0.10, 0.34), 0.5), ("a ball", held("ball", 0.040), (-0.24, 0.04, 0.34), 0.5),
+        ("a cup", held("cup", 0.047), (-0.24, 0.10, 0.34), 0.5),
+        ("a ball", held("ball", 0.040), (-0.24, 0.04, 0.34), 0.5),
         ("pulled off the table", stretched(), (-0.26, -0.01, 0.26), 0.36),
-    ):  # fmt: skip
+    ):
         picture = studio.photograph(parts, tuple(at + np.array(eye)), tuple(at), SIZE, angle)
         pictures.append(label(picture, text))
     out = Image.new("RGB", (SIZE[0] * len(pictures), pictures[0].height), "white")

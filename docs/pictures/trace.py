@@ -1,6 +1,6 @@
 """Pictures of the ray tracer: the example scene, the scenes of Table 1 as implicit surfaces and as polyhedra.
 
-    python docs/pictures/trace.py            writes trace.png and trace-table1.png beside this file
+python docs/pictures/trace.py            writes trace.png and trace-table1.png beside this file
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scenes import ROOT, Moment, choreographed, photograph
 
+from vistel.arrays import F64, U8
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel_services.renderer.camera import look_at
@@ -18,8 +18,6 @@ from vistel_services.renderer.people import load_shape
 from vistel_services.renderer.screens import Screen, Stereo, boxes, eyes_apart, picture_size
 from vistel_services.renderer.studio import Studio
 
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
 Prepare = Callable[[Studio], None]
 Change = Callable[[Moment], Moment]
 
@@ -68,8 +66,9 @@ def seen_from(eye: F64, side: int, moment: Moment, packed: U8, width: int, heigh
     for screen, (x0, _, whole, h) in zip(screens, boxes(screens, stereo), strict=True):
         w = whole // 2 if stereo is Stereo.SIDE_BY_SIDE else whole
         x = x0 + side * (whole - w)
-        corners = np.array([screen.upper_left, screen.upper_left + screen.lower_right - screen.lower_left,
-                            screen.lower_right, screen.lower_left])  # fmt: skip
+        corners = np.array(
+            [screen.upper_left, screen.upper_left + screen.lower_right - screen.lower_left, screen.lower_right, screen.lower_left]
+        )
         place = camera.project(corners, *size)[:, :2].astype(np.float32)
         matrix = cv2.getPerspectiveTransform(np.array(((0, 0), (w, 0), (w, h), (0, h)), np.float32), place)
         part = np.ascontiguousarray(packed[-h:, x : x + w]).astype(np.float32) / 255.0

@@ -51,9 +51,17 @@ class Studio:
         self.program["wrinkles"].value = 1  # type: ignore[union-attr]
 
     def photograph(
-        self, figure: Figure, worn: Worn, posture: Posture, view: View, size: tuple[int, int], *,
-        actions: Mapping[str, float] | None = None, wrinkled: bool = True, plain: bool = False,
-    ) -> Image.Image:  # fmt: skip
+        self,
+        figure: Figure,
+        worn: Worn,
+        posture: Posture,
+        view: View,
+        size: tuple[int, int],
+        *,
+        actions: Mapping[str, float] | None = None,
+        wrinkled: bool = True,
+        plain: bool = False,
+    ) -> Image.Image:
         """The figure in a posture, with the wrinkles that go with it or without. plain: grey, to see the shape alone."""
         context, avatar = self.context, figure.avatar
         weights = worn.weights(pose_joints(avatar.skeleton, posture), actions) * float(wrinkled)

@@ -14,10 +14,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from wrinkle_render import Studio, View
 
+from vistel.arrays import U8
 from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, Posture, standing
@@ -33,8 +33,6 @@ from vistel.wrinkle.shape_file import builtin_shapes
 from vistel.wrinkle.texture import Lighting, wrinkled_texture
 from vistel.wrinkle.wardrobe import wardrobe
 from vistel.wrinkle.worn import Worn
-
-U8 = NDArray[np.uint8]
 
 
 def sheet(rows: list[list[tuple[str, U8 | Image.Image]]]) -> Image.Image:
@@ -88,11 +86,16 @@ def texture() -> Image.Image:
     def half(picture: U8) -> Image.Image:
         return Image.fromarray(picture).resize((texels, texels), Image.Resampling.LANCZOS)
 
-    return sheet([
-        [("primitive with round ends", primitive("round")), ("with tapering ends", primitive("taper")),
-         ("map of three wrinkles", half(np.repeat(grey[..., None], 3, axis=2)))],
-        [("cloth", half(cloth)), ("wrinkled", half(worn)), ("plain cloth", half(_plain(of)))],
-    ])  # fmt: skip
+    return sheet(
+        [
+            [
+                ("primitive with round ends", primitive("round")),
+                ("with tapering ends", primitive("taper")),
+                ("map of three wrinkles", half(np.repeat(grey[..., None], 3, axis=2))),
+            ],
+            [("cloth", half(cloth)), ("wrinkled", half(worn)), ("plain cloth", half(_plain(of)))],
+        ]
+    )
 
 
 def _plain(of: Map) -> U8:
@@ -122,10 +125,14 @@ def traced() -> Image.Image:
         strength = edges(np.asarray(photograph @ np.array((0.2126, 0.7152, 0.0722)), np.float32), how)
         seen = np.asarray(np.clip(strength / np.quantile(strength, 0.998), 0, 1) * 255, np.uint8)
         found = trace(photograph, name, how).shape
-        rows.append([
-            ("rendered cloth, with noise", photograph), ("edges towards the lamp", np.repeat(seen[..., None], 3, axis=2)),
-            ("thinned, as weighted curves", drawing(found, 280)), ("synthesised from them", relief(found, 280)),
-        ])  # fmt: skip
+        rows.append(
+            [
+                ("rendered cloth, with noise", photograph),
+                ("edges towards the lamp", np.repeat(seen[..., None], 3, axis=2)),
+                ("thinned, as weighted curves", drawing(found, 280)),
+                ("synthesised from them", relief(found, 280)),
+            ]
+        )
     return sheet(rows)
 
 
@@ -155,12 +162,14 @@ def sleeve() -> Image.Image:
     outside = View((1.12, 1.38, 0.05), (0.38, 1.2, 0.12), 0.42)
     rows = [
         [
-            (f"{degrees:g} degrees" + ("" if wrinkled else ", no wrinkles"),
-             studio.photograph(who.figure, who.worn, arm(degrees), outside, (300, 300), wrinkled=wrinkled, plain=plain))
+            (
+                f"{degrees:g} degrees" + ("" if wrinkled else ", no wrinkles"),
+                studio.photograph(who.figure, who.worn, arm(degrees), outside, (300, 300), wrinkled=wrinkled, plain=plain),
+            )
             for degrees, plain in ((8.0, False), (60.0, False), (105.0, False), (105.0, True))
         ]
         for wrinkled in (False, True)
-    ]  # fmt: skip
+    ]
     return sheet(rows)  # type: ignore[arg-type]
 
 
@@ -168,17 +177,21 @@ def face() -> Image.Image:
     """Figures 50 and 51: brows raised, a frown, a smile and squint; from the front and in profile."""
     studio = Studio()
     looks = {
-        "at rest": {}, "brows raised (AU1)": {"AU1": 1.0}, "frown (AU4)": {"AU4": 1.0},
+        "at rest": {},
+        "brows raised (AU1)": {"AU1": 1.0},
+        "frown (AU4)": {"AU4": 1.0},
         "smile, squint (AU6, AU12)": {"left_AU6": 1.0, "right_AU6": 1.0, "AU12": 1.0},
-    }  # fmt: skip
+    }
     rows: list[list[tuple[str, Image.Image]]] = []
     for spec in ("seed=7,hair_style=0", "seed=4,pattern=4,top=7"):
         who = Dressing(spec)
         for view in (View((0.16, 1.655, 0.60), (0.0, 1.625, 0.03), 0.36), View((0.62, 1.645, 0.18), (0.0, 1.63, 0.03), 0.36)):
-            rows.append([
-                (name, studio.photograph(who.figure, who.worn, standing(), view, (270, 270), actions=units))
-                for name, units in looks.items()
-            ])  # fmt: skip
+            rows.append(
+                [
+                    (name, studio.photograph(who.figure, who.worn, standing(), view, (270, 270), actions=units))
+                    for name, units in looks.items()
+                ]
+            )
     return sheet([rows[0], rows[1], rows[2]])  # type: ignore[list-item]
 
 
@@ -194,18 +207,25 @@ def figure() -> Image.Image:
     people = {spec: Dressing(spec) for spec, _, _ in shots}
     rows = [
         [
-            ("without" if not wrinkled else "with wrinkles",
-             studio.photograph(people[s].figure, people[s].worn, posture, view, (310, 330), wrinkled=wrinkled))
+            (
+                "without" if not wrinkled else "with wrinkles",
+                studio.photograph(people[s].figure, people[s].worn, posture, view, (310, 330), wrinkled=wrinkled),
+            )
             for s, posture, view in shots
         ]
         for wrinkled in (False, True)
-    ]  # fmt: skip
+    ]
     return sheet(rows)  # type: ignore[arg-type]
 
 
 PICTURES: dict[str, Callable[[], Image.Image]] = {
-    "shapes": shapes, "texture": texture, "traced": traced, "sleeve": sleeve, "face": face, "figure": figure,
-}  # fmt: skip
+    "shapes": shapes,
+    "texture": texture,
+    "traced": traced,
+    "sleeve": sleeve,
+    "face": face,
+    "figure": figure,
+}
 
 
 def main() -> None:

@@ -58,7 +58,7 @@ def whole(avatar: Avatar) -> Piece:
         np.concatenate([m.uv[m.corner_triangles] for m in meshes]).astype(np.float64),
         np.zeros(sum(len(m.triangles) for m in meshes), np.int64),
         np.repeat(np.arange(len(meshes)), [len(m.triangles) for m in meshes]),
-    )  # fmt: skip
+    )
 
 
 def part(body: Piece, planes: list[tuple[str, np.ndarray, np.ndarray]], name: str) -> Piece:

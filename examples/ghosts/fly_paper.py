@@ -25,19 +25,40 @@ def room() -> SoftRoom:
     """Paper, 12 cm wide, and a fly that stands on it; metres, Y up."""
     corners = (-0.06, 0.0, -0.045, 0.06, 0.0, -0.045, 0.06, 0.0, 0.045, -0.06, 0.0, 0.045)
     paper = Thing("paper", "fly-paper", "sheet", (Primitive("rounded_polygon", (0.007, *corners)),), 0.0, 1.0, PAPER, np.zeros(3))
-    parts = [Primitive("cone_sphere", (-0.026, 0.022, 0.0, -0.004, 0.022, 0.0, 0.0085, 0.0095)),
-             Primitive("cone_sphere", (0.004, 0.023, 0.0, 0.014, 0.023, 0.0, 0.0075, 0.0075)),
-             Primitive("sphere", (0.007,), np.array((0.025, 0.0225, 0.0)))]  # fmt: skip
+    parts = [
+        Primitive("cone_sphere", (-0.026, 0.022, 0.0, -0.004, 0.022, 0.0, 0.0085, 0.0095)),
+        Primitive("cone_sphere", (0.004, 0.023, 0.0, 0.014, 0.023, 0.0, 0.0075, 0.0075)),
+        Primitive("sphere", (0.007,), np.array((0.025, 0.0225, 0.0))),
+    ]
     parts += [Primitive("sphere", (0.0032,), np.array((0.0285, 0.0255, z))) for z in (-0.0045, 0.0045)]
     for x, z in FEET:
         parts.append(Primitive("cone_sphere", (0.4 * x, 0.021, 0.4 * z, x, TOES, z, 0.0022, 0.0015)))
         parts.append(Primitive("sphere", (TOES,), np.array((x, TOES, z))))
-    parts += [Primitive("superellipsoid", (0.022, 0.0075, 0.0009, 1.0, 1.0), np.array((-0.014, 0.0335, 1.15 * z)),
-                        np.array((0.70, 0.05 * np.sign(z), 0.06 * np.sign(z), 0.71)) / np.linalg.norm((0.70, 0.05, 0.06, 0.71)))
-              for z in (-0.009, 0.009)]  # fmt: skip
+    parts += [
+        Primitive(
+            "superellipsoid",
+            (0.022, 0.0075, 0.0009, 1.0, 1.0),
+            np.array((-0.014, 0.0335, 1.15 * z)),
+            np.array((0.70, 0.05 * np.sign(z), 0.06 * np.sign(z), 0.71)) / np.linalg.norm((0.70, 0.05, 0.06, 0.71)),
+        )
+        for z in (-0.009, 0.009)
+    ]
     fly = Thing("fly", "fly", "fly", tuple(parts), 0.004, 0.5, FLY, np.array((0.0, 0.0072, 0.0)))
-    held = [Constraint("paper", "fly", (x, 0.007, z), (x, 0.0005, z), 0.0085, 0.0045, plateau=0.0, hold=0.72,
-                       tears=0.0036 + 0.0004 * n, fade=0.15) for n, (x, z) in enumerate(FEET)]  # fmt: skip
+    held = [
+        Constraint(
+            "paper",
+            "fly",
+            (x, 0.007, z),
+            (x, 0.0005, z),
+            0.0085,
+            0.0045,
+            plateau=0.0,
+            hold=0.72,
+            tears=0.0036 + 0.0004 * n,
+            fade=0.15,
+        )
+        for n, (x, z) in enumerate(FEET)
+    ]
     return SoftRoom.of([paper, fly], constraints=held, gravity=(0.0, 0.0, 0.0), surface=Surface(800.0, 0.5, 0.4, viscosity=4.0))
 
 

@@ -20,12 +20,30 @@ def room() -> SoftRoom:
     """Lid with a film of honey, the drop under it, a plate below; metres, Y up."""
     film = Primitive("superellipsoid", (0.038, 0.038, FILM, 0.85, 1.0))
     lid = Thing("lid", "lid", "lid", (film,), 0.0, 1.0, HONEY, np.array((0.0, HEIGHT, 0.0)), turned())
-    plate = Thing("plate", "plate", "plate", (Primitive("superellipsoid", (0.05, 0.05, 0.02, 0.3, 1.0)),), 0.0, 0.0, GLASS,
-                  np.array((0.0, -0.02, 0.0)), turned())  # fmt: skip
-    drop = Thing("drop", "drop", "ball", (Primitive("sphere", (RADIUS,)),), 0.0101, 2.0, HONEY,
-                 np.array((0.0, HEIGHT - FILM - 0.98 * RADIUS, 0.0)))  # fmt: skip
-    neck = Constraint("lid", "drop", (0.0, 0.0, FILM), (0.0, RADIUS, 0.0), 0.012, 0.010, plateau=0.2, hold=0.72,
-                      tears=0.0080, fade=0.08)  # fmt: skip
+    plate = Thing(
+        "plate",
+        "plate",
+        "plate",
+        (Primitive("superellipsoid", (0.05, 0.05, 0.02, 0.3, 1.0)),),
+        0.0,
+        0.0,
+        GLASS,
+        np.array((0.0, -0.02, 0.0)),
+        turned(),
+    )
+    drop = Thing(
+        "drop",
+        "drop",
+        "ball",
+        (Primitive("sphere", (RADIUS,)),),
+        0.0101,
+        2.0,
+        HONEY,
+        np.array((0.0, HEIGHT - FILM - 0.98 * RADIUS, 0.0)),
+    )
+    neck = Constraint(
+        "lid", "drop", (0.0, 0.0, FILM), (0.0, RADIUS, 0.0), 0.012, 0.010, plateau=0.2, hold=0.72, tears=0.0080, fade=0.08
+    )
     honey = Surface(pressure=6000.0, friction=0.8, damping=2.0, viscosity=250.0)
     return SoftRoom.of([lid, plate, drop], constraints=[neck], surface=honey, materials={"drop": Viscoelastic(0.25)})
 

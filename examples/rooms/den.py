@@ -1,6 +1,6 @@
 """Writes den.usdz: a room of our own with floor, walls, a square table, two chairs, a rug and things to take.
 
-    python examples/rooms/den.py examples/rooms/den.usdz
+python examples/rooms/den.py examples/rooms/den.usdz
 """
 
 from __future__ import annotations
@@ -17,8 +17,6 @@ from vistel.figure.rotation import quaternion_from_matrix, rotation_x, rotation_
 from vistel.space.files import Interior, Model, save_usd
 from vistel.space.room import Room, Seat
 from vistel.space.things.things import Axis, Look, Matter, Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 WIDE, DEEP, HIGH = 2.6, 2.2, 2.6
 """Half the room's width and depth, and its height [m]."""
@@ -73,7 +71,7 @@ def shell() -> tuple[list[Thing], list[Model]]:
         ("wall-back", [(-w, 0, -d), (w, 0, -d), (w, h, -d), (-w, h, -d)], box((w, h / 2, 0.05), (0, h / 2, -d - 0.05), UNSEEN)),
         ("wall-left", [(-w, 0, d), (-w, 0, -d), (-w, h, -d), (-w, h, d)], box((0.05, h / 2, d), (-w - 0.05, h / 2, 0), UNSEEN)),
         ("wall-right", [(w, 0, -d), (w, 0, d), (w, h, d), (w, h, -d)], box((0.05, h / 2, d), (w + 0.05, h / 2, 0), UNSEEN)),
-    )  # fmt: skip
+    )
     things = [
         Thing("floor", "floor", "floor", (), 0.0, 0.0, 0xC49E70FF, np.zeros(3), looks=(Look(floor.digest),)),
         Thing("rug", "rug", "rug", (), 0.0, 0.0, 0x965A50FF, np.array((0.0, 0.004, 0.0)), looks=(Look(rug.digest),)),
@@ -108,14 +106,40 @@ def loose() -> list[Thing]:
         Primitive("cone_sphere", (0.0, 0.06, 0.0, 0.0, 0.12, 0.0, 0.016, 0.012)),
     )
     return [
-        Thing("baton", "red baton", "baton", (baton,), 0.09, 0.05, 0xC23B32FF, np.array((0.0, TABLE + 0.013, 0.1)),
-              axes=(Axis(np.zeros(3), np.array((1.0, 0.0, 0.0)), 0.013),)),
-        Thing("parcel", "brown parcel", "box", (box((0.06, 0.04, 0.045), (0, 0, 0)),), 0.4, 0.0, 0xA57C4BFF,
-              np.array((-0.3, TABLE + 0.04, 0.05))),
-        Thing("clay", "clay", "ball", (Primitive("sphere", (0.04,)),), 0.35, 0.7, 0xB5A48FFF,
-              np.array((0.25, TABLE + 0.04, -0.1)), matter=Matter("plastic")),
+        Thing(
+            "baton",
+            "red baton",
+            "baton",
+            (baton,),
+            0.09,
+            0.05,
+            0xC23B32FF,
+            np.array((0.0, TABLE + 0.013, 0.1)),
+            axes=(Axis(np.zeros(3), np.array((1.0, 0.0, 0.0)), 0.013),),
+        ),
+        Thing(
+            "parcel",
+            "brown parcel",
+            "box",
+            (box((0.06, 0.04, 0.045), (0, 0, 0)),),
+            0.4,
+            0.0,
+            0xA57C4BFF,
+            np.array((-0.3, TABLE + 0.04, 0.05)),
+        ),
+        Thing(
+            "clay",
+            "clay",
+            "ball",
+            (Primitive("sphere", (0.04,)),),
+            0.35,
+            0.7,
+            0xB5A48FFF,
+            np.array((0.25, TABLE + 0.04, -0.1)),
+            matter=Matter("plastic"),
+        ),
         Thing("bottle", "green bottle", "bottle", bottle, 0.5, 0.0, 0x3F7A4AFF, np.array((0.4, TABLE + 0.105, 0.15))),
-    ]  # fmt: skip
+    ]
 
 
 def den() -> Interior:

@@ -18,6 +18,7 @@ from scripts.speech_model import rooms
 from scripts.speech_model.corpus import seeded
 from scripts.speech_model.texts import TRAIN
 from scripts.speech_model.voices import RATE
+from vistel.arrays import F32, F64
 from vistel.speech.acoustic import FILE, Model, load, save
 from vistel.speech.automaton import compile_automaton
 from vistel.speech.confidence import FEATURES, PACE, SHORTNESS, WHOLE
@@ -25,9 +26,6 @@ from vistel.speech.grammar import Grammar
 from vistel.speech.grammar_file import load_grammar
 from vistel.speech.japanese import JapaneseRecogniser
 from vistel.speech.phones import PHONES, kana_phones
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 VOICES = ("takumi_sad", "takumi_sad", "f5", "takumi_sad", "takumi_sad", "m5", "Ed", "takumi_sad")
 TALKERS = ("takumi_sad", "takumi_sad", "nitech_jp_atr503_m001", "tohoku-f01-neutral")

@@ -9,12 +9,10 @@ from numpy.typing import NDArray
 
 from scripts.speech_model.rooms import Noises, heard_at, level
 from scripts.speech_model.voices import RATE, Spoken, resampled
+from vistel.arrays import F32, I16
 from vistel.speech.acoustic import state_of
 from vistel.speech.features import HOP, WINDOW, LogMel, Normaliser
 from vistel.speech.phones import PHONES
-
-F32 = NDArray[np.float32]
-I16 = NDArray[np.int16]
 
 
 @dataclass(frozen=True)

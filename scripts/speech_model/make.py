@@ -24,10 +24,11 @@ import numpy as np  # noqa: E402
 
 from scripts.speech_model import corpus, voice_file, voices  # noqa: E402
 from scripts.speech_model.align import aligned  # noqa: E402
-from scripts.speech_model.frames import F32, Session, session  # noqa: E402
+from scripts.speech_model.frames import Session, session  # noqa: E402
 from scripts.speech_model.rooms import Noises, level  # noqa: E402
 from scripts.speech_model.training import Frames, fresh, train  # noqa: E402
 from scripts.speech_model.voices import Spoken  # noqa: E402
+from vistel.arrays import F32  # noqa: E402
 from vistel.speech.acoustic import FILE, STATES, Model, load, save, state_of  # noqa: E402
 from vistel.speech.features import FRAME_S, LogMel  # noqa: E402
 from vistel.speech.phones import PHONES  # noqa: E402

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scripts.speech_model.voices import RATE
-
-F32 = NDArray[np.float32]
+from vistel.arrays import F32
 
 
 def impulse_response(random: np.random.Generator, t60_s: float, direct_db: float) -> F32:

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scripts.speech_model.frames import Session
+from vistel.arrays import F32
 from vistel.speech.acoustic import STATES, Model
 from vistel.speech.confidence import FEATURES
 from vistel.speech.features import BANDS
-
-F32 = NDArray[np.float32]
 
 OFFSETS = (-29, -24, -20, -16, -13, -11, *range(-9, 8))
 """Frames the net sees: what was before and how the room sounds is seen coarsely, what comes only for 70 ms."""

@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.speech.phones import label_phones
 
-F32 = NDArray[np.float32]
 RATE = 16000
 _DICTIONARIES = (Path("/var/lib/mecab/dic/open-jtalk/naist-jdic"), Path("/usr/share/open_jtalk/dic"))
 
@@ -48,13 +48,24 @@ class Manner:
     breath: float = 0.5
     edge: float = 0.0
 
-
     def options(self) -> list[str]:
         """As both open_jtalk and hts_engine take them."""
         return [
-            "-a", f"{0.55 + self.warp:.3f}", "-fm", f"{self.semitones:.2f}", "-r", f"{self.rate:.3f}", "-u", f"{self.breath:.3f}",
-            "-b", f"{self.edge:.3f}", "-jm", f"{0.5 + 0.5 * self.liveliness:.3f}", "-jf", f"{self.liveliness:.3f}",
-        ]  # fmt: skip
+            "-a",
+            f"{0.55 + self.warp:.3f}",
+            "-fm",
+            f"{self.semitones:.2f}",
+            "-r",
+            f"{self.rate:.3f}",
+            "-u",
+            f"{self.breath:.3f}",
+            "-b",
+            f"{self.edge:.3f}",
+            "-jm",
+            f"{0.5 + 0.5 * self.liveliness:.3f}",
+            "-jf",
+            f"{self.liveliness:.3f}",
+        ]
 
 
 def drawn(random: np.random.Generator) -> Manner:

@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 from vistel.messages.commands import message_of
@@ -38,8 +38,6 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel.wire.world.room_now import RoomNow
 from vistel.wire.zenoh.bus import BusError, ZenohBus
-
-F64 = NDArray[np.float64]
 
 PATIENCE_NS = 3_000_000_000
 """How long an answer is waited for."""
@@ -141,12 +139,10 @@ class Room:
 
     def _hear(self, now: RoomNow) -> None:
         self.things = {
-            t.id: ThingNow(
-                t.id, t.name, t.shape, t.colour, *now.poses[t.id], now.holders(t.id), t.id not in now.moving
-            )
+            t.id: ThingNow(t.id, t.name, t.shape, t.colour, *now.poses[t.id], now.holders(t.id), t.id not in now.moving)
             for t in now.things.values()
             if t.id in now.poses
-        }  # fmt: skip
+        }
         self.step, self.t_ns = now.step, now.t_ns
         self.people = now.participants
         self.touching = frozenset((t.target, t.source) for t in now.touches)

@@ -25,9 +25,16 @@ class CyberGlove:
     """
 
     def __init__(
-        self, angles: Callable[[float], Sequence[float]], *, sensors: int = 18, right: bool = False,
-        calibration: GloveCalibration | None = None, noise: float = 0.3, seed: int = 0, restart_s: float = 1.75,
-    ) -> None:  # fmt: skip
+        self,
+        angles: Callable[[float], Sequence[float]],
+        *,
+        sensors: int = 18,
+        right: bool = False,
+        calibration: GloveCalibration | None = None,
+        noise: float = 0.3,
+        seed: int = 0,
+        restart_s: float = 1.75,
+    ) -> None:
         self.sensors = sensors
         self.right = right
         self.plugged = True
@@ -154,9 +161,7 @@ class CyberGlove:
         return 1
 
     def _query(self, c: int) -> bytes:
-        flags = (
-            0x83 | 0x04 * self._on[ord("U")] | 0x10 * self._on[ord("F")] | 0x20 * self._on[ord("D")] | 0x40 * self.right
-        )
+        flags = 0x83 | 0x04 * self._on[ord("U")] | 0x10 * self._on[ord("F")] | 0x20 * self._on[ord("D")] | 0x40 * self.right
         answers: dict[int, bytes] = {
             ord("G"): bytes((1 | 2 * self.plugged,)),
             ord("S"): bytes((self.sensors,)),

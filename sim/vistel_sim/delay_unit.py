@@ -7,15 +7,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pymodbus.constants import ExcCodes
 
+from vistel.arrays import F32
 from vistel.protocol.equipment import CHANNELS_MOST, MAGIC, MAP_VERSION
 from vistel.wire.clock import Clock
 from vistel_sim.faults import Fault
 from vistel_sim.modbus_unit import HOLDING, SimulatedUnit
-
-F32 = NDArray[np.float32]
 
 RATE = 48_000
 MOST_DELAY = 20_000
@@ -60,9 +58,18 @@ class SimulatedDelayUnit(SimulatedUnit):
     product = "SIM-DELAY"
 
     def __init__(
-        self, name: str, path: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (), *, channels: int = 2,
-        baud: int = 0, device_id: int = 1, seed: int = 0,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        path: Path,
+        clock: Clock,
+        start_ns: int,
+        faults: Iterable[Fault] = (),
+        *,
+        channels: int = 2,
+        baud: int = 0,
+        device_id: int = 1,
+        seed: int = 0,
+    ) -> None:
         super().__init__(name, path, clock, start_ns, faults, baud=baud, device_id=device_id, seed=seed)
         self._channels = channels
         self.lines = [DelayLine() for _ in range(channels)]
@@ -112,8 +119,18 @@ class SimulatedDelayUnit(SimulatedUnit):
         uptime = max(0, int(t_s - self._booted_s))
         status = sum(int(b) << i for i, b in enumerate(self.tables.discrete[:8]))
         self.tables.inputs[:12] = [
-            MAGIC, MAP_VERSION, status, 0, RATE // 100, uptime >> 16, uptime & 0xFFFF, self._channels, MOST_DELAY,
-            OWN_LATENCY, self._writes & 0xFFFF, 412,
-        ]  # fmt: skip
+            MAGIC,
+            MAP_VERSION,
+            status,
+            0,
+            RATE // 100,
+            uptime >> 16,
+            uptime & 0xFFFF,
+            self._channels,
+            MOST_DELAY,
+            OWN_LATENCY,
+            self._writes & 0xFFFF,
+            412,
+        ]
         self.tables.inputs[16:24] = actual + [0] * (CHANNELS_MOST - len(actual))
         self.tables.inputs[24:32] = [-1000 & 0xFFFF] * CHANNELS_MOST

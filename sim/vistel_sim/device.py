@@ -62,9 +62,18 @@ class SimulatedDevice:
     """Runs an instrument at a port."""
 
     def __init__(
-        self, name: str, instrument: Instrument, path: Path, clock: Clock, start_ns: int,
-        faults: Iterable[Fault] = (), *, baud: int = 115200, seed: int = 0, strict_speed: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        instrument: Instrument,
+        path: Path,
+        clock: Clock,
+        start_ns: int,
+        faults: Iterable[Fault] = (),
+        *,
+        baud: int = 115200,
+        seed: int = 0,
+        strict_speed: bool = False,
+    ) -> None:
         """`start_ns`: the clock's time at which the motion and the script of faults begin.
 
         strict_speed: a client must have set `baud`; otherwise any speed is understood.

@@ -8,14 +8,13 @@ import re
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel_sim import rotations
 from vistel_sim.device import Reply
 from vistel_sim.fastrak_record import encode_record, known_items, record_length
 from vistel_sim.fastrak_settings import Settings, Station, copy_of
 
-F64 = NDArray[np.float64]
 PoseSource = Callable[[int, float], tuple[Sequence[float] | F64, Sequence[float] | F64]]
 """(station 1..4, t [s]) -> position (3,) [m], quaternion (4,) (x, y, z, w), in the transmitter's frame."""
 
@@ -42,10 +41,16 @@ class Fastrak:
     """
 
     def __init__(
-        self, pose: PoseSource, *, receivers: Sequence[int] = (1, 2, 3, 4), position_noise: float = 0.0008,
-        angle_noise: float = math.radians(0.15), seed: int = 0, restart_s: float = 10.0,
+        self,
+        pose: PoseSource,
+        *,
+        receivers: Sequence[int] = (1, 2, 3, 4),
+        position_noise: float = 0.0008,
+        angle_noise: float = math.radians(0.15),
+        seed: int = 0,
+        restart_s: float = 10.0,
         metal: Callable[[F64], F64] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._saturated = False
         self._drift = np.zeros(3)
         self._pose = pose

@@ -7,14 +7,22 @@ import struct
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel_sim import rotations
 
-F64 = NDArray[np.float64]
-
-_BYTES = {0: (1, 1), 1: (2, 2), 2: (21, 12), 3: (21, 12), 4: (21, 12), 5: (21, 12), 6: (21, 12), 7: (21, 12),
-          11: (28, 16), 16: (2, 2)}  # fmt: skip
+_BYTES = {
+    0: (1, 1),
+    1: (2, 2),
+    2: (21, 12),
+    3: (21, 12),
+    4: (21, 12),
+    5: (21, 12),
+    6: (21, 12),
+    7: (21, 12),
+    11: (28, 16),
+    16: (2, 2),
+}
 """Of each item as text and in binary; item + 50 is its extended form, 13 bytes a number as text."""
 
 

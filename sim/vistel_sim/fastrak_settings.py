@@ -6,9 +6,8 @@ import dataclasses
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
 
 
 @dataclass

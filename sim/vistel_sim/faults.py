@@ -35,9 +35,7 @@ def fault_from_text(text: str) -> Fault:
         device, kind, at_s, for_s = text.split(":")
         return Fault(device, kinds[kind], float(at_s), float(for_s))
     except (ValueError, KeyError):
-        raise ValueError(
-            f"fault {text!r}: expected DEVICE:KIND:AT_S:FOR_S, KIND one of {', '.join(kinds)}"
-        ) from None
+        raise ValueError(f"fault {text!r}: expected DEVICE:KIND:AT_S:FOR_S, KIND one of {', '.join(kinds)}") from None
 
 
 class DeviceFaults:

@@ -18,9 +18,15 @@ class _Glove:
     highest = 4095
 
     def __init__(
-        self, angles: Callable[[float], Sequence[float]], *, sensors: int = 14, right: bool = False,
-        calibration: FiveDtCalibration | None = None, noise: float = 3.0, seed: int = 0,
-    ) -> None:  # fmt: skip
+        self,
+        angles: Callable[[float], Sequence[float]],
+        *,
+        sensors: int = 14,
+        right: bool = False,
+        calibration: FiveDtCalibration | None = None,
+        noise: float = 3.0,
+        seed: int = 0,
+    ) -> None:
         self.sensors = sensors
         self.right = right
         self._angles = angles

@@ -9,13 +9,12 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel_sim import rotations
 from vistel_sim.device import Reply
 from vistel_sim.fastrak import PoseSource
 
-F64 = NDArray[np.float64]
 Model = Literal["liberty", "patriot"]
 
 _MARK = {"liberty": b"LY", "patriot": b"PA"}
@@ -57,10 +56,17 @@ class Liberty:
     """
 
     def __init__(
-        self, pose: PoseSource, *, model: Model = "liberty", receivers: Sequence[int] = (1, 2, 3, 4),
-        position_noise: float = 0.0008, angle_noise: float = math.radians(0.15), seed: int = 0,
-        restart_s: float = 10.0, baud: int = 115200,
-    ) -> None:  # fmt: skip
+        self,
+        pose: PoseSource,
+        *,
+        model: Model = "liberty",
+        receivers: Sequence[int] = (1, 2, 3, 4),
+        position_noise: float = 0.0008,
+        angle_noise: float = math.radians(0.15),
+        seed: int = 0,
+        restart_s: float = 10.0,
+        baud: int = 115200,
+    ) -> None:
         self.model: Model = model
         self._pose = pose
         self._receivers = frozenset(r for r in receivers if r <= _STATIONS[model])
@@ -113,9 +119,8 @@ class Liberty:
         command = b"C" if self.settings.continuous else b"P"
         self._polled = False
         return b"".join(
-            self._record(n + 1, station, command, t_s)
-            for n, station in enumerate(self.settings.stations) if station.active
-        )  # fmt: skip
+            self._record(n + 1, station, command, t_s) for n, station in enumerate(self.settings.stations) if station.active
+        )
 
     def _record(self, number: int, station: Station, command: bytes, t_s: float) -> bytes:
         p, q = self._pose(number, t_s)

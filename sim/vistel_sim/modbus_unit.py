@@ -46,9 +46,17 @@ class SimulatedUnit(ABC):
     product = "SIM"
 
     def __init__(
-        self, name: str, path: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (), *, baud: int = 0,
-        device_id: int = 1, seed: int = 0,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        path: Path,
+        clock: Clock,
+        start_ns: int,
+        faults: Iterable[Fault] = (),
+        *,
+        baud: int = 0,
+        device_id: int = 1,
+        seed: int = 0,
+    ) -> None:
         self.name = name
         self.tables = Tables()
         self._path, self._clock, self._start_ns = path, clock, start_ns
@@ -107,9 +115,9 @@ class SimulatedUnit(ABC):
         coils, discrete = ([SimData(0, values=list(v), datatype=DataType.BITS)] for v in (t.coils, t.discrete))
         holding, inputs = ([SimData(0, values=list(v), datatype=DataType.REGISTERS)] for v in (t.holding, t.inputs))
         device = SimDevice(id=self._id, simdata=(coils, discrete, holding, inputs), action=self._asked)
-        about = ModbusDeviceIdentification(info_name={
-            "VendorName": "VISTEL", "ProductCode": self.product, "MajorMinorRevision": "1.0",
-        })  # fmt: skip
+        about = ModbusDeviceIdentification(
+            info_name={"VendorName": "VISTEL", "ProductCode": self.product, "MajorMinorRevision": "1.0"}
+        )
         self._path.parent.mkdir(parents=True, exist_ok=True)
         address = await (self._serve_line(device, about) if self._baud else self._serve_tcp(device, about))
         new = self._path.with_name(f".{self._path.name}.new")

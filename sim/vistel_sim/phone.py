@@ -46,9 +46,16 @@ class SimulatedSender:
     when that changes. faults: garbage, cut, stall and unplug (no network) of the device `name`."""
 
     def __init__(
-        self, name: str, packet: Packets, announce: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (),
-        *, seed: int = 0,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        packet: Packets,
+        announce: Path,
+        clock: Clock,
+        start_ns: int,
+        faults: Iterable[Fault] = (),
+        *,
+        seed: int = 0,
+    ) -> None:
         self.name = name
         self._packet = packet
         self._announce = announce

@@ -1,6 +1,6 @@
 """All simulated devices of a conference, moved by one motion source.
 
-   python -m vistel_sim.process CONFERENCE.toml --run RUN [--site SITE] [--fault DEVICE:KIND:AT_S:FOR_S ...]
+python -m vistel_sim.process CONFERENCE.toml --run RUN [--site SITE] [--fault DEVICE:KIND:AT_S:FOR_S ...]
 """
 
 from __future__ import annotations
@@ -16,9 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F64
 from vistel.conference.devices import GloveConfig, PropTracker, TrackerConfig
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference, Participant, Prop, Site
@@ -49,7 +47,6 @@ if TYPE_CHECKING:
     from vistel.conference.sound import Equipment
     from vistel_sim.modbus_unit import SimulatedUnit
 
-F64 = NDArray[np.float64]
 log = logging.getLogger("vistel.sim")
 
 _RESTART_S = 0.3
@@ -81,16 +78,23 @@ class BodyMotion(Protocol):
 
 
 def simulated_devices(
-    conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int,
-    *, site: str | None = None, faults: Iterable[Fault] = (),
-) -> list[SimulatedDevice]:  # fmt: skip
+    conference: Conference,
+    motion: BodyMotion,
+    paths: RunPaths,
+    clock: Clock,
+    start_ns: int,
+    *,
+    site: str | None = None,
+    faults: Iterable[Fault] = (),
+) -> list[SimulatedDevice]:
     """The devices whose port is "sim"; of one site, or of all. Raises ValueError for a fault of no such device."""
     faults = tuple(faults)
     devices = [
         SimulatedDevice(name, instrument, paths.device(name), clock, start_ns, faults, baud=baud, seed=seed)
-        for s in conference.sites if site in (None, s.name)
+        for s in conference.sites
+        if site in (None, s.name)
         for name, instrument, baud, seed in _site_instruments(conference, s, motion)
-    ]  # fmt: skip
+    ]
     names = {d.name for d in devices} | {f"{p.name}-face" for p in _phone_owners(conference, site)}
     names |= {name for name, _ in _camera_names(conference, site)}
     names |= {f"{p.name}-tracker" for p in _suite_owners(conference, site)}
@@ -107,9 +111,12 @@ def _talkers(conference: Conference, site: str | None) -> list[Participant]:
     """Whose microphone is simulated."""
     sites = [(s, s.audio) for s in conference.sites if site in (None, s.name)]
     return [
-        p for s, audio in sites if audio is not None
-        for i, p in enumerate(s.participants) if audio.microphone_of(p.name, i == 0) == "sim"
-    ]  # fmt: skip
+        p
+        for s, audio in sites
+        if audio is not None
+        for i, p in enumerate(s.participants)
+        if audio.microphone_of(p.name, i == 0) == "sim"
+    ]
 
 
 def simulated_microphones(
@@ -138,9 +145,8 @@ def _equipment(conference: Conference, site: str | None) -> list[tuple[str, Equi
 
 
 def simulated_equipment(
-    conference: Conference, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
-    faults: Iterable[Fault] = (),
-) -> list[SimulatedUnit]:  # fmt: skip
+    conference: Conference, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None, faults: Iterable[Fault] = ()
+) -> list[SimulatedUnit]:
     """The equipment whose address is "sim" or "sim:rtu"."""
     wanted, faults = _equipment(conference, site), tuple(faults)
     if not wanted:
@@ -173,9 +179,15 @@ def _camera_names(conference: Conference, site: str | None) -> list[tuple[str, P
 
 
 def simulated_cameras(
-    conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
+    conference: Conference,
+    motion: BodyMotion,
+    paths: RunPaths,
+    clock: Clock,
+    start_ns: int,
+    *,
+    site: str | None = None,
     faults: Iterable[Fault] = (),
-) -> list[SimulatedCamera]:  # fmt: skip
+) -> list[SimulatedCamera]:
     """The face and eye cameras whose source is "sim"."""
     faults = tuple(faults)
     out: list[SimulatedCamera] = []
@@ -199,9 +211,15 @@ def _suite_owners(conference: Conference, site: str | None) -> list[Participant]
 
 
 def simulated_servers(
-    conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
+    conference: Conference,
+    motion: BodyMotion,
+    paths: RunPaths,
+    clock: Clock,
+    start_ns: int,
+    *,
+    site: str | None = None,
     faults: Iterable[Fault] = (),
-) -> list[SimulatedVrpn]:  # fmt: skip
+) -> list[SimulatedVrpn]:
     """The VRPN servers of trackers and gloves whose port is "sim"."""
     faults = tuple(faults)
     out: list[SimulatedVrpn] = []
@@ -220,8 +238,10 @@ def _served(conference: Conference, site: str | None) -> list[tuple[str, str, Pa
     ]
     return out + [
         (f"{p.name}-glove-{side}", SIMULATED_GLOVE, p)
-        for p in people for side, g in sorted(p.gloves.items()) if g.kind in ("vrpn", "vrpn_pinch") and g.port == "sim"
-    ]  # fmt: skip
+        for p in people
+        for side, g in sorted(p.gloves.items())
+        if g.kind in ("vrpn", "vrpn_pinch") and g.port == "sim"
+    ]
 
 
 def _served_tracker(person: Participant, motion: BodyMotion, seed: int) -> vrpn_server.Device:
@@ -244,21 +264,24 @@ def _hand(person: Participant, side: str, motion: BodyMotion) -> Callable[[float
 
 
 def simulated_senders(
-    conference: Conference, motion: BodyMotion, paths: RunPaths, clock: Clock, start_ns: int, *, site: str | None = None,
+    conference: Conference,
+    motion: BodyMotion,
+    paths: RunPaths,
+    clock: Clock,
+    start_ns: int,
+    *,
+    site: str | None = None,
     faults: Iterable[Fault] = (),
-) -> list[SimulatedSender]:  # fmt: skip
+) -> list[SimulatedSender]:
     """The phones and tracking suites whose port is "sim"."""
     faults = tuple(faults)
     where = places(conference)
     senders = {f"{p.name}-face": face_packets(f"{p.name}-face", talking) for p in _phone_owners(conference, site)}
     senders |= {f"{p.name}-tracker": _suite(where[p.name], motion) for p in _suite_owners(conference, site)}
     return [
-        SimulatedSender(
-            name, packet, paths.device(name), clock, start_ns, faults,
-            seed=device_seed(conference.seed, name),
-        )
+        SimulatedSender(name, packet, paths.device(name), clock, start_ns, faults, seed=device_seed(conference.seed, name))
         for name, packet in senders.items()
-    ]  # fmt: skip
+    ]
 
 
 def _suite(place: Place, motion: BodyMotion) -> Packets:
@@ -318,9 +341,7 @@ def _tracker(config: TrackerConfig | PropTracker, pose: PoseSource, receivers: S
         raise ValueError(f"{config.kind}: is no serial device")
     if config.kind == "fastrak":
         return Fastrak(pose, receivers=receivers, seed=seed, restart_s=_RESTART_S)
-    return Liberty(
-        pose, model=config.kind, receivers=receivers, seed=seed, restart_s=_RESTART_S, baud=config.baud
-    )
+    return Liberty(pose, model=config.kind, receivers=receivers, seed=seed, restart_s=_RESTART_S, baud=config.baud)
 
 
 def _glove(config: GloveConfig, angles: Callable[[float], Sequence[float]], right: bool, seed: int) -> Instrument:
@@ -336,9 +357,14 @@ def device_seed(seed: int, name: str) -> int:
 
 
 async def run_simulators(
-    conference: Conference, paths: RunPaths, clock: Clock, faults: Iterable[Fault] = (), *, site: str | None = None,
+    conference: Conference,
+    paths: RunPaths,
+    clock: Clock,
+    faults: Iterable[Fault] = (),
+    *,
+    site: str | None = None,
     start_ns: int | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Run them until cancelled. The motion, and the times of `faults`, begin at `start_ns` of the clock; without it, now."""
     motion = open_motion(conference)
     faults, start_ns = tuple(faults), clock.now_ns() if start_ns is None else start_ns

@@ -22,14 +22,21 @@ class SimulatedRoomDevice(SimulatedUnit):
     product = "SIM-ROOM"
 
     def __init__(
-        self, name: str, path: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (), *,
-        registers: Mapping[str, Register], baud: int = 0, device_id: int = 1, seed: int = 0,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        path: Path,
+        clock: Clock,
+        start_ns: int,
+        faults: Iterable[Fault] = (),
+        *,
+        registers: Mapping[str, Register],
+        baud: int = 0,
+        device_id: int = 1,
+        seed: int = 0,
+    ) -> None:
         super().__init__(name, path, clock, start_ns, faults, baud=baud, device_id=device_id, seed=seed)
         self._registers = registers
-        self._written = {
-            (_FUNCTIONS[r.table], r.address + i): r for r in registers.values() if r.writable for i in range(r.words)
-        }  # fmt: skip
+        self._written = {(_FUNCTIONS[r.table], r.address + i): r for r in registers.values() if r.writable for i in range(r.words)}
 
     def holds(self, name: str) -> float:
         """A register's value, in its unit."""

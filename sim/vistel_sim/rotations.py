@@ -5,29 +5,32 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
 
 
 def matrix(q: F64) -> F64:
     """(3, 3) from a quaternion (x, y, z, w) of any length but 0."""
     x, y, z, w = q / math.sqrt(float(q @ q))
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ])  # fmt: skip
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def quaternion(m: F64) -> F64:
     """Unit quaternion (x, y, z, w), w >= 0, from a rotation (3, 3): the longest column of q q^T (Bar-Itzhack)."""
     (a, b, c), (d, e, f), (g, h, i) = m.tolist()
     q = max(
-        (1 + a - e - i, b + d, c + g, h - f), (b + d, 1 - a + e - i, f + h, c - g),
-        (c + g, f + h, 1 - a - e + i, d - b), (h - f, c - g, d - b, 1 + a + e + i),
+        (1 + a - e - i, b + d, c + g, h - f),
+        (b + d, 1 - a + e - i, f + h, c - g),
+        (c + g, f + h, 1 - a - e + i, d - b),
+        (h - f, c - g, d - b, 1 + a + e + i),
         key=lambda column: sum(v * v for v in column),
-    )  # fmt: skip
+    )
     out = np.array(q) / math.sqrt(sum(v * v for v in q))
     return out if out[3] >= 0 else -out
 
@@ -41,11 +44,7 @@ def from_vector(v: F64) -> F64:
 
 def azimuth_elevation_roll(m: F64) -> F64:
     """(3,) radians: about Z, then the new Y, then the new X."""
-    return np.array([
-        math.atan2(m[1, 0], m[0, 0]),
-        math.asin(max(-1.0, min(1.0, -m[2, 0]))),
-        math.atan2(m[2, 1], m[2, 2]),
-    ])  # fmt: skip
+    return np.array([math.atan2(m[1, 0], m[0, 0]), math.asin(max(-1.0, min(1.0, -m[2, 0]))), math.atan2(m[2, 1], m[2, 2])])
 
 
 def from_euler(angles: F64) -> F64:

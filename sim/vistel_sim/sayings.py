@@ -6,12 +6,11 @@ import logging
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.resample import at_positions, reach
 from vistel.speech.synthesis import PLAIN, SynthesisError, synthesise
 
-F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.sim")
 
 RATE = 48_000

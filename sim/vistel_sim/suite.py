@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.posture.sensors import TRACKER_AXES, Placement
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.protocol.vmc import PARENTS, ROOT, Pose, encode
-
-F64 = NDArray[np.float64]
 
 _OTHERWISE = {"Hips": "hips", "Spine": "spine_1", "Chest": "spine_4", "UpperChest": "spine_8"}
 

@@ -14,13 +14,11 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.wire.clock import Clock
 from vistel_sim.faults import DeviceFaults, Fault
 from vistel_sim.sayings import Sayings
-
-F32 = NDArray[np.float32]
 
 RATE, BLOCK = 48_000, 960
 _BLOCK_NS = 20_000_000
@@ -97,9 +95,10 @@ class Voice:
         if self._sayings is not None:
             out += self._sayings.between(begin, begin + BLOCK)
         elif a > 0.0 or b > 0.0:
-            out += np.linspace(_LOUD * a, _LOUD * b, BLOCK, dtype=np.float32) * self._babble[
-                np.arange(begin, begin + BLOCK) % len(self._babble)
-            ]
+            out += (
+                np.linspace(_LOUD * a, _LOUD * b, BLOCK, dtype=np.float32)
+                * self._babble[np.arange(begin, begin + BLOCK) % len(self._babble)]
+            )
         for met_s in self._claps(start_s - _CLAP_S, end_s):
             at = round(met_s * RATE) - begin
             low, high = max(0, at), min(BLOCK, at + len(self._clap))

@@ -39,9 +39,14 @@ class Tracker:
     period_s = CYCLE_S
 
     def __init__(
-        self, pose: PoseSource, stations: Sequence[int], *, seed: int = 0, position_noise: float = 0.0008,
+        self,
+        pose: PoseSource,
+        stations: Sequence[int],
+        *,
+        seed: int = 0,
+        position_noise: float = 0.0008,
         angle_noise: float = 0.0026,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._pose = pose
         self._stations = tuple(stations)
         self._rng = np.random.default_rng(seed)
@@ -93,8 +98,9 @@ class PinchGlove:
         now = [any(fingers), *fingers]
         out = [
             (vrpn.BUTTON, vrpn.change_payload(self._first + k, touches))
-            for k, (touches, before) in enumerate(zip(now, self._touching, strict=True)) if touches != before
-        ]  # fmt: skip
+            for k, (touches, before) in enumerate(zip(now, self._touching, strict=True))
+            if touches != before
+        ]
         self._touching = now
         return out
 
@@ -106,9 +112,18 @@ class SimulatedVrpn:
     """
 
     def __init__(
-        self, name: str, called: str, device: Device, announce: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (),
-        *, seed: int = 0, version: str = "07.38",
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        called: str,
+        device: Device,
+        announce: Path,
+        clock: Clock,
+        start_ns: int,
+        faults: Iterable[Fault] = (),
+        *,
+        seed: int = 0,
+        version: str = "07.38",
+    ) -> None:
         self.name = name
         self._called = called
         self._device = device

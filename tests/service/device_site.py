@@ -93,9 +93,8 @@ class DeviceSite:
 
     @asynccontextmanager
     async def running(
-        self, instruments: dict[str, Instrument], faults: Iterable[Fault] = (), person: dict[str, Any] | None = None,
-        **port: Any,
-    ):  # fmt: skip
+        self, instruments: dict[str, Instrument], faults: Iterable[Fault] = (), person: dict[str, Any] | None = None, **port: Any
+    ):
         """Services and simulated devices, for as long as the block lasts. `port`: see SimulatedDevice."""
         conference = Conference(sites=[Site(name="a", participants=[Participant(name="ann", **(person or {}))])])
         paths = RunPaths(self.folder, self.folder)

@@ -39,21 +39,25 @@ class Conference:
     """ann at tokyo speaks into a simulated microphone (or what is given); bob at oslo hears her."""
 
     def __init__(
-        self, folder: Path, source: str = "", loudness: Callable[[float], float] = turns, policy: Policy | None = None,
-        loudspeaker: str = "", delay_unit: str = "", push_to_talk: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        folder: Path,
+        source: str = "",
+        loudness: Callable[[float], float] = turns,
+        policy: Policy | None = None,
+        loudspeaker: str = "",
+        delay_unit: str = "",
+        push_to_talk: bool = False,
+    ) -> None:
         self.clock = SimulatedClock(START_NS)
         self.network = MemoryNetwork()
-        self.microphone = SimulatedMicrophone(
-            "ann-microphone", Voice(loudness, lambda a, b: (), 5), folder / "ann-microphone"
-        )
+        self.microphone = SimulatedMicrophone("ann-microphone", Voice(loudness, lambda a, b: (), 5), folder / "ann-microphone")
         self._simulated = not source
         self.heard = folder / "heard.wav"
         mine = Microphone("ann", source or str(folder / "ann-microphone"), push_to_talk)
         self._configs = [
             Config("tokyo", "ann", (mine,), stream=False, spatial="off", memory=folder / "muted.json"),
             Config("oslo", "bob", (), loudspeaker or str(self.heard), policy or Policy(), "off", delay_unit=delay_unit),
-        ]  # fmt: skip
+        ]
         self.image_s: float | None = None
 
     async def begin(self) -> None:
@@ -61,9 +65,7 @@ class Conference:
         self.tokyo, self.oslo = buses
         self._status = self.network.bus("c", "hub", self.clock).subscribe(BY_NAME["sound_status"])
         self._delay = self.oslo.publish(BY_NAME["image_delay"])
-        self._tasks = [
-            asyncio.create_task(run(c, b, self.clock)) for c, b in zip(self._configs, buses, strict=True)
-        ]  # fmt: skip
+        self._tasks = [asyncio.create_task(run(c, b, self.clock)) for c, b in zip(self._configs, buses, strict=True)]
         if self._simulated:
             self._tasks.append(asyncio.create_task(run_microphones([self.microphone], self.clock, START_NS)))
         self.said: dict[str, SoundStatus] = {}

@@ -211,9 +211,7 @@ def test_the_world_touches_it_at_its_own_surface_and_a_log_of_it_runs_again(tmp_
                 assert max(t.limbs) < len(body)
 
 
-def test_a_log_brings_the_avatar_to_a_machine_that_never_had_the_file(
-    tmp_path: Path, machine: Callable[[str], Path]
-) -> None:
+def test_a_log_brings_the_avatar_to_a_machine_that_never_had_the_file(tmp_path: Path, machine: Callable[[str], Path]) -> None:
     machine("owner")
     conference = load(conference_file(tmp_path / "owner"))
     config = posture.configure(conference, conference.sites[0], RunPaths(tmp_path, tmp_path))

@@ -37,9 +37,13 @@ class Secured:
 
     async def door(self, site: str, tls: TlsFiles | None = None, connect_s: float = 5.0) -> ZenohBus:
         bus = await ZenohBus.open(
-            conference="demo", site=site, clock=SystemClock(), endpoints=[f"tls/localhost:{self.port}"],
-            tls=tls or self.authority.issue(site), connect_s=connect_s,
-        )  # fmt: skip
+            conference="demo",
+            site=site,
+            clock=SystemClock(),
+            endpoints=[f"tls/localhost:{self.port}"],
+            tls=tls or self.authority.issue(site),
+            connect_s=connect_s,
+        )
         self._doors.append(bus)
         return bus
 
@@ -110,9 +114,9 @@ def test_a_site_cannot_speak_for_another_nor_for_the_world_nor_be_present_as_ano
                 listening.append(asyncio.create_task(listen()))
         seen: list[tuple[str, str, bool]] = []
         tokyo.watch_presence(lambda *change: seen.append(change))
-        session = zenoh.open(zenoh.Config.from_json5(as_text(client_config(
-            [f"tls/localhost:{s.port}"], s.authority.issue("paris")
-        ))))  # fmt: skip
+        session = zenoh.open(
+            zenoh.Config.from_json5(as_text(client_config([f"tls/localhost:{s.port}"], s.authority.issue("paris"))))
+        )
         payload = Motion()
         payload.header.version = 1
         for key in (
@@ -187,11 +191,13 @@ def test_every_topic_of_the_table_has_exactly_its_publishers_in_the_rules() -> N
     rules = access_rules("demo", ["paris", "tokyo"])
     may = {
         p["subjects"][0]: {
-            k for r in rules["rules"] if r["id"] in p["rules"] and "put" in r["messages"] and r["flows"] == ["ingress"]
+            k
+            for r in rules["rules"]
+            if r["id"] in p["rules"] and "put" in r["messages"] and r["flows"] == ["ingress"]
             for k in r["key_exprs"]
         }
         for p in rules["policies"]
-    }  # fmt: skip
+    }
     for topic in TOPICS:
         if topic.publisher is Publisher.SITE:
             assert topic.pattern("demo", site="paris") in may["paris"]

@@ -64,9 +64,7 @@ asyncio.run(main())
 @contextlib.contextmanager
 def process(code: str, *args: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """A Python process and the first line it says."""
-    child = subprocess.Popen(
-        [sys.executable, "-c", code, *args], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
+    child = subprocess.Popen([sys.executable, "-c", code, *args], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert child.stdout is not None
     assert child.stdin is not None
     try:

@@ -39,9 +39,19 @@ def solved(body: Body | None, distortion: Distortion | None, error: np.ndarray) 
     mounts = receiver_mounts(own)
     motion = open_motion(CONFERENCE)
     person = Person(
-        name="ann", display_name="", avatar="", height_m=1.7, seat=Stance(place.seat_position, place.seat_heading), tracker="t",
-        stations=STATIONS, transmitter=place.transmitter, gloves={}, body=body, mounts=mounts, distortion=distortion,
-    )  # fmt: skip
+        name="ann",
+        display_name="",
+        avatar="",
+        height_m=1.7,
+        seat=Stance(place.seat_position, place.seat_heading),
+        tracker="t",
+        stations=STATIONS,
+        transmitter=place.transmitter,
+        gloves={},
+        body=body,
+        mounts=mounts,
+        distortion=distortion,
+    )
     capture = Capture(person)
     worst = {"left_hand": 0.0, "right_hand": 0.0}
     wearing = type(place)(**{**vars(place), "skeleton": own, "mounts": mounts})

@@ -28,9 +28,14 @@ class Room:
     """A unit, the service that keeps it, and what it says."""
 
     def __init__(
-        self, folder: Path, bus: MemoryBus, clock: SystemClock, device: Device | None = None, baud: int = 0,
+        self,
+        folder: Path,
+        bus: MemoryBus,
+        clock: SystemClock,
+        device: Device | None = None,
+        baud: int = 0,
         registers: Mapping[str, Register] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """baud: of a serial line, 0 for TCP. registers: of a device that is no delay unit."""
         self.clock, self.bus, self.start_ns = clock, bus, clock.now_ns()
         at = ("unit", folder / "unit", clock, self.start_ns)
@@ -61,9 +66,12 @@ class Room:
 
 
 def with_room(
-    tmp_path: Path, play: Callable[[Room], Coroutine[Any, Any, None]], device: Device | None = None, baud: int = 0,
+    tmp_path: Path,
+    play: Callable[[Room], Coroutine[Any, Any, None]],
+    device: Device | None = None,
+    baud: int = 0,
     registers: Mapping[str, Register] | None = None,
-) -> None:  # fmt: skip
+) -> None:
     async def main() -> None:
         clock = SystemClock()
         room = Room(tmp_path, MemoryNetwork().bus("c", "tokyo", clock), clock, device, baud, registers)
@@ -99,9 +107,7 @@ def test_a_unit_goes_to_what_is_asked_says_what_it_does_and_is_heard_to_do_it(tm
 
 @LINES
 @pytest.mark.parametrize("kind", ["stall", "cut"])
-def test_without_good_answers_for_a_second_the_delay_is_unknown_until_they_return(
-    tmp_path: Path, kind: Kind, baud: int
-) -> None:
+def test_without_good_answers_for_a_second_the_delay_is_unknown_until_they_return(tmp_path: Path, kind: Kind, baud: int) -> None:
     async def play(room: Room) -> None:
         room.ask(delay=0.01)
         await room.until(holds(0.01))
@@ -167,13 +173,18 @@ def test_a_device_that_is_no_delay_unit_is_named_as_such(tmp_path: Path) -> None
 
 
 AMPLIFIER = {
-    "volume": Register("holding", 4, unit="%", low=0.0, high=99.0), "mute": Register("coil", 2, "bit"),
-    "power": Register("coil", 0, "bit"), "treble": Register("holding", 120, "i16", 0.5, "dB", -12.0, 12.0),
-}  # fmt: skip
+    "volume": Register("holding", 4, unit="%", low=0.0, high=99.0),
+    "mute": Register("coil", 2, "bit"),
+    "power": Register("coil", 0, "bit"),
+    "treble": Register("holding", 120, "i16", 0.5, "dB", -12.0, 12.0),
+}
 PROJECTOR = {
-    "power": Register("coil", 16, "bit"), "shutter": Register("coil", 17, "bit"), "brightness": Register("holding", 0),
-    "hours": Register("input", 40, "u32", unit="h"), "lamp_fault": Register("discrete", 3, "bit"),
-}  # fmt: skip
+    "power": Register("coil", 16, "bit"),
+    "shutter": Register("coil", 17, "bit"),
+    "brightness": Register("holding", 0),
+    "hours": Register("input", 40, "u32", unit="h"),
+    "lamp_fault": Register("discrete", 3, "bit"),
+}
 
 
 def shows(**values: float) -> Callable[[EquipmentStatus], bool]:
@@ -237,4 +248,3 @@ def test_a_ramp_of_the_delay_line_does_not_click() -> None:
 
     smooth = float(np.abs(np.diff(tone)).max())
     assert steepest(0.05) < 1.1 * smooth
-

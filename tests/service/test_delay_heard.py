@@ -53,11 +53,15 @@ def test_a_clap_leaves_the_delay_unit_with_its_picture(tmp_path: Path, baud: int
         mine = Config("tokyo", "ann", (Microphone("ann", str(tmp_path / "mic")),), stream=False, spatial="off")
         theirs = Config("oslo", "bob", (), str(tmp_path / "heard.wav"), spatial="off", stream=False, delay_unit="unit")
         tasks = [
-            asyncio.create_task(work) for work in (
-                run_microphones([microphone], clock, start_ns), unit.run(), run_room(RoomConfig((device,)), oslo, clock),
-                run_audio(mine, tokyo, clock), run_audio(theirs, oslo, clock),
+            asyncio.create_task(work)
+            for work in (
+                run_microphones([microphone], clock, start_ns),
+                unit.run(),
+                run_room(RoomConfig((device,)), oslo, clock),
+                run_audio(mine, tokyo, clock),
+                run_audio(theirs, oslo, clock),
             )
-        ]  # fmt: skip
+        ]
         pictures, said = oslo.publish(BY_NAME["image_delay"]), oslo.subscribe(BY_NAME["sound_status"], site="oslo")
         try:
             while clock.now_ns() - start_ns < SECONDS * 1e9:

@@ -24,14 +24,9 @@ FOLDER = ROOT / "deploy/zenoh"
 
 @pytest.mark.parametrize(
     ("file", "arguments"),
-    [
-        ("hub.json5", ["hub", "demo", "tokyo", "columbus"]),
-        ("site.json5", ["site", "tls/hub.example.org:7447", "tokyo"]),
-    ],
+    [("hub.json5", ["hub", "demo", "tokyo", "columbus"]), ("site.json5", ["site", "tls/hub.example.org:7447", "tokyo"])],
 )
-def test_the_committed_configurations_are_what_the_code_gives_and_zenoh_takes_them(
-    file: str, arguments: list[str]
-) -> None:
+def test_the_committed_configurations_are_what_the_code_gives_and_zenoh_takes_them(file: str, arguments: list[str]) -> None:
     text = (FOLDER / file).read_text()
     assert text == main(arguments), f"python -m vistel.wire.zenoh.deployment {' '.join(arguments)} > deploy/zenoh/{file}"
     zenoh.Config.from_json5(text)
@@ -39,9 +34,7 @@ def test_the_committed_configurations_are_what_the_code_gives_and_zenoh_takes_th
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not on this machine")
 def test_the_script_makes_certificates_with_which_a_site_joins_the_hub(tmp_path: Path) -> None:
-    subprocess.run(
-        [FOLDER / "certificates.sh", tmp_path / "c", "hub.example.org", "tokyo", "columbus"], check=True, timeout=60
-    )
+    subprocess.run([FOLDER / "certificates.sh", tmp_path / "c", "hub.example.org", "tokyo", "columbus"], check=True, timeout=60)
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         port = s.getsockname()[1]

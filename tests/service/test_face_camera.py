@@ -92,8 +92,7 @@ def test_marks_of_a_simulated_camera_arrive_as_they_are(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "told"),
-    [("freeze", "does not change"), ("black", "black"), ("unplug", "no simulated camera"), ("stall", "gone")],
+    ("kind", "told"), [("freeze", "does not change"), ("black", "black"), ("unplug", "no simulated camera"), ("stall", "gone")]
 )
 def test_a_camera_that_fails_is_told_and_picked_up_again(tmp_path: Path, kind: Any, told: str) -> None:
     async def scenario() -> None:

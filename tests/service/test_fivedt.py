@@ -53,9 +53,12 @@ def test_each_glove_streams_angles_and_survives_garbage_and_unplugging(tmp_path:
         raw: list[RawBytes] = site.bus.on("device_raw", L)
         decoder = glove.decoder_of(GloveConfig(kind=kind), L)
         again = [
-            frame for m in raw if m.direction == RawBytes.DIRECTION_FROM_DEVICE
-            for t_ns, data in reads_of(m) for frame in decoder.feed(data, t_ns)
-        ]  # fmt: skip
+            frame
+            for m in raw
+            if m.direction == RawBytes.DIRECTION_FROM_DEVICE
+            for t_ns, data in reads_of(m)
+            for frame in decoder.feed(data, t_ns)
+        ]
         assert [f.SerializeToString() for f in again] == [f.SerializeToString() for f in frames(site)]
 
     run(scenario())
@@ -71,7 +74,7 @@ def test_each_glove_streams_angles_and_survives_garbage_and_unplugging(tmp_path:
         ("cyberglove", lambda: Glove5(lambda t: HAND), "a 5DT Data Glove 5 answers on this port; a CyberGlove was expected"),
         ("cyberglove", lambda: Ultra(lambda t: HAND), "a 5DT Data Glove Ultra answers on this port; a CyberGlove was expected"),
     ],
-)  # fmt: skip
+)
 def test_another_device_on_the_port_is_named(tmp_path: Path, kind: str, wrong, said: str) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)

@@ -72,9 +72,7 @@ def _server_spec(folder: Path, code: str = WORKER) -> ForkServerSpec:
     """A fork server that loads the module `worker`."""
     (folder / "worker.py").write_text(code)
     _, file, _ = _conference(folder)
-    return ForkServerSpec(
-        (sys.executable, "-m", "vistel_services.process.fork_server", str(file), "worker"), _environment(folder)
-    )
+    return ForkServerSpec((sys.executable, "-m", "vistel_services.process.fork_server", str(file), "worker"), _environment(folder))
 
 
 def _worker(folder: Path, *arguments: str, module: str | None = "worker") -> ProcessSpec:
@@ -193,9 +191,7 @@ def test_what_was_forked_outlives_the_server_and_the_next_one_takes_over(
 
 def _talk(spec: ForkServerSpec, *orders: bytes) -> tuple[int, list[bytes], list[str]]:
     """What a server answers to `orders` before its input ends: exit code, answers, lines of its log."""
-    done = subprocess.run(
-        spec.argv, input=b"".join(orders), capture_output=True, env=spec.env, timeout=60, check=False
-    )
+    done = subprocess.run(spec.argv, input=b"".join(orders), capture_output=True, env=spec.env, timeout=60, check=False)
     return done.returncode, done.stdout.splitlines(keepends=True), done.stderr.decode().splitlines()
 
 
@@ -235,9 +231,7 @@ def test_a_real_process_of_a_conference_is_killed_and_is_on_the_bus_again(tmp_pa
 
     async def scene() -> None:
         router = Router.open()
-        bus = await ZenohBus.open(
-            conference=conference.name, site="s", clock=SystemClock(), endpoints=[router.endpoint]
-        )
+        bus = await ZenohBus.open(conference=conference.name, site="s", clock=SystemClock(), endpoints=[router.endpoint])
         comings: list[bool] = []
         token = process_token("recorder")
         bus.watch_presence(lambda site, t, alive: comings.append(alive) if (site, t) == ("hub", token) else None)

@@ -153,9 +153,12 @@ def test_recorded_bytes_decode_to_the_same_frames(tmp_path: Path) -> None:
             await site.until(lambda: len(frames(site)) > 30)
         decoder = CyberGloveDecoder(L, right=False, sensors=18, calibration=default_calibration())
         again = [
-            frame for m in site.bus.on("device_raw", L) if m.direction == RawBytes.DIRECTION_FROM_DEVICE
-            for t_ns, data in reads_of(m) for frame in decoder.feed(data, t_ns)
-        ]  # fmt: skip
+            frame
+            for m in site.bus.on("device_raw", L)
+            if m.direction == RawBytes.DIRECTION_FROM_DEVICE
+            for t_ns, data in reads_of(m)
+            for frame in decoder.feed(data, t_ns)
+        ]
         assert [f.SerializeToString() for f in again] == [f.SerializeToString() for f in frames(site)]
 
     run(scenario())

@@ -104,7 +104,7 @@ def test_garbage_and_cut_records_do_no_harm(tmp_path: Path) -> None:
         (PERSON, lambda: unit(model="patriot"), "a Polhemus PATRIOT answers on this port; a LIBERTY was expected"),
         ({"gloves": {}}, unit, "a Polhemus LIBERTY answers on this port; a FASTRAK was expected"),
     ],
-)  # fmt: skip
+)
 def test_another_device_on_the_port_is_named(tmp_path: Path, person, wrong, said: str) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)
@@ -137,9 +137,12 @@ def test_recorded_bytes_decode_to_the_same_frames(tmp_path: Path) -> None:
         raw: list[RawBytes] = site.bus.on("device_raw", T)
         decoder = LibertyDecoder(T)
         again = [
-            frame for m in raw if m.direction == RawBytes.DIRECTION_FROM_DEVICE
-            for t_ns, data in reads_of(m) for frame in decoder.feed(data, t_ns)
-        ]  # fmt: skip
+            frame
+            for m in raw
+            if m.direction == RawBytes.DIRECTION_FROM_DEVICE
+            for t_ns, data in reads_of(m)
+            for frame in decoder.feed(data, t_ns)
+        ]
         assert [f.SerializeToString() for f in again] == [f.SerializeToString() for f in frames(site)]
 
     run(scenario())
@@ -147,9 +150,6 @@ def test_recorded_bytes_decode_to_the_same_frames(tmp_path: Path) -> None:
 
 def test_a_station_the_unit_cannot_have_is_told_by_the_conference_file(tmp_path: Path) -> None:
     file = tmp_path / "c.toml"
-    file.write_text(
-        '[[sites]]\nname = "a"\n[[sites.participants]]\nname = "ann"\n'
-        '[sites.participants.tracker]\nkind = "patriot"\n'
-    )
+    file.write_text('[[sites]]\nname = "a"\n[[sites.participants]]\nname = "ann"\n[sites.participants.tracker]\nkind = "patriot"\n')
     with pytest.raises(ConferenceError, match=r"a patriot has stations 1\.\.2"):
         load(file)

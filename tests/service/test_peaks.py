@@ -24,7 +24,7 @@ def test_noise_and_steady_movement_are_no_peaks() -> None:
     hold = PeakHold(0.1)
     for k in range(30):
         hold.add(np.array([0.2 * k]))
-        hold.add(np.array([0.2 * k + 0.1, ]))
+        hold.add(np.array([0.2 * k + 0.1]))
         assert hold.take()[0] == 0.2 * k + 0.1
     for k in range(30):
         hold.add(np.array([10.0 + 0.05 * (k % 2)]))

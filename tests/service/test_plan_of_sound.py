@@ -12,7 +12,7 @@ UNIT = {"name": "unit", "role": "delay"}
 
 def services(
     audio: dict[str, Any] | None, processes: list[list[str]] | None, speech: dict[str, Any] | None = None
-) -> list[tuple[str, ...]]:  # fmt: skip
+) -> list[tuple[str, ...]]:
     site: dict[str, Any] = {"name": "tokyo", "participants": [{"name": "ann"}]}
     if audio is not None:
         site["audio"] = audio

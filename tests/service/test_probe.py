@@ -30,7 +30,7 @@ LIBERTY = "Polhemus Inc. LIBERTY, simulated Firmware 2.2"
         (lambda: Glove16(lambda t: HAND), "a 5DT Data Glove 16", "", "50 Hz"),
         (lambda: Glove5(lambda t: HAND), "a 5DT Data Glove 5", "1.2", ""),
     ],
-)  # fmt: skip
+)
 def test_each_device_is_named_with_firmware_and_rate(tmp_path: Path, unit, name: str, firmware: str, rate: str) -> None:
     async def scenario() -> None:
         clock = LoopClock()

@@ -30,13 +30,17 @@ from vistel_sim.process import simulated_devices
 
 TURN = quaternion_from_matrix(matrix_from_rotvec(np.array([0.4, -1.1, 0.7])))
 MOUNT = {"station": 2, "receiver_position": (0.03, -0.01, 0.05), "receiver_rotation": (0.0, 0.6, 0.0, 0.8)}
-CONFERENCE = Conference.model_validate({
-    "sites": [{
-        "name": "tokyo",
-        "participants": [{"name": "aiko", "seat": 2, "tracker": None, "gloves": {}}],
-        "props": [{"thing": "baton", "tracker": MOUNT}],
-    }]
-})  # fmt: skip
+CONFERENCE = Conference.model_validate(
+    {
+        "sites": [
+            {
+                "name": "tokyo",
+                "participants": [{"name": "aiko", "seat": 2, "tracker": None, "gloves": {}}],
+                "props": [{"thing": "baton", "tracker": MOUNT}],
+            }
+        ]
+    }
+)
 START_NS = 1_000_000_000
 
 

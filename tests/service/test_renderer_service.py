@@ -39,9 +39,7 @@ def room_message(step: int, t_ns: int) -> world_pb2.WorldState:
     state = world_pb2.WorldState(step=step, key=True)
     state.header.t_ns = t_ns
     for thing in meeting_room(3).things:
-        message = state.things.add(
-            id=thing.id, name=thing.name, mass_kg=thing.mass, colour=thing.colour, shape=thing.shape
-        )
+        message = state.things.add(id=thing.id, name=thing.name, mass_kg=thing.mass, colour=thing.colour, shape=thing.shape)
         for p in thing.primitives:
             part = message.primitives.add(kind=p.kind, params=p.params)
             part.pose.position.x, part.pose.position.y, part.pose.position.z = p.position

@@ -24,15 +24,7 @@ from vistel.conference.rooms import interior_of, seat_place
 from vistel.figure.making.files.source import Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
-from vistel.space.files.travel import (
-    pack_model,
-    pack_picture,
-    packers,
-    picture_digest,
-    pictures_in,
-    unpack_model,
-    unpack_picture,
-)
+from vistel.space.files.travel import pack_model, pack_picture, packers, picture_digest, pictures_in, unpack_model, unpack_picture
 from vistel.space.room import Room
 from vistel.v1.world_pb2 import AssetPart, AssetRequest
 from vistel.wire import assets

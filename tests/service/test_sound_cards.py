@@ -48,10 +48,15 @@ class PortAudio:
     def query(self, device: int | None = None, kind: str = "") -> Any:
         able = {"Headset": (1, 2), "Speakers": (0, 2)}
         found = [
-            {"name": n, "index": i, "max_input_channels": able[n][0], "max_output_channels": able[n][1],
-             "default_samplerate": self.only_rate or 44_100.0}
+            {
+                "name": n,
+                "index": i,
+                "max_input_channels": able[n][0],
+                "max_output_channels": able[n][1],
+                "default_samplerate": self.only_rate or 44_100.0,
+            }
             for i, n in enumerate(self.seen)
-        ]  # fmt: skip
+        ]
         return found[device or 0] if kind else found
 
     def check(self, samplerate: float, **_: Any) -> None:

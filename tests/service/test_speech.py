@@ -31,13 +31,16 @@ def conference(language: str = "en", **keys: Any) -> Conference:
         {
             "sites": [
                 {
-                    "name": "tokyo", "participants": [{"name": "aiko"}], "audio": {"loudspeaker": "none", "stream": False},
+                    "name": "tokyo",
+                    "participants": [{"name": "aiko"}],
+                    "audio": {"loudspeaker": "none", "stream": False},
                     "speech": {"language": language, **keys},
                 },
-                {"name": "paris", "participants": [{"name": "bruno"}]}, {"name": "lagos", "participants": [{"name": "chidi"}]},
+                {"name": "paris", "participants": [{"name": "bruno"}]},
+                {"name": "lagos", "participants": [{"name": "chidi"}]},
             ]
         }
-    )  # fmt: skip
+    )
 
 
 class Talk:

@@ -83,9 +83,14 @@ class Person:
     """ann, her microphone's messages and what the room makes of them."""
 
     def __init__(
-        self, text: str = MOVE, confidence: float = 0.9, listen: str = "open", name: str = "ann", echoes: Told | None = None,
+        self,
+        text: str = MOVE,
+        confidence: float = 0.9,
+        listen: str = "open",
+        name: str = "ann",
+        echoes: Told | None = None,
         replies: bool = False,
-    ) -> None:  # fmt: skip
+    ) -> None:
         bus = MemoryNetwork().bus("c", "tokyo", SimulatedClock(START_NS))
         self._told = echoes or Told()
         config = Config("tokyo", (), listen, reply="text")  # type: ignore[arg-type]

@@ -247,9 +247,12 @@ def test_recorded_bytes_decode_to_the_same_frames(tmp_path: Path) -> None:
         raw: list[RawBytes] = site.bus.on("device_raw", T)
         decoder = FastrakDecoder(T)
         again = [
-            frame for m in raw if m.direction == RawBytes.DIRECTION_FROM_DEVICE
-            for t_ns, data in reads_of(m) for frame in decoder.feed(data, t_ns)
-        ]  # fmt: skip
+            frame
+            for m in raw
+            if m.direction == RawBytes.DIRECTION_FROM_DEVICE
+            for t_ns, data in reads_of(m)
+            for frame in decoder.feed(data, t_ns)
+        ]
         assert [f.SerializeToString() for f in again] == [f.SerializeToString() for f in frames(site)]
         sent = [data for m in raw if m.direction == RawBytes.DIRECTION_TO_DEVICE for _, data in reads_of(m)]
         assert b"C" in sent

@@ -119,12 +119,17 @@ def test_a_suite_whose_network_goes_is_missed_and_heard_again(tmp_path: Path) ->
     run(scenario())
 
 
-@pytest.mark.parametrize(("packet", "said"), [
-    (live_link_face.encode(live_link_face.FacePacket("id", "Ann", 7, 0.0, (60, 1), (0.5,) * 61)),
-     "Live Link Face sends to this port; a VMC tracking suite was expected"),
-    (osc.encode("/chataigne/1", 0.5), "a program that speaks OSC sends to this port; a VMC tracking suite was expected"),
-    (b"hello", "what arrives is not from a VMC tracking suite; is another program sending to this port?"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("packet", "said"),
+    [
+        (
+            live_link_face.encode(live_link_face.FacePacket("id", "Ann", 7, 0.0, (60, 1), (0.5,) * 61)),
+            "Live Link Face sends to this port; a VMC tracking suite was expected",
+        ),
+        (osc.encode("/chataigne/1", 0.5), "a program that speaks OSC sends to this port; a VMC tracking suite was expected"),
+        (b"hello", "what arrives is not from a VMC tracking suite; is another program sending to this port?"),
+    ],
+)
 def test_who_else_sends_to_the_port_is_named(tmp_path: Path, packet: bytes, said: str) -> None:
     async def scenario() -> None:
         site = Suite(tmp_path, sends=False)

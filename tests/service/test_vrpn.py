@@ -51,9 +51,7 @@ async def served(
 ) -> AsyncIterator[None]:
     """The services, and a simulated server with a device of Ann's."""
     async with site.running({}, person=person):
-        server = SimulatedVrpn(
-            name, called, device, site.folder / "dev" / name, site.clock, site.start_ns, faults, **options
-        )
+        server = SimulatedVrpn(name, called, device, site.folder / "dev" / name, site.clock, site.start_ns, faults, **options)
         task = asyncio.create_task(server.run())
         try:
             yield
@@ -220,9 +218,17 @@ async def real_server(folder: Path, unit: Instrument, line: str, baud: int) -> A
         port = s.getsockname()[1]
     assert SERVER
     server = await asyncio.create_subprocess_exec(
-        SERVER, "-NIC", "127.0.0.1", "-f", str(folder / "vrpn.cfg"), "-millisleep", "1", str(port),
-        stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.DEVNULL,
-    )  # fmt: skip
+        SERVER,
+        "-NIC",
+        "127.0.0.1",
+        "-f",
+        str(folder / "vrpn.cfg"),
+        "-millisleep",
+        "1",
+        str(port),
+        stdout=asyncio.subprocess.DEVNULL,
+        stderr=asyncio.subprocess.DEVNULL,
+    )
     try:
         yield port
     finally:

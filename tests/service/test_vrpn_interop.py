@@ -42,9 +42,8 @@ def test_vrpn_reads_four_stations_in_inches(tmp_path: Path) -> None:
         port = free_port()
         quiet = asyncio.subprocess.DEVNULL
         server = await asyncio.create_subprocess_exec(
-            SERVER, "-NIC", "127.0.0.1", "-f", str(tmp_path / "vrpn.cfg"), "-millisleep", "1", str(port),
-            stdout=quiet, stderr=quiet,
-        )  # fmt: skip
+            SERVER, "-NIC", "127.0.0.1", "-f", str(tmp_path / "vrpn.cfg"), "-millisleep", "1", str(port), stdout=quiet, stderr=quiet
+        )
         client = await asyncio.create_subprocess_exec(
             "stdbuf", "-oL", CLIENT, f"Tracker0@tcp://127.0.0.1:{port}", stdout=asyncio.subprocess.PIPE, stderr=quiet
         )

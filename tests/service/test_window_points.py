@@ -81,9 +81,10 @@ def test_a_thing_is_seen_from_ones_seat_from_anywhere_and_through_somebody_elses
             "bruno": replace(standing(), stance=Stance(np.array((1.2, standing().stance.position[1], 0.2)), -0.5 * math.pi)),
         }
         for mode, who, eye in (
-            (Mode.SEAT, "", eyes_of(p.people["aiko"])), (Mode.FOLLOW, "bruno", eyes_of(p.people["bruno"])),
+            (Mode.SEAT, "", eyes_of(p.people["aiko"])),
+            (Mode.FOLLOW, "bruno", eyes_of(p.people["bruno"])),
             (Mode.ROOM, "", overview().position),
-        ):  # fmt: skip
+        ):
             p.desk.choices = replace(p.desk.choices, mode=mode, who=who)
             assert await seen(p) == pytest.approx(eye, abs=2e-3)
         walked = np.array((-0.7, 1.4, 1.1))

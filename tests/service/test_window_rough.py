@@ -92,12 +92,21 @@ def test_a_card_lost_in_the_middle_of_a_drag_gives_a_new_window_with_what_was_se
 @pytest.mark.parametrize(
     ("wanted", "names", "chosen"),
     [
-        ("HDMI-1", ["DP-1", "HDMI-1"], 1), ("hdmi", ["DP-1", "HDMI-1"], 1), ("0", ["DP-1", "HDMI-1"], 0),
-        ("1", ["DP-1", "HDMI-1"], 1), ("DP-1", ["eDP-1", "DP-1"], 1), ("DP-1", ["DP-10", "DP-1"], 1), ("DP", ["eDP-1", "DP-1"], 0),
-        ("EPSON", ["DP-1", "Epson PJ"], 1), ("2", ["DP-1", "DP-2"], 1), ("7", ["DP-1", "HDMI-2"], None),
-        ("VGA", ["DP-1", "HDMI-1"], None), ("0", [], None), ("\u00b2", ["DP-1"], None),
+        ("HDMI-1", ["DP-1", "HDMI-1"], 1),
+        ("hdmi", ["DP-1", "HDMI-1"], 1),
+        ("0", ["DP-1", "HDMI-1"], 0),
+        ("1", ["DP-1", "HDMI-1"], 1),
+        ("DP-1", ["eDP-1", "DP-1"], 1),
+        ("DP-1", ["DP-10", "DP-1"], 1),
+        ("DP", ["eDP-1", "DP-1"], 0),
+        ("EPSON", ["DP-1", "Epson PJ"], 1),
+        ("2", ["DP-1", "DP-2"], 1),
+        ("7", ["DP-1", "HDMI-2"], None),
+        ("VGA", ["DP-1", "HDMI-1"], None),
+        ("0", [], None),
+        ("\u00b2", ["DP-1"], None),
     ],
-)  # fmt: skip
+)
 def test_a_monitor_is_meant_by_its_name_its_number_or_part_of_its_name(wanted: str, names: list[str], chosen: int | None) -> None:
     assert chosen_monitor(wanted, names) == chosen
 
@@ -112,9 +121,7 @@ def test_each_screen_fills_the_monitor_that_is_named_for_it(hands: Hands, monkey
     monkeypatch.setattr(glfw, "get_monitor_name", lambda m: there[m][0].encode())
     monkeypatch.setattr(glfw, "get_monitor_pos", lambda m: there[m][1])
     monkeypatch.setattr(glfw, "get_video_mode", lambda m: SimpleNamespace(size=SimpleNamespace(width=half, height=HEIGHT)))
-    panes = [
-        Pane("a", 64, 64, monitor="DP-1", part=(0, 0, 64, 64)), Pane("b", 64, 64, monitor="0", part=(64, 0, 64, 64)),
-    ]  # fmt: skip
+    panes = [Pane("a", 64, 64, monitor="DP-1", part=(0, 0, 64, 64)), Pane("b", 64, 64, monitor="0", part=(64, 0, 64, 64))]
     surface = open_surface(128, 64, True, panes=panes)
     try:
         painter = Painter(surface, 128, 64)

@@ -222,9 +222,12 @@ def test_a_line_from_a_console_is_done_or_refused_and_everybody_sees_what_became
 
     site = scenario(tmp_path, play)
     assert answers == [
-        Answer(True, ("baton",), ""), Answer(True, ("ball",), ""), Answer(True, ("ring-2",), ""),
-        Answer(False, (), "there is no unicorn in the room"), Answer(True, (), ""),
-    ]  # fmt: skip
+        Answer(True, ("baton",), ""),
+        Answer(True, ("ball",), ""),
+        Answer(True, ("ring-2",), ""),
+        Answer(False, (), "there is no unicorn in the room"),
+        Answer(True, (), ""),
+    ]
     things = site.rooms()[-1].things
     assert things["baton"].HasField("curve")
     assert things["ball"].primitives[0].params[0] == pytest.approx(0.057)

@@ -48,9 +48,12 @@ def test_worlds_run_where_the_file_says_each_with_a_disk_of_its_own_and_one_lead
 
 
 @pytest.mark.parametrize(
-    ("placed", "what"), [({"on": "lima"}, "no place 'lima'; expected one of hub, osaka, paris"),
-                         ({"on": "osaka", "waiting": ["osaka"]}, "osaka stands more than once")],
-)  # fmt: skip
+    ("placed", "what"),
+    [
+        ({"on": "lima"}, "no place 'lima'; expected one of hub, osaka, paris"),
+        ({"on": "osaka", "waiting": ["osaka"]}, "osaka stands more than once"),
+    ],
+)
 def test_a_place_that_is_none_or_stands_twice_is_refused(placed: dict[str, Any], what: str) -> None:
     with pytest.raises(ValidationError, match=what):
         conference(**placed)
@@ -67,9 +70,12 @@ def test_a_site_whose_machine_runs_a_world_may_say_what_worlds_say_and_no_other_
     async def play() -> None:
         async def door(certificate: str, site: str) -> ZenohBus:
             return await ZenohBus.open(
-                conference="demo", site=site, clock=SystemClock(), endpoints=[f"tls/localhost:{port}"],
+                conference="demo",
+                site=site,
+                clock=SystemClock(),
+                endpoints=[f"tls/localhost:{port}"],
                 tls=authority.issue(certificate),
-            )  # fmt: skip
+            )
 
         osaka, paris, reader = await door("osaka", "hub"), await door("paris", "hub"), await door("paris", "paris")
         heard = reader.subscribe(BY_NAME["world_state"], queue_all=True, polled=True)

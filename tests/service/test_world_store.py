@@ -38,8 +38,10 @@ def test_a_world_killed_at_any_moment_has_done_whatever_anybody_was_told_it_had(
     rng = random.Random(8)
     victim = subprocess.Popen(
         [sys.executable, str(Path(__file__).with_name("world_victim.py")), str(tmp_path)],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     assert victim.stdin is not None and victim.stdout is not None
     try:
         for life in range(KILLS):
@@ -86,9 +88,12 @@ def test_what_comes_back_is_the_same_to_the_last_bit_between_two_snapshots(tmp_p
 def test_a_journal_that_was_cut_off_is_read_as_far_as_it_is_whole(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     posture = Posture(
-        rng.normal(size=25), rng.normal(size=(2, 20)), Stance(rng.normal(size=3), 0.3), rng.normal(size=2),
+        rng.normal(size=25),
+        rng.normal(size=(2, 20)),
+        Stance(rng.normal(size=3), 0.3),
+        rng.normal(size=2),
         {"jaw": rng.normal(size=3)},
-    )  # fmt: skip
+    )
     given = [StepInputs(n, n * 7, motions=(MotionInput("aiko", posture, n, n * 5),), left=("bruno",)) for n in (1, 2, 3)]
     path = tmp_path / "a.journal"
     writing = journal.Journal(path)

@@ -67,8 +67,7 @@ def test_a_hand_that_stops_to_touch_says_so_once(log: list[Record]) -> None:
     by_hand: dict[str, list[HandForce]] = {}
     for topic, names, message, _ in log:
         if topic == "hand_force":
-            assert names == {"conference": "demo", "participant": message.participant,
-                             "hand": "right" if message.right else "left"}  # fmt: skip
+            assert names == {"conference": "demo", "participant": message.participant, "hand": "right" if message.right else "left"}
             by_hand.setdefault(names["participant"] + names["hand"], []).append(message)
     ended = [m for said in by_hand.values() for m in said if not m.touches]
     assert ended

@@ -137,6 +137,7 @@ class WorldSite:
 
 def scenario(folder: Path, play: Callable[[WorldSite], Awaitable[None]]) -> WorldSite:
     """Run `play` in a site whose world keeps its room in `folder`; the site, closed."""
+
     async def whole() -> WorldSite:
         site = WorldSite(folder)
         async with site.open():

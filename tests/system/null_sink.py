@@ -16,17 +16,26 @@ needs_pulseaudio = pytest.mark.skipif(shutil.which("pulseaudio") is None, reason
 def environment_of(folder: Path) -> dict[str, str]:
     """In which programs find the server of `folder` and no other."""
     return dict(os.environ) | {
-        "PULSE_RUNTIME_PATH": str(folder), "XDG_RUNTIME_DIR": str(folder), "PULSE_COOKIE": str(folder / "cookie"),
+        "PULSE_RUNTIME_PATH": str(folder),
+        "XDG_RUNTIME_DIR": str(folder),
+        "PULSE_COOKIE": str(folder / "cookie"),
         "PULSE_SERVER": f"unix:{folder}/native",
-    }  # fmt: skip
+    }
 
 
 def server(folder: Path, environment: dict[str, str], rate: int = 48_000) -> subprocess.Popen[bytes]:
     """Running, with a sink whose monitor is the microphone; rate: of both."""
     arguments = [
-        "pulseaudio", "-n", "--exit-idle-time=-1", "--daemonize=no", "--disable-shm=yes", "-L", f"module-null-sink rate={rate}",
-        "-L", f"module-native-protocol-unix socket={folder}/native auth-anonymous=1",
-    ]  # fmt: skip
+        "pulseaudio",
+        "-n",
+        "--exit-idle-time=-1",
+        "--daemonize=no",
+        "--disable-shm=yes",
+        "-L",
+        f"module-null-sink rate={rate}",
+        "-L",
+        f"module-native-protocol-unix socket={folder}/native auth-anonymous=1",
+    ]
     (folder / "native").unlink(missing_ok=True)
     alone = {k: v for k, v in environment.items() if k != "PULSE_SERVER"}
     out = subprocess.Popen(arguments, env=alone, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

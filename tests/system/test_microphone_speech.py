@@ -35,9 +35,13 @@ class Program:
     def __init__(self, environment: dict[str, str], *arguments: str) -> None:
         self.text = ""
         self.process = subprocess.Popen(
-            [*VISTEL, *arguments], env=environment | {"COLUMNS": "200"}, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True,
-        )  # fmt: skip
+            [*VISTEL, *arguments],
+            env=environment | {"COLUMNS": "200"},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 

@@ -76,9 +76,7 @@ def test_a_conference_runs_with_them_and_everything_reaches_the_motion(tmp_path:
     assert all(d["frames"] > (40 if name == "ben-glove-right" else 100) for name, d in devices.items())
     (log,) = out.glob("*.mcap")
     for person in ("aiko", "ben"):
-        messages: list[Motion] = [
-            r.message for r in LogReader(log).records(topics=("motion",)) if r.names["participant"] == person
-        ]
+        messages: list[Motion] = [r.message for r in LogReader(log).records(topics=("motion",)) if r.names["participant"] == person]
         decoder = MotionDecoder()
         motions = [m for m in map(decoder.decode, messages) if m is not None][100:]
         assert motions and all(m.body.any() and m.face is not None and m.gaze is not None for m in motions)

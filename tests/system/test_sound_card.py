@@ -19,7 +19,7 @@ from null_sink import environment_of, needs_pulseaudio, server
 
 pytestmark = [pytest.mark.alone, pytest.mark.slow, needs_pulseaudio]
 
-LOOP = '''
+LOOP = """
 import json, sys, time
 import numpy as np
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
@@ -64,7 +64,7 @@ for due_ns, about in played:
 print(json.dumps({"late_ms": late_ms}), flush=True)
 loudspeaker.close()
 capture.close()
-'''
+"""
 
 
 def test_claps_are_heard_when_they_were_played_and_a_card_that_goes_is_named_and_comes_back(tmp_path: Path) -> None:

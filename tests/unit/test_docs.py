@@ -57,8 +57,6 @@ def test_the_conference_file_reference_shows_a_valid_file_with_every_default() -
     shown = tomllib.loads(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0])
     conference = Conference.model_validate(shown)
     bare = Conference.model_validate(
-        {"sites": [{
-            "name": "tokyo", "participants": [{"name": "aiko", "display_name": "Aiko"}], "props": [{"thing": "baton"}],
-        }]}
+        {"sites": [{"name": "tokyo", "participants": [{"name": "aiko", "display_name": "Aiko"}], "props": [{"thing": "baton"}]}]}
     )
     assert conference == bare

@@ -8,10 +8,19 @@ import pytest
 
 PICTURES = Path(__file__).resolve().parents[2] / "docs" / "pictures"
 DIAGRAMS = {
-    "embedding-fit", "figure-01-primitives", "figure-17-pointblob", "figure-18-blended-pointblobs", "figure-19-point-setblob",
-    "figure-21-local-control", "figure-22-blends", "placement", "polygonise-cells", "polygonise-kept", "polygonise-sculpting",
+    "embedding-fit",
+    "figure-01-primitives",
+    "figure-17-pointblob",
+    "figure-18-blended-pointblobs",
+    "figure-19-point-setblob",
+    "figure-21-local-control",
+    "figure-22-blends",
+    "placement",
+    "polygonise-cells",
+    "polygonise-kept",
+    "polygonise-sculpting",
     "wrinkle-shapes",
-}  # fmt: skip
+}
 """Shapes in one plain colour, meshes coloured by what they belong to, curves and sections."""
 MOST_BYTES = 1_500_000
 _COLOUR_TYPE, _PALETTE = 25, 3

@@ -60,9 +60,7 @@ def test_compose_services_run_commands_that_exist(service: str) -> None:
     compose = yaml.safe_load((ROOT / "docker-compose.yml").read_text())
     command = compose["services"][service]["command"]
     words = [
-        w
-        for w in command
-        if not w.startswith("-") and not w.startswith("/") and "/" not in w and w not in ("tokyo", "columbus")
+        w for w in command if not w.startswith("-") and not w.startswith("/") and "/" not in w and w not in ("tokyo", "columbus")
     ]
     done = CliRunner().invoke(app, [*words, "--help"])
     assert done.exit_code == 0, done.output

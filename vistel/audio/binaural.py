@@ -9,15 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import C64, F32
 from vistel.audio import hrtf
 from vistel.audio.mixer import Limiter
 from vistel.audio.opus import FRAME
 from vistel.audio.spatial import Place
-
-F32 = NDArray[np.float32]
-C64 = NDArray[np.complex64]
 
 _RAMP = ((np.arange(FRAME, dtype=np.float32) + 1.0) / FRAME)[:, None]
 

@@ -7,16 +7,11 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import C64, C128, F32, F64
 from vistel.audio.opus import FRAME, RATE
 from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, Place
 from vistel.audio.sphere import at_surface
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-C64 = NDArray[np.complex64]
-C128 = NDArray[np.complex128]
 
 TAPS = 192
 """Samples of a filter: 4 ms."""

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
+from vistel.arrays import F32
 
 SILENT_DB = -100.0
 _CLIP = 0.999

@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.opus import RATE
 from vistel.audio.spatial import CENTRE, MOST_LATE_S, Ears, Place, panned
-
-F32 = NDArray[np.float32]
 
 _PAST = int(MOST_LATE_S * RATE) + 12
 """Samples of each voice that are kept for the farther ear and its dull part."""

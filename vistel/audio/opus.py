@@ -13,9 +13,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
+from vistel.arrays import F32
 
 RATE = 48_000
 """Samples per second, of everything between microphone and loudspeaker."""
@@ -69,9 +68,15 @@ class Encoder:
     """One stream to packets. voice: made for speech, with a coarse copy of each frame in the next (in-band FEC)."""
 
     def __init__(
-        self, channels: int = 1, bitrate: int = 24_000, *, voice: bool = True, complexity: int = 2,
-        expected_loss_percent: int = 10, dtx: bool = True,
-    ) -> None:  # fmt: skip
+        self,
+        channels: int = 1,
+        bitrate: int = 24_000,
+        *,
+        voice: bool = True,
+        complexity: int = 2,
+        expected_loss_percent: int = 10,
+        dtx: bool = True,
+    ) -> None:
         self._lib = library()
         error = ctypes.c_int()
         handle = self._lib.opus_encoder_create(RATE, channels, _VOIP if voice else _AUDIO, ctypes.byref(error))
@@ -100,9 +105,7 @@ class Encoder:
         frame = np.ascontiguousarray(pcm, np.float32)
         if frame.size != FRAME * self._channels:
             raise ValueError(f"opus: expected {FRAME} samples of {self._channels} channels, got {frame.shape}")
-        size = self._lib.opus_encode_float(
-            self._handle, frame.ctypes.data_as(ctypes.c_void_p), FRAME, self._packet, _MOST_BYTES
-        )
+        size = self._lib.opus_encode_float(self._handle, frame.ctypes.data_as(ctypes.c_void_p), FRAME, self._packet, _MOST_BYTES)
         if size < 0:
             raise OpusError(f"opus: a frame could not be encoded (error {size})")
         return self._packet.raw[:size]

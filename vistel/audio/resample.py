@@ -5,10 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
+from vistel.arrays import F32
 
 TAPS = 32
 """Of the interpolating filter, at its own rate."""

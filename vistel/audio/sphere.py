@@ -6,10 +6,8 @@ high ones, 3/2 of the difference of the straight paths its limit for low ones (K
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
-C128 = NDArray[np.complex128]
+from vistel.arrays import C128, F64
 
 _MORE_TERMS = 12
 """Beyond 1.5 ka: what comes after is below 1e-6 of the sum."""

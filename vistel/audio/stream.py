@@ -13,14 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Decoder, OpusError
 from vistel.audio.resample import cubic
 from vistel.audio.stretch import LEAST_SHIFT, MOST_SHIFT, OVERLAP, RISE, best_shift, fade
 from vistel.audio.tape import Tape
-
-F32 = NDArray[np.float32]
 
 _MS = RATE // 1000
 _HISTORY = 100 * _MS

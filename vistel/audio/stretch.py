@@ -4,9 +4,8 @@ cut where it resembles itself a moment later, and the two are faded into one ano
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
+from vistel.arrays import F32
 
 OVERLAP = 240
 """Samples over which the two are faded: 5 ms."""

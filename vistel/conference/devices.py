@@ -64,8 +64,11 @@ class TrackerConfig(Polhemus):
     """What `vistel calibrate distortion` found: a grid of what metal does to positions and orientations."""
 
     stations: dict[Literal["chest", "head", "left_hand", "right_hand"], int] = {
-        "chest": 1, "head": 2, "left_hand": 3, "right_hand": 4,
-    }  # fmt: skip
+        "chest": 1,
+        "head": 2,
+        "left_hand": 3,
+        "right_hand": 4,
+    }
 
     @model_validator(mode="before")
     @classmethod
@@ -91,16 +94,18 @@ class TrackerConfig(Polhemus):
         if self.second_port and {n > 4 for n in self.stations.values()} != {True, False}:
             raise ValueError("second_port: give some receivers stations 1..4 and some 5..8, those of the second unit")
         if any(not 1 <= n <= most for n in self.stations.values()):
-            raise ValueError(
-                f"stations: a {self.kind} has stations 1..{most}; got {', '.join(map(str, self.stations.values()))}"
-            )
+            raise ValueError(f"stations: a {self.kind} has stations 1..{most}; got {', '.join(map(str, self.stations.values()))}")
         return self
 
 
 _GLOVES: dict[str, tuple[int, tuple[int, ...]]] = {
-    "cyberglove": (115200, (18, 22)), "5dt_ultra": (115200, (14, 5)), "5dt_16": (19200, (14,)), "5dt_5": (19200, (5,)),
-    "vrpn": (0, (14, 5)), "vrpn_pinch": (0, (5,)),
-}  # fmt: skip
+    "cyberglove": (115200, (18, 22)),
+    "5dt_ultra": (115200, (14, 5)),
+    "5dt_16": (19200, (14,)),
+    "5dt_5": (19200, (5,)),
+    "vrpn": (0, (14, 5)),
+    "vrpn_pinch": (0, (5,)),
+}
 
 
 class GloveConfig(Checked):

@@ -84,9 +84,7 @@ def _person_with_files(person: Participant, folder: Path) -> Participant:
         if camera is not None:
             update[name] = camera.model_copy(update=_camera_files(camera, folder))
     update["body"] = _beside(person.body, folder)
-    update["gloves"] = {
-        s: g.model_copy(update={"calibration": _beside(g.calibration, folder)}) for s, g in person.gloves.items()
-    }
+    update["gloves"] = {s: g.model_copy(update={"calibration": _beside(g.calibration, folder)}) for s, g in person.gloves.items()}
     if person.tracker is not None:
         t = person.tracker
         found = {"calibration": _beside(t.calibration, folder), "distortion": _beside(t.distortion, folder)}

@@ -49,9 +49,7 @@ class Participant(Checked):
     """"builtin" (made from the name), "builtin:seed=3", or a file: .usda, .usdc or .usdz, beside the conference file or in
     the avatar folder, at this person's site. It goes to the others in the conference."""
     tracker: TrackerConfig | None = TrackerConfig()
-    gloves: dict[Literal["left", "right"], GloveConfig] = Field(
-        default={"left": GloveConfig(), "right": GloveConfig()}
-    )
+    gloves: dict[Literal["left", "right"], GloveConfig] = Field(default={"left": GloveConfig(), "right": GloveConfig()})
     face: FaceConfig | None = None
     """What sees their face; without one it stays at rest."""
     eye: EyeConfig | None = None
@@ -167,9 +165,16 @@ class RoomThing(Checked):
         slow = self.recovery or (0.5 if self.material == "viscoelastic" else 0.0)
         mass, rigidity = 0.2 if self.mass is None else self.mass, 0.3 if self.rigidity is None else self.rigidity
         return Extra(
-            self.id, self.name or self.id, self.shape, self.size, mass, rigidity,
-            int((self.colour or "#b5a48f")[1:] + "ff", 16), *self.at, Matter(self.material, slow, self.sticky, self.bears),
-        )  # fmt: skip
+            self.id,
+            self.name or self.id,
+            self.shape,
+            self.size,
+            mass,
+            rigidity,
+            int((self.colour or "#b5a48f")[1:] + "ff", 16),
+            *self.at,
+            Matter(self.material, slow, self.sticky, self.bears),
+        )
 
 
 class Room(Checked):
@@ -303,9 +308,7 @@ class Conference(Checked):
         _no_twice("seats", [str(t) for t in taken])
         people = sum(len(s.participants) for s in self.sites)
         if people > self.room.seats or any(t >= self.room.seats for t in taken):
-            raise ValueError(
-                f"room.seats: {self.room.seats} seats are too few for {people} participants and their seats"
-            )
+            raise ValueError(f"room.seats: {self.room.seats} seats are too few for {people} participants and their seats")
         return self
 
     def seat_of(self, participant: str) -> int:

@@ -5,16 +5,12 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import U8
 from vistel.conference.kept import make_room, read_kept, write_whole
 from vistel.figure.avatar.cache_folder import default_cache
 from vistel.space.files.model import Model
 from vistel.space.files.travel import pictures_in, unpack_model, unpack_picture
 from vistel.wire.parcels import MOST_BYTES, is_digest
-
-U8 = NDArray[np.uint8]
 
 log = logging.getLogger("vistel.rooms")
 

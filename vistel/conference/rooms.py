@@ -8,9 +8,7 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F64
 from vistel.conference.model import Room as RoomKeys
 from vistel.conference.model import RoomThing
 from vistel.space.files.faults import RoomFileError
@@ -21,8 +19,6 @@ from vistel.space.room import Seat, meeting_room, seat_pose
 from vistel.space.things.json_values import from_thing
 
 __all__ = ["RoomFileError", "interior_of", "seat_place", "seats_of"]
-
-F64 = NDArray[np.float64]
 
 
 def interior_of(keys: RoomKeys) -> Interior:

@@ -11,12 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints
 from vistel.implicit.jit.kernel_jit import compiled
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -62,9 +60,8 @@ def _pose_ends(joint: NDArray[np.int32], rotation: F64, position: F64, points: F
         j = joint[i]
         for axis in range(3):
             out[i, axis] = position[j, axis] + (
-                rotation[j, axis, 0] * points[i, 0] + rotation[j, axis, 1] * points[i, 1]
-                + rotation[j, axis, 2] * points[i, 2]
-            )  # fmt: skip
+                rotation[j, axis, 0] * points[i, 0] + rotation[j, axis, 1] * points[i, 1] + rotation[j, axis, 2] * points[i, 2]
+            )
 
 
 def standard_body(skeleton: Skeleton, build: float = 1.0) -> Body:
@@ -72,8 +69,15 @@ def standard_body(skeleton: Skeleton, build: float = 1.0) -> Body:
     scale = skeleton.height / REFERENCE_HEIGHT
     rows: list[tuple[str, str, F64, F64, float, float]] = []
 
-    def add(name: str, joint: str, a: tuple[float, float, float] | F64, b: tuple[float, float, float] | F64,
-            ra: float, rb: float, girth: bool = True) -> None:  # fmt: skip
+    def add(
+        name: str,
+        joint: str,
+        a: tuple[float, float, float] | F64,
+        b: tuple[float, float, float] | F64,
+        ra: float,
+        rb: float,
+        girth: bool = True,
+    ) -> None:
         s = scale * (build if girth else 1.0)
         rows.append((name, joint, np.asarray(a, np.float64), np.asarray(b, np.float64), ra * s, rb * s))
 
@@ -101,22 +105,40 @@ def standard_body(skeleton: Skeleton, build: float = 1.0) -> Body:
         add(f"{side}_collar", f"{side}_shoulder", collar * 0.35, collar * 0.9, 0.0455, 0.0585)
         add(f"{side}_upper_arm", f"{side}_upper_arm", np.zeros(3), upper, 0.0680, 0.0450)
         add(f"{side}_forearm", f"{side}_lower_arm", np.zeros(3), lower, 0.0505, 0.0355)
-        add(f"{side}_palm", f"{side}_hand", m(sign * 0.043, -0.002, 0.015), m(sign * 0.052, -0.003, -0.017),
-            0.0233, 0.0210, girth=False)  # fmt: skip
+        add(
+            f"{side}_palm",
+            f"{side}_hand",
+            m(sign * 0.043, -0.002, 0.015),
+            m(sign * 0.052, -0.003, -0.017),
+            0.0233,
+            0.0210,
+            girth=False,
+        )
         add(f"{side}_thigh", f"{side}_upper_leg", np.zeros(3), thigh, 0.0990, 0.0665)
         add(f"{side}_shank", f"{side}_lower_leg", np.zeros(3), shank, 0.0660, 0.0600)
         add(f"{side}_foot", f"{side}_foot", m(0, -0.036, -0.020), foot + m(sign * 0.006, 0.010, 0.027), 0.0440, 0.0290, girth=False)
     add("crotch", "hips", m(-0.040, -0.033, -0.015), m(0.040, -0.033, -0.015), 0.102, 0.102)
-    radii = {"thumb": (0.0125, 0.0115, 0.0105, 0.0090), "index": (0.0100, 0.0090, 0.0082, 0.0072),
-             "middle": (0.0102, 0.0092, 0.0083, 0.0073), "ring": (0.0096, 0.0087, 0.0079, 0.0070),
-             "little": (0.0086, 0.0077, 0.0070, 0.0062)}  # fmt: skip
+    radii = {
+        "thumb": (0.0125, 0.0115, 0.0105, 0.0090),
+        "index": (0.0100, 0.0090, 0.0082, 0.0072),
+        "middle": (0.0102, 0.0092, 0.0083, 0.0073),
+        "ring": (0.0096, 0.0087, 0.0079, 0.0070),
+        "little": (0.0086, 0.0077, 0.0070, 0.0062),
+    }
     for side in ("left", "right"):
         sign = 1.0 if side == "left" else -1.0
         for i, joint in enumerate(finger_joints(side)):
             r = radii[FINGERS[i // 3]]
             add(joint, joint, np.zeros(3), skeleton.tip[JOINT_INDEX[joint]], r[i % 3], r[i % 3 + 1], girth=False)
-        add(f"{side}_knuckles", f"{side}_hand", m(sign * 0.088, 0.0, 0.024), m(sign * 0.080, 0.0, -0.026),
-            0.0125, 0.0115, girth=False)  # fmt: skip
+        add(
+            f"{side}_knuckles",
+            f"{side}_hand",
+            m(sign * 0.088, 0.0, 0.024),
+            m(sign * 0.080, 0.0, -0.026),
+            0.0125,
+            0.0115,
+            girth=False,
+        )
     return Body(
         tuple(r[0] for r in rows),
         np.array([JOINT_INDEX[r[1]] for r in rows], np.int32),

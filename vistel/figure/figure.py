@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limbs_of
@@ -20,8 +21,6 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.deformation.deform import Deformer, DeformReport
 from vistel.implicit.ghosts.ghost import GhostSource
 from vistel.implicit.meshes.embedding import Embedding, embed, group_fields
-
-F32 = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -79,18 +78,14 @@ class Figure:
         if same_body is not None:
             self.skin.bulges[:] = same_body.skin.bulges
         else:
-            fit_bulges(
-                avatar.skeleton, mesh.vertices, mesh.triangles, self.skin.bulges, self._folded
-            )  # fmt: skip
+            fit_bulges(avatar.skeleton, mesh.vertices, mesh.triangles, self.skin.bulges, self._folded)
         self._eyes = [
             (mesh.vertices - avatar.skeleton.rest[joint].astype(np.float32), vertex_normals(mesh), joint)
             for mesh, joint in zip(avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False)
         ]
         self._posed_eyes = tuple((np.empty_like(p), np.empty_like(n)) for p, n, _ in self._eyes)
 
-    def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None
-    ) -> FigureState:
+    def pose(self, posture: Posture, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None) -> FigureState:
         """The figure in `posture`, deformed by its own limbs and by the ghosts of other bodies.
 
         displacement: (V,) of the skin along its normal [m], wrinkles; flattened where something presses. Make ghosts with

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import I32
 from vistel.figure.body import Body, pose_body
 from vistel.figure.posture.posture import rest_pose
 from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton
 from vistel.implicit.meshes.embedding import Hinge, Limbs
-
-I32 = NDArray[np.int32]
 
 _TRUNK = frozenset({"hips", "neck", "head", "jaw", "left_shoulder", "right_shoulder"})
 _FOLDING = ("lower_arm", "lower_leg")
@@ -49,9 +47,14 @@ def limbs_of(skeleton: Skeleton, body: Body) -> Limbs:
         if JOINTS[joint].endswith(_FOLDING):
             hinges.append(Hinge(g, k, parent, child))
     return Limbs(
-        rest.a, rest.b, body.radius_a.astype(np.float64), body.radius_b.astype(np.float64), group,
-        tuple(hinges), frozenset(adjacent),
-    )  # fmt: skip
+        rest.a,
+        rest.b,
+        body.radius_a.astype(np.float64),
+        body.radius_b.astype(np.float64),
+        group,
+        tuple(hinges),
+        frozenset(adjacent),
+    )
 
 
 def _limb_of(joint: str) -> str:

@@ -9,15 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.implicit.deformation.deform_plan import FramePlan, Planner
 from vistel.implicit.ghosts.ghost import GhostSource
-
-F32 = NDArray[np.float32]
 
 _ONLY = np.zeros(1, np.int32)
 
@@ -42,9 +40,7 @@ class FigurePlanner:
         self._middles, self._blocks = skin.parts(self.planner.middles[None]), skin.parts(self.planner.index)
         self._vertices, self._normals = np.zeros_like(mesh.vertices), np.zeros_like(mesh.vertices)
 
-    def plan(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None
-    ) -> PlannedPose:
+    def plan(self, posture: Posture, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None) -> PlannedPose:
         """What `Figure.pose` would do, as a plan."""
         figure, planner = self.figure, self.planner
         joints = pose_joints(figure.avatar.skeleton, posture)

@@ -10,14 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 from vistel.implicit.jit.kernel_jit import compiled
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 Cut = tuple[str, float]
 """A joint and a share of the length of its bone: where a cross-section lies, at right angles to the bone."""

@@ -7,9 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.jit.kernel_jit import compiled
-
-F64 = NDArray[np.float64]
 
 
 @compiled
@@ -135,9 +134,13 @@ def rotation_z(angle: float) -> F64:
 
 @compiled
 def move_points(
-    points: NDArray[np.float32], normals: NDArray[np.float32], rotation: F64, position: F64,
-    out_points: NDArray[np.float32], out_normals: NDArray[np.float32],
-) -> None:  # fmt: skip
+    points: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    rotation: F64,
+    position: F64,
+    out_points: NDArray[np.float32],
+    out_normals: NDArray[np.float32],
+) -> None:
     """Rigid motion of points and normals (N, 3)."""
     for i in range(len(points)):
         for axis in range(3):

@@ -89,9 +89,13 @@ def _intersecting(p, triangles, cell):
                 if out[f] and out[g]:
                     continue
                 if (
-                    low[f, 0] > high[g, 0] or low[g, 0] > high[f, 0] or low[f, 1] > high[g, 1] or low[g, 1] > high[f, 1]
-                    or low[f, 2] > high[g, 2] or low[g, 2] > high[f, 2]
-                ):  # fmt: skip
+                    low[f, 0] > high[g, 0]
+                    or low[g, 0] > high[f, 0]
+                    or low[f, 1] > high[g, 1]
+                    or low[g, 1] > high[f, 1]
+                    or low[f, 2] > high[g, 2]
+                    or low[g, 2] > high[f, 2]
+                ):
                     continue
                 s, t = triangles[f], triangles[g]
                 shared = False

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
 
 SPINE_SEGMENTS = 8
 FINGERS = ("thumb", "index", "middle", "ring", "little")
@@ -159,9 +159,7 @@ def standard_skeleton(height: float = REFERENCE_HEIGHT, shoulder_breadth: float 
     return Skeleton(rest, _tips(rest, height))
 
 
-def measured_skeleton(
-    standard: Skeleton, offsets: Mapping[str, F64], collar_shortening: float = COLLAR_SHORTENING
-) -> Skeleton:
+def measured_skeleton(standard: Skeleton, offsets: Mapping[str, F64], collar_shortening: float = COLLAR_SHORTENING) -> Skeleton:
     """`standard` with the bones of a measured person: (3,) from parent to joint [m], rest pose, by joint name."""
     rest = standard.rest.copy()
     if "hips" in offsets:

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64
 from vistel.implicit.checks import ShapeError, positive
-
-F64 = NDArray[np.float64]
 
 THRESHOLD = 0.5
 """The level T of the surface F = T used everywhere unless another is given."""
@@ -26,11 +25,7 @@ def _hermite(x: F64) -> tuple[F64, F64, F64]:
 
 def _wyvill(x: F64) -> tuple[F64, F64, F64]:
     u = x * x
-    return (
-        (1 - u) ** 2 * (1 - 4 * u / 9),
-        -(4 / 9) * x * (1 - u) * (11 - 6 * u),
-        -44 / 9 + (68 / 3) * u - (40 / 3) * u * u,
-    )
+    return ((1 - u) ** 2 * (1 - 4 * u / 9), -(4 / 9) * x * (1 - u) * (11 - 6 * u), -44 / 9 + (68 / 3) * u - (40 / 3) * u * u)
 
 
 def _quartic(x: F64) -> tuple[F64, F64, F64]:
@@ -40,11 +35,7 @@ def _quartic(x: F64) -> tuple[F64, F64, F64]:
 
 def _quad2(x: F64) -> tuple[F64, F64, F64]:
     near = x <= 0.5
-    return (
-        np.where(near, 1 - 2 * x * x, 2 * (1 - x) ** 2),
-        np.where(near, -4 * x, -4 * (1 - x)),
-        np.where(near, -4.0, 4.0),
-    )
+    return (np.where(near, 1 - 2 * x * x, 2 * (1 - x) ** 2), np.where(near, -4 * x, -4 * (1 - x)), np.where(near, -4.0, 4.0))
 
 
 def _hermite_inverse(t: F64) -> F64:
@@ -68,12 +59,7 @@ def _quad2_inverse(t: F64) -> F64:
 
 
 _FORMULA = {"hermite": _hermite, "wyvill": _wyvill, "quartic": _quartic, "quad2": _quad2}
-_INVERSE = {
-    "hermite": _hermite_inverse,
-    "wyvill": _wyvill_inverse,
-    "quartic": _quartic_inverse,
-    "quad2": _quad2_inverse,
-}
+_INVERSE = {"hermite": _hermite_inverse, "wyvill": _wyvill_inverse, "quartic": _quartic_inverse, "quad2": _quad2_inverse}
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Along, Shown, Size, Towards, Where, Which
 from vistel.v1 import command_pb2 as pb
 from vistel.v1.geometry_pb2 import Pose
-
-F64 = NDArray[np.float64]
 
 
 def pose(message: Pose) -> tuple[F64, F64]:
@@ -56,10 +54,14 @@ def _write(into: Any, name: str, value: Any) -> None:
 def _from_which(w: Which) -> pb.Which:
     shown = {how: code for code, how in _SHOWN.items()}
     return pb.Which(
-        thing=w.thing, name=w.name, shape=w.shape, colour=w.colour, every=w.every,
+        thing=w.thing,
+        name=w.name,
+        shape=w.shape,
+        colour=w.colour,
+        every=w.every,
         shown=shown[w.shown] if w.shown else pb.Which.SHOWN_UNSPECIFIED,
         size=next((code for code, size in _SIZE.items() if size is w.size), pb.Which.SIZE_UNSPECIFIED),
-    )  # fmt: skip
+    )
 
 
 def _which(m: pb.Which) -> Which:
@@ -71,29 +73,57 @@ def _named(m: Any) -> Which:
 
 
 _SHOWN = {
-    pb.Which.SHOWN_POINTED: Shown.POINTED, pb.Which.SHOWN_LOOKED_AT: Shown.LOOKED_AT,
-    pb.Which.SHOWN_SELECTED: Shown.SELECTED, pb.Which.SHOWN_HELD: Shown.HELD,
-}  # fmt: skip
+    pb.Which.SHOWN_POINTED: Shown.POINTED,
+    pb.Which.SHOWN_LOOKED_AT: Shown.LOOKED_AT,
+    pb.Which.SHOWN_SELECTED: Shown.SELECTED,
+    pb.Which.SHOWN_HELD: Shown.HELD,
+}
 _SIZE = {pb.Which.SIZE_LARGEST: Size.LARGEST, pb.Which.SIZE_SMALLEST: Size.SMALLEST}
 _TOWARDS = {
-    pb.TOWARDS_RIGHT: Towards.RIGHT, pb.TOWARDS_LEFT: Towards.LEFT, pb.TOWARDS_UP: Towards.UP,
-    pb.TOWARDS_DOWN: Towards.DOWN, pb.TOWARDS_AHEAD: Towards.AHEAD, pb.TOWARDS_BACK: Towards.BACK,
-}  # fmt: skip
-_ALONG = {
-    pb.ALONG_LONGEST: Along.LONGEST, pb.ALONG_UP: Along.UP, pb.ALONG_ACROSS: Along.ACROSS, pb.ALONG_AHEAD: Along.AHEAD,
-    pb.ALONG_GIRTH: Along.GIRTH,
-}  # fmt: skip
-_WHERE = {pb.WHERE_HERE: Where.HERE, pb.WHERE_POINTED: Where.POINTED}
-_CODE: dict[Towards | Along | Where, int] = {
-    value: code for table in (_TOWARDS, _ALONG, _WHERE) for code, value in table.items()
+    pb.TOWARDS_RIGHT: Towards.RIGHT,
+    pb.TOWARDS_LEFT: Towards.LEFT,
+    pb.TOWARDS_UP: Towards.UP,
+    pb.TOWARDS_DOWN: Towards.DOWN,
+    pb.TOWARDS_AHEAD: Towards.AHEAD,
+    pb.TOWARDS_BACK: Towards.BACK,
 }
+_ALONG = {
+    pb.ALONG_LONGEST: Along.LONGEST,
+    pb.ALONG_UP: Along.UP,
+    pb.ALONG_ACROSS: Along.ACROSS,
+    pb.ALONG_AHEAD: Along.AHEAD,
+    pb.ALONG_GIRTH: Along.GIRTH,
+}
+_WHERE = {pb.WHERE_HERE: Where.HERE, pb.WHERE_POINTED: Where.POINTED}
+_CODE: dict[Towards | Along | Where, int] = {value: code for table in (_TOWARDS, _ALONG, _WHERE) for code, value in table.items()}
 _FIELD: dict[type[Any], str] = {
-    ask.Move: "move", ask.Release: "release", ask.Delete: "delete", ask.Reset: "reset", ask.Select: "select",
-    ask.MoveBy: "move_by", ask.Place: "place", ask.Turn: "turn", ask.Scale: "scale", ask.Bend: "bend", ask.Twist: "twist",
-    ask.Paint: "paint", ask.Harden: "harden", ask.Copy: "copy", ask.Create: "create", ask.Grip: "grip",
-    ask.Attach: "attach", ask.Detach: "detach", ask.Undo: "undo", ask.Redo: "redo", ask.Stop: "stop",
-    ask.Hide: "hide", ask.Show: "show", ask.Align: "align", ask.Dent: "dent", ask.Sharpen: "sharpen",
-}  # fmt: skip
+    ask.Move: "move",
+    ask.Release: "release",
+    ask.Delete: "delete",
+    ask.Reset: "reset",
+    ask.Select: "select",
+    ask.MoveBy: "move_by",
+    ask.Place: "place",
+    ask.Turn: "turn",
+    ask.Scale: "scale",
+    ask.Bend: "bend",
+    ask.Twist: "twist",
+    ask.Paint: "paint",
+    ask.Harden: "harden",
+    ask.Copy: "copy",
+    ask.Create: "create",
+    ask.Grip: "grip",
+    ask.Attach: "attach",
+    ask.Detach: "detach",
+    ask.Undo: "undo",
+    ask.Redo: "redo",
+    ask.Stop: "stop",
+    ask.Hide: "hide",
+    ask.Show: "show",
+    ask.Align: "align",
+    ask.Dent: "dent",
+    ask.Sharpen: "sharpen",
+}
 
 _READ: dict[str, Callable[[Any], Action | None]] = {
     "move": lambda m: ask.Move(_named(m), *pose(m.pose)),
@@ -101,9 +131,7 @@ _READ: dict[str, Callable[[Any], Action | None]] = {
     "delete": lambda m: ask.Delete(_named(m)),
     "reset": lambda m: ask.Reset(),
     "select": lambda m: ask.Select(_which(m.which), m.nothing),
-    "move_by": lambda m: (
-        ask.MoveBy(_which(m.which), _TOWARDS[m.towards], m.distance or 0.1) if m.towards in _TOWARDS else None
-    ),
+    "move_by": lambda m: ask.MoveBy(_which(m.which), _TOWARDS[m.towards], m.distance or 0.1) if m.towards in _TOWARDS else None,
     "place": lambda m: ask.Place(_which(m.which), _WHERE.get(m.where, Where.HERE)),
     "turn": lambda m: ask.Turn(_which(m.which), m.angle, _ALONG.get(m.about, Along.UP)),
     "scale": lambda m: ask.Scale(_which(m.which), m.factor, _ALONG.get(m.along)),

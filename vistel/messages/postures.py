@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.wire.motion import MotionSample, StalePart
-
-F64 = NDArray[np.float64]
 
 SIDES = ("left", "right")
 LEGS = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_leg", "lower_leg", "foot", "toes"))

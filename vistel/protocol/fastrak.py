@@ -224,9 +224,14 @@ def parse_status(reply: Reply) -> Status | None:
         return None
     # Offsets follow the 55-byte record less its first three bytes.
     return Status(
-        bool(flags & 1), bool(flags & 2), bool(flags & 4), bool(flags & 8),
-        text[3:6].strip(), text[12:18].strip(), text[18:50].strip(),
-    )  # fmt: skip
+        bool(flags & 1),
+        bool(flags & 2),
+        bool(flags & 4),
+        bool(flags & 8),
+        text[3:6].strip(),
+        text[12:18].strip(),
+        text[18:50].strip(),
+    )
 
 
 def parse_stations(reply: Reply) -> tuple[bool, bool, bool, bool] | None:

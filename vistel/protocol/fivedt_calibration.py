@@ -36,8 +36,12 @@ def _joints() -> dict[str, tuple[int, float]]:
 
 
 _JOINTS = _joints()
-_SPREADS = {"thumb_index": _THUMB_SPREAD, "index_middle": _FINGER_SPREAD, "middle_ring": _FINGER_SPREAD,
-            "ring_little": _FINGER_SPREAD}  # fmt: skip
+_SPREADS = {
+    "thumb_index": _THUMB_SPREAD,
+    "index_middle": _FINGER_SPREAD,
+    "middle_ring": _FINGER_SPREAD,
+    "ring_little": _FINGER_SPREAD,
+}
 """Of each spread sensor: its angle in an open hand [rad]; in a fist it is 0."""
 
 
@@ -76,8 +80,12 @@ class FiveDtCalibration:
 
     def counts(self, angles: Sequence[float], sensors: int) -> list[float]:
         """What the 16 slots of a glove would read, not yet rounded; those without a sensor 0."""
-        spread = {"thumb_index": angles[1], "index_middle": angles[5] - angles[9], "middle_ring": angles[9] - angles[13],
-                  "ring_little": angles[13] - angles[17]}  # fmt: skip
+        spread = {
+            "thumb_index": angles[1],
+            "index_middle": angles[5] - angles[9],
+            "middle_ring": angles[9] - angles[13],
+            "ring_little": angles[13] - angles[17],
+        }
         closed = {name: angles[angle] / at_fist for name, (angle, at_fist) in _JOINTS.items()}
         if sensors == 5:
             for name in SLOTS_5:

@@ -22,12 +22,23 @@ ANGLE_COUNT = 20
 _INDEX = {name: i for i, name in enumerate(SENSORS_22)}
 # Angles that one sensor measures directly: index of the angle, sensor.
 _DIRECT = (
-    (0, "thumb_roll"), (1, "thumb_abduction"), (2, "thumb_mpj"), (3, "thumb_ij"),
-    (4, "index_mpj"), (6, "index_pij"), (7, "index_dij"),
-    (8, "middle_mpj"), (10, "middle_pij"), (11, "middle_dij"),
-    (12, "ring_mpj"), (14, "ring_pij"), (15, "ring_dij"),
-    (16, "pinky_mpj"), (18, "pinky_pij"), (19, "pinky_dij"),
-)  # fmt: skip
+    (0, "thumb_roll"),
+    (1, "thumb_abduction"),
+    (2, "thumb_mpj"),
+    (3, "thumb_ij"),
+    (4, "index_mpj"),
+    (6, "index_pij"),
+    (7, "index_dij"),
+    (8, "middle_mpj"),
+    (10, "middle_pij"),
+    (11, "middle_dij"),
+    (12, "ring_mpj"),
+    (14, "ring_pij"),
+    (15, "ring_dij"),
+    (16, "pinky_mpj"),
+    (18, "pinky_pij"),
+    (19, "pinky_dij"),
+)
 _DISTAL = ((7, 6), (11, 10), (15, 14), (19, 18))
 _ABDUCTIONS = (("middle_index_abduction", 4, 8), ("ring_middle_abduction", 8, 12), ("pinky_ring_abduction", 12, 16))
 """Sensors between fingers, and the base flexions of the two fingers: bending both pulls at the sensor too."""
@@ -88,9 +99,7 @@ class GloveCalibration:
         measured["pinky_ring_abduction"] = angles[_RING_ABDUCTION] - angles[_LITTLE_ABDUCTION]
         for (sensor, a, b), c in zip(_ABDUCTIONS, self.coupling, strict=True):
             measured[sensor] += c * 0.5 * (angles[a] + angles[b])
-        return [
-            self.offset[_INDEX[name]] + measured.get(name, 0.0) / self.gain[_INDEX[name]] for name in SENSORS[sensors]
-        ]
+        return [self.offset[_INDEX[name]] + measured.get(name, 0.0) / self.gain[_INDEX[name]] for name in SENSORS[sensors]]
 
 
 def default_calibration() -> GloveCalibration:
@@ -99,9 +108,17 @@ def default_calibration() -> GloveCalibration:
     The maker's default is offset 50 and 0.4 degrees per count for all; joints that bend beyond 80 degrees would
     leave the range, spreading would use a tenth of it.
     """
-    kinds = {"mpj": (40.0, 0.5), "pij": (30.0, 0.55), "dij": (30.0, 0.5), "ij": (40.0, 0.5),
-             "abduction": (100.0, 0.3), "roll": (100.0, 0.6), "arch": (50.0, 0.4), "pitch": (128.0, 0.6),
-             "yaw": (128.0, 0.6)}  # fmt: skip
+    kinds = {
+        "mpj": (40.0, 0.5),
+        "pij": (30.0, 0.55),
+        "dij": (30.0, 0.5),
+        "ij": (40.0, 0.5),
+        "abduction": (100.0, 0.3),
+        "roll": (100.0, 0.6),
+        "arch": (50.0, 0.4),
+        "pitch": (128.0, 0.6),
+        "yaw": (128.0, 0.6),
+    }
     table = [kinds[name.rsplit("_", 1)[-1]] for name in SENSORS_22]
     return GloveCalibration(tuple(o for o, _ in table), tuple(math.radians(g) for _, g in table))
 
@@ -130,9 +147,7 @@ def load_calibration(path: Path) -> GloveCalibration:
             offset[_INDEX[name]] = float(entry["offset"])
             gain[_INDEX[name]] = math.radians(float(entry["gain_deg"]))
         a, b, c = (float(v) for v in table.get("coupling", base.coupling))
-        return GloveCalibration(
-            tuple(offset), tuple(gain), float(table.get("distal_ratio", base.distal_ratio)), (a, b, c)
-        )
+        return GloveCalibration(tuple(offset), tuple(gain), float(table.get("distal_ratio", base.distal_ratio)), (a, b, c))
     except CalibrationError as e:
         raise CalibrationError(f"{path}: {e}") from e
     except (AttributeError, KeyError, TypeError, ValueError) as e:
@@ -145,6 +160,5 @@ def save_calibration(calibration: GloveCalibration, path: Path) -> None:
         name: {"offset": o, "gain_deg": math.degrees(g)}
         for name, o, g in zip(SENSORS_22, calibration.offset, calibration.gain, strict=True)
     }
-    table = {"sensors": sensors, "distal_ratio": calibration.distal_ratio,
-             "coupling": list(calibration.coupling)}  # fmt: skip
+    table = {"sensors": sensors, "distal_ratio": calibration.distal_ratio, "coupling": list(calibration.coupling)}
     path.write_text(json.dumps(table, indent=2) + "\n", "utf-8")

@@ -28,15 +28,16 @@ FIST_DEG = {"thumb_mpj": 45.0, "thumb_ij": 60.0} | {
     for joint, angle in (("mpj", 80.0), ("pij", 100.0), ("dij", 65.0))
 }
 """Flexions in a tight fist; in a flat hand they are 0."""
-SPREAD_DEG = {
-    "middle_index_abduction": 17.0, "ring_middle_abduction": 13.0, "pinky_ring_abduction": 17.0, "thumb_abduction": 50.0,
-}  # fmt: skip
+SPREAD_DEG = {"middle_index_abduction": 17.0, "ring_middle_abduction": 13.0, "pinky_ring_abduction": 17.0, "thumb_abduction": 50.0}
 PINCH_ROLL_DEG = 55.0
 
 _STILL_COUNTS = 4.0
 _LEAST_COUNTS = {"flexion": 12.0, "abduction": 4.0}
-_COUPLED = (("middle_index_abduction", "index_mpj", "middle_mpj"), ("ring_middle_abduction", "middle_mpj", "ring_mpj"),
-            ("pinky_ring_abduction", "ring_mpj", "pinky_mpj"))  # fmt: skip
+_COUPLED = (
+    ("middle_index_abduction", "index_mpj", "middle_mpj"),
+    ("ring_middle_abduction", "middle_mpj", "ring_mpj"),
+    ("pinky_ring_abduction", "ring_mpj", "pinky_mpj"),
+)
 
 
 @dataclass(frozen=True)
@@ -156,11 +157,10 @@ def fit_glove(hands: Sequence[Sequence[float]], base: GloveCalibration | None = 
         ratio = FIST_DEG["index_dij"] / FIST_DEG["index_pij"]
     return GloveFit(
         GloveCalibration(
-            tuple(offset[n] for n in every), tuple(gain[n] for n in every), ratio,
-            (coupling[0], coupling[1], coupling[2]),
+            tuple(offset[n] for n in every), tuple(gain[n] for n in every), ratio, (coupling[0], coupling[1], coupling[2])
         ),
         tuple(notes),
-    )  # fmt: skip
+    )
 
 
 def _medians(samples: Sequence[Sequence[int]]) -> tuple[float, ...]:

@@ -54,6 +54,7 @@ _MOST_BUTTONS = 256
 _MOST_M = 1_000.0
 _NORM_TOLERANCE = 0.02
 
+
 @dataclass(frozen=True, slots=True)
 class PoseReport:
     """One sensor of a tracker. sensor: from 0; position [m]; rotation: unit quaternion (x, y, z, w), sensor to tracker.
@@ -241,9 +242,7 @@ def _pressed(payload: bytes, *, single: bool) -> dict[int, bool] | None:
     return {k: bool(s) for k, s in enumerate(states)} if count == len(states) else None
 
 
-def _pose(
-    payload: bytes,
-) -> tuple[int, tuple[float, float, float], tuple[float, float, float, float]] | None:
+def _pose(payload: bytes) -> tuple[int, tuple[float, float, float], tuple[float, float, float, float]] | None:
     """Sensor, position and rotation; None for what cannot be a pose."""
     sensor, _, x, y, z, qx, qy, qz, qw = _POSE.unpack(payload)
     # Comparisons with NaN are false, so these let none through.

@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F64
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.people import Posed
-
-F64 = NDArray[np.float64]
 
 _HEAD, _LEFT, _RIGHT = JOINT_INDEX["head"], JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]
 

@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import DOF_COUNT, HAND_DOF_COUNT, Posture
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.commands.actions import Action
-
-F64 = NDArray[np.float64]
 
 FURTHEST = 50.0
 """Stances further than this from the room's centre are refused [m]."""
@@ -97,4 +95,3 @@ def usable(posture: Posture) -> bool:
 
 def _usable_joint(name: str, rotation: F64) -> bool:
     return name in JOINT_INDEX and rotation.shape == (3,) and float(np.abs(rotation).max()) < 20.0  # NaN is not
-

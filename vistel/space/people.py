@@ -6,17 +6,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints, standard_skeleton
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.inputs import MotionInput, Person
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 SIDES = ("left", "right")
 THUMB, PALM = 0, 5
@@ -133,9 +130,14 @@ class Figure:
         if not new:
             return self
         return replace(
-            self, posture=motion.posture, before=self.posture, seq=motion.seq, t_ns=motion.t_ns,
-            before_t_ns=self.t_ns, appeared=step if self.posture is None else self.appeared,
-        )  # fmt: skip
+            self,
+            posture=motion.posture,
+            before=self.posture,
+            seq=motion.seq,
+            t_ns=motion.t_ns,
+            before_t_ns=self.t_ns,
+            appeared=step if self.posture is None else self.appeared,
+        )
 
     def with_opening(self, dt: float) -> Figure:
         """The memory of the open hand, one step on."""

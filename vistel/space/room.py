@@ -11,11 +11,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.space.things.things import Axis, Matter, Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 TABLE_HEIGHT = 0.72
 """Height of the table's upper surface above the floor [m]."""
@@ -80,9 +78,17 @@ class Extra:
         axes = (Axis(_at(0, 0, 0), _at(1, 0, 0), r),) if half else ()
         place = _at(self.x, TABLE_HEIGHT + r, self.z)
         return Thing(
-            self.id, self.name, self.shape, (body,), self.mass, 1.0 - self.rigidity, self.colour, place, axes=axes,
+            self.id,
+            self.name,
+            self.shape,
+            (body,),
+            self.mass,
+            1.0 - self.rigidity,
+            self.colour,
+            place,
+            axes=axes,
             matter=self.matter,
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,14 +193,18 @@ def _chair(index: int, seat: Seat) -> Thing:
         for x in (-1.0, 1.0)
         for z in (-1.0, 1.0)
     )
-    posts = tuple(
-        _bar((x * 0.15, CHAIR_HEIGHT - 0.03, -0.17), (x * 0.15, 0.64, -0.225), 0.013, 0.011)
-        for x in (-1.0, 1.0)
-    )
+    posts = tuple(_bar((x * 0.15, CHAIR_HEIGHT - 0.03, -0.17), (x * 0.15, 0.64, -0.225), 0.013, 0.011) for x in (-1.0, 1.0))
     return Thing(
-        f"chair-{index}", f"chair {index + 1}", "chair", (cushion, back, *legs, *posts), 0.0, 0.1, 0x46566BFF,
-        seat.position, _turn((0.0, 1.0, 0.0), seat.heading),
-    )  # fmt: skip
+        f"chair-{index}",
+        f"chair {index + 1}",
+        "chair",
+        (cushion, back, *legs, *posts),
+        0.0,
+        0.1,
+        0x46566BFF,
+        seat.position,
+        _turn((0.0, 1.0, 0.0), seat.heading),
+    )
 
 
 def _loose_things(spread: float) -> tuple[Thing, ...]:
@@ -254,8 +264,7 @@ def _ring(centre: F64) -> Thing:
     tube, radius = 0.011, 0.046
     body = Primitive("supertoroid", (tube, tube, tube, radius / tube, 1.0, 1.0))
     axes = tuple(
-        Axis(_at(x * radius, y * radius, 0.0), _at(-y, x, 0.0), tube)
-        for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+        Axis(_at(x * radius, y * radius, 0.0), _at(-y, x, 0.0), tube) for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
     )
     return Thing("ring", "violet ring", "ring", (body,), 0.07, 0.10, 0x8A56B0FF, centre, Z_UP, axes)
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.space.commands.history import Change, History, Stood
@@ -34,8 +35,6 @@ from vistel.space.view import Outcome
 
 VERSION = 8
 """Of this format; a world refuses any other."""
-
-F64 = NDArray[np.float64]
 
 
 def encode(room: Room, s: State) -> bytes:
@@ -150,9 +149,13 @@ def _state(d: dict[str, Any], room: Room, known: dict[str, Thing]) -> State:
     shapes = [_shape(row, room, known) for row in d["shapes"]]
     done, undone = ([_to_change(c, shapes) for c in some] for some in d["history"])
     motions = Motions(
-        _rows(d["position"], n, 3), _rows(d["rotation"], n, 4), _rows(d["velocity"], n, 3), _rows(d["spin"], n, 3),
-        np.array(d["mode"], np.int64).reshape(n), np.array(d["still"], np.int64).reshape(n),
-    )  # fmt: skip
+        _rows(d["position"], n, 3),
+        _rows(d["rotation"], n, 4),
+        _rows(d["velocity"], n, 3),
+        _rows(d["spin"], n, 3),
+        np.array(d["mode"], np.int64).reshape(n),
+        np.array(d["still"], np.int64).reshape(n),
+    )
     if not np.isin(motions.mode, (0, 1, 2, 3)).all():
         raise ValueError("mode")
     return State(
@@ -238,7 +241,7 @@ def _to_change(d: Any, shapes: list[Thing]) -> Change:
             for k, p, q, *dents in side
         )
         for side in sides
-    )  # fmt: skip
+    )
     return Change(str(who), before, after)
 
 
@@ -311,10 +314,12 @@ def _to_posture(d: Any) -> Posture | None:
         return None
     stance = np.array(d[2], np.float64)
     return Posture(
-        np.array(d[0], np.float64).reshape(25), np.array(d[1], np.float64).reshape(2, 20),
-        Stance(stance[:3], float(stance[3])), np.array(d[3], np.float64).reshape(2),
+        np.array(d[0], np.float64).reshape(25),
+        np.array(d[1], np.float64).reshape(2, 20),
+        Stance(stance[:3], float(stance[3])),
+        np.array(d[3], np.float64).reshape(2),
         {str(name): _rows(rotation, 1, 3)[0] for name, rotation in d[4].items()} if len(d) > 4 else {},
-    )  # fmt: skip
+    )
 
 
 def _from_figure(f: Figure) -> dict[str, Any]:
@@ -350,10 +355,15 @@ def _to_person(d: Any) -> Person:
 
 def _to_figure(d: dict[str, Any]) -> Figure:
     return Figure(
-        _to_person(d["person"]), _to_posture(d["posture"]), _to_posture(d["before"]),
-        int(d["seq"]), int(d["t_ns"]), int(d["before_t_ns"]), _rows(d["opened"], 2, 4),
+        _to_person(d["person"]),
+        _to_posture(d["posture"]),
+        _to_posture(d["before"]),
+        int(d["seq"]),
+        int(d["t_ns"]),
+        int(d["before_t_ns"]),
+        _rows(d["opened"], 2, 4),
         int(d["appeared"]),
-    )  # fmt: skip
+    )
 
 
 def _from_grasp(g: Grasp) -> dict[str, Any]:
@@ -377,7 +387,17 @@ def _from_grasp(g: Grasp) -> dict[str, Any]:
 def _to_grasp(d: dict[str, Any]) -> Grasp:
     start, aim, laid = ((_rows(p, 1, 3)[0], _rows(q, 1, 4)[0]) for p, q in (d["start"], d["aim"], d["laid"]))
     return Grasp(
-        str(d["participant"]), bool(d["right"]), str(d["thing"]), start, aim, int(d["since_ns"]),
-        tuple(bool(e) for e in d["engaged"]), _rows(d["tightest"], 1, 4)[0], _rows(d["fingers"], 1, 20)[0],
-        laid, _rows(d["shift"], 1, 3)[0], int(d["off"]), int(d["strained"]),
-    )  # fmt: skip
+        str(d["participant"]),
+        bool(d["right"]),
+        str(d["thing"]),
+        start,
+        aim,
+        int(d["since_ns"]),
+        tuple(bool(e) for e in d["engaged"]),
+        _rows(d["tightest"], 1, 4)[0],
+        _rows(d["fingers"], 1, 20)[0],
+        laid,
+        _rows(d["shift"], 1, 3)[0],
+        int(d["off"]),
+        int(d["strained"]),
+    )

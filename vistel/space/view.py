@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.space.hands.claims import ClaimEvent
 from vistel.space.memory.bonds import Bond, Torn
 from vistel.space.memory.dents import Dent
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.space import snapshot
 from vistel.space.commands.perform import forgotten, obey
@@ -37,8 +38,6 @@ from vistel.space.things.things import Thing
 from vistel.space.things.views import ThingViews
 from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, WorldView
 
-F64 = NDArray[np.float64]
-
 DT = 1.0 / 60.0
 """Seconds of one step."""
 HASH_STEPS = 60
@@ -48,6 +47,7 @@ APPEARING_STEPS = 45
 """Who has only just appeared pushes nothing: they may stand in the middle of it, and their sensors have yet to settle."""
 LYING, FLAT = 0.05, 0.8
 """What takes dents and moves up or down no faster than this [m/s] keeps this share of its motion in each step."""
+
 
 class World:
     """One room and everything in it."""
@@ -195,9 +195,13 @@ class World:
     # -- contacts and motion -----------------------------------------------------------------------------------
 
     def _feel(
-        self, posed: dict[str, Posed], skin: dict[tuple[str, str], ContactArray], reached: dict[str, Reached],
-        anchors: Container[str], stuck: Sequence[Pull],
-    ) -> tuple[HandForce, ...]:  # fmt: skip
+        self,
+        posed: dict[str, Posed],
+        skin: dict[tuple[str, str], ContactArray],
+        reached: dict[str, Reached],
+        anchors: Container[str],
+        stuck: Sequence[Pull],
+    ) -> tuple[HandForce, ...]:
         """What hands feel now that everything is where it is. anchors: things that stick to something; stuck: what they feel
         of that themselves."""
         held = [(g.participant, g.right, g.thing) for g in self._state.grasps]
@@ -251,19 +255,36 @@ class World:
     # -- what is said ------------------------------------------------------------------------------------------
 
     def _view(
-        self, before: State, outcomes: tuple[Outcome, ...], contacts: tuple[ContactView, ...], ghosts: tuple[GhostView, ...],
+        self,
+        before: State,
+        outcomes: tuple[Outcome, ...],
+        contacts: tuple[ContactView, ...],
+        ghosts: tuple[GhostView, ...],
         felt: tuple[HandForce, ...],
-    ) -> WorldView:  # fmt: skip
+    ) -> WorldView:
         s = self._state
         grasps = tuple(
             GraspView(g.participant, g.right, g.thing, *g.lie(s.t_ns), g.since_ns, g.fingers, *g.seen(s.t_ns)) for g in s.grasps
         )
         digest = snapshot.digest(self._room, s) if s.step % HASH_STEPS == 0 else 0
         return WorldView(
-            s.step, s.t_ns, s.things, s.things != before.things, self._said.states(before, s),
-            contacts, ghosts, grasps, tuple(f.name for f in s.figures), outcomes, digest, felt,
-            s.dents, s.bonds, *changes(before, s), selected=s.selected,
-        )  # fmt: skip
+            s.step,
+            s.t_ns,
+            s.things,
+            s.things != before.things,
+            self._said.states(before, s),
+            contacts,
+            ghosts,
+            grasps,
+            tuple(f.name for f in s.figures),
+            outcomes,
+            digest,
+            felt,
+            s.dents,
+            s.bonds,
+            *changes(before, s),
+            selected=s.selected,
+        )
 
     # -- small things ------------------------------------------------------------------------------------------
 
@@ -288,10 +309,13 @@ def _begin(things: tuple[Thing, ...]) -> Motions:
     """Things as they begin: loose ones asleep where the room puts them."""
     n = len(things)
     return Motions(
-        np.array([t.position for t in things]).reshape(n, 3), np.array([t.rotation for t in things]).reshape(n, 4),
-        np.zeros((n, 3)), np.zeros((n, 3)),
-        np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64), np.zeros(n, np.int64),
-    )  # fmt: skip
+        np.array([t.position for t in things]).reshape(n, 3),
+        np.array([t.rotation for t in things]).reshape(n, 4),
+        np.zeros((n, 3)),
+        np.zeros((n, 3)),
+        np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64),
+        np.zeros(n, np.int64),
+    )
 
 
 def _settled(m: Motions, s: Solids) -> Motions:

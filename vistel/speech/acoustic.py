@@ -12,10 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.speech.features import BANDS
 from vistel.speech.phones import PHONES
-
-F32 = NDArray[np.float32]
 
 VERSION = 2
 """Of the weight file: other arrays or another meaning get another number."""

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, I32
 from vistel.speech.acoustic import state_of
 from vistel.speech.phones import PAUSE, PHONES
-
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
 
 
 def chain_of(phones: Sequence[str]) -> tuple[I32, I32]:

@@ -10,9 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-I32 = NDArray[np.int32]
+from vistel.arrays import I32
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,12 @@ import heapq
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, I32
 from vistel.speech.acoustic import STATES, Model
 from vistel.speech.automaton import Automaton
 from vistel.speech.lattice_kernels import LINKS, NEVER, advance, arrive, round_the_loop
 from vistel.speech.phones import PHONES
-
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
 
 _PAUSE = -2
 """Word of the arc that waits at a junction."""
@@ -73,9 +70,21 @@ def network(automaton: Automaton, model: Model, word_cost: float = 0.0) -> Netwo
     order = np.lexsort((source, target)).astype(np.int32)
     order_first = np.searchsorted(target[order], np.arange(automaton.junctions + 1)).astype(np.int32)
     return Network(
-        automaton.words, automaton.junctions, source, target, word, cost, np.array(first, np.int32), state, stay[state],
-        move[state], order, order_first, stay, move,
-    )  # fmt: skip
+        automaton.words,
+        automaton.junctions,
+        source,
+        target,
+        word,
+        cost,
+        np.array(first, np.int32),
+        state,
+        stay[state],
+        move[state],
+        order,
+        order_first,
+        stay,
+        move,
+    )
 
 
 @dataclass(frozen=True)
@@ -136,16 +145,38 @@ class Decoder:
         net = self._net
         self.time += 1
         advance(
-            net.state, net.stay, net.move, net.first, net.source, net.cost, frame, self._junction, self._score, self._entered,
-            self._top, self._beam, self._best, self.time,
-        )  # fmt: skip
+            net.state,
+            net.stay,
+            net.move,
+            net.first,
+            net.source,
+            net.cost,
+            frame,
+            self._junction,
+            self._score,
+            self._entered,
+            self._top,
+            self._beam,
+            self._best,
+            self.time,
+        )
         self._best = float(self._top.max())
         self._junction = np.empty(net.junctions, np.float32)
         kept = self._links()
         arrive(
-            net.move, net.first, net.source, net.order, net.order_first, self._score, self._entered, self._beam, self._best,
-            self.time, self._junction, *kept[:4],
-        )  # fmt: skip
+            net.move,
+            net.first,
+            net.source,
+            net.order,
+            net.order_first,
+            self._score,
+            self._entered,
+            self._beam,
+            self._best,
+            self.time,
+            self._junction,
+            *kept[:4],
+        )
         self._kept.append(kept)
         self._loop_out = round_the_loop(frame, net.loop_stay, net.loop_move, self._penalty, self._loop, self._loop_out)
         self.garbage.append(float(self._loop.max()))

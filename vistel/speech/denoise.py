@@ -7,11 +7,9 @@ spectrum, raised to its mean (Martin 2001, much shortened).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.speech.heard import SAMPLE_RATE
-
-F32 = NDArray[np.float32]
 
 FRAME, STEP = 512, 256
 _BINS = FRAME // 2 + 1

@@ -147,9 +147,7 @@ class Dialogue:
         """The confidence from which a sentence is done at once."""
         return self.accept + (BRIEF * (1.0 - self.accept) if self.wary and len(said.words) == 1 else 0.0)
 
-    def _best(
-        self, readings: Sequence[Reading], things: Sequence[Known]
-    ) -> tuple[Said, Action | Remark, float] | None:
+    def _best(self, readings: Sequence[Reading], things: Sequence[Known]) -> tuple[Said, Action | Remark, float] | None:
         """The likeliest of those that ask for something; of things that are there rather than others."""
         able: list[tuple[float, int, Said, Action | Remark, float]] = []
         for n, r in enumerate(readings):

@@ -12,13 +12,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.speech.acoustic import Acoustic, Adaptation, Model
 from vistel.speech.alignment import align, chain_of
 from vistel.speech.features import BANDS, LogMel, Normaliser, as_float
 from vistel.speech.heard import Samples
 from vistel.speech.phones import PAUSE, kana_phones
-
-F32 = NDArray[np.float32]
 
 VERSION = 1
 _ROUNDS = 3

@@ -6,11 +6,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.resample import at_positions, reach
 from vistel.implicit.jit.kernel_jit import compiled
 from vistel.speech.heard import SAMPLE_RATE, Samples
-
-F32 = NDArray[np.float32]
 
 BANDS = 40
 HOP = 160

@@ -152,9 +152,7 @@ def _tags(value: Any, what: str, source: _Source, *needles: str) -> Tags:
     return tuple((k, v) for k, v in tags.items() if isinstance(v, str | float | int))
 
 
-def _phrase(
-    name: str, key: str, phrase: dict[str, Any], source: _Source, known: Known | None
-) -> dict[Language, list[Word]]:
+def _phrase(name: str, key: str, phrase: dict[str, Any], source: _Source, known: Known | None) -> dict[Language, list[Word]]:
     where = f"[classes.{name}]", f"{key} "
     for stray in phrase.keys() - {"kana", "romaji", "kanji", "en", "means"}:
         source.fault(f"{name}.{key}: {stray}: unknown; expected kana, romaji, kanji, en or means", *where, stray)

@@ -7,6 +7,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.speech.acoustic import Acoustic, Adaptation, Model, japanese
 from vistel.speech.automaton import Automaton
 from vistel.speech.confidence import FEATURES, confidence, evidence
@@ -14,8 +15,6 @@ from vistel.speech.decoder import Decoder, Sentence, network
 from vistel.speech.endpoint import Endpointer
 from vistel.speech.features import BANDS, FRAME_S, HOP, LogMel, Normaliser, as_float
 from vistel.speech.heard import Heard, Hypotheses, Samples
-
-F32 = NDArray[np.float32]
 
 ACCEPT = 0.5
 """The confidence from which a sentence is to be believed, unless somebody decides otherwise."""

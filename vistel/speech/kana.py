@@ -6,12 +6,35 @@ from vistel.speech.phones import hiragana
 
 _VOWELS = "aiueo"
 _ROWS = {
-    "": "あいうえお", "k": "かきくけこ", "s": "さ せそ", "t": "た  てと", "n": "なにぬねの", "h": "はひ へほ", "m": "まみむめも",
-    "r": "らりるれろ", "g": "がぎぐげご", "z": "ざ ずぜぞ", "d": "だ  でど", "b": "ばびぶべぼ", "p": "ぱぴぷぺぽ",
-    "y": "や ゆ よ", "w": "わ   を",
-}  # fmt: skip
-_YOUON = {"ky": "き", "gy": "ぎ", "sh": "し", "j": "じ", "ch": "ち", "ny": "に", "hy": "ひ", "by": "び", "py": "ぴ", "my": "み",
-          "ry": "り"}  # fmt: skip
+    "": "あいうえお",
+    "k": "かきくけこ",
+    "s": "さ せそ",
+    "t": "た  てと",
+    "n": "なにぬねの",
+    "h": "はひ へほ",
+    "m": "まみむめも",
+    "r": "らりるれろ",
+    "g": "がぎぐげご",
+    "z": "ざ ずぜぞ",
+    "d": "だ  でど",
+    "b": "ばびぶべぼ",
+    "p": "ぱぴぷぺぽ",
+    "y": "や ゆ よ",
+    "w": "わ   を",
+}
+_YOUON = {
+    "ky": "き",
+    "gy": "ぎ",
+    "sh": "し",
+    "j": "じ",
+    "ch": "ち",
+    "ny": "に",
+    "hy": "ひ",
+    "by": "び",
+    "py": "ぴ",
+    "my": "み",
+    "ry": "り",
+}
 _SYLLABLES = (
     {row + v: kana for row, line in _ROWS.items() for v, kana in zip(_VOWELS, line, strict=False) if kana != " "}
     | {row + v: kana + small for row, kana in _YOUON.items() for v, small in (("a", "ゃ"), ("u", "ゅ"), ("o", "ょ"))}
@@ -19,9 +42,7 @@ _SYLLABLES = (
     | {"she": "しぇ", "che": "ちぇ", "je": "じぇ", "fa": "ふぁ", "fi": "ふぃ", "fe": "ふぇ", "fo": "ふぉ"}
     | {"dhi": "でぃ", "thi": "てぃ"}
 )
-_VOWEL_OF = {
-    kana[-1]: "あいうえお"[_VOWELS.index(romaji[-1])] for romaji, kana in _SYLLABLES.items()
-} | {"づ": "う", "ぢ": "い"}  # fmt: skip
+_VOWEL_OF = {kana[-1]: "あいうえお"[_VOWELS.index(romaji[-1])] for romaji, kana in _SYLLABLES.items()} | {"づ": "う", "ぢ": "い"}
 
 _SAME = str.maketrans("をづぢへ", "おずじえ")
 

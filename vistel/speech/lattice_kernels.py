@@ -7,12 +7,9 @@ came before is found through the links kept for every junction and time (`decode
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, I32
 from vistel.implicit.jit.kernel_jit import compiled
-
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
 
 LINKS = 6
 """Words kept for each junction and time: the best of those that end there."""
@@ -21,9 +18,21 @@ NEVER = np.float32(-1e30)
 
 @compiled
 def advance(
-    state: I32, stay: F32, move: F32, first: I32, source: I32, cost: F32, now: F32, before: F32, score: F32, entered: I32,
-    top: F32, beam: float, best: float, time: int,
-) -> None:  # fmt: skip
+    state: I32,
+    stay: F32,
+    move: F32,
+    first: I32,
+    source: I32,
+    cost: F32,
+    now: F32,
+    before: F32,
+    score: F32,
+    entered: I32,
+    top: F32,
+    beam: float,
+    best: float,
+    time: int,
+) -> None:
     """Moves the tokens of every word (first[w] to first[w + 1] - 1) by one frame.
 
     state, stay, move: of each position; cost: of entering each word; now: (STATES,) scores of the frame;
@@ -59,9 +68,22 @@ def advance(
 
 @compiled
 def arrive(
-    move: F32, first: I32, source: I32, order: I32, order_first: I32, score: F32, entered: I32, beam: float, best: float,
-    time: int, junction: F32, link_word: I32, link_entered: I32, link_score: F32, link_count: I32,
-) -> None:  # fmt: skip
+    move: F32,
+    first: I32,
+    source: I32,
+    order: I32,
+    order_first: I32,
+    score: F32,
+    entered: I32,
+    beam: float,
+    best: float,
+    time: int,
+    junction: F32,
+    link_word: I32,
+    link_entered: I32,
+    link_score: F32,
+    link_count: I32,
+) -> None:
     """Scores of the junctions at this time, in rising order, and the words that led there.
 
     order: words by the junction they lead to, order_first: where those of each junction begin. junction: (junctions,)

@@ -57,9 +57,7 @@ def _which(m: Meaning, role: str = "") -> Which:
 
     shown = Shown.POINTED if "that" in (tag("which"), tag("shown")) else None
     size = {"": None, "large": Size.LARGEST, "small": Size.SMALLEST}.get(tag("size"))
-    return Which(
-        tag("thing"), tag("name"), tag("shape"), tag("colour"), shown, every=bool(m.get(role + "every")), size=size
-    )  # fmt: skip
+    return Which(tag("thing"), tag("name"), tag("shape"), tag("colour"), shown, every=bool(m.get(role + "every")), size=size)
 
 
 def _number(m: Meaning, key: str, table: dict[str, float]) -> float:
@@ -96,9 +94,13 @@ def _turn(m: Meaning) -> Action:
 
 _ABOUT = {"up": Along.UP, "across": Along.ACROSS, "longest": Along.LONGEST}
 _SENSE = {
-    Towards.RIGHT: (-1.0, Along.UP), Towards.LEFT: (1.0, Along.UP), Towards.UP: (1.0, Along.ACROSS),
-    Towards.DOWN: (-1.0, Along.ACROSS), Towards.AHEAD: (-1.0, Along.ACROSS), Towards.BACK: (1.0, Along.ACROSS),
-}  # fmt: skip
+    Towards.RIGHT: (-1.0, Along.UP),
+    Towards.LEFT: (1.0, Along.UP),
+    Towards.UP: (1.0, Along.ACROSS),
+    Towards.DOWN: (-1.0, Along.ACROSS),
+    Towards.AHEAD: (-1.0, Along.ACROSS),
+    Towards.BACK: (1.0, Along.ACROSS),
+}
 
 
 def _scale(m: Meaning) -> Action:
@@ -111,9 +113,7 @@ def _scale(m: Meaning) -> Action:
     return ask.Scale(_which(m), factor, _ALONG[along])
 
 
-_ALONG = {
-    "all": None, "longest": Along.LONGEST, "up": Along.UP, "across": Along.ACROSS, "ahead": Along.AHEAD, "girth": Along.GIRTH,
-}  # fmt: skip
+_ALONG = {"all": None, "longest": Along.LONGEST, "up": Along.UP, "across": Along.ACROSS, "ahead": Along.AHEAD, "girth": Along.GIRTH}
 
 
 def _paint(m: Meaning) -> Action:

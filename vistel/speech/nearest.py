@@ -11,13 +11,11 @@ from difflib import SequenceMatcher
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.speech.grammar import Grammar, Language, Place, Said
 from vistel.speech.kana import reading
 from vistel.speech.word_graph import word_graph
-
-F64 = NDArray[np.float64]
 
 _ALIKE = 0.5
 """Likeness of spelling from which one word put for another costs less."""

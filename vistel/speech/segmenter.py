@@ -11,14 +11,12 @@ from collections.abc import Iterator
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import I16
 from vistel.speech.denoise import STEP, Denoiser
 from vistel.speech.engines.sphinx import sphinx
 from vistel.speech.features import as_float
 from vistel.speech.heard import SAMPLE_RATE, Samples
-
-I16 = NDArray[np.int16]
 
 FRAME = 480
 """Samples of a stage of an utterance, but for its beginning."""

@@ -11,11 +11,9 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.speech.grammar import Language
-
-F32 = NDArray[np.float32]
 
 _PATIENCE_S = 20.0
 PLAIN: dict[Language, str] = {"ja": "espeak-ng:ja", "en": "espeak-ng:en-us"}

@@ -80,9 +80,12 @@ def word_graph(grammar: Grammar, language: Language) -> WordGraph:
     arcs = [(n, to, word) for n, (_, some) in enumerate(order) for word, to in some]
     ends = [n for n, (end, _) in enumerate(order) if end]
     return WordGraph(
-        len(order), tuple((last - n, last - to, word) for n, to, word in arcs), tuple(last - n for n in ends),
-        tuple(taken[n, word] / through[n] for n, _, word in arcs), tuple(ended[n] / through[n] for n in ends),
-    )  # fmt: skip
+        len(order),
+        tuple((last - n, last - to, word) for n, to, word in arcs),
+        tuple(last - n for n in ends),
+        tuple(taken[n, word] / through[n] for n, _, word in arcs),
+        tuple(ended[n] / through[n] for n in ends),
+    )
 
 
 def _flow(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
 
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
 
 
 def cheapest(cost: F64) -> NDArray[np.int64]:

@@ -6,13 +6,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32, U8
 from vistel.implicit.jit.kernel_jit import compiled
-
-U8 = NDArray[np.uint8]
-I32 = NDArray[np.int32]
-F64 = NDArray[np.float64]
 
 FULL = 200.0
 """What the key says of a pixel that is all mark; what is over leaves room for brighter light."""
@@ -58,9 +54,7 @@ class ColourKey:
 
     def followed(self, mark: F64, background: F64, share: float) -> ColourKey:
         """Drawn by `share` towards what is seen now."""
-        return ColourKey(
-            self.mark + share * (mark - self.mark), self.background + share * (background - self.background)
-        )
+        return ColourKey(self.mark + share * (mark - self.mark), self.background + share * (background - self.background))
 
 
 @compiled

@@ -7,13 +7,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, U8
 from vistel.vision.gaze_calibration import GazeCalibration
 from vistel.vision.pupil import SURE, Pupil, find_pupil
-
-U8 = NDArray[np.uint8]
-F64 = NDArray[np.float64]
 
 _KEPT = 0.05
 """Share by which what an open eye looks like follows each picture of one."""
@@ -91,10 +88,12 @@ def level_key(picture: U8, pupil: Pupil) -> float:
     x, y = (round(float(v)) for v in pupil.centre)
     r = pupil.radius
     row = slice(max(0, y - round(0.3 * r)), y + round(0.3 * r) + 1)
-    beside = np.concatenate((
-        picture[row, max(0, round(x - 1.6 * r)) : max(0, round(x - 1.2 * r))].ravel(),
-        picture[row, round(x + 1.2 * r) : round(x + 1.6 * r)].ravel(),
-    ))  # fmt: skip
+    beside = np.concatenate(
+        (
+            picture[row, max(0, round(x - 1.6 * r)) : max(0, round(x - 1.2 * r))].ravel(),
+            picture[row, round(x + 1.2 * r) : round(x + 1.6 * r)].ravel(),
+        )
+    )
     iris = float(np.median(beside)) if len(beside) else pupil.level + 0.5 * pupil.contrast
     skin = float(np.percentile(picture[::8, ::8], 75))
     return 0.5 * (iris + max(skin, iris + 10.0))
@@ -130,9 +129,7 @@ def find_iris(picture: U8, pupil: Pupil) -> Iris | None:
     for turn in (0.0, np.pi):
         angles: F64 = turn + np.linspace(-_SIDE, _SIDE, 17)[:, None]
         px, py = x + radii * np.cos(angles), y + radii * np.sin(angles)
-        rolled = cv2.remap(
-            calm, px.astype(np.float32), py.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-        )
+        rolled = cv2.remap(calm, px.astype(np.float32), py.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         profile = np.median(rolled, 0)
         rise = np.zeros_like(profile)
         rise[4:-4] = profile[8:] - profile[:-8]

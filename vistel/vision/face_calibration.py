@@ -12,13 +12,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, U8
 from vistel.figure.face.marks import MARK_COUNT, MARKS, REST
 from vistel.vision.assignment import cheapest
 from vistel.vision.colour_key import FULL, ColourKey, background_moments, generic_green, mean_colour
 from vistel.vision.spots import Spots, find_spots
-
-U8 = NDArray[np.uint8]
-F64 = NDArray[np.float64]
 
 _FIT_M = 0.008
 """How far a person's marks may lie from those of the standard face once it is laid over them."""
@@ -106,9 +104,14 @@ def calibrate_face(frames: Sequence[U8], *, mirrored: bool = False) -> FaceCalib
     fit = still.mean(0) @ m.T + t - REST
     height, width = frames[0].shape[:2]
     return FaceCalibration(
-        width, height, still.mean(0), float(np.median(masses)), key,
-        float(np.sqrt(((at - still.mean(0)) ** 2).sum(2).mean())), 1e3 * float(np.sqrt((fit**2).sum(1).mean())),
-    )  # fmt: skip
+        width,
+        height,
+        still.mean(0),
+        float(np.median(masses)),
+        key,
+        float(np.sqrt(((at - still.mean(0)) ** 2).sum(2).mean())),
+        1e3 * float(np.sqrt((fit**2).sum(1).mean())),
+    )
 
 
 def first_key(frame: U8) -> ColourKey | None:
@@ -182,11 +185,15 @@ def write_face(path: Path, calibration: FaceCalibration) -> None:
     """As JSON. Raises OSError."""
     c = calibration
     data: dict[str, Any] = {
-        "width": c.width, "height": c.height, "marks": dict(zip(MARKS, np.round(c.neutral, 3).tolist(), strict=True)),
-        "mass": round(c.mass, 2), "mark_bgr": np.round(c.key.mark, 2).tolist(),
+        "width": c.width,
+        "height": c.height,
+        "marks": dict(zip(MARKS, np.round(c.neutral, 3).tolist(), strict=True)),
+        "mass": round(c.mass, 2),
+        "mark_bgr": np.round(c.key.mark, 2).tolist(),
         "background": np.round(c.key.background, 2).tolist(),
-        "wander_px": round(c.wander_px, 4), "misfit_mm": round(c.misfit_mm, 4),
-    }  # fmt: skip
+        "wander_px": round(c.wander_px, 4),
+        "misfit_mm": round(c.misfit_mm, 4),
+    }
     path.write_text(json.dumps(data, indent=1) + "\n", "utf-8")
 
 
@@ -195,11 +202,14 @@ def read_face(path: Path) -> FaceCalibration:
     try:
         data = json.loads(path.read_text("utf-8"))
         out = FaceCalibration(
-            int(data["width"]), int(data["height"]), np.array([data["marks"][m] for m in MARKS], np.float64),
+            int(data["width"]),
+            int(data["height"]),
+            np.array([data["marks"][m] for m in MARKS], np.float64),
             float(data["mass"]),
             ColourKey(np.array(data["mark_bgr"], np.float64), np.array(data["background"], np.float64)),
-            float(data.get("wander_px", 0.0)), float(data.get("misfit_mm", 0.0)),
-        )  # fmt: skip
+            float(data.get("wander_px", 0.0)),
+            float(data.get("misfit_mm", 0.0)),
+        )
     except OSError as e:
         raise CalibrationError(f"{path}: cannot be read: {e.strerror}") from e
     except (ValueError, KeyError, TypeError) as e:

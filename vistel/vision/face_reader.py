@@ -8,15 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, U8
 from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel.vision.colour_key import FULL, background_moments, mean_colour
 from vistel.vision.face_calibration import FaceCalibration, marks_mask
 from vistel.vision.mark_shape import standard_shape
 from vistel.vision.mark_tracker import MarkTracker
 from vistel.vision.spots import Spots, find_spots, take_apart
-
-U8 = NDArray[np.uint8]
-F64 = NDArray[np.float64]
 
 _LIGHT_S = 0.5
 """In which the key follows the light."""

@@ -9,11 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.vision.face_calibration import CalibrationError
-
-F64 = NDArray[np.float64]
 
 NINE: F64 = np.radians([[yaw, pitch] for pitch in (12.0, 0.0, -12.0) for yaw in (18.0, 0.0, -18.0)])
 """(9, 2) yaw (left positive) and pitch (up positive) of the points to look at, reading from the person's left above [rad]."""
@@ -43,9 +41,7 @@ class GazeCalibration:
         return np.clip(_terms((pupil - self.middle) / self.reach)[0] @ self.weights, -1.2, 1.2)
 
 
-def calibrate_gaze(
-    pupils: Sequence[F64], targets: F64, size: tuple[int, int], opening_px: float
-) -> GazeCalibration:
+def calibrate_gaze(pupils: Sequence[F64], targets: F64, size: tuple[int, int], opening_px: float) -> GazeCalibration:
     """pupils: of each target, (k, 2) places of the pupil while it was looked at [px], k may be 0; targets: (n, 2) yaw and
     pitch [rad]; size: width, height of the pictures; opening_px: between the lids at rest. Raises CalibrationError."""
     middle_of = [np.median(p, 0) for p in pupils if len(p) >= _LEAST]
@@ -61,9 +57,7 @@ def calibrate_gaze(
         raise CalibrationError(f"the pupil moved by {reach:.1f} px only; look at the points with the eyes, not the head")
     terms = _terms((at - middle) / reach)
     weights = _solve(terms, to)
-    left_out = [
-        terms[k] @ _solve(np.delete(terms, k, 0), np.delete(to, k, 0)) - to[k] for k in range(len(to))
-    ]
+    left_out = [terms[k] @ _solve(np.delete(terms, k, 0), np.delete(to, k, 0)) - to[k] for k in range(len(to))]
     return GazeCalibration(
         *size, middle, reach, weights, float(opening_px), _rms_deg(terms @ weights - to), _rms_deg(np.array(left_out))
     )
@@ -88,10 +82,15 @@ def write_gaze(path: Path, calibration: GazeCalibration) -> None:
     """As JSON. Raises OSError."""
     c = calibration
     data: dict[str, Any] = {
-        "width": c.width, "height": c.height, "middle": np.round(c.middle, 3).tolist(), "reach": round(c.reach, 3),
-        "weights": np.round(c.weights, 6).tolist(), "open_px": round(c.open_px, 2),
-        "residual_deg": round(c.residual_deg, 4), "left_out_deg": round(c.left_out_deg, 4),
-    }  # fmt: skip
+        "width": c.width,
+        "height": c.height,
+        "middle": np.round(c.middle, 3).tolist(),
+        "reach": round(c.reach, 3),
+        "weights": np.round(c.weights, 6).tolist(),
+        "open_px": round(c.open_px, 2),
+        "residual_deg": round(c.residual_deg, 4),
+        "left_out_deg": round(c.left_out_deg, 4),
+    }
     path.write_text(json.dumps(data, indent=1) + "\n", "utf-8")
 
 
@@ -100,10 +99,15 @@ def read_gaze(path: Path) -> GazeCalibration:
     try:
         data = json.loads(path.read_text("utf-8"))
         out = GazeCalibration(
-            int(data["width"]), int(data["height"]), np.array(data["middle"], np.float64), float(data["reach"]),
-            np.array(data["weights"], np.float64), float(data["open_px"]),
-            float(data.get("residual_deg", 0.0)), float(data.get("left_out_deg", 0.0)),
-        )  # fmt: skip
+            int(data["width"]),
+            int(data["height"]),
+            np.array(data["middle"], np.float64),
+            float(data["reach"]),
+            np.array(data["weights"], np.float64),
+            float(data["open_px"]),
+            float(data.get("residual_deg", 0.0)),
+            float(data.get("left_out_deg", 0.0)),
+        )
     except OSError as e:
         raise CalibrationError(f"{path}: cannot be read: {e.strerror}") from e
     except (ValueError, KeyError, TypeError) as e:

@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64, Bool
 from vistel.figure.face.marks import MARK_COUNT
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-Bool = NDArray[np.bool_]
 
 NOISE_M = 0.0004
 """Of a centre, with what a mark does between two frames on its own."""

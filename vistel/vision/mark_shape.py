@@ -8,9 +8,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.face.marks import MARK_COUNT, MOVES, REST
-
-F64 = NDArray[np.float64]
 
 _EXPRESSION = 0.35
 """Deviation of an expression's value."""

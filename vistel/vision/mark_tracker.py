@@ -12,13 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, Bool
 from vistel.figure.face.marks import MARK_COUNT
 from vistel.vision.assignment import cheapest
 from vistel.vision.mark_doubt import GATE, NOISE_M, condition, judge
 from vistel.vision.mark_shape import MarkShape, standard_shape
-
-F64 = NDArray[np.float64]
-Bool = NDArray[np.bool_]
 
 _RELAX_S = 0.8
 """In which a face forgets: the time constant of the filter's pull to rest."""
@@ -151,9 +149,7 @@ class MarkTracker:
         told = fits & (spot >= 0)
         self._entangled = (apart < _TOUCH_M) | (self._entangled & ~(told[:, None] & told[None]))
 
-    def _update(
-        self, spots: F64, spot: NDArray[np.int64], seen: Bool, mean: F64, cov: F64, dt_s: float
-    ) -> None:
+    def _update(self, spots: F64, spot: NDArray[np.int64], seen: Bool, mean: F64, cov: F64, dt_s: float) -> None:
         before = self._mean
         for these, noise in ((seen, NOISE_M), ((spot >= 0) & ~seen, _VAGUE_M)):
             at = np.flatnonzero(these)

@@ -13,9 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-U8 = NDArray[np.uint8]
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
+from vistel.arrays import F32, F64, U8
 
 SURE = 3.5
 """`Pupil.sure` from which an eye counts as open."""
@@ -91,9 +89,11 @@ def _enlarged(p: Pupil, scale: float) -> Pupil:
 def _like(p: Pupil, before: Pupil, scale: float) -> bool:
     """Whether a pupil of the small picture is nearly as clear, as large and as dark as the one before."""
     return (
-        p.sure > SURE and p.clear > before.clear - 0.1 and abs(p.contrast - before.contrast) < 0.3 * before.contrast
+        p.sure > SURE
+        and p.clear > before.clear - 0.1
+        and abs(p.contrast - before.contrast) < 0.3 * before.contrast
         and 0.85 < p.radius / (before.radius * scale) < 1.18
-    )  # fmt: skip
+    )
 
 
 def _worth(p: Pupil, shape: tuple[int, ...]) -> float:
@@ -105,10 +105,14 @@ def _worth(p: Pupil, shape: tuple[int, ...]) -> float:
 def _inner(found: list[Pupil], outer: Pupil) -> Pupil:
     """A clear and much darker disc within the best, where there is one: then that was the iris, nearly as dark."""
     within = [
-        p for p in found
-        if p.radius < 0.75 * outer.radius and np.hypot(*(p.centre - outer.centre)) < 0.7 * outer.radius
-        and p.clear > _INNER_CLEAR and p.contrast > _INNER_CONTRAST and p.level + 0.5 * p.contrast < outer.level
-    ]  # fmt: skip
+        p
+        for p in found
+        if p.radius < 0.75 * outer.radius
+        and np.hypot(*(p.centre - outer.centre)) < 0.7 * outer.radius
+        and p.clear > _INNER_CLEAR
+        and p.contrast > _INNER_CONTRAST
+        and p.level + 0.5 * p.contrast < outer.level
+    ]
     return max(within, key=lambda p: p.clear * p.contrast, default=outer)
 
 
@@ -131,9 +135,11 @@ def _proposals(calm: F32) -> list[tuple[float, float, float]]:
         """Mean of the square of side 2 half + 1 round each pixel."""
         lo, hi = pad - half, pad + half + 1
         total = (
-            table[hi : hi + height, hi : hi + width] - table[lo : lo + height, hi : hi + width]
-            - table[hi : hi + height, lo : lo + width] + table[lo : lo + height, lo : lo + width]
-        )  # fmt: skip
+            table[hi : hi + height, hi : hi + width]
+            - table[lo : lo + height, hi : hi + width]
+            - table[hi : hi + height, lo : lo + width]
+            + table[lo : lo + height, lo : lo + width]
+        )
         return np.asarray(total / (2 * half + 1) ** 2, np.float64)
 
     found: list[tuple[float, float, float, float]] = []
@@ -161,10 +167,10 @@ def _outlines(calm: F32, discs: list[tuple[float, float, float]]) -> list[Pupil]
     for _ in range(_ROUNDS):
         if not discs:
             break
-        rolled = np.asarray([
-            cv2.remap(calm, *_rays(x, y, _FURTHEST * r), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-            for x, y, r in discs
-        ], np.float32)  # fmt: skip
+        rolled = np.asarray(
+            [cv2.remap(calm, *_rays(x, y, _FURTHEST * r), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE) for x, y, r in discs],
+            np.float32,
+        )
         rise = np.zeros_like(rolled)
         rise[..., 2:-2] = 0.5 * (rolled[..., 4:] + rolled[..., 3:-1] - rolled[..., 1:-3] - rolled[..., :-4])
         rise[..., : _RADII // 8] = 0.0
@@ -242,9 +248,11 @@ def _fitted(calm: F32, points: F64, steep: F32) -> Pupil | None:
         return None
     contrast = max(0.0, ring - level)
     edge = cv2.remap(
-        calm, *_rays(float(cx), float(cy), 2.0 * float(np.sqrt(axes[0] * axes[1]))), cv2.INTER_LINEAR,
+        calm,
+        *_rays(float(cx), float(cy), 2.0 * float(np.sqrt(axes[0] * axes[1]))),
+        cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
-    )[:, _RADII // 2 + 2 : _RADII - _RADII // 7]  # fmt: skip
+    )[:, _RADII // 2 + 2 : _RADII - _RADII // 7]
     jumps = float(np.abs(np.diff(edge.mean(1))).mean())
     ragged = jumps * spread / max(contrast, 1.0) ** 2
     return Pupil(np.array((cx, cy)), np.array(axes), float(angle), float(near.mean()), contrast, level, ragged)
@@ -258,9 +266,7 @@ def _distance(points: F64, centre: tuple[float, float], halves: tuple[float, flo
     return (rho - 1.0) * np.hypot(d[:, 0], d[:, 1]) / np.maximum(rho, 1e-6)
 
 
-def _levels(
-    calm: F32, centre: tuple[float, float], axes: tuple[float, float], angle: float
-) -> tuple[float, float, float]:
+def _levels(calm: F32, centre: tuple[float, float], axes: tuple[float, float], angle: float) -> tuple[float, float, float]:
     """Median grey level inside an ellipse and in the ring just outside it; spread (10 % to 90 %) of the levels inside."""
     reach = 1.5 * axes[0]
     x0, x1 = max(0, int(centre[0] - reach)), min(calm.shape[1], int(centre[0] + reach) + 2)

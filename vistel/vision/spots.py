@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-U8 = NDArray[np.uint8]
-F64 = NDArray[np.float64]
+from vistel.arrays import F64, U8
 
 _RISE = 0.35
 """Share of the key's height from which a pixel belongs to a spot."""

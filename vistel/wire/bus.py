@@ -86,9 +86,7 @@ class Bus(Protocol):
         again afterwards is that of a sender who has just begun."""
         ...
 
-    def subscribe(
-        self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str
-    ) -> Subscription:
+    def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Subscription:
         """Everything on `topic` in this conference; `names` narrow it. RELIABLE topics first deliver the last values.
 
         `queue_all` makes a NEWEST subscription keep every message in order (recorder, posture); up to 4096,

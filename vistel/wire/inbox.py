@@ -64,10 +64,17 @@ class Inbox:
     """
 
     def __init__(
-        self, topic: Topic, counters: BusCounters, loop: asyncio.AbstractEventLoop, *, queue_all: bool = False,
-        polled: bool = False, stale_after_ns: int | None = STALE_AFTER_NS, on_close: Callable[[], None] = lambda: None,
+        self,
+        topic: Topic,
+        counters: BusCounters,
+        loop: asyncio.AbstractEventLoop,
+        *,
+        queue_all: bool = False,
+        polled: bool = False,
+        stale_after_ns: int | None = STALE_AFTER_NS,
+        on_close: Callable[[], None] = lambda: None,
         fence: Fence | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.topic = topic
         self._fence = fence if topic.publisher is Publisher.WORLD else None
         self._decoder = Decoder(topic, counters)

@@ -72,10 +72,12 @@ class LogWriter:
         if topic.name == "clock_offset":
             self._note_offset(message)
         self._writer.add_message(
-            self._channel(topic, key), log_time=log_ns, data=message.SerializeToString(),
+            self._channel(topic, key),
+            log_time=log_ns,
+            data=message.SerializeToString(),
             publish_time=header.t_ns if header is not None else log_ns,
             sequence=header.seq & 0xFFFFFFFF if header is not None else 0,
-        )  # fmt: skip
+        )
         self.messages += 1
         if self._flushed_ns is None:
             self._flushed_ns = log_ns
@@ -105,9 +107,7 @@ class LogWriter:
     def _channel(self, topic: Topic, key: str) -> int:
         found = self._channels.get(key)
         if found is None:
-            found = self._channels[key] = self._writer.register_channel(
-                key, "protobuf", self._schema(topic), {"topic": topic.name}
-            )
+            found = self._channels[key] = self._writer.register_channel(key, "protobuf", self._schema(topic), {"topic": topic.name})
         return found
 
     def _schema(self, topic: Topic) -> int:
@@ -197,9 +197,7 @@ class LogReader:
             return open_chunk(file, place)
         except BrokenLogError as e:
             at, until = ((t - self.begin_ns) * 1e-9 for t in (place.begin_ns, place.end_ns))
-            self._tell(
-                f"a chunk at byte {place.offset} is broken ({e}): messages from {at:.3f} s to {until:.3f} s are missing"
-            )
+            self._tell(f"a chunk at byte {place.offset} is broken ({e}): messages from {at:.3f} s to {until:.3f} s are missing")
             return []
 
     def _topic_of(self, key: str) -> tuple[Topic, str, dict[str, str]] | None:

@@ -27,9 +27,7 @@ class BrokenLogError(ValueError):
     """Bytes that are not what an MCAP file has there."""
 
 
-BROKEN = (
-    McapError, ValueError, EOFError, RuntimeError, struct.error, LookupError, OverflowError, MemoryError, TypeError,
-)  # fmt: skip
+BROKEN = (McapError, ValueError, EOFError, RuntimeError, struct.error, LookupError, OverflowError, MemoryError, TypeError)
 """What the reading of changed bytes may raise, in mcap and in the decompressors."""
 
 

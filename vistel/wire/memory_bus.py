@@ -32,9 +32,7 @@ class MemoryNetwork:
         self._answers: dict[str, list[tuple[MemoryBus, Callable[[bytes], Message | None]]]] = {}
         self._tokens: dict[tuple[str, str, str], MemoryBus] = {}
 
-    def bus(
-        self, conference: str, site: str, clock: Clock, stale_after_ns: int | None = STALE_AFTER_NS
-    ) -> MemoryBus:
+    def bus(self, conference: str, site: str, clock: Clock, stale_after_ns: int | None = STALE_AFTER_NS) -> MemoryBus:
         """A door for one site. Call it on the event loop."""
         bus = MemoryBus(self, conference, site, clock, stale_after_ns)
         self._buses.append(bus)
@@ -98,9 +96,7 @@ class MemoryNetwork:
 class MemoryBus:
     """See `vistel.wire.bus.Bus`. Make it with `MemoryNetwork.bus`."""
 
-    def __init__(
-        self, network: MemoryNetwork, conference: str, site: str, clock: Clock, stale_after_ns: int | None
-    ) -> None:
+    def __init__(self, network: MemoryNetwork, conference: str, site: str, clock: Clock, stale_after_ns: int | None) -> None:
         self.conference = conference
         self.site = site
         self.counters = BusCounters()
@@ -130,9 +126,15 @@ class MemoryBus:
         wanted = {"conference": self.conference} | names
         entry: list[tuple[dict[str, str], Inbox]] = []
         inbox = Inbox(
-            topic, self.counters, self._loop, queue_all=queue_all, polled=polled, stale_after_ns=self._stale_after_ns,
-            on_close=lambda: self._inboxes.remove(entry[0]), fence=self.fence,
-        )  # fmt: skip
+            topic,
+            self.counters,
+            self._loop,
+            queue_all=queue_all,
+            polled=polled,
+            stale_after_ns=self._stale_after_ns,
+            on_close=lambda: self._inboxes.remove(entry[0]),
+            fence=self.fence,
+        )
         entry.append((wanted, inbox))
         self._inboxes.append(entry[0])
         for key, payload in self._network.history(topic):

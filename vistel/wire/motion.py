@@ -33,7 +33,7 @@ __all__ = (
     "MotionSample",
     "StalePart",
     "warm_up",
-)  # fmt: skip
+)
 
 
 def warm_up() -> None:

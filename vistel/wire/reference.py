@@ -10,11 +10,7 @@ from vistel.wire.topics import MESSAGE_VERSION, TOPICS, Delivery, Publisher, Top
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/reference/topics.md"
 
-_DELIVERY = {
-    Delivery.NEWEST: "newest wins",
-    Delivery.RELIABLE: "reliable",
-    Delivery.QUERY: "asked for",
-}
+_DELIVERY = {Delivery.NEWEST: "newest wins", Delivery.RELIABLE: "reliable", Delivery.QUERY: "asked for"}
 _PUBLISHER = {Publisher.SITE: "its site", Publisher.WORLD: "the world", Publisher.HUB: "the hub"}
 
 

@@ -30,10 +30,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-U8 = NDArray[np.uint8]
-U64 = NDArray[np.uint64]
+from vistel.arrays import U8, U64
 
 MAGIC = b"VISTEL1\0"
 RGBA = 1

@@ -7,12 +7,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.wrinkle.density import lay
 from vistel.wrinkle.instance import Instance, strokes
-
-F32 = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -46,9 +44,7 @@ def blank(size: tuple[float, float], texels: int, *, wraps: bool = False) -> Map
     return Map(np.zeros((rows, columns), np.float32), step, wraps)
 
 
-def displacement_map(
-    wrinkles: Iterable[Instance], size: tuple[float, float], texels: int, *, wraps: bool = False
-) -> Map:
+def displacement_map(wrinkles: Iterable[Instance], size: tuple[float, float], texels: int, *, wraps: bool = False) -> Map:
     """The map of all wrinkles; see `blank` and `Instance`. The plane's origin is the map's lower left corner."""
     out = blank(size, texels, wraps=wraps)
     for _ in laid(out, wrinkles):

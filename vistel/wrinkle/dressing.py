@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64, U8
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch, patch_of
 from vistel.figure.making.pictures import atlas
@@ -20,10 +21,6 @@ from vistel.figure.people.bake import rasterise
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.islands import shown_by, spread_out
 from vistel.wrinkle.region import Region, Tube, builtin_regions, sides_of, tube
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-U8 = NDArray[np.uint8]
 
 TEXELS_PER_METRE = 1000.0
 """At most: charts lie side by side below the avatar's own texture and are no wider together."""
@@ -217,9 +214,11 @@ def _registered(mesh: Mesh, one: Tube, chart: Chart) -> Mesh:
     corner_vertex = np.concatenate((mesh.corner_vertex, (unique // 2).astype(np.int32)))
     used, corners = np.unique(corners, return_inverse=True)
     return replace(
-        mesh, corner_vertex=corner_vertex[used], uv=np.concatenate((mesh.uv, uv.astype(np.float32)))[used],
+        mesh,
+        corner_vertex=corner_vertex[used],
+        uv=np.concatenate((mesh.uv, uv.astype(np.float32)))[used],
         corner_triangles=corners.reshape(-1, 3).astype(np.int32),
-    )  # fmt: skip
+    )
 
 
 def _read(picture: U8, uv: NDArray[np.floating]) -> F64:

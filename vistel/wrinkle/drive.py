@@ -8,15 +8,12 @@ from itertools import pairwise
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS
 from vistel.wrinkle.errors import Entry
-
-F64 = NDArray[np.float64]
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Unit = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -85,9 +82,7 @@ class Drive(Entry):
         return self.curve(self.value(joints, actions, side))
 
 
-def rotation_angle(
-    joints: JointPose, joint: int, axis: tuple[float, float, float] | None = None, *, mirror: bool = False
-) -> float:
+def rotation_angle(joints: JointPose, joint: int, axis: tuple[float, float, float] | None = None, *, mirror: bool = False) -> float:
     """Rotation of a joint relative to its parent [rad]: 2 acos |q.w|, 0..pi; about an axis of the joint's frame, signed,
     -pi..pi. mirror: the axis as seen in a mirror that swaps left and right."""
     parent = PARENTS[joint]

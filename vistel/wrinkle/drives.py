@@ -11,14 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.rotation import multiply, quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS
 from vistel.implicit.jit.kernel_jit import compiled
 from vistel.wrinkle.drive import Drive
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from vistel.figure.avatar.avatar import Avatar
 from vistel.wrinkle.region import Tube
 
-I32 = NDArray[np.int32]
-
 COARSEST = 100.0
 """Texels per metre below which skin has no texture coordinates to speak of: a plain colour, or a point."""
 MOST_BARE = 0.3

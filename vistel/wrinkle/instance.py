@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.shape import Branch, Shape
-
-F64 = NDArray[np.float64]
 
 MOST_SAMPLES = 64
 """Of one span of a curve."""
@@ -83,9 +82,9 @@ def strokes(instance: Instance) -> Strokes:
         spans.append(np.stack((parameter[:-1] - k, parameter[1:] - k), axis=1))
         strength = branch.intensities
         values.append(np.stack((strength[k], strength[k + 1], radius[k], radius[k + 1]), axis=1))
-    layers = np.array([
-        (instance.intensity * x.intensity, mirrored * x.offset, x.thickness, mirrored * x.lean) for x in shape.profile
-    ])  # fmt: skip
+    layers = np.array(
+        [(instance.intensity * x.intensity, mirrored * x.offset, x.thickness, mirrored * x.lean) for x in shape.profile]
+    )
     reach = float((np.abs(layers[:, 1]) + layers[:, 2] * (1.0 + np.abs(layers[:, 3]))).max())
     first = np.concatenate(([0], np.cumsum([len(x) for x in lines]))).astype(np.int64)
     cap = np.array([_caps(b) for b in shape.branches])

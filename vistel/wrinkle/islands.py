@@ -10,12 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import I32, U8
 from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.people.bake import rasterise
 from vistel.implicit.jit.kernel_jit import compiled
-
-U8 = NDArray[np.uint8]
-I32 = NDArray[np.int32]
 
 
 def shown_by(meshes: Sequence[Mesh], shape: tuple[int, int]) -> NDArray[np.bool_]:

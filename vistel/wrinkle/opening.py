@@ -6,14 +6,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, I64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.marks import MARK_INDEX
 from vistel.figure.face.shape import FaceShape
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 DARK = 0.07
 """Brightness of what is behind the lips."""

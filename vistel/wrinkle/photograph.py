@@ -15,16 +15,12 @@ from typing import Literal
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from vistel.arrays import F32, F64, U8
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.shape import Branch, Point, Shape, normalised
 from vistel.wrinkle.skeleton_graph import paths
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
 
 LARGEST = 1400
 """Larger photographs are made so large, in pixels, before they are looked at."""
@@ -59,9 +55,7 @@ class Traced:
     middle: tuple[float, float]
 
 
-def trace(
-    picture: U8, name: str = "traced", how: Looking = Looking(), *, material: Literal["cloth", "skin"] = "cloth"
-) -> Traced:
+def trace(picture: U8, name: str = "traced", how: Looking = Looking(), *, material: Literal["cloth", "skin"] = "cloth") -> Traced:
     """The wrinkles of a photograph (H, W, 3) or (H, W) as one shape. Raises WrinkleError where there are none."""
     grey = np.asarray(picture if picture.ndim == 2 else picture @ np.array((0.2126, 0.7152, 0.0722)), np.float32)
     shrunk = min(1.0, LARGEST / max(grey.shape))
@@ -86,9 +80,7 @@ def trace(
     middle = 0.5 * pixels * (low + high) + 0.5 / shrunk * np.array((grey.shape[1], -grey.shape[0]))
     thickness = max(p.thickness for b in kept for p in b.points)
     shape = normalised(kept, name, "Traced from a photograph", material)
-    return Traced(
-        shape, 0.5 * pixels * float((high - low).max()), pixels * thickness, (float(middle[0]), -float(middle[1]))
-    )
+    return Traced(shape, 0.5 * pixels * float((high - low).max()), pixels * thickness, (float(middle[0]), -float(middle[1])))
 
 
 def edges(grey: F32, how: Looking = Looking()) -> F32:
@@ -132,12 +124,14 @@ def _branch(line: F64, strength: F32, width: F32, size: tuple[int, ...], how: Lo
         i, j = min(int(row + 0.5), size[0] - 1), min(int(column + 0.5), size[1] - 1)
         points.append(
             Point(
-                at=(float(np.clip((column + 0.5 - 0.5 * size[1]) / half, -1, 1)),
-                    float(np.clip((0.5 * size[0] - row - 0.5) / half, -1, 1))),
+                at=(
+                    float(np.clip((column + 0.5 - 0.5 * size[1]) / half, -1, 1)),
+                    float(np.clip((0.5 * size[0] - row - 0.5) / half, -1, 1)),
+                ),
                 intensity=float(np.clip(strength[i, j], 0.02, 1.0)),
                 thickness=float(np.clip(max(width[i, j], 1.0) / half, 1e-3, 1.0)),
             )
-        )  # fmt: skip
+        )
     try:
         return Branch(points=points)
     except ValidationError:

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.displacement import Map, displacement_map
 from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.shape import Shape
 from vistel.wrinkle.texture import Lighting, wrinkled_texture
-
-U8 = NDArray[np.uint8]
 
 CLOTH, SKIN = (112, 134, 170), (222, 178, 152)
 MARGIN = 1.35

@@ -16,12 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from vistel.arrays import F32, F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.wrinkle.errors import Entry, WrinkleError, checked, read_toml
-
-F64 = NDArray[np.float64]
-F32 = NDArray[np.float32]
 
 FILE = Path(__file__).with_name("regions.toml")
 

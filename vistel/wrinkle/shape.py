@@ -9,13 +9,11 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from vistel.arrays import F64
 from vistel.wrinkle.curve import crossing, sampled
 from vistel.wrinkle.errors import Entry
-
-F64 = NDArray[np.float64]
 
 Unit = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]

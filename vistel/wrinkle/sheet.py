@@ -8,16 +8,14 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from vistel.arrays import F64
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.errors import Entry, WrinkleError, checked, read_toml
 from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.shape import Shape
 from vistel.wrinkle.shape_file import shape_of
-
-F64 = NDArray[np.float64]
 
 Metres = Annotated[float, Field(gt=0.0, le=10.0)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -46,9 +44,16 @@ class WrinkleEntry(Entry):
         """The wrinkle, of `shape`, on a plane (width, height) [m], lengths times `scale`."""
         across, along = self.size if isinstance(self.size, tuple) else (self.size, self.size)
         return Instance(
-            shape, (self.at[0] * plane[0], self.at[1] * plane[1]), (scale * across, scale * along),
-            scale * self.thickness, scale * self.intensity, math.radians(self.turn), self.mirrored, self.wrinkledness, self.seed,
-        )  # fmt: skip
+            shape,
+            (self.at[0] * plane[0], self.at[1] * plane[1]),
+            (scale * across, scale * along),
+            scale * self.thickness,
+            scale * self.intensity,
+            math.radians(self.turn),
+            self.mirrored,
+            self.wrinkledness,
+            self.seed,
+        )
 
 
 class Sheet(Entry):
@@ -72,9 +77,14 @@ def load_sheet(path: Path) -> tuple[Sheet, list[Instance]]:
 
 
 def instances(
-    wrinkles: Sequence[WrinkleEntry], plane: tuple[float, float], source: Path | str, shape: Callable[[str], Shape], *, wraps: bool,
+    wrinkles: Sequence[WrinkleEntry],
+    plane: tuple[float, float],
+    source: Path | str,
+    shape: Callable[[str], Shape],
+    *,
+    wraps: bool,
     scale: float = 1.0,
-) -> list[Instance]:  # fmt: skip
+) -> list[Instance]:
     """The wrinkles of a file on a plane (width, height) [m]; shape: by its name. Raises WrinkleError for what is not in the
     taxonomy or lies off the plane."""
     out: list[Instance] = []

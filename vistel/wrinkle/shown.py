@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32, I64, U8
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.people.bake import rasterise, spread
 from vistel.wrinkle.dressing import Dressed
@@ -21,11 +22,6 @@ from vistel.wrinkle.drives import Drives
 from vistel.wrinkle.wardrobe import WrinkleSet
 from vistel.wrinkle.worn import Worn
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
-U8 = NDArray[np.uint8]
 Flags = NDArray[np.bool_]
 
 log = logging.getLogger("vistel.wrinkle")
@@ -100,10 +96,15 @@ def shown(made: Dressed, wears: Sequence[WrinkleSet]) -> Shown:
     channel = _channels(finest, near)
     texel, channels, light = _light(finest, channel)
     return Shown(
-        tuple(s.name for s in finest.sets), finest.drives, np.where(channel < 0, 0.0, finest.memory),
-        (made.avatar.albedo.shape[0], made.avatar.albedo.shape[1]), texel, channels, light,
+        tuple(s.name for s in finest.sets),
+        finest.drives,
+        np.where(channel < 0, 0.0, finest.memory),
+        (made.avatar.albedo.shape[0], made.avatar.albedo.shape[1]),
+        texel,
+        channels,
+        light,
         tuple(_level(w, n, channel) for w, n in zip(worn, near, strict=True)),
-    )  # fmt: skip
+    )
 
 
 def _near(avatar: Avatar, finest: Worn) -> list[Flags]:
@@ -183,6 +184,10 @@ def _level(worn: Worn, near: Sequence[Flags], channel: NDArray[np.int8]) -> Leve
             pull[each.drawn[free], c] = each.shift[free, 1]
     start = np.cumsum([0, *(len(each.vertex) for each in worn.sets)]).astype(np.int32)
     return LevelWrinkles(
-        len(worn.avatar.mesh.vertices), start, np.concatenate([start[:0], *(e.vertex for e in worn.sets)]).astype(np.int32),
-        np.concatenate([pull[:0, 0], *(e.height for e in worn.sets)]).astype(np.float32), sets, pull,
-    )  # fmt: skip
+        len(worn.avatar.mesh.vertices),
+        start,
+        np.concatenate([start[:0], *(e.vertex for e in worn.sets)]).astype(np.int32),
+        np.concatenate([pull[:0, 0], *(e.height for e in worn.sets)]).astype(np.float32),
+        sets,
+        pull,
+    )

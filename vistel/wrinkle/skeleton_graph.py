@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
+from vistel.arrays import F64, U8
 
 Pixel = tuple[int, int]
 
@@ -47,9 +45,10 @@ def _neighbours(pixel: Pixel, pixels: set[Pixel]) -> list[Pixel]:
     r, c = pixel
     straight = [(r + i, c + j) for i, j in _AROUND if i * j == 0 and (r + i, c + j) in pixels]
     slanted = [
-        (r + i, c + j) for i, j in _AROUND
+        (r + i, c + j)
+        for i, j in _AROUND
         if i * j != 0 and (r + i, c + j) in pixels and (r + i, c) not in pixels and (r, c + j) not in pixels
-    ]  # fmt: skip
+    ]
     return straight + slanted
 
 

@@ -13,12 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, U8
 from vistel.wrinkle.displacement import Map, bump_normals, slopes
 from vistel.wrinkle.errors import WrinkleError
 
-F32 = NDArray[np.float32]
 Float = NDArray[np.floating]
-U8 = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,15 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from vistel.arrays import F64
 from vistel.wrinkle.drive import Drive, Finite
 from vistel.wrinkle.errors import Entry, WrinkleError, checked, parsed, read_toml
 from vistel.wrinkle.region import Region, builtin_regions
 from vistel.wrinkle.shape import Name, Shape
 from vistel.wrinkle.shape_file import shape_of
 from vistel.wrinkle.sheet import WrinkleEntry, instances
-
-F64 = NDArray[np.float64]
 
 FOLDER = Path(__file__).with_name("sets")
 MOST_WRINKLES = 1000

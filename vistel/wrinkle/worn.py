@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I64, U8
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.people.bake import rasterise
 from vistel.figure.posture.posture import JointPose
@@ -29,11 +30,6 @@ from vistel.wrinkle.sheet import instances
 from vistel.wrinkle.texture import Lighting, encoded, linear, shading, smoothed
 from vistel.wrinkle.wardrobe import SetEntry, WrinkleSet
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-U8 = NDArray[np.uint8]
-
 log = logging.getLogger("vistel.wrinkle")
 
 REFERENCE_HEIGHT = 1.75
@@ -42,9 +38,7 @@ TEXELS = {"cloth": 768, "skin": 1536}
 """Along the longer side of a region's map."""
 FINEST = 0.0002
 """Texels of small regions are no smaller [m]."""
-LIGHT = {
-    "cloth": Lighting((0.0, 0.78, 0.62), 0.34, 0.8, 0.005), "skin": Lighting((0.0, 0.66, 0.75), 0.45, 0.6, 0.0008),
-}  # fmt: skip
+LIGHT = {"cloth": Lighting((0.0, 0.78, 0.62), 0.34, 0.8, 0.005), "skin": Lighting((0.0, 0.66, 0.75), 0.45, 0.6, 0.0008)}
 DENT = 0.3
 """Vertices move by at most this share of the tube's radius: neighbours must not pass through each other."""
 
@@ -79,9 +73,14 @@ class Worn:
     """
 
     def __init__(
-        self, avatar: Avatar, sets: Sequence[WrinkleSet], charts: Sequence[Chart] = (), *, textures: bool = True,
+        self,
+        avatar: Avatar,
+        sets: Sequence[WrinkleSet],
+        charts: Sequence[Chart] = (),
+        *,
+        textures: bool = True,
         finest: Worn | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.avatar = avatar
         self._finest = finest
         self._tubes: dict[str, Tube] = {}

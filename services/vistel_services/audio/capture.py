@@ -7,8 +7,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.audio.resample import at_positions, reach
@@ -16,7 +16,6 @@ from vistel.audio.tape import Tape
 from vistel_services.audio.cards import InputError
 from vistel_services.audio.inputs import Input
 
-F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
 
 _RETRY_NS = 1_000_000_000

@@ -64,6 +64,16 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         loudspeaker = str(paths.out / Path(loudspeaker))
     unit = next((e.name for e in audio.equipment if e.role == "delay"), "")
     return Config(
-        site.name, site.participants[0].name, tuple(microphones), loudspeaker, audio.policy, audio.spatial, audio.stream,
-        audio.bitrate, audio.repeats, audio.latency, unit, paths.run / f"{site.name}-microphones.json",
-    )  # fmt: skip
+        site.name,
+        site.participants[0].name,
+        tuple(microphones),
+        loudspeaker,
+        audio.policy,
+        audio.spatial,
+        audio.stream,
+        audio.bitrate,
+        audio.repeats,
+        audio.latency,
+        unit,
+        paths.run / f"{site.name}-microphones.json",
+    )

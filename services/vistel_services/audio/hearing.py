@@ -5,10 +5,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 
-import numpy as np
-from numpy.typing import NDArray
 from prometheus_client import Counter, Gauge
 
+from vistel.arrays import F32
 from vistel.audio.binaural import Binaural
 from vistel.audio.delay_policy import MARGIN_S, Policy, Target
 from vistel.audio.levels import SILENT_DB
@@ -21,7 +20,6 @@ from vistel.audio.ways import Spatial
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.v1.service_pb2 import ImageDelay
 
-F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
 
 _MOUTH_TO_EAR = Gauge("vistel_audio_mouth_to_ear_seconds", "From capture to ear", ["site", "participant"])
@@ -116,8 +114,9 @@ class Hearing:
         """How much of the wanted delay is common to all and not needed for the network; None: nobody is there."""
         spare = [
             max(0.0, (t.target.image_s(now_ns) if self._policy.fixed_s is None else self._policy.fixed_s) - t.needed_s(output_s))
-            for t in self._talkers.values() if t.need.known
-        ]  # fmt: skip
+            for t in self._talkers.values()
+            if t.need.known
+        ]
         return min(spare) if spare else None
 
     def fill(self, message: SoundStatus, now_ns: int, heard_ns: float, output_s: float) -> None:
@@ -130,11 +129,18 @@ class Hearing:
             actual_s = talker.wanted_s if actual_s is None else actual_s * 1e-9
             talking = talker.talking(heard_ns)
             message.streams.add(
-                participant=name, target_s=talker.wanted_s, actual_s=actual_s, image_s=image_s,
-                skew_s=actual_s - image_s if image_s else 0.0, needed_s=talker.needed_s(output_s), talking=talking,
-                level_db=talker.level_db if talking else SILENT_DB, drift_ppm=talker.stream.drift_ppm,
-                frames=counters.played + counters.recovered + counters.concealed, concealed=counters.concealed,
-            )  # fmt: skip
+                participant=name,
+                target_s=talker.wanted_s,
+                actual_s=actual_s,
+                image_s=image_s,
+                skew_s=actual_s - image_s if image_s else 0.0,
+                needed_s=talker.needed_s(output_s),
+                talking=talking,
+                level_db=talker.level_db if talking else SILENT_DB,
+                drift_ppm=talker.stream.drift_ppm,
+                frames=counters.played + counters.recovered + counters.concealed,
+                concealed=counters.concealed,
+            )
             _TARGET.labels(self._site, name).set(talker.wanted_s)
             _MOUTH_TO_EAR.labels(self._site, name).set(actual_s)
             _CONCEALED.labels(self._site, name).inc(talker.newly_concealed())

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.opus import RATE
 from vistel.wire.clock import Clock
 from vistel_services.audio.cards import InputError, closed, find_card, opened, sound_cards, with_card
 
-F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
 
 _PIPE_BYTES = 65536

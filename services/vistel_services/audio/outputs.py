@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import Clock
 from vistel_services.audio.cards import InputError, closed, find_card, opened, sound_cards, with_card
 
-F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
 
 _AHEAD_BLOCKS = 3
@@ -120,9 +119,8 @@ class CardOutput:
         device = find_card(name, "output")
         try:
             self._stream = cards.OutputStream(
-                device=device, channels=2, samplerate=RATE, blocksize=FRAME, dtype="float32", latency="low",
-                callback=self._fill,
-            )  # fmt: skip
+                device=device, channels=2, samplerate=RATE, blocksize=FRAME, dtype="float32", latency="low", callback=self._fill
+            )
             self.about = str(cards.query_devices(device, "output")["name"])
             self._device_ns = round(float(self._stream.latency) * 1e9)
             self._stream.start()

@@ -5,10 +5,9 @@ from __future__ import annotations
 import logging
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
 from prometheus_client import Gauge
 
+from vistel.arrays import F32
 from vistel.audio.opus import FRAME_NS, Encoder, version
 from vistel.v1.audio_pb2 import Sound, SoundStatus
 from vistel.wire.bus import Bus, Publication
@@ -24,7 +23,6 @@ from vistel_services.audio.outputs import Loudspeaker
 from vistel_services.audio.speaking import Speaker
 from vistel_services.audio.unit import DelayUnit
 
-F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
 
 _KNOWN = Gauge("vistel_audio_acoustic_delay_known", "1 while the delay after the sound card is known", ["site"])
@@ -73,12 +71,15 @@ class _Site:
         self._buttons = Buttons(((m.participant, m.push_to_talk) for m in config.microphones), config.memory)
         self._speakers = [
             Speaker(
-                m.participant, Capture(m.participant, partial(open_input, m.source, clock)),
-                bus.publish(BY_NAME["voice"], participant=m.participant), config.bitrate, self._buttons[m.participant],
+                m.participant,
+                Capture(m.participant, partial(open_input, m.source, clock)),
+                bus.publish(BY_NAME["voice"], participant=m.participant),
+                config.bitrate,
+                self._buttons[m.participant],
                 config.repeats,
             )
             for m in config.microphones
-        ]  # fmt: skip
+        ]
         self._hearing = Hearing(config.site, config.policy, frozenset(m.participant for m in config.microphones), config.spatial)
         self._loudspeaker = Loudspeaker(config.loudspeaker, clock)
         self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
@@ -141,10 +142,13 @@ class _Site:
             least_s += self._unit.latency_s - (self._unit.acoustic_s or 0.0)
             self._unit.ask(self._hearing.spare_s(now_ns, least_s), now_ns)
         message = SoundStatus(
-            site=self._config.site, policy=str(self._config.policy), loudspeaker=self._loudspeaker.about,
-            loudspeaker_detail=self._loudspeaker.detail, output_s=output_s,
+            site=self._config.site,
+            policy=str(self._config.policy),
+            loudspeaker=self._loudspeaker.about,
+            loudspeaker_detail=self._loudspeaker.detail,
+            output_s=output_s,
             acoustic_known=self._unit is None or self._unit.acoustic_s is not None,
-        )  # fmt: skip
+        )
         message.header.t_ns = now_ns
         self._hearing.fill(message, now_ns, self._heard_ns, least_s)
         for speaker in self._speakers:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import logging
 from collections import deque
 
-import numpy as np
-from numpy.typing import NDArray
 from prometheus_client import Counter, Gauge
 
+from vistel.arrays import F32
 from vistel.audio.levels import SILENT_DB, Level, Meter
 from vistel.audio.opus import FRAME_NS, Encoder
 from vistel.v1.audio_pb2 import SoundStatus, Voice
@@ -16,7 +15,6 @@ from vistel.wire.bus import Publication
 from vistel_services.audio.buttons import Button
 from vistel_services.audio.capture import Capture
 
-F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.audio")
 
 _SENT = Counter("vistel_audio_sent_frames_total", "Voice frames sent", ["participant"])
@@ -90,9 +88,7 @@ class Speaker:
         self._clipped_ns = t_ns
         if not self._warned:
             self._warned = True
-            log.warning(
-                "event=microphone_clipped participant=%s reason='too loud for it; turn its gain down'", self.participant
-            )
+            log.warning("event=microphone_clipped participant=%s reason='too loud for it; turn its gain down'", self.participant)
 
     def fill(self, message: SoundStatus.Microphone, now_ns: int) -> None:
         """Say how it is doing."""

@@ -33,9 +33,7 @@ class DelayUnit:
             status = sample.message
             known = status.delay_known
             if known != (self.acoustic_s is not None):
-                log.log(
-                    logging.INFO if known else logging.WARNING, "event=delay_unit known=%s detail=%r", known, status.detail
-                )
+                log.log(logging.INFO if known else logging.WARNING, "event=delay_unit known=%s detail=%r", known, status.detail)
             self.acoustic_s = status.acoustic_s if known else None
             for value in status.values:
                 if value.name == "own_latency":

@@ -29,9 +29,13 @@ class RefusedError(Exception):
 
 
 _MEANING = {
-    1: "it does not know this function", 2: "it has no such register", 3: "it does not take this value",
-    4: "it failed", 10: "the gateway has no way to it", 11: "the gateway cannot reach it",
-}  # fmt: skip
+    1: "it does not know this function",
+    2: "it has no such register",
+    3: "it does not take this value",
+    4: "it failed",
+    10: "the gateway has no way to it",
+    11: "the gateway cannot reach it",
+}
 
 
 class ModbusDevice:
@@ -77,9 +81,7 @@ class ModbusDevice:
         for block in self._blocks:
             got = await self._read(block)
             words |= {(block.table, block.address + i): value for i, value in enumerate(got)}
-        return {
-            name: r.value([words[r.table, r.address + i] for i in range(r.words)]) for name, r in self._registers.items()
-        }
+        return {name: r.value([words[r.table, r.address + i] for i in range(r.words)]) for name, r in self._registers.items()}
 
     async def write(self, name: str, value: float) -> None:
         """One register. Raises ValueError for what it cannot hold."""
@@ -92,9 +94,11 @@ class ModbusDevice:
 
     async def _read(self, block: Block) -> list[Any]:
         read = {
-            "holding": self._client.read_holding_registers, "input": self._client.read_input_registers,
-            "coil": self._client.read_coils, "discrete": self._client.read_discrete_inputs,
-        }[block.table]  # fmt: skip
+            "holding": self._client.read_holding_registers,
+            "input": self._client.read_input_registers,
+            "coil": self._client.read_coils,
+            "discrete": self._client.read_discrete_inputs,
+        }[block.table]
         what = f"{block.table} {block.address}..{block.address + block.count - 1}"
         reply = await self._ask(read, block.address, what=what, count=block.count)
         out = reply.bits if block.table in ("coil", "discrete") else reply.registers

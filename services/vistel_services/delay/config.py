@@ -44,11 +44,19 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     """The equipment of `site`."""
     if site is None or site.audio is None:
         return Config()
-    return Config(tuple(
-        Device(
-            e.name, e.address, paths.device(equipment_device(site.name, e.name)) if e.simulated else None,
-            e.device_id, MappingProxyType(e.map()), e.baud, e.parity, e.channel if e.role == "delay" else 0,
-            MappingProxyType(dict(e.settings)),
+    return Config(
+        tuple(
+            Device(
+                e.name,
+                e.address,
+                paths.device(equipment_device(site.name, e.name)) if e.simulated else None,
+                e.device_id,
+                MappingProxyType(e.map()),
+                e.baud,
+                e.parity,
+                e.channel if e.role == "delay" else 0,
+                MappingProxyType(dict(e.settings)),
+            )
+            for e in site.audio.equipment
         )
-        for e in site.audio.equipment
-    ))  # fmt: skip
+    )

@@ -68,9 +68,10 @@ class Wish:
     def missing(self, observed: Mapping[str, float]) -> dict[str, float]:
         """What must be written."""
         return {
-            name: value for name, value in self.limit(observed).items()
+            name: value
+            for name, value in self.limit(observed).items()
             if self._registers[name].raw(value) != self._registers[name].raw(observed[name])
-        }  # fmt: skip
+        }
 
 
 class DelayUnit:

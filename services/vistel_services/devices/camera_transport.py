@@ -12,12 +12,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.wire.clock import Clock
 from vistel_services.devices.transport import OpenTransport, Received, TransportError
-
-U8 = NDArray[np.uint8]
 
 _OPEN_MS, _READ_MS = 3000, 1500
 _QUALITY = 90
@@ -44,7 +42,6 @@ class CameraSource:
         """Whether it is a file with pictures of the past."""
         return self.announce is None and "://" not in self.address and Path(self.address).is_file()
 
-
     def where(self) -> str:
         """The address as it is now. Raises TransportError for one that nothing can be at."""
         if self.announce is not None:
@@ -53,9 +50,7 @@ class CameraSource:
             except OSError:
                 raise TransportError(f"{self.announce.name}: no simulated camera is plugged in") from None
         if not self.address.isdecimal() and "://" not in self.address and not Path(self.address).exists():
-            raise TransportError(
-                f"{self.address}: is not there; give a camera's number, /dev/videoN, a video file or an address"
-            )
+            raise TransportError(f"{self.address}: is not there; give a camera's number, /dev/videoN, a video file or an address")
         return self.address
 
 
@@ -90,9 +85,14 @@ class CameraTransport:
     """
 
     def __init__(
-        self, source: CameraSource, clock: Clock, look: Callable[[U8, int], None], keep: bool, received: Received,
+        self,
+        source: CameraSource,
+        clock: Clock,
+        look: Callable[[U8, int], None],
+        keep: bool,
+        received: Received,
         lost: Callable[[str], None],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._source, self._clock, self._look, self._keep = source, clock, look, keep
         self._received, self._lost = received, lost
         source.where()

@@ -86,7 +86,11 @@ async def _glove5(link: Link) -> About:
 
 
 _ASK: dict[str, Callable[[Link], Awaitable[About]]] = {
-    "a Polhemus FASTRAK": _fastrak, "a Polhemus LIBERTY": _liberty, "a Polhemus PATRIOT": _liberty, "a CyberGlove": _cyberglove,
+    "a Polhemus FASTRAK": _fastrak,
+    "a Polhemus LIBERTY": _liberty,
+    "a Polhemus PATRIOT": _liberty,
+    "a CyberGlove": _cyberglove,
     "a 5DT Data Glove Ultra": lambda link: _counted(link, UltraParser()),
-    "a 5DT Data Glove 16": lambda link: _counted(link, Glove16Parser()), "a 5DT Data Glove 5": _glove5,
-}  # fmt: skip
+    "a 5DT Data Glove 16": lambda link: _counted(link, Glove16Parser()),
+    "a 5DT Data Glove 5": _glove5,
+}

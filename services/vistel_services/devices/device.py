@@ -30,9 +30,11 @@ _FRAMES = Counter("vistel_device_frames_total", "Frames decoded", ["device"])
 _SKIPPED = Counter("vistel_device_skipped_bytes_total", "Bytes that were no part of anything", ["device"])
 _RECONNECTS = Counter("vistel_device_reconnects_total", "Times the device came back", ["device"])
 _LATENCY = Histogram(
-    "vistel_device_publish_latency_seconds", "From a frame's last byte read to its message published", ["device"],
+    "vistel_device_publish_latency_seconds",
+    "From a frame's last byte read to its message published",
+    ["device"],
     buckets=(5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 5e-2),
-)  # fmt: skip
+)
 
 
 class DeviceError(Exception):
@@ -168,9 +170,7 @@ class _Reporter:
         expected = (DeviceStatus.STATE_STARTING, DeviceStatus.STATE_STREAMING)
         bad = state not in expected and (state != DeviceStatus.STATE_SEARCHING or self._link.frames > 0)
         name = DeviceStatus.State.Name(state).removeprefix("STATE_").lower()
-        self._log.log(
-            logging.WARNING if bad else logging.INFO, "device=%s state=%s detail=%r", self._driver.name, name, detail
-        )
+        self._log.log(logging.WARNING if bad else logging.INFO, "device=%s state=%s detail=%r", self._driver.name, name, detail)
         self._state, self._detail = state, detail
         self._publish()
 
@@ -189,9 +189,14 @@ class _Reporter:
         _SKIPPED.labels(self._driver.name).inc(skipped - self._skipped)
         self._skipped = skipped
         message = DeviceStatus(
-            device=self._driver.name, state=self._state, detail=self._detail, rate_hz=self._rate,
-            frames=self._link.frames, bytes_skipped=skipped, reconnects=self.reconnects,
-        )  # fmt: skip
+            device=self._driver.name,
+            state=self._state,
+            detail=self._detail,
+            rate_hz=self._rate,
+            frames=self._link.frames,
+            bytes_skipped=skipped,
+            reconnects=self.reconnects,
+        )
         message.header.t_ns = self._clock.now_ns()
         self._publication.put(message)
 

@@ -36,9 +36,7 @@ def refuse_others(name: str | None, own: str, short: str) -> None:
         raise DeviceError(f"{name} answers on this port; {short} was expected")
 
 
-async def at_any_speed(
-    link: Link, bauds: Sequence[int], greet: Callable[[Link], Awaitable[T | None]]
-) -> tuple[int, T] | None:
+async def at_any_speed(link: Link, bauds: Sequence[int], greet: Callable[[Link], Awaitable[T | None]]) -> tuple[int, T] | None:
     """The first of the line's speeds at which something answers a greeting, and its answer."""
     for baud in bauds:
         link.set_baud(baud)

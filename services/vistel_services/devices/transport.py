@@ -96,6 +96,10 @@ def open_serial(port: str, baud: int, clock: Clock) -> OpenTransport:
 
 def _why_not(port: str, error: Exception) -> str:
     number = getattr(error, "errno", None)
-    known = {2: "is not there; plug the device in", 13: "may not be opened; add yourself to its group (dialout)",
-             16: "is in use by another program", 11: "is in use by another program"}  # fmt: skip
+    known = {
+        2: "is not there; plug the device in",
+        13: "may not be opened; add yourself to its group (dialout)",
+        16: "is in use by another program",
+        11: "is in use by another program",
+    }
     return f"{port}: {known.get(number or 0, str(error))}"

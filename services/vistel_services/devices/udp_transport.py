@@ -17,9 +17,7 @@ _LONGEST = 65535
 class UdpTransport:
     """An open UDP port; whoever sends there is heard, nothing is answered."""
 
-    def __init__(
-        self, port: int, clock: Clock, received: Received, lost: Callable[[str], None], announce: Path | None
-    ) -> None:
+    def __init__(self, port: int, clock: Clock, received: Received, lost: Callable[[str], None], announce: Path | None) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self._clock, self._received = clock, received

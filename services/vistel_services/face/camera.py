@@ -6,8 +6,8 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.v1.device_pb2 import FaceFrame
 from vistel.vision.eye_reader import EyeReader
 from vistel.vision.face_calibration import CalibrationError, FaceCalibration, calibrate_face
@@ -15,8 +15,6 @@ from vistel.vision.face_reader import FaceReader
 from vistel.vision.gaze_calibration import GazeCalibration
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import Link, NoAnswerError
-
-U8 = NDArray[np.uint8]
 
 _SEEN_S = 1.0
 _LONGEST_STEP_S = 0.25
@@ -189,7 +187,5 @@ class CameraDriver:
         """See `Driver.start`."""
         seen, shown = link.frames, self.decoder.pictures
         if await link.wait_for(lambda: link.frames if link.frames > seen else None, _SEEN_S) is None:
-            raise NoAnswerError(
-                self.decoder.trouble or "nothing is seen" if self.decoder.pictures > shown else "no pictures come"
-            )
+            raise NoAnswerError(self.decoder.trouble or "nothing is seen" if self.decoder.pictures > shown else "no pictures come")
         return self._what

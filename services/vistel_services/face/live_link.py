@@ -36,10 +36,12 @@ class LiveLinkDecoder:
         for packet in self._parser.feed(data, t_ns):
             if packet.values:
                 frame = FaceFrame(
-                    device=self.device, marks=self._expressions.marks(packet.values).ravel().tolist(),
-                    gaze=self._expressions.gaze(packet.values).tolist(), channels=packet.values,
+                    device=self.device,
+                    marks=self._expressions.marks(packet.values).ravel().tolist(),
+                    gaze=self._expressions.gaze(packet.values).tolist(),
+                    channels=packet.values,
                     lids=[1.0 - min(1.0, max(0.0, packet.values[k])) for k in _BLINKS],
-                )  # fmt: skip
+                )
                 frame.header.t_ns = max(0, t_ns)
                 out.append(frame)
         return out

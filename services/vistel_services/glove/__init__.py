@@ -62,13 +62,18 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
     """From the conference file; a simulated glove's port is a link among the run's files. Raises CalibrationError."""
     devices = [
         GloveDevice(
-            name := f"{p.name}-glove-{side}", glove.kind,
+            name := f"{p.name}-glove-{side}",
+            glove.kind,
             str(paths.device(name)) if glove.port == "sim" else glove.port,
-            glove.baud, side == "right", glove.sensors, _calibration(glove),
+            glove.baud,
+            side == "right",
+            glove.sensors,
+            _calibration(glove),
             announce=paths.device(name) if glove.kind in _VRPN and glove.port == "sim" else None,
         )
-        for p in site.participants for side, glove in sorted(p.gloves.items())
-    ]  # fmt: skip
+        for p in site.participants
+        for side, glove in sorted(p.gloves.items())
+    ]
     return Config(tuple(devices), conference.record_raw)
 
 

@@ -14,9 +14,7 @@ class CyberGloveDecoder:
     Samples taken while the glove was unplugged from its interface are dropped.
     """
 
-    def __init__(
-        self, device: str, *, right: bool, sensors: int, calibration: GloveCalibration, baud: int = 115200
-    ) -> None:
+    def __init__(self, device: str, *, right: bool, sensors: int, calibration: GloveCalibration, baud: int = 115200) -> None:
         self.device = device
         self.right = right
         self._calibration = calibration
@@ -43,9 +41,7 @@ class CyberGloveDecoder:
         for s in samples:
             if s.error or (s.status is not None and not s.status & STATUS_PLUGGED):
                 continue
-            frame = GloveFrame(
-                device=self.device, right=self.right, raw=s.values, angles=self._calibration.angles(s.values)
-            )
+            frame = GloveFrame(device=self.device, right=self.right, raw=s.values, angles=self._calibration.angles(s.values))
             frame.header.t_ns = max(0, s.t_ns)
             frames.append(frame)
         return frames

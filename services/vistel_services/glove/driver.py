@@ -25,9 +25,7 @@ class CyberGloveDriver:
     stop = cyberglove.STOP
     beat = None
 
-    def __init__(
-        self, name: str, *, right: bool, sensors: int, calibration: GloveCalibration, baud: int = 115200
-    ) -> None:
+    def __init__(self, name: str, *, right: bool, sensors: int, calibration: GloveCalibration, baud: int = 115200) -> None:
         self.name = name
         self.decoder = CyberGloveDecoder(name, right=right, sensors=sensors, calibration=calibration, baud=baud)
         self._right = right
@@ -48,9 +46,12 @@ class CyberGloveDriver:
             raise DeviceError(f"a {here} glove is plugged in where the {wanted} one was expected; swap the ports")
         mask = await self._ask(link, cyberglove.QUERY_MASK)
         for command in (
-            cyberglove.set_mask(mask.data if mask is not None else MASKS[count]), cyberglove.set_count(count),
-            cyberglove.FILTER_ON, cyberglove.STATUS_ON, cyberglove.TIMESTAMP_OFF,
-        ):  # fmt: skip
+            cyberglove.set_mask(mask.data if mask is not None else MASKS[count]),
+            cyberglove.set_count(count),
+            cyberglove.FILTER_ON,
+            cyberglove.STATUS_ON,
+            cyberglove.TIMESTAMP_OFF,
+        ):
             await self._ask(link, command, command[:1].decode())
         await self._ask(link, cyberglove.set_rate(RATE_HZ), "")
         seen = link.frames
@@ -101,4 +102,3 @@ class CyberGloveDriver:
             return next((a for a in self.decoder.take_answers() if a.name == name), None)
 
         return await link.wait_for(look, timeout_s)
-

@@ -26,9 +26,16 @@ class FiveDtDecoder:
     """
 
     def __init__(
-        self, device: str, kind: str, *, right: bool, sensors: int, calibration: FiveDtCalibration,
-        reports: bool = False, baud: int | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        device: str,
+        kind: str,
+        *,
+        right: bool,
+        sensors: int,
+        calibration: FiveDtCalibration,
+        reports: bool = False,
+        baud: int | None = None,
+    ) -> None:
         self.device = device
         self.right = right
         self.says_right: bool | None = None

@@ -18,9 +18,7 @@ _WORDS = struct.Struct(">16H")
 class VrpnGloveDecoder:
     """A GloveFrame whenever the glove reports, or says that it is there: VRPN tells changes only."""
 
-    def __init__(
-        self, device: str, glove: str, *, right: bool, sensors: int, calibration: FiveDtCalibration | None
-    ) -> None:
+    def __init__(self, device: str, glove: str, *, right: bool, sensors: int, calibration: FiveDtCalibration | None) -> None:
         """`glove`: its name at the server; empty takes any. calibration: None for a pinch glove."""
         self.device = device
         self.right = right

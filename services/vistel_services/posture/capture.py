@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.carry_over import CarryOver
 from vistel.figure.posture.posture import HAND_DOF_COUNT, pose_joints, standing
 from vistel.figure.posture.sensors import Placement, out_of_frame, receiver_poses
@@ -20,8 +20,6 @@ from vistel_services.posture.one_euro import AngleFilter, PoseFilter
 from vistel_services.posture.peaks import PeakHold
 from vistel_services.posture.whole_body import WholeBody, whole_body
 
-F64 = NDArray[np.float64]
-
 RATE_HZ = 60.0
 SILENT_S = 0.25
 """A receiver or glove not heard of for this long counts as silent."""
@@ -32,17 +30,14 @@ FINGER_PEAK = math.radians(3.0)
 START_S = 1.0
 """How long the first posture waits for every receiver to be heard once."""
 
-USABLE = (
-    TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED,
-)  # fmt: skip
+USABLE = (TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED)
 
 
 class Capture:
     """Takes what the devices say and gives postures of one person."""
 
     def __init__(
-        self, person: Person, skeleton: Skeleton | None = None,
-        comfort: Comfort | Mapping[str, Comfort] | None = None,
+        self, person: Person, skeleton: Skeleton | None = None, comfort: Comfort | Mapping[str, Comfort] | None = None
     ) -> None:
         """`skeleton`: of what others see, else one of the person's height; `comfort`: of the elbow's swivel.
 
@@ -119,9 +114,7 @@ class Capture:
         """The posture at `t_ns`, which must lie after the last one."""
         self._solved_ns = t_ns
         t = self._seconds(t_ns)
-        receivers: dict[str, Placement] = {
-            name: f.at(t) for name, f in self._filters.items() if t - f.t < SILENT_S
-        }
+        receivers: dict[str, Placement] = {name: f.at(t) for name, f in self._filters.items() if t - f.t < SILENT_S}
         whole_t, whole = self._whole
         fresh = whole is not None and t - whole_t < SILENT_S
         elbows = whole.elbows() if whole is not None and fresh else None

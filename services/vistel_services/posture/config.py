@@ -86,29 +86,39 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         position, heading = conference.room.place(conference.seat_of(p.name))
         t = p.tracker
         setup = load_tracker(t.calibration) if t and t.calibration else None
-        at, towards = (setup.position, setup.heading) if setup else (
-            (np.array(t.transmitter_position), t.transmitter_heading) if t else (np.zeros(3), 0.0)
+        at, towards = (
+            (setup.position, setup.heading)
+            if setup
+            else ((np.array(t.transmitter_position), t.transmitter_heading) if t else (np.zeros(3), 0.0))
         )
         transmitter = transmitter_in_room(position, heading, at, towards)
-        people.append(Person(
-            name=p.name, display_name=p.display_name or p.name, avatar=public_avatar(p.avatar), height_m=p.height,
-            seat=Stance(position, heading), tracker=f"{p.name}-tracker" if t else None,
-            stations={station: receiver for receiver, station in t.stations.items()} if t else {},
-            transmitter=transmitter, gloves={f"{p.name}-glove-{side}": side for side in p.gloves},
-            avatar_file=avatar_file(p),
-            second_tracker=f"{p.name}-tracker-2" if t and t.second_port else None,
-            body=load_body(p.body) if p.body else None, mounts=setup.mounts if setup else None,
-            distortion=load_distortion(t.distortion) if t and t.distortion else None,
-        ))  # fmt: skip
+        people.append(
+            Person(
+                name=p.name,
+                display_name=p.display_name or p.name,
+                avatar=public_avatar(p.avatar),
+                height_m=p.height,
+                seat=Stance(position, heading),
+                tracker=f"{p.name}-tracker" if t else None,
+                stations={station: receiver for receiver, station in t.stations.items()} if t else {},
+                transmitter=transmitter,
+                gloves={f"{p.name}-glove-{side}": side for side in p.gloves},
+                avatar_file=avatar_file(p),
+                second_tracker=f"{p.name}-tracker-2" if t and t.second_port else None,
+                body=load_body(p.body) if p.body else None,
+                mounts=setup.mounts if setup else None,
+                distortion=load_distortion(t.distortion) if t and t.distortion else None,
+            )
+        )
     first = people[0].seat
     props = tuple(
         TrackedProp(
-            p.thing, p.device, p.tracker.station,
-            transmitter_in_room(
-                first.position, first.heading, p.tracker.transmitter_position, p.tracker.transmitter_heading
-            ),
+            p.thing,
+            p.device,
+            p.tracker.station,
+            transmitter_in_room(first.position, first.heading, p.tracker.transmitter_position, p.tracker.transmitter_heading),
             (np.array(p.tracker.receiver_position), np.array(p.tracker.receiver_rotation)),
         )
         for p in site.props
-    )  # fmt: skip
+    )
     return Config(site.name, tuple(people), props, conference.motion.losses, conference.motion.repeats)

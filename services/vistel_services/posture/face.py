@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.face.marks import MARK_COUNT
 from vistel.v1.device_pb2 import FaceFrame
 from vistel.wire.motion import StalePart
 from vistel_services.posture.peaks import PeakHold
-
-F64 = NDArray[np.float64]
 
 SILENT_NS = 250_000_000
 """A face not seen for this long keeps its last expression and is flagged."""

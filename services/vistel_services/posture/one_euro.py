@@ -14,16 +14,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vistel.figure.rotation import (
-    matrix_from_quaternion,
-    matrix_from_rotvec,
-    quaternion_from_matrix,
-    rotvec_from_matrix,
-)
-
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
+from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 
 POSITION_CUTOFF_HZ, POSITION_SPEED_GAIN = 1.0, 80.0
 """Cut-off at rest [Hz], and Hz more for each m/s."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.sensors import out_of_frame
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
@@ -12,8 +12,6 @@ from vistel.v1.motion_pb2 import Prop
 from vistel_services.posture.capture import RATE_HZ, USABLE, receiver_pose
 from vistel_services.posture.config import TrackedProp
 from vistel_services.posture.one_euro import PoseFilter
-
-F64 = NDArray[np.float64]
 
 
 class PropCapture:

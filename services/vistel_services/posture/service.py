@@ -31,18 +31,26 @@ from vistel_services.posture.props import PropCapture
 
 log = logging.getLogger("vistel.posture")
 
-_SOLVE = Histogram("vistel_posture_solve_seconds", "Time to solve one posture", ["participant"],
-                   buckets=(0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.05))  # fmt: skip
+_SOLVE = Histogram(
+    "vistel_posture_solve_seconds",
+    "Time to solve one posture",
+    ["participant"],
+    buckets=(0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.05),
+)
 _MOTIONS = Counter("vistel_posture_motions_total", "Motion messages published", ["participant"])
 _PROPS = Counter("vistel_posture_props_total", "Poses of props published", ["thing"])
 _REJECTED = Gauge("vistel_posture_rejected_samples", "Sensor samples not believed", ["participant"])
 _STALE = Gauge("vistel_posture_stale_sensors", "Sensors that are silent", ["participant"])
 
 _STALE_PART = {
-    "chest": StalePart.CHEST, "head": StalePart.HEAD, "left_hand": StalePart.LEFT_HAND,
-    "right_hand": StalePart.RIGHT_HAND, "left_glove": StalePart.LEFT_GLOVE, "right_glove": StalePart.RIGHT_GLOVE,
+    "chest": StalePart.CHEST,
+    "head": StalePart.HEAD,
+    "left_hand": StalePart.LEFT_HAND,
+    "right_hand": StalePart.RIGHT_HAND,
+    "left_glove": StalePart.LEFT_GLOVE,
+    "right_glove": StalePart.RIGHT_GLOVE,
     "legs": StalePart.LEGS,
-}  # fmt: skip
+}
 
 PATIENCE_NS = 100_000_000
 """Without news from the tracker for this long the clock drives the posture, so that what is silent can relax."""
@@ -89,9 +97,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         face.close()
 
 
-async def _follow_trackers(
-    subscription: Subscription, by_device: dict[str, _Maker], props: dict[str, _PropMaker]
-) -> None:
+async def _follow_trackers(subscription: Subscription, by_device: dict[str, _Maker], props: dict[str, _PropMaker]) -> None:
     async for sample in subscription:
         device = sample.names["device"]
         if device in props:
@@ -150,9 +156,12 @@ class _Maker:
     def announce(self, clock: Clock) -> None:
         """Say who this is."""
         about = Participant(
-            participant=self.person.name, site=self._site, display_name=self.person.display_name,
-            avatar=self.person.avatar, height_m=self.person.height_m,
-        )  # fmt: skip
+            participant=self.person.name,
+            site=self._site,
+            display_name=self.person.display_name,
+            avatar=self.person.avatar,
+            height_m=self.person.height_m,
+        )
         if self._own is not None:
             limbs = self._own.proportions
             about.parcel = self._own.digest
@@ -178,13 +187,22 @@ class _Maker:
     def _message(self, t_ns: int, solved: Solved) -> Motion:
         posture = solved.posture
         gaze, marks, lids = self.face.for_motion()
-        return self._encoder.encode(MotionSample(
-            seq=self._motion.next_seq, t_ns=t_ns, body=posture.dofs, hands=posture.hands,
-            stance=np.array([*posture.stance.position, posture.stance.heading]),
-            gaze=gaze, face=marks, lids=lids,
-            legs=rotations_of(posture, LEGS), collars=rotations_of(posture, COLLARS), jaw=rotations_of(posture, JAW),
-            stale=reduce(or_, (_STALE_PART[name] for name in solved.stale), self.face.stale(t_ns)),
-        ))  # fmt: skip
+        return self._encoder.encode(
+            MotionSample(
+                seq=self._motion.next_seq,
+                t_ns=t_ns,
+                body=posture.dofs,
+                hands=posture.hands,
+                stance=np.array([*posture.stance.position, posture.stance.heading]),
+                gaze=gaze,
+                face=marks,
+                lids=lids,
+                legs=rotations_of(posture, LEGS),
+                collars=rotations_of(posture, COLLARS),
+                jaw=rotations_of(posture, JAW),
+                stale=reduce(or_, (_STALE_PART[name] for name in solved.stale), self.face.stale(t_ns)),
+            )
+        )
 
     async def keep_going(self, clock: Clock) -> None:
         """Go on by the clock while the tracker is silent."""

@@ -8,16 +8,14 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import HAND_DOF_COUNT, Posture
 from vistel.figure.posture.sensors import Placement, out_of_frame
 from vistel.figure.rotation import matrix_from_quaternion, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX
 from vistel.messages.postures import LEGS, SIDES
 from vistel.v1.device_pb2 import TrackerFrame
-
-F64 = NDArray[np.float64]
 
 _PARENT = {
     f"{side}_{part}": f"{side}_{parent}"

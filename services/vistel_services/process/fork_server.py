@@ -63,8 +63,12 @@ def preload(conference: Conference, modules: Sequence[str]) -> None:
         imported = time.perf_counter()
         if hasattr(module, "preload"):
             module.preload(conference)
-        log.info("loaded module=%s imports_ms=%.0f preload_ms=%.0f",
-                 name, (imported - started) * 1e3, (time.perf_counter() - imported) * 1e3)  # fmt: skip
+        log.info(
+            "loaded module=%s imports_ms=%.0f preload_ms=%.0f",
+            name,
+            (imported - started) * 1e3,
+            (time.perf_counter() - imported) * 1e3,
+        )
 
 
 def settle() -> None:

@@ -183,9 +183,13 @@ class ForkServer:
         try:
             with self._log_file.open("ab") as out:
                 process = self._process = await asyncio.create_subprocess_exec(
-                    *self._spec.argv, stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=out,
-                    env=self._spec.env, process_group=0,
-                )  # fmt: skip
+                    *self._spec.argv,
+                    stdin=asyncio.subprocess.PIPE,
+                    stdout=asyncio.subprocess.PIPE,
+                    stderr=out,
+                    env=self._spec.env,
+                    process_group=0,
+                )
         except OSError as e:
             log.error("fork server not started reason=%s", e)
             return False

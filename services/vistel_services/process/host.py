@@ -97,9 +97,12 @@ async def _main(args: argparse.Namespace) -> int:
     tls = conference.bus.tls if conference.bus.mode == "routed" else None
     began = time.perf_counter()
     bus = await ZenohBus.open(
-        conference=conference.name, site=plan.site, clock=clock, endpoints=args.hub,
+        conference=conference.name,
+        site=plan.site,
+        clock=clock,
+        endpoints=args.hub,
         tls=(str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None,
-    )  # fmt: skip
+    )
     log.info("bus joined took_ms=%.0f", (time.perf_counter() - began) * 1e3)
     port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
     stop = asyncio.Event()
@@ -131,9 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Be the process of `arguments` (default: the command line) until told to stop. Returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("conference", type=Path)
-    parser.add_argument(
-        "node", help='which process: "site/label" as in `vistel up --plan`, "hub/world", "hub/recorder"'
-    )
+    parser.add_argument("node", help='which process: "site/label" as in `vistel up --plan`, "hub/world", "hub/recorder"')
     parser.add_argument("--hub", action="append", required=True, help="endpoint of the router; may be given twice")
     parser.add_argument("--run", type=Path, required=True, help="folder for the ports of simulated devices")
     parser.add_argument("--out", type=Path, required=True, help="folder for videos and logs")

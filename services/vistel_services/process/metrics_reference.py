@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-_HERE = Path(__file__).parent
-PAGE = _HERE.parents[1] / "docs/reference/metrics.md"
+_SERVICES = Path(__file__).parents[1]
+PAGE = _SERVICES.parents[1] / "docs/reference/metrics.md"
 _KINDS = ("Counter", "Gauge", "Histogram")
-_SHARED = {"device.py": "tracker, glove, face", "metrics.py": "every process"}
-"""Whose metrics those of files are that belong to no one service."""
+_SHARED = {"devices": "tracker, glove, face", "process": "every process"}
+"""Whose metrics those of folders are that belong to no one service."""
 
 
 class Metric(NamedTuple):
@@ -26,14 +26,12 @@ class Metric(NamedTuple):
 
 def metrics() -> list[Metric]:
     """Of all services, by name."""
-    return sorted(m for file in _HERE.rglob("*.py") for m in _made_in(file))
+    return sorted(m for file in _SERVICES.rglob("*.py") for m in _made_in(file))
 
 
 def page() -> str:
     """The whole page, Markdown."""
-    rows = "\n".join(
-        f"| `{m.name}` | {m.kind.lower()} | {', '.join(m.labels)} | {m.service} | {m.what} |" for m in metrics()
-    )  # fmt: skip
+    rows = "\n".join(f"| `{m.name}` | {m.kind.lower()} | {', '.join(m.labels)} | {m.service} | {m.what} |" for m in metrics())
     return f"""# Metrics
 
 <!-- Made by `python -m vistel_services.process.metrics_reference` from the services' source; do not edit. -->
@@ -48,7 +46,7 @@ Every process of a conference serves its figures for Prometheus at `/metrics`, o
 
 
 def _made_in(file: Path) -> Iterator[Metric]:
-    inside = file.relative_to(_HERE).parts
+    inside = file.relative_to(_SERVICES).parts
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _KINDS:
             name, what, *more = (ast.literal_eval(argument) for argument in node.args)

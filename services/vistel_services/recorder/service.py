@@ -121,9 +121,7 @@ class _Book:
             return
         try:
             self._writer.close()
-            log.info(
-                "event=log_written path=%s messages=%d lost=%d", self._writer.path, self._writer.messages, self._lost
-            )
+            log.info("event=log_written path=%s messages=%d lost=%d", self._writer.path, self._writer.messages, self._lost)
         except OSError as e:
             log.error("event=log_not_closed path=%s reason=%r readable=yes", self._writer.path, str(e))
 
@@ -140,8 +138,11 @@ class _Book:
     def _fail(self, fault: OSError, now_ns: int) -> None:
         log.error(
             "event=log_failed path=%s reason=%r retry_s=%.0f lost=%d",
-            self._config.path, fault.strerror or str(fault), _RETRY_NS * 1e-9, self._lost,
-        )  # fmt: skip
+            self._config.path,
+            fault.strerror or str(fault),
+            _RETRY_NS * 1e-9,
+            self._lost,
+        )
         self._writer = None
         self._retry_ns = now_ns + _RETRY_NS
 

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.implicit.jit.kernel_jit import compiled
-
-U8 = NDArray[np.uint8]
 
 THRESHOLD = 32
 """Least difference of brightness among neighbours that counts as an edge, of 255."""

@@ -6,9 +6,8 @@ All amounts are relative: 1 is the floor in the open under the roof light.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
 
 HALF_X, HALF_Z, HEIGHT = 4.05, 4.05, 2.9
 """The meeting room's walls and ceiling [m]; things are kept within 4 m of its middle."""

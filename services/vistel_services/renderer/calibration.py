@@ -10,21 +10,23 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from vistel.arrays import F64, U8
 from vistel_services.renderer.camera import Pinhole
 from vistel_services.renderer.screens import Screen, Stereo, boxes, picture_size, sights_of_screens
-
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
 
 CELL = 0.1
 """Side of the grid's cells on the screen [m]."""
 SKY_STEP = math.radians(10.0)
 _DARK, _FAINT, _BOLD, _EDGE, _SKY, _LEVEL = (
-    (16, 18, 22), (58, 64, 72), (112, 120, 130), (255, 255, 255), (255, 196, 60), (255, 110, 60),
-)  # fmt: skip
+    (16, 18, 22),
+    (58, 64, 72),
+    (112, 120, 130),
+    (255, 255, 255),
+    (255, 196, 60),
+    (255, 110, 60),
+)
 _STEPS = 11
 _FAR = 20.0
 
@@ -59,9 +61,13 @@ def pattern(screens: Sequence[Screen], eyes: F64, stereo: Stereo = Stereo.MONO) 
 
 _BOTH = ("left eye", "right eye")
 _EYES: dict[Stereo, tuple[str, ...]] = {
-    Stereo.MONO: ("",), Stereo.SIDE_BY_SIDE: _BOTH, Stereo.TOP_BOTTOM: _BOTH, Stereo.ANAGLYPH: _BOTH, Stereo.SEQUENTIAL: ("",),
+    Stereo.MONO: ("",),
+    Stereo.SIDE_BY_SIDE: _BOTH,
+    Stereo.TOP_BOTTOM: _BOTH,
+    Stereo.ANAGLYPH: _BOTH,
+    Stereo.SEQUENTIAL: ("",),
     Stereo.QUAD_BUFFER: _BOTH,
-}  # fmt: skip
+}
 
 
 def _one(screen: Screen, camera: Pinhole, size: tuple[int, int], eye: str) -> U8:
@@ -78,8 +84,9 @@ def _one(screen: Screen, camera: Pinhole, size: tuple[int, int], eye: str) -> U8
     middle = 0.5 * size[0], 0.5 * size[1]
     draw.ellipse(
         (middle[0] - radius * across, middle[1] - radius * up, middle[0] + radius * across, middle[1] + radius * up),
-        outline=_EDGE, width=2 * line,
-    )  # fmt: skip
+        outline=_EDGE,
+        width=2 * line,
+    )
     draw.rectangle((0, 0, size[0] - 1, size[1] - 1), outline=_EDGE)
     text = "\n".join(filter(None, (screen.name, eye, f"{width:.2f} x {height:.2f} m", f"{screen.width} x {screen.height} pixels")))
     font = ImageFont.load_default(max(9.0, min(size[1] / 26, size[0] / 22)))

@@ -7,13 +7,11 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
 from vistel.figure.skeleton import JOINT_INDEX
-
-F64 = NDArray[np.float64]
 
 NEAR, FAR = 0.05, 30.0
 SEAT_FIELD_OF_VIEW = math.radians(56.0)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
-U8 = NDArray[np.uint8]
+from vistel.arrays import U8
 
 
 class Canvas:

@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from vistel.arrays import U8
 from vistel.speech.kana import to_romaji
 from vistel.v1.speech_pb2 import Utterance
 from vistel_services.renderer.labels import latin_font
 
-U8 = NDArray[np.uint8]
 log = logging.getLogger("vistel.renderer")
 
 SHOWN_NS = 5_000_000_000
@@ -22,14 +21,26 @@ SHOWN_NS = 5_000_000_000
 MOST = 3
 _LONGEST = 64
 _STATES = {
-    Utterance.STATE_REJECTED: ("?", (255, 196, 120)), Utterance.STATE_SENT: ("…", (235, 235, 235)),
-    Utterance.STATE_DONE: ("✓", (140, 245, 165)), Utterance.STATE_REFUSED: ("✗", (255, 150, 130)),
-    Utterance.STATE_QUESTION: ("?", (255, 226, 120)), Utterance.STATE_NOTED: ("·", (235, 235, 235)),
-}  # fmt: skip
+    Utterance.STATE_REJECTED: ("?", (255, 196, 120)),
+    Utterance.STATE_SENT: ("…", (235, 235, 235)),
+    Utterance.STATE_DONE: ("✓", (140, 245, 165)),
+    Utterance.STATE_REFUSED: ("✗", (255, 150, 130)),
+    Utterance.STATE_QUESTION: ("?", (255, 226, 120)),
+    Utterance.STATE_NOTED: ("·", (235, 235, 235)),
+}
 FONTS = (
-    "NotoSansCJK-Regular.ttc", "NotoSansCJKjp-Regular.otf", "ipagp.ttf", "ipag.ttf", "ipaexg.ttf", "TakaoPGothic.ttf",
-    "VL-PGothic-Regular.ttf", "DroidSansFallbackFull.ttf", "Hiragino Sans GB.ttc", "YuGothM.ttc", "msgothic.ttc",
-)  # fmt: skip
+    "NotoSansCJK-Regular.ttc",
+    "NotoSansCJKjp-Regular.otf",
+    "ipagp.ttf",
+    "ipag.ttf",
+    "ipaexg.ttf",
+    "TakaoPGothic.ttf",
+    "VL-PGothic-Regular.ttf",
+    "DroidSansFallbackFull.ttf",
+    "Hiragino Sans GB.ttc",
+    "YuGothM.ttc",
+    "msgothic.ttc",
+)
 
 
 @dataclass(frozen=True)
@@ -71,12 +82,15 @@ class Captions:
         newest = sorted(self._said.values(), key=lambda said: said[1])[-MOST:]
         return tuple(
             Caption(
-                names.get(m.participant, m.participant), m.text, m.spoken,
+                names.get(m.participant, m.participant),
+                m.text,
+                m.spoken,
                 "" if m.state in (Utterance.STATE_DONE, Utterance.STATE_SENT) else m.reply,
-                tuple(m.things) if m.state == Utterance.STATE_DONE else (), *_STATES[m.state],
+                tuple(m.things) if m.state == Utterance.STATE_DONE else (),
+                *_STATES[m.state],
             )
             for m, _ in newest
-        )  # fmt: skip
+        )
 
 
 @lru_cache

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, U8
 from vistel.space.files.surfaces import Piece
 from vistel.space.things.tessellate import Surface3
 from vistel_services.renderer.canvas import Canvas
@@ -33,12 +33,6 @@ from vistel_services.renderer.subtitles import Subtitles
 from vistel_services.renderer.surroundings import Mirrors, open_air, surroundings
 from vistel_services.renderer.textures import texture_of
 from vistel_services.renderer.window.show import Presenter
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-U8 = NDArray[np.uint8]
-
 
 _DARK, _OPEN = (0.05, 0.05, 0.06, 1.0), (0.62, 0.68, 0.74, 1.0)
 """What is seen where nothing is: beyond walls, and where there are none."""
@@ -72,9 +66,14 @@ class Painter:
     only. samples: of each pixel; by default 4 in fine light, else 1."""
 
     def __init__(
-        self, surface: Surface, width: int, height: int, deformer: GpuDeformer | None = None,
-        fine: bool | None = None, samples: int | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        surface: Surface,
+        width: int,
+        height: int,
+        deformer: GpuDeformer | None = None,
+        fine: bool | None = None,
+        samples: int | None = None,
+    ) -> None:
         self.surface = surface
         ctx = self.ctx = surface.ctx
         self.software = surface.capability.software

@@ -8,8 +8,8 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32, U8
 from vistel.figure.avatar.patch import Patch, patch_of
 from vistel.implicit.deformation.deform_plan import FramePlan
 from vistel.wrinkle.shown import MOST_SETS
@@ -17,11 +17,6 @@ from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
 from vistel_services.renderer.patches import Part, Patches
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.shadow import Caster, ShadowMap
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-U8 = NDArray[np.uint8]
 
 _WRINKLE_UNIT = 4
 _WRINKLED = ("WRINKLED", f"SETS {MOST_SETS + 1}")
@@ -138,9 +133,15 @@ class DrawnFigures:
     `fine`; sampled: whether pixels have several samples."""
 
     def __init__(
-        self, ctx: moderngl.Context, deformer: GpuDeformer | None, light: tuple[str, ...],
-        paint: Callable[[U8], moderngl.Texture], shadow: ShadowMap, fine: bool, sampled: bool,
-    ) -> None:  # fmt: skip
+        self,
+        ctx: moderngl.Context,
+        deformer: GpuDeformer | None,
+        light: tuple[str, ...],
+        paint: Callable[[U8], moderngl.Texture],
+        shadow: ShadowMap,
+        fine: bool,
+        sampled: bool,
+    ) -> None:
         self._ctx, self._deformer, self._paint = ctx, deformer, paint
         self._shadow, self._fine = shadow, fine
         self._patches = Patches(ctx, light, paint, sampled)
@@ -246,11 +247,14 @@ class DrawnFigures:
         casting = model.triangles if self._fine or model.casting is None else model.casting
         casters = tuple(
             self._shadow.figure(
-                dynamic, fixed, index(those), None if patch is None else self._patches.holes(patch),
+                dynamic,
+                fixed,
+                index(those),
+                None if patch is None else self._patches.holes(patch),
                 patch is not None and patch.both_sides,
             )
             for patch, those in self._split(model, casting)
-        )  # fmt: skip
+        )
         figure.levels[model] = _FigureBuffers(dynamic, (plain[0], plain[1]), creased, casters, buffers)
         return figure.levels[model]
 

@@ -45,9 +45,17 @@ class Easel:
     like, filled with those of this site's files."""
 
     def __init__(
-        self, site: str, view: View, rate: float, seats: int, room: RoomKeys | None, whole: bool, load: Callable[[About], Shape],
-        thread: ThreadPoolExecutor, models: dict[str, Model],
-    ) -> None:  # fmt: skip
+        self,
+        site: str,
+        view: View,
+        rate: float,
+        seats: int,
+        room: RoomKeys | None,
+        whole: bool,
+        load: Callable[[About], Shape],
+        thread: ThreadPoolExecutor,
+        models: dict[str, Model],
+    ) -> None:
         self._site, self._view, self._rate, self._seats, self._room = site, view, rate, seats, room
         self._load, self._thread, self._models = load, thread, models
         self._resolution = None if whole else Resolution(rate, view.height)
@@ -130,9 +138,14 @@ class Easel:
             found = self._studio.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",
-                found.renderer, found.version, found.software, found.window, self._view.width, self._view.height,
+                found.renderer,
+                found.version,
+                found.software,
+                found.window,
+                self._view.width,
+                self._view.height,
                 (time.perf_counter() - began) * 1e3,
-            )  # fmt: skip
+            )
             return None
         began_ns = time.perf_counter_ns()
         desk = self._studio.desk

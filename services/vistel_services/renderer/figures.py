@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from vistel.arrays import F32, F64, I32, U8
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
@@ -36,11 +37,6 @@ from vistel_services.renderer.bare_skin import bare_skin, is_bare
 from vistel_services.renderer.drawn_figures import Corners, Creases, FigureModel, Planned
 from vistel_services.renderer.gpu_deform import SkinShape
 from vistel_services.renderer.wearing import Wearing
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-U8 = NDArray[np.uint8]
 
 CLOTH, SKIN, EYE = 0.0, 1.0, 2.0
 CASTER = 0.82
@@ -75,9 +71,15 @@ class Shape(Protocol):
     casters: tuple[I32, I32]
 
     def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False,
-        at_ns: int | None = None, level_db: float | None = None,
-    ) -> Posed:  # fmt: skip
+        self,
+        posture: Posture,
+        ghosts: Sequence[GhostSource] = (),
+        pixels_per_m: float = math.inf,
+        *,
+        planned: bool = False,
+        at_ns: int | None = None,
+        level_db: float | None = None,
+    ) -> Posed:
         """The figure in `posture`, deformed by `ghosts`; what it returns is valid until its next `pose`.
 
         pixels_per_m: size in the picture, which decides how much detail is worth its time. planned: for the GPU to
@@ -92,9 +94,8 @@ class Shape(Protocol):
 
 
 def avatar_model(
-    avatar: Avatar, wrinkles: LevelWrinkles | None = None, picture: Callable[[], U8] | None = None,
-    coarsest: Avatar | None = None,
-) -> FigureModel:  # fmt: skip
+    avatar: Avatar, wrinkles: LevelWrinkles | None = None, picture: Callable[[], U8] | None = None, coarsest: Avatar | None = None
+) -> FigureModel:
     """Texture coordinates, materials and triangles of an avatar; eyeballs follow the skin's drawn vertices. picture: of the
     wrinkles' light. coarsest: its coarsest level, which throws its shadow where few triangles are wanted."""
     mesh = avatar.mesh
@@ -116,10 +117,15 @@ def avatar_model(
         eyes = np.zeros((start - len(mesh.uv), wrinkles.sets.shape[1]), np.uint8)
         creases = Creases(np.vstack((wrinkles.sets, eyes)), np.vstack((wrinkles.pull, eyes.astype(np.float32))), picture)
     return FigureModel(
-        np.concatenate(uv).astype(np.float32), np.concatenate(material), np.concatenate(triangles).astype(np.int32),
-        np.ascontiguousarray(mesh.corner_triangles[~of_head]), avatar.albedo, creases,
-        casting, avatar.patches,
-    )  # fmt: skip
+        np.concatenate(uv).astype(np.float32),
+        np.concatenate(material),
+        np.concatenate(triangles).astype(np.int32),
+        np.ascontiguousarray(mesh.corner_triangles[~of_head]),
+        avatar.albedo,
+        creases,
+        casting,
+        avatar.patches,
+    )
 
 
 def triangles_of(coarse: Mesh, mesh: Mesh) -> I32:
@@ -138,10 +144,7 @@ class StandIn:
         self.body = proportions.body if proportions else standard_body(self.skeleton)
         self.casters = casters(self.body)
         b = self.body
-        parts = [
-            tessellate(Primitive("cone_sphere", (*b.a[i], *b.b[i], b.radius_a[i], b.radius_b[i])), 0.5)
-            for i in range(len(b))
-        ]
+        parts = [tessellate(Primitive("cone_sphere", (*b.a[i], *b.b[i], b.radius_a[i], b.radius_b[i])), 0.5) for i in range(len(b))]
         whole = join(parts)
         self._vertices, self._normals = whole.vertices, whole.normals
         limb = np.repeat(np.arange(len(b)), [len(p.vertices) for p in parts])
@@ -156,9 +159,15 @@ class StandIn:
         )
 
     def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False,
-        at_ns: int | None = None, level_db: float | None = None,
-    ) -> Posed:  # fmt: skip
+        self,
+        posture: Posture,
+        ghosts: Sequence[GhostSource] = (),
+        pixels_per_m: float = math.inf,
+        *,
+        planned: bool = False,
+        at_ns: int | None = None,
+        level_db: float | None = None,
+    ) -> Posed:
         """The limbs in `posture`, each stiff, whatever touches them."""
         joints = pose_joints(self.skeleton, posture)
         r = joints.rotation[self._joint].astype(np.float32)
@@ -219,9 +228,15 @@ class Person:
         self.wearing = None
 
     def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource] = (), pixels_per_m: float = math.inf, *, planned: bool = False,
-        at_ns: int | None = None, level_db: float | None = None,
-    ) -> Posed:  # fmt: skip
+        self,
+        posture: Posture,
+        ghosts: Sequence[GhostSource] = (),
+        pixels_per_m: float = math.inf,
+        *,
+        planned: bool = False,
+        at_ns: int | None = None,
+        level_db: float | None = None,
+    ) -> Posed:
         """The figure in `posture`, deformed by its own limbs and by `ghosts`."""
         enough = sum(pixels_per_m <= limit for limit in COARSER_BELOW[: len(self._levels) - 1])
         level = self._levels[enough]
@@ -243,9 +258,13 @@ class _Level:
     """One level of detail."""
 
     def __init__(
-        self, avatar: Avatar, finest: Figure | None, wrinkles: LevelWrinkles | None = None,
-        picture: Callable[[], U8] | None = None, coarsest: Avatar | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        avatar: Avatar,
+        finest: Figure | None,
+        wrinkles: LevelWrinkles | None = None,
+        picture: Callable[[], U8] | None = None,
+        coarsest: Avatar | None = None,
+    ) -> None:
         self._wrinkles = wrinkles
         self.face: FaceSkin | None = None
         self._offsets: F32 | None = None
@@ -268,9 +287,7 @@ class _Level:
         if self.face is not None and expression is not None:
             self.face.lay(state.vertices, state.normals, state.joints.rotation[_HEAD_JOINT], expression)
         start = 0
-        for corner, (vertices, normals) in zip(
-            self._corners, ((state.vertices, state.normals), *state.eyeballs), strict=True
-        ):
+        for corner, (vertices, normals) in zip(self._corners, ((state.vertices, state.normals), *state.eyeballs), strict=True):
             end = start + len(corner)
             np.take(vertices, corner, axis=0, out=self._positions[start:end])
             np.take(normals, corner, axis=0, out=self._normals[start:end])
@@ -325,9 +342,7 @@ def casters(body: Body) -> tuple[I32, I32]:
 def limb_rows(posed: PosedBody, ends: tuple[I32, I32]) -> F32:
     """(L, 8) end a, radius, end b, radius of the limbs `casters` gave, for the shadow pass."""
     a, b = ends
-    return np.column_stack(
-        (posed.a[a], CASTER * posed.radius_a[a], posed.b[b], CASTER * posed.radius_b[b])
-    ).astype(np.float32)
+    return np.column_stack((posed.a[a], CASTER * posed.radius_a[a], posed.b[b], CASTER * posed.radius_b[b])).astype(np.float32)
 
 
 def below_head(body: Body, ends: tuple[I32, I32]) -> tuple[I32, I32]:

@@ -41,8 +41,12 @@ class FirstPicture:
         parts = " ".join(f"{part}_s={took:.2f}" for part, took in self._parts)
         log.info(
             "event=first_picture seconds=%.2f processor_s=%.2f %s people=%d stand_ins=%d",
-            seconds, time.process_time(), parts, people, stand_ins,
-        )  # fmt: skip
+            seconds,
+            time.process_time(),
+            parts,
+            people,
+            stand_ins,
+        )
 
 
 def process_age_s() -> float:

@@ -7,14 +7,12 @@ from functools import lru_cache
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from vistel.arrays import U8
 from vistel_services.renderer.overlays import Pane, lay_over
 from vistel_services.renderer.stage import Instant
 from vistel_services.renderer.textures import texture_of
-
-U8 = NDArray[np.uint8]
 
 _INK, _OLD, _GROUND = (226, 232, 238, 255), (255, 168, 110, 255), (10, 12, 16, 205)
 _OLD_S = 0.5

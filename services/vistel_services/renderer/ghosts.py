@@ -22,9 +22,7 @@ class Ghosts:
     def __init__(self) -> None:
         self._solids: dict[str, tuple[Thing, PrimitiveSet]] = {}
 
-    def of(
-        self, instant: Instant, shapes: Mapping[str, Shape], posed: Mapping[str, PosedBody]
-    ) -> dict[str, list[GhostSource]]:
+    def of(self, instant: Instant, shapes: Mapping[str, Shape], posed: Mapping[str, PosedBody]) -> dict[str, list[GhostSource]]:
         """What acts on each figure. posed: every figure's primitives at this instant.
 
         Pairs with a body that is not here (just left, or not yet arrived) are passed over.

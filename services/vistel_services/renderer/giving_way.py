@@ -9,21 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose, Posture
 from vistel.figure.posture.reach import reach
-from vistel.figure.rotation import (
-    matrix_from_quaternion,
-    matrix_from_rotvec,
-    quaternion_from_matrix,
-    rotvec_from_matrix,
-)
+from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.space.hands.gripped import hand_seen
 from vistel.space.people import HAND_JOINT, SIDES
 
-F64 = NDArray[np.float64]
 Pose = tuple[F64, F64]
 """position (3,) [m], rotation (4,) quaternion."""
 

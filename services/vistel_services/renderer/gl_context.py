@@ -46,9 +46,7 @@ class Surface:
         info = ctx.info
         renderer = str(info.get("GL_RENDERER", ""))
         software = any(word in renderer.lower() for word in SOFTWARE)
-        self.capability = Capability(
-            renderer, str(info.get("GL_VENDOR", "")), ctx.version_code, software, window is not None
-        )
+        self.capability = Capability(renderer, str(info.get("GL_VENDOR", "")), ctx.version_code, software, window is not None)
         self._finish = _gl_finish()
 
     def finish(self) -> None:
@@ -69,7 +67,7 @@ class Surface:
 
 def open_surface(
     width: int, height: int, window: bool = False, title: str = "VISTEL", panes: Sequence[Pane] = (), eyes_apart: bool = False
-) -> Surface:  # fmt: skip
+) -> Surface:
     """A context; in a window of `width` x `height`, or several `panes`, when asked for and a display is there, else headless.
     eyes_apart: see `Window`.
 

@@ -12,8 +12,8 @@ from functools import cache
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, I32
 from vistel.figure.figure import vertex_normals
 from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.layers.skin import LayerTerms
@@ -30,8 +30,6 @@ from vistel_services.renderer.programs import feedback
 
 log = logging.getLogger("vistel.renderer")
 
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
 
 TABLE_WIDTH = 1024
 """Texels in a row of every table."""
@@ -45,26 +43,33 @@ _NO_BLOCK = (-1, 0)
 def constants() -> str:
     """The kernels' numbers, as GLSL."""
     whole = {
-        "LANES": kernels_field.LANES, "MAX_EVALUATIONS": kernels_solve.MAX_EVALUATIONS, "GAP": GAP,
-        "TABLE_WIDTH": TABLE_WIDTH, "BONE_TEXELS": BONE // 4, "BONES": len(JOINTS) + len(TWIST_BONES),
+        "LANES": kernels_field.LANES,
+        "MAX_EVALUATIONS": kernels_solve.MAX_EVALUATIONS,
+        "GAP": GAP,
+        "TABLE_WIDTH": TABLE_WIDTH,
+        "BONE_TEXELS": BONE // 4,
+        "BONES": len(JOINTS) + len(TWIST_BONES),
         **{k: getattr(contact_set, k) for k in ("CONE_SPHERE", "ROUNDED_POLYGON", "SUPERELLIPSOID")},
         **{k: getattr(deform_table, k) for k in ("NEIGHBOUR", "COLLIDES", "FORCE")},
         **{k: getattr(ghost_effects, k) for k in ("FADING", "PULLED", "DIRECTIONAL", "SHEAR", "RADIAL")},
-    }  # fmt: skip
+    }
     real = {
         **{k: getattr(kernels_field, k) for k in ("T", "TINY", "SMALL", "HUGE")},
         **{k: getattr(kernels_ghost, k) for k in ("CAP", "SOFT2")},
-        **{k: getattr(kernels_solve, k) for k in ("TOLERANCE", "NEAR", "SHORT")}, "FLATTEN": kernels_displace.FLATTEN,
+        **{k: getattr(kernels_solve, k) for k in ("TOLERANCE", "NEAR", "SHORT")},
+        "FLATTEN": kernels_displace.FLATTEN,
         # Literals of `ghost_effects` and `kernels_normals`; the last as the least a GPU does not take for 0.
-        "MOST_FORCE": 0.9, "LEAST_LENGTH": 1e-6, "LEAST_SQUARE": 1.2e-38,
-    }  # fmt: skip
+        "MOST_FORCE": 0.9,
+        "LEAST_LENGTH": 1e-6,
+        "LEAST_SQUARE": 1.2e-38,
+    }
     lines = [f"const int {k} = {int(v)};" for k, v in whole.items()]
     lines += [f"const float {k} = {float(np.float32(v)):.9g};" for k, v in real.items()]
     return "".join(line + "\n" for line in lines)
 
 
 def choose_engine(asked: str, capability: Capability) -> str:
-    """"cpu" or "gpu": what deforms where `asked` is "auto". Software GL takes many times as long as the CPU kernels.
+    """ "cpu" or "gpu": what deforms where `asked` is "auto". Software GL takes many times as long as the CPU kernels.
 
     Raises ValueError for an engine that is none.
     """
@@ -118,18 +123,30 @@ class SkinShape:
         places, skin = planner.planner.places(), figure.skin
         rest, rest_normal = skin.rest
         shape = SkinShape.of_places(
-            places, rest, rest_normal, skin.influences.bone, skin.influences.weight, avatar.mesh.corner_vertex, skin.shapes,
+            places,
+            rest,
+            rest_normal,
+            skin.influences.bone,
+            skin.influences.weight,
+            avatar.mesh.corner_vertex,
+            skin.shapes,
             None if figure.layers is None else figure.layers.terms(),
-        )  # fmt: skip
+        )
         for ball, joint in zip(avatar.eyeballs, (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]), strict=False):
             shape = shape.with_stiff(ball.vertices, vertex_normals(ball), joint, ball.corner_vertex)
         return shape
 
     @staticmethod
     def of_places(
-        places: Places, rest: F32, rest_normal: F32, bone: I32, weight: F32, corner_vertex: I32,
-        shapes: BulgeShapes | None = None, layers: LayerTerms | None = None,
-    ) -> SkinShape:  # fmt: skip
+        places: Places,
+        rest: F32,
+        rest_normal: F32,
+        bone: I32,
+        weight: F32,
+        corner_vertex: I32,
+        shapes: BulgeShapes | None = None,
+        layers: LayerTerms | None = None,
+    ) -> SkinShape:
         """A mesh. rest .. weight: (V, ...) and corner_vertex: (C,), in the mesh's own order; shapes: what bulges; layers: what
         lies under it."""
         order = places.vertex
@@ -141,11 +158,18 @@ class SkinShape:
             bulge = np.hstack([shapes.out, shapes.along, shapes.hinge[:, None]]).astype(np.float32)
         corner = np.stack([of_corner, places.fan_start[of_corner], places.fan_start[of_corner + 1]], axis=1)
         return SkinShape(
-            rest[order], rest_normal[order], bone[order], weight[order],
-            np.stack([places.block, places.lane], axis=1), places.calibration, places.overlap,
-            corner.astype(np.int32), places.fan, bulge[order],
+            rest[order],
+            rest_normal[order],
+            bone[order],
+            weight[order],
+            np.stack([places.block, places.lane], axis=1),
+            places.calibration,
+            places.overlap,
+            corner.astype(np.int32),
+            places.fan,
+            bulge[order],
             *_layers(layers or LayerTerms.none(len(rest)), order),
-        )  # fmt: skip
+        )
 
     def with_stiff(self, rest: F32, rest_normal: F32, joint: int, corner_vertex: I32) -> SkinShape:
         """The same with vertices (n, 3) that follow one joint and touch nothing."""
@@ -158,10 +182,15 @@ class SkinShape:
             np.concatenate([self.weight, np.tile(np.array((1, 0, 0, 0), np.float32), (n, 1))]),
             np.concatenate([self.place, np.tile(np.array(_NO_BLOCK, np.int32), (n, 1))]),
             np.concatenate([self.calibration, np.zeros((n, 7), np.float32)]),
-            self.overlap, np.concatenate([self.corner, corners]), self.fan, np.concatenate([self.bulge, _no_bulge(n)]),
+            self.overlap,
+            np.concatenate([self.corner, corners]),
+            self.fan,
+            np.concatenate([self.bulge, _no_bulge(n)]),
             np.concatenate([self.layers, np.zeros((n, 2), np.int32)]),
-            np.concatenate([self.fall, np.zeros(n, np.float32)]), self.channel, self.term,
-        )  # fmt: skip
+            np.concatenate([self.fall, np.zeros(n, np.float32)]),
+            self.channel,
+            self.term,
+        )
 
 
 def _layers(terms: LayerTerms, order: I32) -> tuple[I32, F32, I32, F32]:
@@ -201,9 +230,14 @@ class GpuDeformer:
 
     def _bind(self, program: moderngl.Program) -> None:
         for name, unit in (
-            ("plan", PLAN), ("overlap", OVERLAP), ("placed", PLACED), ("rigid_normals", NORMALS), ("fans", FANS),
-            ("terms", TERMS), ("channels", CHANNELS),
-        ):  # fmt: skip
+            ("plan", PLAN),
+            ("overlap", OVERLAP),
+            ("placed", PLACED),
+            ("rigid_normals", NORMALS),
+            ("fans", FANS),
+            ("terms", TERMS),
+            ("channels", CHANNELS),
+        ):
             if name in program and isinstance(program[name], moderngl.Uniform):
                 program[name].value = unit  # type: ignore[union-attr]
 
@@ -237,13 +271,20 @@ class GpuSkin:
         self._rigid, self._normal, self._placed = (ctx.buffer(reserve=size) for _ in range(3))
         self._skin = ctx.vertex_array(
             engine.skin,
-            [(fixed, "3f 3f 4f", "rest", "rest_normal", "weight"), (bones, "4i", "bone"), (bulge, "3f 3f", "bulge", "bulging"),
-             (layers, "2i", "layers"), (fall, "1f", "fall")],
-        )  # fmt: skip
+            [
+                (fixed, "3f 3f 4f", "rest", "rest_normal", "weight"),
+                (bones, "4i", "bone"),
+                (bulge, "3f 3f", "bulge", "bulging"),
+                (layers, "2i", "layers"),
+                (fall, "1f", "fall"),
+            ],
+        )
         self._inputs = [
-            (self._rigid, "4f", "position"), (self._normal, "4f", "normal"), (places, "2i", "place"),
+            (self._rigid, "4f", "position"),
+            (self._normal, "4f", "normal"),
+            (places, "2i", "place"),
             (calibration, "4f 3f", "calibration_a", "calibration_b"),
-        ]  # fmt: skip
+        ]
         self._solve = ctx.vertex_array(engine.solve, self._inputs)
         self._displacement: tuple[moderngl.Buffer, moderngl.Buffer, moderngl.VertexArray] | None = None
         self._offset_before = False
@@ -254,10 +295,27 @@ class GpuSkin:
         self._terms, self._channels = _table(ctx, shape.term, "f4"), _table(ctx, shape.channel, "i4")
         self._at, self._normals = (ctx.texture((TABLE_WIDTH, _rows(self._count)), 4, dtype="f4") for _ in range(2))
         self._parts = [
-            fixed, bones, places, calibration, corner, bulge, layers, fall, self._rigid, self._normal, self._placed,
-            self._skin, self._solve, self._corner, self._overlap, self._fans, self._terms, self._channels, self._at,
+            fixed,
+            bones,
+            places,
+            calibration,
+            corner,
+            bulge,
+            layers,
+            fall,
+            self._rigid,
+            self._normal,
+            self._placed,
+            self._skin,
+            self._solve,
+            self._corner,
+            self._overlap,
+            self._fans,
+            self._terms,
+            self._channels,
+            self._at,
             self._normals,
-        ]  # fmt: skip
+        ]
 
     def run(self, plan: FramePlan, out: moderngl.Buffer, offsets: F32 | None = None) -> None:
         """Write position and normal (3f 3f) of every drawn corner to `out`. offsets: (V, 3) by which vertices move after all else,
@@ -266,8 +324,12 @@ class GpuSkin:
         engine.use()
         self._upload(plan)
         for unit, texture in (
-            (PLAN, self._plan), (OVERLAP, self._overlap), (FANS, self._fans), (TERMS, self._terms), (CHANNELS, self._channels),
-        ):  # fmt: skip
+            (PLAN, self._plan),
+            (OVERLAP, self._overlap),
+            (FANS, self._fans),
+            (TERMS, self._terms),
+            (CHANNELS, self._channels),
+        ):
             texture.use(unit)
         self._skin.transform([self._rigid, self._normal], moderngl.POINTS, self._count)
         placed = self._rigid

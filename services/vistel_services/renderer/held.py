@@ -17,8 +17,8 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture
 from vistel.figure.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix, slerp
 from vistel.space.people import HAND_JOINT
@@ -26,7 +26,6 @@ from vistel.v1 import geometry_pb2, world_pb2
 from vistel_services.renderer.giving_way import STILL, Shown, gives_way, moved_hand, towards
 from vistel_services.renderer.world_view import WorldView, quaternion, vector
 
-F64 = NDArray[np.float64]
 Pose = tuple[F64, F64]
 """position (3,) [m], rotation (4,) quaternion."""
 

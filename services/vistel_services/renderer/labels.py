@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-U8 = NDArray[np.uint8]
+from vistel.arrays import U8
 
 _MAX_CHARACTERS = 28
 _Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
@@ -61,9 +60,12 @@ def paint_label(label: Label, line_height: int) -> U8:
     image = Image.new("RGBA", (width, height), (12, 16, 20, 0))
     draw = ImageDraw.Draw(image)
     draw.rounded_rectangle(
-        (0, 0, width - 1, height - 1), radius=round(0.4 * line_height), fill=(12, 16, 20, 190 if label.talking else 150),
-        outline=frame, width=max(1, round(0.07 * line_height)),
-    )  # fmt: skip
+        (0, 0, width - 1, height - 1),
+        radius=round(0.4 * line_height),
+        fill=(12, 16, 20, 190 if label.talking else 150),
+        outline=frame,
+        width=max(1, round(0.07 * line_height)),
+    )
     y = 1.0
     for text, font, colour, h in lines:
         draw.text((0.5 * width, y + 0.5 * h), text, font=font, fill=colour, anchor="mm")

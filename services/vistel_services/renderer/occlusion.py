@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel_services.renderer.canvas import Canvas
 from vistel_services.renderer.programs import as_gl, program, put
 from vistel_services.renderer.screens import Box, Sight
-
-F64 = NDArray[np.float64]
 
 
 class Occlusion:
@@ -38,9 +36,14 @@ class Occlusion:
         self._ctx.enable_only(moderngl.NOTHING)
         depth.use(0)
         put(
-            self._measure, depth=0, room_from_clip=as_gl(np.linalg.inv(clip)), eye=tuple(sight.camera.position), part=part,
-            pixels=sight.camera.pixels_per_m(1.0, height) / width, aspect=width / height,
-        )  # fmt: skip
+            self._measure,
+            depth=0,
+            room_from_clip=as_gl(np.linalg.inv(clip)),
+            eye=tuple(sight.camera.position),
+            part=part,
+            pixels=sight.camera.pixels_per_m(1.0, height) / width,
+            aspect=width / height,
+        )
         self._measuring.render(moderngl.TRIANGLE_STRIP)
         canvas.target.use()
         self._ctx.enable_only(moderngl.BLEND)

@@ -7,17 +7,13 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, U8
 from vistel_services.renderer.captions import Caption, paint_caption
 from vistel_services.renderer.labels import Label, paint_label
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.screens import Sight
 from vistel_services.renderer.textures import texture_of
-
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
-
 
 _LAID_OVER = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE_MINUS_SRC_ALPHA
 

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
+from vistel.arrays import F32
 
 
 def _noise(rng: np.random.Generator, h: int, w: int, rows: int, columns: int) -> F32:
@@ -38,9 +37,7 @@ def floor(size: int, metres: float) -> F32:
     fine = _noise(rng, size, size, 90, size)
     t = 0.5 * tone + 0.16 * grain + 0.16 * fine + 0.18
     out = _mix((0.185, 0.120, 0.072), (0.36, 0.262, 0.175), t.astype(np.float32))
-    groove = np.minimum(
-        np.abs(x / width - np.round(x / width)) * width, np.abs(along / length - np.round(along / length)) * length
-    )
+    groove = np.minimum(np.abs(x / width - np.round(x / width)) * width, np.abs(along / length - np.round(along / length)) * length)
     return out * (1.0 - 0.5 * np.exp(-((groove / 0.006) ** 2)))[..., None].astype(np.float32)
 
 
@@ -82,9 +79,7 @@ class Wall:
             slice(max(0, round(x0 * self.scale)), max(0, round(x1 * self.scale))),
         )
 
-    def panel(
-        self, box: tuple[float, float, float, float], colour: tuple[float, float, float], edge: float = 0.0
-    ) -> None:
+    def panel(self, box: tuple[float, float, float, float], colour: tuple[float, float, float], edge: float = 0.0) -> None:
         """Fill a box with a colour, its rim lit from above left when `edge` > 0 [m]."""
         rows, columns = self._box(box)
         part = self.colour[rows, columns]
@@ -125,9 +120,7 @@ def view(h: int, w: int) -> F32:
     rng = np.random.default_rng(3)
     y = np.linspace(1.0, 0.0, h, dtype=np.float32)[:, None] * np.ones((1, w), np.float32)
     out = _mix((0.98, 0.86, 0.68), (0.42, 0.62, 0.86), (y - 0.25) / 0.6)
-    cloud = np.clip(_noise(rng, h, w, 9, 6) + 0.5 * _noise(rng, h, w, 22, 14) - 0.15, 0, 1) * np.clip(
-        (y - 0.35) * 3, 0, 1
-    )
+    cloud = np.clip(_noise(rng, h, w, 9, 6) + 0.5 * _noise(rng, h, w, 22, 14) - 0.15, 0, 1) * np.clip((y - 0.35) * 3, 0, 1)
     out = out * (1 - 0.55 * cloud[..., None]) + np.array((1.0, 0.96, 0.90), np.float32) * (0.55 * cloud[..., None])
     x = np.arange(w)
     ridges = ((0.42, (0.47, 0.55, 0.62), 9), (0.33, (0.30, 0.40, 0.40), 14), (0.20, (0.14, 0.22, 0.14), 26))
@@ -142,9 +135,7 @@ def view(h: int, w: int) -> F32:
 def abstract(h: int, w: int, seed: int) -> F32:
     """A painting: bands of colour with a disc."""
     rng = np.random.default_rng(seed)
-    palette = np.array(
-        ((0.55, 0.16, 0.09), (0.80, 0.52, 0.18), (0.10, 0.24, 0.33), (0.70, 0.64, 0.52), (0.22, 0.30, 0.22))
-    )
+    palette = np.array(((0.55, 0.16, 0.09), (0.80, 0.52, 0.18), (0.10, 0.24, 0.33), (0.70, 0.64, 0.52), (0.22, 0.30, 0.22)))
     order = rng.permutation(len(palette))
     y = np.linspace(0.0, 1.0, h)[:, None] + 0.12 * _noise(rng, h, w, 5, 5)
     out = palette[order[np.clip((y * 4).astype(int), 0, 3)]]

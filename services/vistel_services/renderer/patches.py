@@ -1,4 +1,4 @@
-"""Patches of figures (`vistel.figure.avatar.patch`) on the graphics side: a program for what each is like, its pictures, its triangles."""
+"""Patches of figures on the graphics side (`vistel.figure.avatar.patch`): a program, pictures and triangles for each."""
 
 from __future__ import annotations
 
@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import moderngl
-import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.figure.avatar.patch import Patch
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.shadow import Holes
 from vistel_services.renderer.solid_things import SMOOTHEST
-
-U8 = NDArray[np.uint8]
 
 _DEFINES = {"finish": "FINISH_MAP", "normal": "NORMAL_MAP", "glow_picture": "GLOW_MAP", "opacity": "HOLES"}
 _UNIFORMS = {"finish": "finish", "normal": "tangent_normal", "glow_picture": "glow_picture", "opacity": "opacity"}
@@ -37,7 +34,7 @@ class Patches:
 
     def __init__(
         self, ctx: moderngl.Context, light: tuple[str, ...], paint: Callable[[U8], moderngl.Texture], sampled: bool
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._ctx, self._paint, self._sampled = ctx, paint, sampled
         kept = tuple(d for d in light if d != "LIGHT_PER_VERTEX")
         self._light = (*kept, f"SMOOTHEST {SMOOTHEST}", *(("SAMPLED",) if sampled else ()))
@@ -70,9 +67,13 @@ class Patches:
         for part in sorted((p for p in parts if p.patch is not None), key=_order):
             patch: Any = part.patch
             put(
-                part.vao.program, box=scale_of(patch), rough=patch.roughness, metallic=patch.metallic, glow=patch.glow,
+                part.vao.program,
+                box=scale_of(patch),
+                rough=patch.roughness,
+                metallic=patch.metallic,
+                glow=patch.glow,
                 cutoff=patch.cutoff,
-            )  # fmt: skip
+            )
             for name, picture in patch.pictures.items():
                 self._texture(picture).use(_UNITS[name])
             covers = self._sampled and patch.opacity is not None

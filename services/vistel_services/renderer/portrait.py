@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from vistel.figure.avatar.avatar import Avatar
@@ -14,9 +13,6 @@ from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import Posture, standing
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.gl_context import open_surface
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 Point = tuple[float, float, float]
 
@@ -48,9 +44,8 @@ class Portraits:
         self._surface.close()
 
     def picture(
-        self, figure: Figure, posture: Posture, eye: Sequence[float], target: Sequence[float], size: tuple[int, int],
-        angle: float,
-    ) -> Image.Image:  # fmt: skip
+        self, figure: Figure, posture: Posture, eye: Sequence[float], target: Sequence[float], size: tuple[int, int], angle: float
+    ) -> Image.Image:
         """`figure` in `posture`, seen from `eye` towards `target` [m]; angle: vertical opening [rad]; size in pixels."""
         ctx, avatar = self._surface.ctx, figure.avatar
         state = figure.pose(posture)

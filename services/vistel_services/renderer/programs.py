@@ -18,9 +18,7 @@ def source(name: str) -> str:
     return re.sub(r'#include "([\w.]+)"', lambda m: source(m.group(1)), text)
 
 
-def program(
-    ctx: moderngl.Context, vertex: str, fragment: str | None = None, defines: Sequence[str] = ()
-) -> moderngl.Program:
+def program(ctx: moderngl.Context, vertex: str, fragment: str | None = None, defines: Sequence[str] = ()) -> moderngl.Program:
     """`vertex`.vert.glsl with `fragment`.frag.glsl (default: of the same name).
 
     Variants are compiled apart by `defines`: software GL runs both sides of every branch, so a branch saves nothing.

@@ -5,18 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32, U8
 from vistel.space.room import TABLE_HEIGHT, Room
 from vistel.space.things.tessellate import Surface3, join, tessellate
 from vistel.space.things.things import Thing
 from vistel_services.renderer import bake, paint
 from vistel_services.renderer.shadow import KEY_DIRECTION
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
-I32 = NDArray[np.int32]
 
 FURNITURE = ("table", "chair")
 """Shapes of fixed things that are drawn with the room, from its plan; all others come from the world."""
@@ -166,8 +161,11 @@ def _floor(discs: F64) -> list[Panel]:
     uv = np.stack((u.ravel(), v.ravel()), axis=1)
     positions = (origin + uv[:, :1] * right + uv[:, 1:] * up).astype(np.float32)
     normals = np.tile(np.array((0.0, 1.0, 0.0), np.float32), (16, 1))
-    cells = {(i, j): ((4 * j + i, 4 * j + i + 1, 4 * j + i + 5), (4 * j + i, 4 * j + i + 5, 4 * j + i + 4))
-             for i in range(3) for j in range(3)}  # fmt: skip
+    cells = {
+        (i, j): ((4 * j + i, 4 * j + i + 1, 4 * j + i + 5), (4 * j + i, 4 * j + i + 5, 4 * j + i + 4))
+        for i in range(3)
+        for j in range(3)
+    }
     middle = np.array(cells.pop((1, 1)), np.int32)
     rest = np.array([t for pair in cells.values() for t in pair], np.int32)
     finished = _finished(texture, float(KEY_DIRECTION[1]))
@@ -195,9 +193,11 @@ def _walls() -> list[Panel]:
     scale = 110.0
     out = []
     sides = (
-        (_v(-X, 0, Z), _v(0, 0, -2 * Z), 2 * Z), (_v(X, 0, -Z), _v(0, 0, 2 * Z), 2 * Z),
-        (_v(-X, 0, -Z), _v(2 * X, 0, 0), 2 * X), (_v(X, 0, Z), _v(-2 * X, 0, 0), 2 * X),
-    )  # fmt: skip
+        (_v(-X, 0, Z), _v(0, 0, -2 * Z), 2 * Z),
+        (_v(X, 0, -Z), _v(0, 0, 2 * Z), 2 * Z),
+        (_v(-X, 0, -Z), _v(2 * X, 0, 0), 2 * X),
+        (_v(X, 0, Z), _v(-2 * X, 0, 0), 2 * X),
+    )
     for k, (origin, right, width) in enumerate(sides):
         wall = paint.Wall(width, H, scale, 20 + k)
         middle = 0.5 * width
@@ -247,14 +247,7 @@ def _shelf(wall: paint.Wall, x: float) -> None:
     wall.shadow((x, 0.1, x + width, top))
     wall.panel((x, 0.0, x + width, top), (0.20, 0.125, 0.07), 0.01)
     rng = wall.rng
-    tones = (
-        (0.42, 0.12, 0.08),
-        (0.12, 0.22, 0.33),
-        (0.55, 0.45, 0.25),
-        (0.16, 0.27, 0.17),
-        (0.62, 0.58, 0.50),
-        (0.25, 0.12, 0.22),
-    )
+    tones = ((0.42, 0.12, 0.08), (0.12, 0.22, 0.33), (0.55, 0.45, 0.25), (0.16, 0.27, 0.17), (0.62, 0.58, 0.50), (0.25, 0.12, 0.22))
     for level in np.arange(0.12, top - 0.3, 0.36):
         wall.panel((x + 0.03, level, x + width - 0.03, level + 0.32), (0.075, 0.05, 0.03))
         at = x + 0.05
@@ -271,12 +264,5 @@ def _table_top(surface: Surface3, radius: float) -> Panel:
     p = surface.vertices
     uv = np.stack((0.5 + 0.5 * p[:, 0] / radius, 0.5 - 0.5 * p[:, 2] / radius), axis=1).astype(np.float32)
     return Panel(
-        p,
-        surface.normals,
-        uv,
-        surface.triangles,
-        _texture(colour, np.full((size, size), 0.72)),
-        KEY_SHADOWED,
-        0.42,
-        casts=True,
+        p, surface.normals, uv, surface.triangles, _texture(colour, np.full((size, size), 0.72)), KEY_SHADOWED, 0.42, casts=True
     )

@@ -59,9 +59,11 @@ class RoomDeliveries:
                 log.error("event=model_refused digest=%s reason=%r shown=what_is_felt_of_it", digest, str(fault))
                 return
             log.info(
-                "event=model_arrived digest=%s triangles=%d awaited=%d", digest, len(model.triangles),
+                "event=model_arrived digest=%s triangles=%d awaited=%d",
+                digest,
+                len(model.triangles),
                 len(self._asked - self._models.keys()) - 1,
-            )  # fmt: skip
+            )
         self._models[digest] = model
 
     async def _fetched(self, digest: str) -> Model:
@@ -87,6 +89,9 @@ class RoomDeliveries:
         if now_ns - self._reported_ns > REPORT_NS and have < of:
             self._reported_ns = now_ns
             log.info(
-                "event=model_arriving digest=%s kilobytes=%d of=%d awaited=%d", digest, have // 1000, of // 1000,
+                "event=model_arriving digest=%s kilobytes=%d of=%d awaited=%d",
+                digest,
+                have // 1000,
+                of // 1000,
                 len(self._asked - self._models.keys()),
-            )  # fmt: skip
+            )

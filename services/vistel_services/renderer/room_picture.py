@@ -7,8 +7,8 @@ from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.space.files.interior import Interior
 from vistel.space.files.surfaces import in_room, pieces_of
 from vistel.space.room import Room
@@ -16,9 +16,6 @@ from vistel_services.renderer.camera import Camera, look_at
 from vistel_services.renderer.stage import Instant
 from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.world_view import WorldView
-
-U8 = NDArray[np.uint8]
-F64 = NDArray[np.float64]
 
 FIELD_OF_VIEW = 0.85
 """Upwards [rad]."""

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.conference import display
 from vistel_services.renderer.camera import Camera, Pinhole, WindowCamera
 
-F64 = NDArray[np.float64]
 Box = tuple[int, int, int, int]
 """Left, bottom, width and height in pixels of the picture, its first row at the bottom."""
 Colours = tuple[bool, bool, bool]

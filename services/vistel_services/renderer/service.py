@@ -43,9 +43,11 @@ log = logging.getLogger("vistel.renderer")
 
 _FRAMES = Counter("vistel_renderer_frames_total", "Pictures drawn", ["site"])
 _FRAME_TIME = Histogram(
-    "vistel_renderer_frame_time_seconds", "Drawing one picture", ["site"],
+    "vistel_renderer_frame_time_seconds",
+    "Drawing one picture",
+    ["site"],
     buckets=(0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.25, 0.5, 1.0),
-)  # fmt: skip
+)
 _RATE = Gauge("vistel_renderer_rate_hertz", "Pictures per second over the last report", ["site"])
 _AGE = Gauge("vistel_renderer_motion_age_seconds", "Age of the newest motion when drawn", ["site", "participant"])
 
@@ -80,24 +82,53 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     seat = conference.room.place(conference.seat_of(viewer))
     screens, stereo = tuple(Screen.placed(s, *seat) for s in shown.screens), Stereo(shown.stereo)
     width, height = picture_size(screens, stereo) if screens else (stereo.widths * shown.width, shown.height)
-    panes = tuple(
-        Pane(f"VISTEL {site.name} {s.name}", s.width, s.height, s.monitor, s.at, box)
-        for s, box in zip(shown.screens, boxes(screens, stereo), strict=True)
-    ) if shown.window == "each" else ()  # fmt: skip
+    panes = (
+        tuple(
+            Pane(f"VISTEL {site.name} {s.name}", s.width, s.height, s.monitor, s.at, box)
+            for s, box in zip(shown.screens, boxes(screens, stereo), strict=True)
+        )
+        if shown.window == "each"
+        else ()
+    )
     view = View(
-        width, height, shown.view, viewer, bool(shown.window), f"VISTEL {site.name}", shown.engine, shown.layers, screens,
-        stereo, shown.eye_distance, shown.convergence, shown.wrinkles, shown.light, shown.gauges, panes=panes,
-    )  # fmt: skip
+        width,
+        height,
+        shown.view,
+        viewer,
+        bool(shown.window),
+        f"VISTEL {site.name}",
+        shown.engine,
+        shown.layers,
+        screens,
+        stereo,
+        shown.eye_distance,
+        shown.convergence,
+        shown.wrinkles,
+        shown.light,
+        shown.gauges,
+        panes=panes,
+    )
     out = Out(
-        paths.video(site.name) if shown.video else None, StreamAddress(*shown.stream_at) if shown.stream_at else None,
-        bool(site.audio and site.audio.stream), paths.video(site.name),
-        shared_path(conference.name, site.name) if shown.shared_memory else None, shown.virtual_camera,
-    )  # fmt: skip
+        paths.video(site.name) if shown.video else None,
+        StreamAddress(*shown.stream_at) if shown.stream_at else None,
+        bool(site.audio and site.audio.stream),
+        paths.video(site.name),
+        shared_path(conference.name, site.name) if shown.shared_memory else None,
+        shown.virtual_camera,
+    )
     return Config(
-        site.name, view, shown.frames_per_s, conference.playout.delay, conference.room.seats, out, files_of(conference),
-        conference.room if conference.room.from_files else None, tuple(p.name for p in site.participants),
-        shown.resolution == "full", {s.name: tuple(p.name for p in s.participants) for s in conference.sites},
-    )  # fmt: skip
+        site.name,
+        view,
+        shown.frames_per_s,
+        conference.playout.delay,
+        conference.room.seats,
+        out,
+        files_of(conference),
+        conference.room if conference.room.from_files else None,
+        tuple(p.name for p in site.participants),
+        shown.resolution == "full",
+        {s.name: tuple(p.name for p in s.participants) for s in conference.sites},
+    )
 
 
 class Reporter:
@@ -141,9 +172,11 @@ class Reporter:
         for person in instant.people:
             t = person.timing
             message.streams.add(
-                participant=person.about.name, delay_s=(t.delay_ns + drawing_ns) * 1e-9, age_s=t.age_ns * 1e-9,
+                participant=person.about.name,
+                delay_s=(t.delay_ns + drawing_ns) * 1e-9,
+                age_s=t.age_ns * 1e-9,
                 jitter_s=t.jitter_ns * 1e-9,
-            )  # fmt: skip
+            )
             _AGE.labels(self._site, person.about.name).set(t.age_ns * 1e-9)
         self._publication.put(message)
         _RATE.labels(self._site).set(rate)
@@ -163,9 +196,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
     load = partial(load_shape, files=config.avatars, parcel=deliveries.parcel)
-    easel = Easel(
-        config.site, config.view, config.rate, config.seats, config.room, config.whole, load, thread, models
-    )  # fmt: skip
+    easel = Easel(config.site, config.view, config.rate, config.seats, config.room, config.whole, load, thread, models)
     wire = WindowWire(bus, clock, config.view.eyes, config.sites) if config.view.window else None
     mouse = SpaceMouse(clock) if config.view.window else None
     period_ns = round(1e9 / config.rate)

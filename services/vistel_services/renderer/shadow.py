@@ -12,10 +12,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64
 from vistel_services.renderer.programs import as_gl, program, put
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 KEY_DIRECTION = np.array((-0.527, 0.773, 0.353))
 """Towards the light; the same as in shaders/common.glsl."""
@@ -84,10 +82,7 @@ class ShadowMap:
         self._limbs = ctx.buffer(reserve=_MAX_LIMBS * 32, dynamic=True)
         self._limb_vao = ctx.vertex_array(
             self._limb_program,
-            [
-                (ctx.buffer(vertices.tobytes()), "3f 1f", "direction", "end"),
-                (self._limbs, "4f 4f/i", "limb_a", "limb_b"),
-            ],
+            [(ctx.buffer(vertices.tobytes()), "3f 1f", "direction", "end"), (self._limbs, "4f 4f/i", "limb_a", "limb_b")],
             ctx.buffer(triangles.tobytes()),
         )
 
@@ -167,10 +162,7 @@ class ShadowMap:
 def _split_sphere(segments: int, rings: int) -> tuple[F32, NDArray[np.int32]]:
     """A unit sphere cut at its equator: (n, 4) direction and end, triangles (m, 3)."""
     rows = []
-    for end, angles in (
-        (0.0, np.linspace(math.pi, 0.5 * math.pi, rings)),
-        (1.0, np.linspace(0.5 * math.pi, 0.0, rings)),
-    ):
+    for end, angles in ((0.0, np.linspace(math.pi, 0.5 * math.pi, rings)), (1.0, np.linspace(0.5 * math.pi, 0.0, rings))):
         for angle in angles:
             for k in range(segments):
                 phi = 2.0 * math.pi * k / segments

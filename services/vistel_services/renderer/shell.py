@@ -7,16 +7,14 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel_services.renderer.camera import Camera
 from vistel_services.renderer.programs import as_gl, program, put
 from vistel_services.renderer.room import Panel
 from vistel_services.renderer.shadow import ShadowMap
 from vistel_services.renderer.surroundings import SIDE
 from vistel_services.renderer.textures import texture_of
-
-F32 = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)

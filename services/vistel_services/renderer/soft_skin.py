@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.ghosts.ghost import MOST_PRIMITIVES
 from vistel.implicit.meshes.embedding import Limbs
@@ -19,9 +20,6 @@ from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of, rgb
 from vistel.space.things.tessellate import Surface3, fine_cone_sphere, finer
 from vistel.space.things.things import Primitive, Thing
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 SPACING = 0.0028
 """Between vertices, at least, where a dent is as wide as a finger [m]."""
@@ -150,7 +148,8 @@ def _welded(pieces: Sequence[Piece]) -> SoftSkin:
     size = np.linalg.norm(mean, axis=1, keepdims=True)
     mean = np.where(size > 1e-6, mean / np.maximum(size, 1e-6), normals[first])
     surface = Surface3(
-        np.ascontiguousarray(vertices[first]), np.ascontiguousarray(mean, np.float32),
+        np.ascontiguousarray(vertices[first]),
+        np.ascontiguousarray(mean, np.float32),
         np.ascontiguousarray(triangles[(a != b) & (b != c) & (c != a)], np.int32),
-    )  # fmt: skip
+    )
     return SoftSkin(tuple(pieces), surface, tuple(back[a:b] for a, b in pairwise(starts)))

@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64
 from vistel.figure.body import PosedBody
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
@@ -33,8 +34,6 @@ from vistel_services.renderer.world_view import primitive_from, vector
 
 log = logging.getLogger("vistel.renderer")
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 SOFT_FROM = 0.1
 """Compliance up to which nobody would see a thing give way."""
@@ -78,9 +77,16 @@ def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: tuple[F64, F64], limb: 
     b = Deformable("limb", there, 1.0)
     torn = bond.torn_ns * 1e-9 if bond.torn_ns else None
     held = Constraint(
-        "thing", "limb", _three(vector(bond.point_thing)), _three(at), bond.reach, bond.reach, PLATEAU, torn_at=torn,
+        "thing",
+        "limb",
+        _three(vector(bond.point_thing)),
+        _three(at),
+        bond.reach,
+        bond.reach,
+        PLATEAU,
+        torn_at=torn,
         fade=FADE_NS * 1e-9,
-    )  # fmt: skip
+    )
     return [replace(pull, strength=drawn * pull.strength) for pull in held.pulls(a, b, t_ns * 1e-9)]
 
 
@@ -167,9 +173,12 @@ class SoftThings:
         self._things.pop(thing_id, None)
 
     def reshaped(
-        self, instant: Instant, shapes: Mapping[str, Shape], posed: Mapping[str, PosedBody],
+        self,
+        instant: Instant,
+        shapes: Mapping[str, Shape],
+        posed: Mapping[str, PosedBody],
         pulls: Mapping[str, Sequence[tuple[Primitive, Pull]]],
-    ) -> dict[str, Reshaped | None]:  # fmt: skip
+    ) -> dict[str, Reshaped | None]:
         """Every soft thing's surface at this instant. posed: the figures' primitives; pulls: by thing, limb and pull."""
         dents: dict[str, list[world_pb2.Dent]] = {}
         for number in sorted(instant.world.dents):
@@ -250,5 +259,3 @@ def _three(v: F64) -> tuple[float, float, float]:
 
 def _four(q: F64) -> tuple[float, float, float, float]:
     return float(q[0]), float(q[1]), float(q[2]), float(q[3])
-
-

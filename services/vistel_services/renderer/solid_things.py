@@ -7,17 +7,13 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, U8
 from vistel.figure.making.files.source import Finish
 from vistel.space.files.surfaces import PLAIN, Piece
 from vistel.space.things.tessellate import Surface3
 from vistel_services.renderer.programs import program, put
 from vistel_services.renderer.shadow import ShadowMap
-
-F32 = NDArray[np.float32]
-U8 = NDArray[np.uint8]
-
 
 SMOOTHEST = 0.06
 """Roughness of the best mirror: a sharper one would show how coarsely the room was taken for it."""
@@ -47,7 +43,7 @@ class SolidThings:
 
     def __init__(
         self, ctx: moderngl.Context, shadow: ShadowMap, paint: Callable[[U8], moderngl.Texture], light: tuple[str, ...] = ()
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.ctx, self._shadow, self._paint = ctx, shadow, paint
         self._plain = program(ctx, "solid", defines=light)
         self._pictured = program(ctx, "solid", defines=(*light, "PICTURED"))
@@ -86,9 +82,11 @@ class SolidThings:
         for matrix, solid in views:
             if solid.picture is not None:
                 put(
-                    self._pictured, room_from_thing=matrix, metallic=solid.finish.metallic,
+                    self._pictured,
+                    room_from_thing=matrix,
+                    metallic=solid.finish.metallic,
                     rough=max(SMOOTHEST, solid.finish.roughness),
-                )  # fmt: skip
+                )
                 solid.picture.use(0)
                 solid.vao.render()
         self.ctx.enable(moderngl.CULL_FACE)

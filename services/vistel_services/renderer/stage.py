@@ -101,10 +101,14 @@ class Stage:
         """Who somebody is."""
         parcel = message.parcel if is_digest(message.parcel) else ""
         about = About(
-            message.participant, message.display_name or message.participant, message.avatar or "builtin",
-            message.height_m if 0.5 <= message.height_m <= 2.6 else 1.75, parcel, _limbs(message),
+            message.participant,
+            message.display_name or message.participant,
+            message.avatar or "builtin",
+            message.height_m if 0.5 <= message.height_m <= 2.6 else 1.75,
+            parcel,
+            _limbs(message),
             not parcel or parcel in self._arrived,
-        )  # fmt: skip
+        )
         person = self._people.get(about.name)
         if person is None:
             self._people[about.name] = _Person(about, self._delay_ns, message.site)

@@ -11,8 +11,8 @@ from functools import partial
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, U8
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.face.gaze import converged, distance_looked_at
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints, standing
@@ -54,9 +54,6 @@ from vistel_services.renderer.window.panel import Choices
 
 log = logging.getLogger("vistel.renderer")
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
 
 ARM, NEAREST = 0.25, 0.45
 """How much nearer than the hips a person is taken to be for the level of detail, and the nearest it can be [m]."""
@@ -87,9 +84,13 @@ class Studio:
     """Owns the surface. Create, use and close it in one thread."""
 
     def __init__(
-        self, view: View, seats: int, load: Callable[[About], Shape] = load_shape, decor: Interior | None = None,
+        self,
+        view: View,
+        seats: int,
+        load: Callable[[About], Shape] = load_shape,
+        decor: Interior | None = None,
         models: Mapping[str, Model] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """decor: what of the room does not come from the world, and the models of things; default: the built-in room. models:
         those of things in place of decor's; more may come while it draws."""
         self.view = view
@@ -229,8 +230,10 @@ class Studio:
         outlines, names = self._furnishing.selections(instant)
         said = [
             LabelView(c.over_things, instant.world.poses[t][0] + np.array((0.0, 0.16, 0.0)))
-            for c in instant.captions for t in c.things if t in instant.world.poses
-        ]  # fmt: skip
+            for c in instant.captions
+            for t in c.things
+            if t in instant.world.poses
+        ]
         if self.desk is not None:
             outlines = self.desk.outlines(outlines)
         gauges = rows_of(instant, self._rate.hertz, self._scale) if self._settings.gauges else ()
@@ -273,9 +276,13 @@ class Studio:
             # Out of the picture, only their shadow is seen.
             size = self._pixels_per_m(cast.at) if cast.at is None or name in self.painter.seen else 0.0
             now = cast.shape.pose(
-                self._looking(instant, person, size), ghosts, size, planned=self._deformer is not None, at_ns=instant.now_ns,
+                self._looking(instant, person, size),
+                ghosts,
+                size,
+                planned=self._deformer is not None,
+                at_ns=instant.now_ns,
                 level_db=instant.loudness.get(name),
-            )  # fmt: skip
+            )
             cast.at = now.joints.position[JOINT_INDEX["hips"]]
             cast.head = now.joints.position[JOINT_INDEX["left_eye"]]
             return now
@@ -350,8 +357,10 @@ class Studio:
                     cast.remark = "avatar missing"
                     log.error(
                         "event=avatar_missing participant=%s avatar=%r reason=%r shown=stand-in",
-                        about.name, about.avatar, str(fault),
-                    )  # fmt: skip
+                        about.name,
+                        about.avatar,
+                        str(fault),
+                    )
                 cast.coming = None
         present = {about.name for about in expected}
         for name in set(self._cast) - present:

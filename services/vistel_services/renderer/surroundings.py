@@ -13,12 +13,9 @@ from dataclasses import dataclass
 import cv2
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64
 from vistel_services.renderer.camera import Camera
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 FROM = np.array((0.0, 1.15, 0.0))
 """Where the room is seen from [m]: over the table, as high as heads."""

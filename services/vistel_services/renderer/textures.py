@@ -6,17 +6,14 @@ import logging
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
+
+from vistel.arrays import U8
 
 log = logging.getLogger("vistel.renderer")
 
-U8 = NDArray[np.uint8]
 
-
-def texture_of(
-    ctx: moderngl.Context, image: U8, software: bool, at_most: int = 8192, *, mipmaps: bool = True
-) -> moderngl.Texture:
+def texture_of(ctx: moderngl.Context, image: U8, software: bool, at_most: int = 8192, *, mipmaps: bool = True) -> moderngl.Texture:
     """A texture of `image` (h, w), (h, w, 3) or (h, w, 4), first row at the top, reduced to `at_most` texels each way; to
     fewer, which is told, where OpenGL takes no more. Without mipmaps it is meant to be seen in its own size and ends
     at its edges."""

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64
 from vistel.figure.body import PosedBody
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.ghosts.constraint import Pull
@@ -26,8 +27,6 @@ from vistel_services.renderer.stage import Instant
 
 log = logging.getLogger("vistel.renderer")
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 RESTING = 1.0
 """Detail of a soft thing while nothing bends it; it needs many more triangles to be dented."""
@@ -72,9 +71,12 @@ class ThingsShown:
             del self._things[thing_id]
 
     def reshape(
-        self, instant: Instant, shapes: Mapping[str, Shape], posed: Mapping[str, PosedBody],
+        self,
+        instant: Instant,
+        shapes: Mapping[str, Shape],
+        posed: Mapping[str, PosedBody],
         pulls: Mapping[str, Sequence[tuple[Primitive, Pull]]],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Put the surfaces of soft things that have changed where they are drawn from. See `SoftThings.reshaped`."""
         now = self._soft.reshaped(instant, shapes, posed, pulls)
         for thing_id, shape in now.items():
@@ -144,8 +146,9 @@ def _drawn(pieces: Sequence[Piece]) -> tuple[Surface3 | None, F32, list[Piece]]:
     own = [p for p in pieces if not p.mesh]
     colours = np.repeat(
         np.array([linear(p.colour[0] << 24 | p.colour[1] << 16 | p.colour[2] << 8) for p in own], np.float32).reshape(-1, 3),
-        [len(p.surface.vertices) for p in own], axis=0,
-    )  # fmt: skip
+        [len(p.surface.vertices) for p in own],
+        axis=0,
+    )
     return join([p.surface for p in own]) if own else None, colours, [p for p in pieces if p.mesh]
 
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose
 from vistel.wrinkle.shown import Shown
 from vistel.wrinkle.worn import Memory
-
-F64 = NDArray[np.float64]
 
 LONGEST_STEP_S = 5.0
 """Between two pictures: who was out of sight for longer comes back as if it had been so long."""

@@ -6,16 +6,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import slerp
 from vistel.space.contact.touch import FLESH_COMPLIANCE
 from vistel.space.things.arc import Arc
 from vistel.space.things.things import Curve, Look, Primitive, Thing
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.wire.world.room_now import RoomNow, Touch
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.audio.stream import VoiceStream
 from vistel.speech.features import Resampler
 from vistel.v1.audio_pb2 import Voice
-
-F32 = NDArray[np.float32]
 
 BEHIND_NS, _BEHIND_MOST_NS = 60_000_000, 800_000_000
 """How long after it was said a moment is listened to, at the least and at the most."""

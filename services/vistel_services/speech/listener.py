@@ -27,9 +27,11 @@ log = logging.getLogger("vistel.speech")
 
 _HEARD = Counter("vistel_speech_utterances_total", "What was said, by what came of it", ["participant", "outcome"])
 _LATENCY = Histogram(
-    "vistel_speech_latency_seconds", "From the end of an utterance to its command", ["participant"],
+    "vistel_speech_latency_seconds",
+    "From the end of an utterance to its command",
+    ["participant"],
     buckets=(0.1, 0.2, 0.3, 0.4, 0.6, 1.0, 2.0),
-)  # fmt: skip
+)
 
 PATIENCE_NS = 3_000_000_000
 """How long the world's answer is waited for."""
@@ -38,18 +40,26 @@ TALKING = 0.3
 LOST = 0.15
 """A sentence of which more never came is not believed: pieces of long ones sound like short ones."""
 _STATES = {
-    Outcome.REJECTED: Utterance.STATE_REJECTED, Outcome.ACT: Utterance.STATE_SENT, Outcome.QUESTION: Utterance.STATE_QUESTION,
+    Outcome.REJECTED: Utterance.STATE_REJECTED,
+    Outcome.ACT: Utterance.STATE_SENT,
+    Outcome.QUESTION: Utterance.STATE_QUESTION,
     Outcome.NOTED: Utterance.STATE_NOTED,
-}  # fmt: skip
+}
 
 
 class Listener:
     """What one participant says, and what came of it."""
 
     def __init__(
-        self, config: Config, speaker: Speaker, grammar: Grammar, hears: Recogniser, bus: Bus, echoes: Echoes,
+        self,
+        config: Config,
+        speaker: Speaker,
+        grammar: Grammar,
+        hears: Recogniser,
+        bus: Bus,
+        echoes: Echoes,
         replied_at: Callable[[int], bool],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """replied_at: whether the room's own voice could be heard at the site at a time [ns]."""
         self.ear = Ear()
         self.mouth = Mouth(speaker.language, bus, speaker.participant, aloud=config.reply == "spoken")
@@ -136,17 +146,24 @@ class Listener:
         turn = self._dialogue.heard(readings, things, now_ns)
         _HEARD.labels(self._speaker.participant, turn.outcome.value).inc()
         log.info(
-            "event=heard participant=%s outcome=%s confidence=%.2f text=%r", self._speaker.participant, turn.outcome.value,
-            heard[0].confidence, turn.said.text if turn.said else "",
-        )  # fmt: skip
+            "event=heard participant=%s outcome=%s confidence=%.2f text=%r",
+            self._speaker.participant,
+            turn.outcome.value,
+            heard[0].confidence,
+            turn.said.text if turn.said else "",
+        )
         if turn.outcome is Outcome.IGNORED:
             return
         utterance = Utterance(
-            id=secrets.token_hex(8), participant=self._speaker.participant, language=language,
-            text=turn.said.text if turn.said else "", spoken=turn.said.spoken if turn.said else "",
+            id=secrets.token_hex(8),
+            participant=self._speaker.participant,
+            language=language,
+            text=turn.said.text if turn.said else "",
+            spoken=turn.said.spoken if turn.said else "",
             confidence=turn.confidence or heard[0].confidence,
-            start_ns=max(0, begin_ns), end_ns=max(0, end_ns),
-        )  # fmt: skip
+            start_ns=max(0, begin_ns),
+            end_ns=max(0, end_ns),
+        )
         for r in readings:
             if r.said is not None:
                 utterance.readings.add(text=r.said.text, confidence=r.confidence)

@@ -6,8 +6,8 @@ import asyncio
 import logging
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder
 from vistel.speech.grammar import Language
 from vistel.speech.synthesis import PLAIN, SynthesisError, synthesise, voices
@@ -15,7 +15,6 @@ from vistel.v1.audio_pb2 import Voice
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME
 
-F32 = NDArray[np.float32]
 log = logging.getLogger("vistel.speech")
 
 _LOUD = 0.3

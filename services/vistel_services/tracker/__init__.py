@@ -26,8 +26,16 @@ from vistel_services.tracker.vmc import VmcDecoder, VmcDriver
 from vistel_services.tracker.vrpn import VrpnDecoder
 
 __all__ = [
-    "Config", "FastrakDecoder", "LibertyDecoder", "TrackerDevice", "VmcDecoder", "VrpnDecoder", "configure", "decoder_of", "run",
-]  # fmt: skip
+    "Config",
+    "FastrakDecoder",
+    "LibertyDecoder",
+    "TrackerDevice",
+    "VmcDecoder",
+    "VrpnDecoder",
+    "configure",
+    "decoder_of",
+    "run",
+]
 log = logging.getLogger("vistel.tracker")
 
 
@@ -61,29 +69,42 @@ def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
     """From the conference file; a simulated device's port is a link among the run's files."""
     devices = [
         TrackerDevice(
-            name := f"{p.name}-tracker", p.tracker.kind,
+            name := f"{p.name}-tracker",
+            p.tracker.kind,
             str(paths.device(name)) if p.tracker.port == "sim" else p.tracker.port,
-            p.tracker.baud, {str(role): n for role, n in p.tracker.stations.items() if n <= 4 or not p.tracker.second_port},
-            p.tracker.hemisphere, p.height,
+            p.tracker.baud,
+            {str(role): n for role, n in p.tracker.stations.items() if n <= 4 or not p.tracker.second_port},
+            p.tracker.hemisphere,
+            p.height,
             announce=paths.device(name) if p.tracker.kind in ("vmc", "vrpn") and p.tracker.port == "sim" else None,
         )
-        for p in site.participants if p.tracker is not None
-    ]  # fmt: skip
+        for p in site.participants
+        if p.tracker is not None
+    ]
     devices += [
         TrackerDevice(
-            name := f"{p.name}-tracker-2", p.tracker.kind,
-            str(paths.device(name)) if p.tracker.second_port == "sim" else p.tracker.second_port, p.tracker.baud,
-            {str(role): n - 4 for role, n in p.tracker.stations.items() if n > 4}, p.tracker.hemisphere, second=True,
+            name := f"{p.name}-tracker-2",
+            p.tracker.kind,
+            str(paths.device(name)) if p.tracker.second_port == "sim" else p.tracker.second_port,
+            p.tracker.baud,
+            {str(role): n - 4 for role, n in p.tracker.stations.items() if n > 4},
+            p.tracker.hemisphere,
+            second=True,
         )
-        for p in site.participants if p.tracker is not None and p.tracker.second_port
-    ]  # fmt: skip
+        for p in site.participants
+        if p.tracker is not None and p.tracker.second_port
+    ]
     devices += [
         TrackerDevice(
-            p.device, p.tracker.kind, str(paths.device(p.device)) if p.tracker.port == "sim" else p.tracker.port,
-            p.tracker.baud, {p.thing: p.tracker.station}, p.tracker.hemisphere,
+            p.device,
+            p.tracker.kind,
+            str(paths.device(p.device)) if p.tracker.port == "sim" else p.tracker.port,
+            p.tracker.baud,
+            {p.thing: p.tracker.station},
+            p.tracker.hemisphere,
         )
         for p in site.props
-    ]  # fmt: skip
+    ]
     return Config(tuple(devices), conference.record_raw)
 
 
@@ -115,9 +136,7 @@ def _driver(d: TrackerDevice) -> Driver:
     return LibertyDriver(d.name, d.kind, d.stations, d.hemisphere, d.baud)
 
 
-def decoder_of(
-    kind: str, device: str, height_m: float
-) -> FastrakDecoder | LibertyDecoder | VmcDecoder | VrpnDecoder:
+def decoder_of(kind: str, device: str, height_m: float) -> FastrakDecoder | LibertyDecoder | VmcDecoder | VrpnDecoder:
     """What reads the recorded bytes of a tracker of this kind of the conference file, on a person so tall."""
     if kind == "vrpn":
         return VrpnDecoder(device, "")

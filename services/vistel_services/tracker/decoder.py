@@ -96,6 +96,5 @@ class LibertyDecoder(PolhemusDecoder[liberty.Reply]):
     def __init__(self, device: str, baud: int = 115200) -> None:
         # The letters tell of weak or too strong signals; how much, only the unit's manual of its firmware says.
         super().__init__(
-            device, LibertyParser(baud),
-            lambda error: TrackerReceiver.HEALTH_UNTRUSTED if error else TrackerReceiver.HEALTH_GOOD,
-        )  # fmt: skip
+            device, LibertyParser(baud), lambda error: TrackerReceiver.HEALTH_UNTRUSTED if error else TrackerReceiver.HEALTH_GOOD
+        )

@@ -23,9 +23,14 @@ class FastrakDriver(PolhemusDriver[Reply, Status]):
     restart = fastrak.REINITIALISE
 
     def __init__(
-        self, name: str, stations: Mapping[str, int], hemisphere: tuple[float, float, float], baud: int = 115200,
-        *, second: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        stations: Mapping[str, int],
+        hemisphere: tuple[float, float, float],
+        baud: int = 115200,
+        *,
+        second: bool = False,
+    ) -> None:
         decoder = FastrakDecoder(name, baud, 4 if second else 0)
         super().__init__(name, decoder, ("a Polhemus FASTRAK", "a FASTRAK"), stations, hemisphere, baud, _ANSWER_S)
         self._second = second

@@ -23,9 +23,8 @@ class LibertyDriver(PolhemusDriver[Reply, str]):
     restart = liberty.REINITIALISE
 
     def __init__(
-        self, name: str, model: str, stations: Mapping[str, int], hemisphere: tuple[float, float, float],
-        baud: int = 115200,
-    ) -> None:  # fmt: skip
+        self, name: str, model: str, stations: Mapping[str, int], hemisphere: tuple[float, float, float], baud: int = 115200
+    ) -> None:
         super().__init__(name, LibertyDecoder(name, baud), _OWN[model], stations, hemisphere, baud, _ANSWER_S)
         self._model = model
 
@@ -41,9 +40,8 @@ class LibertyDriver(PolhemusDriver[Reply, str]):
 
     async def ask_who(self, link: Link) -> str | None:
         said = await self.reply(
-            link, lambda r: (r.model, text) if (text := liberty.parse_who(r)) else None, liberty.BINARY + liberty.WHO,
-            strict=False,
-        )  # fmt: skip
+            link, lambda r: (r.model, text) if (text := liberty.parse_who(r)) else None, liberty.BINARY + liberty.WHO, strict=False
+        )
         if said is None:
             return None
         refuse_others(_OWN[said[0]][0], *_OWN[self._model])

@@ -36,9 +36,15 @@ class PolhemusDriver(ABC, Generic[R, W]):
     """Back to its saved state; silent for up to ten seconds."""
 
     def __init__(
-        self, name: str, decoder: PolhemusDecoder[R], own: tuple[str, str], stations: Mapping[str, int],
-        hemisphere: tuple[float, float, float], baud: int, answer_s: float,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        decoder: PolhemusDecoder[R],
+        own: tuple[str, str],
+        stations: Mapping[str, int],
+        hemisphere: tuple[float, float, float],
+        baud: int,
+        answer_s: float,
+    ) -> None:
         """own: its name as `identify` has it, and in short; answer_s: within which it answers."""
         self.name = name
         self.decoder = decoder

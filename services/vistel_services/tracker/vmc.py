@@ -7,8 +7,8 @@ transmitter's +X. Bones are those of the suite's avatar, which should have the p
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.sensors import TRACKER_AXES, receiver_mounts
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import standard_skeleton
@@ -18,10 +18,13 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import Link, NoAnswerError
 from vistel_services.devices.probe import hear
 
-F64 = NDArray[np.float64]
 STATIONS = {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}
-_CARRIED = {"chest": ("LeftShoulder", "UpperChest"), "head": ("Head", "Head"), "left_hand": ("LeftHand", "LeftHand"),
-            "right_hand": ("RightHand", "RightHand")}  # fmt: skip
+_CARRIED = {
+    "chest": ("LeftShoulder", "UpperChest"),
+    "head": ("Head", "Head"),
+    "left_hand": ("LeftHand", "LeftHand"),
+    "right_hand": ("RightHand", "RightHand"),
+}
 """Of each receiver: the bone whose joint it sits by, and the bone it turns with."""
 _SPINE = {"Spine": "spine_1", "Chest": "spine_4", "UpperChest": "spine_8"}
 _THUMB = {"Proximal": "metacarpal", "Intermediate": "proximal"}

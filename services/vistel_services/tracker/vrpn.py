@@ -24,5 +24,6 @@ class VrpnDecoder:
         """The messages of bytes read at `t_ns`."""
         return [
             self._stations.frame(r.sensor + 1, (r.position, r.rotation), r.t_ns)
-            for r in self.parser.feed(data, t_ns) if isinstance(r, PoseReport) and self._tracker in ("", r.device)
-        ]  # fmt: skip
+            for r in self.parser.feed(data, t_ns)
+            if isinstance(r, PoseReport) and self._tracker in ("", r.device)
+        ]

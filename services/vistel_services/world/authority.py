@@ -145,8 +145,9 @@ class Authority:
         if asked.phase == WorldHandoverRequest.PHASE_TAKE:
             if asked.term <= self._term:
                 return None
-            log.info("room given away term=%d to_term=%d to=%s step=%d", self._term, asked.term, asked.place,
-                     self._leading.step_number)  # fmt: skip
+            log.info(
+                "room given away term=%d to_term=%d to=%s step=%d", self._term, asked.term, asked.place, self._leading.step_number
+            )
             self._on_given(asked.term, asked.place)
             self._leading, self._given = None, asked.term
             self._over.set()
@@ -216,8 +217,12 @@ class Authority:
                     return Start(found.world, max(found.term, self._term) + 1)
                 if self._forced:
                     world = max(found.world, here.heard() or found.world, key=lambda w: w.step_number)
-                    log.error("leading by force term=%d step=%d; all later steps, at %s, are lost", newest[0] + 1,
-                              world.step_number, newest[1])  # fmt: skip
+                    log.error(
+                        "leading by force term=%d step=%d; all later steps, at %s, are lost",
+                        newest[0] + 1,
+                        world.step_number,
+                        newest[1],
+                    )
                     return Start(world, newest[0] + 1)
                 self._fall_behind(newest, found.world.step_number)
             self._changed.clear()
@@ -227,8 +232,7 @@ class Authority:
         """Say once that this world has not the newest steps."""
         if not self._behind:
             self._behind = (
-                f"the newest steps are at {newest[1] or 'another place'} (term {newest[0]}), where no world is; "
-                f"here is step {step}"
+                f"the newest steps are at {newest[1] or 'another place'} (term {newest[0]}), where no world is; here is step {step}"
             )
             log.error("room waits reason=%r mend='start the world there again, or move the room here by force'", self._behind)
 

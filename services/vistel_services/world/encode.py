@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.space.hands.claims import ClaimEvent, What
 from vistel.space.inputs import Person
 from vistel.space.memory.bonds import Bond, Torn
@@ -17,20 +17,19 @@ from vistel.v1 import geometry_pb2, world_pb2
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.proportions import to_message
 
-F64 = NDArray[np.float64]
-
 STATE_STEPS = 60
 """Steps from one recorded private state to the next: a second."""
 
 _FELT = world_pb2.HandForce
-_DIGITS = (
-    _FELT.DIGIT_THUMB, _FELT.DIGIT_INDEX, _FELT.DIGIT_MIDDLE, _FELT.DIGIT_RING, _FELT.DIGIT_LITTLE, _FELT.DIGIT_PALM,
-)  # fmt: skip
+_DIGITS = (_FELT.DIGIT_THUMB, _FELT.DIGIT_INDEX, _FELT.DIGIT_MIDDLE, _FELT.DIGIT_RING, _FELT.DIGIT_LITTLE, _FELT.DIGIT_PALM)
 _OWNED = world_pb2.Ownership
 _CLAIMS = {
-    What.GRANTED: _OWNED.EVENT_GRANTED, What.REJECTED: _OWNED.EVENT_REJECTED, What.TAKEN: _OWNED.EVENT_TAKEN,
-    What.EXPIRED: _OWNED.EVENT_EXPIRED, What.RELEASED: _OWNED.EVENT_RELEASED,
-}  # fmt: skip
+    What.GRANTED: _OWNED.EVENT_GRANTED,
+    What.REJECTED: _OWNED.EVENT_REJECTED,
+    What.TAKEN: _OWNED.EVENT_TAKEN,
+    What.EXPIRED: _OWNED.EVENT_EXPIRED,
+    What.RELEASED: _OWNED.EVENT_RELEASED,
+}
 
 
 def carries_state(step: int, begins: bool) -> bool:
@@ -46,15 +45,26 @@ def world_state(view: WorldView, things: Sequence[world_pb2.Thing] | None = None
     out.states.extend(_thing_state(s) for s in view.states)
     for c in view.contacts:
         out.contacts.add(
-            body_a=c.body_a, body_b=c.body_b, primitive_a=c.primitive_a, primitive_b=c.primitive_b,
-            point=_vec3(c.point), normal=_vec3(c.normal), depth=c.depth, force=c.force,
-        )  # fmt: skip
+            body_a=c.body_a,
+            body_b=c.body_b,
+            primitive_a=c.primitive_a,
+            primitive_b=c.primitive_b,
+            point=_vec3(c.point),
+            normal=_vec3(c.normal),
+            depth=c.depth,
+            force=c.force,
+        )
     for g in view.ghosts:
         out.ghosts.add(
-            target=g.target, source=g.source, kind=world_pb2.Ghost.KIND_COLLISION,
-            target_primitives=g.target_primitives, source_primitives=g.source_primitives,
-            compliance_target=g.compliance_target, compliance_source=g.compliance_source, depth=g.depth,
-        )  # fmt: skip
+            target=g.target,
+            source=g.source,
+            kind=world_pb2.Ghost.KIND_COLLISION,
+            target_primitives=g.target_primitives,
+            source_primitives=g.source_primitives,
+            compliance_target=g.compliance_target,
+            compliance_source=g.compliance_source,
+            depth=g.depth,
+        )
     out.dents.extend(dent_message(d) for d in view.dents)
     out.bonds.extend(bond_message(b) for b in view.bonds)
     out.grasps.extend(grasp_message(h) for h in view.grasps)
@@ -74,16 +84,27 @@ def selections(view: WorldView) -> world_pb2.Selections:
 def hand_force(h: HandForce, step: int, t_ns: int) -> world_pb2.HandForce:
     """What a hand feels at a step."""
     out = world_pb2.HandForce(
-        step=step, participant=h.participant, right=h.right, force=_vec3(h.force), torque=_vec3(h.torque),
+        step=step,
+        participant=h.participant,
+        right=h.right,
+        force=_vec3(h.force),
+        torque=_vec3(h.torque),
         pull=_vec3(h.pull) if h.pull.any() else None,
     )
     out.header.t_ns = t_ns
     for t in h.touches:
         out.touches.add(
-            digit=_DIGITS[t.digit], body=t.body, point=_vec3(t.point),
-            normal=_vec3(t.normal), force=_vec3(t.force), normal_force=t.normal_force, area=t.area,
-            mean_pressure=t.mean_pressure, peak_pressure=t.peak_pressure, depth=t.depth,
-        )  # fmt: skip
+            digit=_DIGITS[t.digit],
+            body=t.body,
+            point=_vec3(t.point),
+            normal=_vec3(t.normal),
+            force=_vec3(t.force),
+            normal_force=t.normal_force,
+            area=t.area,
+            mean_pressure=t.mean_pressure,
+            peak_pressure=t.peak_pressure,
+            depth=t.depth,
+        )
     return out
 
 
@@ -98,9 +119,13 @@ def command_result(outcome: Outcome, t_ns: int) -> CommandResult:
 def ownership(event: ClaimEvent, step: int, t_ns: int) -> world_pb2.Ownership:
     """What has become of a claim in a step."""
     out = world_pb2.Ownership(
-        step=step, event=_CLAIMS[event.what], participant=event.participant, thing=event.thing, owner=event.owner,
+        step=step,
+        event=_CLAIMS[event.what],
+        participant=event.participant,
+        thing=event.thing,
+        owner=event.owner,
         until_ns=event.until_ns,
-    )  # fmt: skip
+    )
     out.header.t_ns = t_ns
     return out
 
@@ -116,11 +141,18 @@ def input_person(p: Person) -> world_pb2.WorldInputs.Person:
 def thing_message(t: Thing) -> world_pb2.Thing:
     """What a thing is."""
     out = world_pb2.Thing(
-        id=t.id, name=t.name, primitives=[_primitive(p) for p in t.primitives], mass_kg=t.mass,
-        compliance=t.compliance, colour=t.colour, shape=t.shape, sticky=t.matter.sticky,
+        id=t.id,
+        name=t.name,
+        primitives=[_primitive(p) for p in t.primitives],
+        mass_kg=t.mass,
+        compliance=t.compliance,
+        colour=t.colour,
+        shape=t.shape,
+        sticky=t.matter.sticky,
         bears=t.matter.bears if t.matter.sticky else 0.0,
-        material="" if t.matter.material == "elastic" else t.matter.material, hidden=t.hidden,
-    )  # fmt: skip
+        material="" if t.matter.material == "elastic" else t.matter.material,
+        hidden=t.hidden,
+    )
     for k in t.looks:
         plain = not k.offset.any() and np.array_equal(k.matrix, np.eye(3))
         look = out.looks.add(model=k.model, matrix=() if plain else k.matrix.ravel().tolist(), colour=k.colour)
@@ -139,25 +171,36 @@ def thing_message(t: Thing) -> world_pb2.Thing:
 def dent_message(d: Dent) -> world_pb2.Dent:
     """What something has left in a thing."""
     return world_pb2.Dent(
-        number=d.number, thing=d.thing, shape=_primitive(d.shape), depth=d.depth, left_ns=d.left_ns,
-        fade_s=d.fade_ns * 1e-9,
-    )  # fmt: skip
+        number=d.number, thing=d.thing, shape=_primitive(d.shape), depth=d.depth, left_ns=d.left_ns, fade_s=d.fade_ns * 1e-9
+    )
 
 
 def bond_message(b: Bond) -> world_pb2.Bond:
     """What holds a limb and a thing together."""
     return world_pb2.Bond(
-        number=b.number, thing=b.thing, body=b.body, primitive=b.primitive, point_thing=_vec3(b.point_thing),
-        point_body=_vec3(b.point_body), reach=b.reach, torn_ns=b.torn_ns,
-    )  # fmt: skip
+        number=b.number,
+        thing=b.thing,
+        body=b.body,
+        primitive=b.primitive,
+        point_thing=_vec3(b.point_thing),
+        point_body=_vec3(b.point_body),
+        reach=b.reach,
+        torn_ns=b.torn_ns,
+    )
 
 
 def bond_torn(t: Torn, step: int, t_ns: int) -> world_pb2.BondTorn:
     """A bond that has torn in a step."""
     out = world_pb2.BondTorn(
-        step=step, number=t.number, thing=t.thing, body=t.body, primitive=t.primitive, point=_vec3(t.point), force=t.force,
+        step=step,
+        number=t.number,
+        thing=t.thing,
+        body=t.body,
+        primitive=t.primitive,
+        point=_vec3(t.point),
+        force=t.force,
         gap=t.gap,
-    )  # fmt: skip
+    )
     out.header.t_ns = t_ns
     return out
 
@@ -165,9 +208,13 @@ def bond_torn(t: Torn, step: int, t_ns: int) -> world_pb2.BondTorn:
 def grasp_message(h: GraspView) -> world_pb2.Grasp:
     """A hand that holds a thing."""
     out = world_pb2.Grasp(
-        participant=h.participant, right=h.right, thing=h.thing, hold=_pose(h.position, h.rotation), since_ns=h.since_ns,
+        participant=h.participant,
+        right=h.right,
+        thing=h.thing,
+        hold=_pose(h.position, h.rotation),
+        since_ns=h.since_ns,
         fingers=np.rint(1e3 * h.fingers).astype(int).tolist(),
-    )  # fmt: skip
+    )
     if not (np.array_equal(h.position, h.seen_position) and np.array_equal(h.rotation, h.seen_rotation)):
         out.seen.CopyFrom(_pose(h.seen_position, h.seen_rotation))
     return out
@@ -179,16 +226,18 @@ def _primitive(p: Primitive) -> world_pb2.Primitive:
 
 def _thing_state(s: ThingView) -> world_pb2.ThingState:
     return world_pb2.ThingState(
-        id=s.id, pose=_pose(s.position, s.rotation), velocity=_vec3(s.velocity), spin=_vec3(s.spin),
-        holders=s.holders, resting=s.resting,
-    )  # fmt: skip
+        id=s.id,
+        pose=_pose(s.position, s.rotation),
+        velocity=_vec3(s.velocity),
+        spin=_vec3(s.spin),
+        holders=s.holders,
+        resting=s.resting,
+    )
 
 
 def _pose(position: F64, rotation: F64) -> geometry_pb2.Pose:
     x, y, z, w = rotation.tolist()
-    return geometry_pb2.Pose(
-        position=_vec3(position), rotation=geometry_pb2.Quaternion(x=x, y=y, z=z, w=w)
-    )
+    return geometry_pb2.Pose(position=_vec3(position), rotation=geometry_pb2.Quaternion(x=x, y=y, z=z, w=w))
 
 
 def _vec3(v: F64) -> geometry_pb2.Vec3:

@@ -32,9 +32,7 @@ CLOCK_RESTART_NS = 1_000_000_000
 """A motion this much older than the last begins a new life of its sender."""
 
 
-_USABLE = (
-    TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED,
-)  # fmt: skip
+_USABLE = (TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED)
 
 
 @dataclass

@@ -44,11 +44,14 @@ def inputs_of(step: JournalStep) -> StepInputs:
     """What goes into the world. Raises ValueError for a record that is none."""
     message = step.inputs
     return StepInputs(
-        message.step, message.header.t_ns, people_of(message), tuple(_motion(m) for m in step.motions),
+        message.step,
+        message.header.t_ns,
+        people_of(message),
+        tuple(_motion(m) for m in step.motions),
         tuple(used.participant for used in message.motions if used.left),
         tuple(command_input(c.participant, c) for c in message.commands),
         tuple(prop_input(p) for p in message.props),
-    )  # fmt: skip
+    )
 
 
 def _motion(m: JournalStep.Taken) -> MotionInput:
@@ -57,9 +60,8 @@ def _motion(m: JournalStep.Taken) -> MotionInput:
         raise ValueError(f"journal: a posture of {len(n)} numbers, expected 71")
     joints = np.frombuffer(m.joint_numbers, np.float64).reshape(len(m.joints), 3).copy()
     posture = Posture(
-        n[:25], n[25:65].reshape(2, 20), Stance(n[65:68], float(n[68])), n[69:71],
-        dict(zip(m.joints, joints, strict=True)),
-    )  # fmt: skip
+        n[:25], n[25:65].reshape(2, 20), Stance(n[65:68], float(n[68])), n[69:71], dict(zip(m.joints, joints, strict=True))
+    )
     return MotionInput(m.participant, posture, m.seq, m.t_ns)
 
 

@@ -8,16 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.space.eyes import Eyes
 from vistel.v1.world_pb2 import WorldDetail
 from vistel.wire.world.codec.detail import HOLD_STEPS, coded, write_detail
 from vistel.wire.world.codec.frame import Book
 from vistel.wire.world.codec.poses import POSITION_STEP, Pose
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 MOST_NEAR = 16
 """Things told of in one detail, at most."""

@@ -39,9 +39,10 @@ TOPICS = "participant", "motion", "prop", "command"
 
 _STEPS = Counter("vistel_world_steps_total", "Steps done")
 _STEP_TIME = Histogram(
-    "vistel_world_step_time_seconds", "Computing one step",
+    "vistel_world_step_time_seconds",
+    "Computing one step",
     buckets=(0.0005, 0.001, 0.002, 0.003, 0.004, 0.006, 0.008, 0.012, 0.016, 0.03, 0.1),
-)  # fmt: skip
+)
 _PEOPLE = Gauge("vistel_world_participants_count", "People in the room")
 _COMMANDS = Counter("vistel_world_commands_total", "Commands answered", ["outcome"])
 
@@ -125,10 +126,14 @@ class Room:
         arrived = self._ears.intake.take(t_ns)
         before = self.world.snapshot() if carries_state(number, self._begins) else b""
         inputs = StepInputs(
-            number, t_ns, tuple(arrived.people), tuple(arrived.motions), tuple(arrived.left),
+            number,
+            t_ns,
+            tuple(arrived.people),
+            tuple(arrived.motions),
+            tuple(arrived.left),
             tuple(command_input(who, message) for who, message in arrived.commands),
             tuple(prop_input(message) for message in arrived.props),
-        )  # fmt: skip
+        )
         view = self.world.step(inputs)
         message = inputs_message(inputs, arrived)
         if self._store is not None:
@@ -174,9 +179,12 @@ class Room:
     def _answer(self, outcome: Outcome, t_ns: int) -> None:
         _COMMANDS.labels("done" if outcome.done else "refused").inc()
         log.info(
-            "command id=%s participant=%s outcome=%s reason=%r", outcome.id, outcome.participant,
-            "done" if outcome.done else "refused", outcome.reason,
-        )  # fmt: skip
+            "command id=%s participant=%s outcome=%s reason=%r",
+            outcome.id,
+            outcome.participant,
+            "done" if outcome.done else "refused",
+            outcome.reason,
+        )
         who = outcome.participant
         if who not in self._results:
             self._results[who] = self._bus.publish(BY_NAME["command_result"], participant=who)

@@ -118,9 +118,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             shelf.close()
 
 
-async def _start(
-    config: Config, authority: Authority, ears: Ears, kept: Store | None, begins: RoomShape, clock: Clock
-) -> Start:  # fmt: skip
+async def _start(config: Config, authority: Authority, ears: Ears, kept: Store | None, begins: RoomShape, clock: Clock) -> Start:
     """From where to lead, at the earliest moment at which this world is to."""
     found = kept.load(begins, clock.now_ns()) if kept is not None else None
     if found is not None:
@@ -146,9 +144,14 @@ def _away(kept: Store | None, clock: Clock) -> tuple[int, str]:
 
 
 async def _follow(
-    own: Start | None, authority: Authority, ears: Ears, kept: Store | None, begins: RoomShape, clock: Clock,
+    own: Start | None,
+    authority: Authority,
+    ears: Ears,
+    kept: Store | None,
+    begins: RoomShape,
+    clock: Clock,
     newest: tuple[int, str] = (-1, ""),
-) -> Start:  # fmt: skip
+) -> Start:
     """Wait, listening, until this world is to lead. own: its state when it fell silent, None if it never had one."""
 
     def complete() -> Start:
@@ -172,9 +175,7 @@ async def _follow(
         listening.cancel()
 
 
-async def _lead(
-    start: Start, authority: Authority, ears: Ears, kept: Store | None, bus: Bus, clock: Clock, led: _Led
-) -> World:  # fmt: skip
+async def _lead(start: Start, authority: Authority, ears: Ears, kept: Store | None, bus: Bus, clock: Clock, led: _Led) -> World:
     """Step until another world leads; the state then. Cancelled, it gives the room to one that waits, or keeps it on disk."""
     room = Room(start.world, bus, ears, kept, clock.now_ns())
     authority.listen(lambda site, token, alive: ears.intake.presence(site, token, alive, clock.now_ns()))

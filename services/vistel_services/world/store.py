@@ -71,8 +71,13 @@ class Store:
                 path = self._path(term, step, "snapshot")
                 log.info("snapshot of another conference ignored path=%s age_s=%.1f", path, age_ns * 1e-9)
                 continue
-            log.info("world restored step=%d replayed=%d term=%d age_s=%.2f",
-                     world.step_number, world.step_number - base, last_term, age_ns * 1e-9)  # fmt: skip
+            log.info(
+                "world restored step=%d replayed=%d term=%d age_s=%.2f",
+                world.step_number,
+                world.step_number - base,
+                last_term,
+                age_ns * 1e-9,
+            )
             return Found(world, last_term)
         return None
 
@@ -100,8 +105,10 @@ class Store:
                 self._foreign.add(path.name)
                 log.error(
                     "snapshot of a newer version kept and not used path=%s version=%d readable=%d mend='run the newer vistel'",
-                    path, version, VERSION,
-                )  # fmt: skip
+                    path,
+                    version,
+                    VERSION,
+                )
                 return None
             return World.restore(data)
         except OSError as e:
@@ -240,8 +247,13 @@ class Store:
         if not self._unsafe:
             self._unsafe = True
             _UNSAFE.inc()
-            log.error("%s not written folder=%s reason=%r; the room goes on, but what is done from now on would not outlive "
-                      "a crash until there is room", what, self._folder, error.strerror)  # fmt: skip
+            log.error(
+                "%s not written folder=%s reason=%r; the room goes on, but what is done from now on would not outlive "
+                "a crash until there is room",
+                what,
+                self._folder,
+                error.strerror,
+            )
 
     def _safe_again(self) -> None:
         if self._unsafe:

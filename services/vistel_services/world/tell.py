@@ -19,14 +19,7 @@ from vistel.wire.world.codec.frame import MOST_TOLD, Book, Moves, Said, read_key
 from vistel.wire.world.codec.poses import Pose, rounded
 from vistel.wire.world.codec.touches import Pair, Touch
 from vistel.wire.world.room_now import check_of, crc_of, crc_of_marks
-from vistel_services.world.encode import (
-    bond_message,
-    dent_message,
-    grasp_message,
-    selections,
-    thing_message,
-    world_state,
-)
+from vistel_services.world.encode import bond_message, dent_message, grasp_message, selections, thing_message, world_state
 from vistel_services.world.near import Near
 from vistel_services.world.touching import Touching
 
@@ -239,8 +232,13 @@ def _rough(grasps: tuple[GraspView, ...]) -> tuple[object, ...]:
     """Grasps as far as anybody would notice a change."""
     return tuple(
         (
-            g.participant, g.right, g.thing, g.since_ns, rounded(g.position, g.rotation),
-            rounded(g.seen_position, g.seen_rotation), g.fingers.tobytes(),
+            g.participant,
+            g.right,
+            g.thing,
+            g.since_ns,
+            rounded(g.position, g.rotation),
+            rounded(g.seen_position, g.seen_rotation),
+            g.fingers.tobytes(),
         )
         for g in grasps
     )

@@ -189,11 +189,14 @@ class _Rerun:
                 return None
             motions.append(found)
         return StepInputs(
-            message.step, message.header.t_ns, people_of(message), tuple(motions),
+            message.step,
+            message.header.t_ns,
+            people_of(message),
+            tuple(motions),
             tuple(used.participant for used in message.motions if used.left),
             tuple(command_input(c.participant, c) for c in message.commands),
             tuple(prop_input(p) for p in message.props),
-        )  # fmt: skip
+        )
 
     def _skip(self, why: str) -> None:
         self.skipped[why] = self.skipped.get(why, 0) + 1

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel_sim.motion.recording import INDEX, RECORDED, SIDES, Recording
 from vistel_sim.motion.source import MotionError
-
-F64 = NDArray[np.float64]
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 MOST_FRAMES, MOST_JOINTS = 200_000, 1_000

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.calibration.moves import ALL_STEPS, FOREARM_STEPS, PAUSE_S, begin_of, pause_of
 from vistel.figure.posture.hands import FLAT, finger_posture
 from vistel.figure.posture.posture import (
@@ -28,8 +28,6 @@ from vistel.figure.rotation import rotation_x, rotation_y, rotation_z, rotvec_fr
 from vistel.protocol.glove_fit import HANDS, HOLD_S
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.tracks import minimum_jerk
-
-F64 = NDArray[np.float64]
 
 SIDES = {"left": 1.0, "right": -1.0}
 FOREARM_MOUNT: F64 = np.array([0.06, 0.035, 0.01])
@@ -101,10 +99,11 @@ def hand_at(t_s: float) -> F64:
 
 _TOGETHER = finger_posture((0, 0, 0, 0), (0, 0, 0))
 _HANDS = {
-    "open": _TOGETHER, "fist": finger_posture((30, 0, 45, 60), (80, 100, 65)),
+    "open": _TOGETHER,
+    "fist": finger_posture((30, 0, 45, 60), (80, 100, 65)),
     "spread": _TOGETHER + np.radians([0, 50, 0, 0, 0, 17, 0, 0, 0, 0, 0, 0, 0, -13, 0, 0, 0, -30, 0, 0]),
     "pinch": finger_posture((55, 20, 25, 30), (45, 50, 30)),
-}  # fmt: skip
+}
 """As `vistel.protocol.glove_fit` takes them to be."""
 
 

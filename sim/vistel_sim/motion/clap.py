@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.hands import FLAT, hand_rotation
 from vistel.figure.posture.posture import Posture
 from vistel.figure.posture.sensors import Placement
@@ -16,8 +16,6 @@ from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.tracks import HandState
-
-F64 = NDArray[np.float64]
 
 FIRST_S, EVERY_S = 1.1, 1.3
 """The first clap, and the time between two: no multiple of a picture's or a frame's."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.hands import FLAT, OPEN, POINT, PRESSED, hand_rotation
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton
@@ -19,8 +19,6 @@ from vistel_sim.motion.layout import Layout
 from vistel_sim.motion.script import SIDES, UP, Hand, Script
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.tracks import HandTrack
-
-F64 = NDArray[np.float64]
 
 PALM_BELOW = 0.010
 """The palm's skin lies so far above the place where a bar would be held [m]."""

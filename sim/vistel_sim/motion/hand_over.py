@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.body import standard_body
 from vistel.figure.posture.hands import OPEN, RELAXED, closed_on
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y, slerp
@@ -23,8 +24,6 @@ from vistel_sim.motion.recording import SIDES, Recording, resampled
 from vistel_sim.motion.six_dof import ROLES, HandOver
 from vistel_sim.motion.source import Place
 from vistel_sim.motion.tracks import minimum_jerk
-
-F64 = NDArray[np.float64]
 
 CLEAR_OF_TABLE = 0.35
 """How far outside the table's edge the line between the two people runs, so that the others see them from the side
@@ -63,10 +62,14 @@ def play_hand_over(people: dict[str, Place], take: HandOver, seats: int) -> Play
     middle, ahead, turn = _beside_the_table(people, recorded, seats)
     start = np.mean([r.joint("hips")[0][0] for r in recorded.values()], axis=0) * (1.0, 0.0, 1.0)
     # One scale for both keeps their hands together.
-    scale = float(np.mean([
-        place.skeleton.height / take.people[role].measured().height
-        for role, place in zip(ROLES, people.values(), strict=True)
-    ]))  # fmt: skip
+    scale = float(
+        np.mean(
+            [
+                place.skeleton.height / take.people[role].measured().height
+                for role, place in zip(ROLES, people.values(), strict=True)
+            ]
+        )
+    )
 
     def moved(p: F64) -> F64:
         return middle + scale * ((p - start) @ turn.T)

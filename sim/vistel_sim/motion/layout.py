@@ -6,16 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F64
 from vistel.conference.model import Room as RoomKeys
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.surfaces import height_at
 from vistel.space.room import BATON, TABLE_HEIGHT, Room, Seat, meeting_room
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
 
 LAP = 0.60
 """Where hands lie of who sits at no table [m]."""

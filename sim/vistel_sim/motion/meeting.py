@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.hands import OPEN, RELAXED, hand_rotation
 from vistel.figure.posture.posture import Posture
 from vistel.figure.posture.sensors import RECEIVERS, Placement
@@ -22,8 +22,6 @@ from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.speech import Conversation
 from vistel_sim.motion.tracks import Attention, HandState
-
-F64 = NDArray[np.float64]
 
 TICK_HZ = 20.0
 """Postures are computed on this grid and what sensors feel interpolated between, by cubics: asking often stays cheap, and
@@ -38,9 +36,14 @@ class Meeting:
     """The built-in motion source (see the module)."""
 
     def __init__(
-        self, people: Sequence[Place], seats: int, seed: int, watch: Callable[[float], F64] | None = None,
-        write: Callable[[Mapping[str, Sitter], Layout], Script] = write_script, layout: Layout | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        people: Sequence[Place],
+        seats: int,
+        seed: int,
+        watch: Callable[[float], F64] | None = None,
+        write: Callable[[Mapping[str, Sitter], Layout], Script] = write_script,
+        layout: Layout | None = None,
+    ) -> None:
         """watch: what everybody looks at instead of each other, as a point (3,) of the room at a time [s]; write: makes
         the script of people and room; layout: the room, by default the built-in one with so many seats."""
         self._watch = watch
@@ -81,9 +84,7 @@ class Meeting:
             state = self._script.hand(participant, side, t_s % CYCLE_S)
             hands.append(habits.gesture(self._sitters[participant], row, state, talk, t_s))
         look = self._look(participant, t_s)
-        return self._sitters[participant].posture(
-            hands[0], hands[1], look, habits.sway(t_s, talk), habits.gaze(t_s)
-        )
+        return self._sitters[participant].posture(hands[0], hands[1], look, habits.sway(t_s, talk), habits.gaze(t_s))
 
     def _around(self, participant: str, t_s: float) -> tuple[_Tick, F64]:
         """Two ticks before a time and two after it, in rows, and their weights (4,): Catmull and Rom's cubic."""
@@ -98,9 +99,9 @@ class Meeting:
             receivers[..., 3:] *= np.where((receivers[..., 3:] * receivers[1, :, 3:]).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
             four = self._fours[key] = receivers.reshape(4, -1), np.array([hands for _, hands in ticks]).reshape(4, -1)
         u = t_s * TICK_HZ - k
-        return four, 0.5 * np.array([
-            u * (u * (2.0 - u) - 1.0), u * u * (3.0 * u - 5.0) + 2.0, u * (u * (4.0 - 3.0 * u) + 1.0), u * u * (u - 1.0),
-        ])  # fmt: skip
+        return four, 0.5 * np.array(
+            [u * (u * (2.0 - u) - 1.0), u * u * (3.0 * u - 5.0) + 2.0, u * (u * (4.0 - 3.0 * u) + 1.0), u * u * (u - 1.0)]
+        )
 
     def _tick(self, participant: str, k: int) -> _Tick:
         key = (participant, k)

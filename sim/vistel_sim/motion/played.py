@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.arm import arm_dofs
 from vistel.figure.posture.hands import RELAXED
 from vistel.figure.posture.posture import (
@@ -24,20 +24,12 @@ from vistel.figure.posture.posture import (
 )
 from vistel.figure.posture.sensors import Placement
 from vistel.figure.posture.solve import PostureSolver
-from vistel.figure.rotation import (
-    matrix_from_quaternion,
-    quaternion_from_matrix,
-    rotation_y,
-    rotvec_from_matrix,
-    slerp,
-)
+from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y, rotvec_from_matrix, slerp
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS
 from vistel.space.room import BATON
 from vistel_sim.motion.recording import SIDES, Recording, resampled
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.tracks import minimum_jerk
-
-F64 = NDArray[np.float64]
 
 RATE_HZ = 60.0
 FADE_S = 0.8
@@ -145,9 +137,7 @@ def play_alone(place: Place, recording: Recording) -> Played:
     scale = skeleton.rest[0, 1] / float(np.percentile(hips[:, 1], 90))
     ground = np.linspace(hips[0], hips[-1], len(hips)) * (1.0, 0.0, 1.0)
     stand = place.seat_position - STAND_BACK * rotation_y(place.seat_heading)[:, 2]
-    frames = [
-        _carried_over(place, take, k, turn, stand + scale * (turn @ (hips[k] - ground[k]))) for k in range(len(hips))
-    ]
+    frames = [_carried_over(place, take, k, turn, stand + scale * (turn @ (hips[k] - ground[k]))) for k in range(len(hips))]
     return Played(place, frames, np.tile(RELAXED, (len(frames), 2, 1)), back_and_forth=False)
 
 
@@ -164,9 +154,8 @@ def joints_at(take: Recording, k: int) -> Joints:
         return p[k], np.ascontiguousarray(r[k])
 
     return Joints(
-        joint("chest"), joint("head"), {s: joint(f"{s}_hand") for s in SIDES},
-        {s: joint(f"{s}_lower_arm")[0] for s in SIDES},
-    )  # fmt: skip
+        joint("chest"), joint("head"), {s: joint(f"{s}_hand") for s in SIDES}, {s: joint(f"{s}_lower_arm")[0] for s in SIDES}
+    )
 
 
 def _carried_over(place: Place, take: Recording, k: int, turn: F64, hips: F64) -> Joints:
@@ -235,9 +224,16 @@ def _solve(place: Place, frames: Sequence[Joints], fingers: F64) -> list[Posture
             bone = skeleton.offsets[j + 1]
             toward = chest.T @ (frame.elbows[s] - collar) - bone
             arm, _, _ = arm_dofs(
-                chest.T @ (wrist - collar), np.ascontiguousarray(chest.T @ hand), bone, side, skeleton.upper_arm,
-                skeleton.lower_arm, toward, 0.0, 1.0,
-            )  # fmt: skip
+                chest.T @ (wrist - collar),
+                np.ascontiguousarray(chest.T @ hand),
+                bone,
+                side,
+                skeleton.upper_arm,
+                skeleton.lower_arm,
+                toward,
+                0.0,
+                1.0,
+            )
             dofs[SHOULDER[s]], dofs[ELBOW[s]], dofs[WRIST[s]] = arm[:3], arm[3], arm[4:]
         out.append(Posture(dofs, solved.hands, solved.stance, np.zeros(2)))
     return out

@@ -10,19 +10,20 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.calibration.pivots import fit_neck
 from vistel.figure.posture.posture import collar_scale
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
 
-F64 = NDArray[np.float64]
-
 SIDES = ("left", "right")
 RECORDED = (
-    "hips", "chest", "neck", "head",
+    "hips",
+    "chest",
+    "neck",
+    "head",
     *(f"{side}_{part}" for side in SIDES for part in ("shoulder", "upper_arm", "lower_arm", "hand")),
-)  # fmt: skip
+)
 """Joints of a recording; "chest" carries the rotation of the rib cage, its position is midway between the collars."""
 INDEX = {name: i for i, name in enumerate(RECORDED)}
 

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.body import standard_body
 from vistel.figure.posture.hands import FLAT, OPEN, PRESSED, RELAXED, closed_round, hand_rotation
 from vistel.figure.posture.sensors import Placement
@@ -22,8 +22,6 @@ from vistel.space.things.things import identity
 from vistel_sim.motion.layout import Layout
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.tracks import HandKey, HandState, HandTrack
-
-F64 = NDArray[np.float64]
 
 CYCLE_S = 20.0
 UP = np.array([0.0, 1.0, 0.0])
@@ -163,9 +161,7 @@ def _between(a: Sitter, b: Sitter, towards_centre: float) -> F64:
     return 0.5 * (a.place.seat_position + b.place.seat_position) * (1.0 - towards_centre)
 
 
-def _hand_over(
-    desk: dict[tuple[str, str], Hand], a: Sitter, b: Sitter, baton: F64
-) -> list[tuple[float, str | None, str, float]]:
+def _hand_over(desk: dict[tuple[str, str], Hand], a: Sitter, b: Sitter, baton: F64) -> list[tuple[float, str | None, str, float]]:
     """`a` takes the baton with the right hand and gives it to `b`'s left; `b` gives it back; `a` puts it down."""
     giver, taker = desk[a.place.name, "right"], desk[b.place.name, "left"]
     radius = 0.012

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.arm import arm_dofs
 from vistel.figure.posture.posture import (
     DOF_COUNT,
@@ -20,18 +20,11 @@ from vistel.figure.posture.posture import (
     spine_chord,
     spine_rotations,
 )
-from vistel.figure.rotation import (
-    matrix_from_quaternion,
-    rotation_x,
-    rotation_y,
-    rotvec_from_matrix,
-)
+from vistel.figure.rotation import matrix_from_quaternion, rotation_x, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, SPINE_SEGMENTS
 from vistel.space.room import CHAIR_HEIGHT
 from vistel_sim.motion.source import Place
 from vistel_sim.motion.tracks import HandState
-
-F64 = NDArray[np.float64]
 
 COMFORTABLE_REACH = 0.86
 """Share of the arm's length a hand goes to before the trunk follows."""
@@ -60,8 +53,7 @@ class Sitter:
         self._eyes = skeleton.rest[JOINT_INDEX["left_eye"]] * (0.0, 1.0, 1.0) - top
         self._upper, self._lower = skeleton.upper_arm, skeleton.lower_arm
         self._upright_shoulder = {
-            s: self._spine_base + np.array([0.0, skeleton.spine, 0.0]) + self._collar[s] + self._bone[s]
-            for s in ("left", "right")
+            s: self._spine_base + np.array([0.0, skeleton.spine, 0.0]) + self._collar[s] + self._bone[s] for s in ("left", "right")
         }
 
     def into_seat(self, p_room: F64) -> F64:
@@ -91,9 +83,7 @@ class Sitter:
             local = chest.T @ (wrist[s] - top) - self._collar[s]
             hand = chest.T @ self._room_of_seat.T @ matrix_from_quaternion(h.rotation)
             ref = np.array([side * 0.55, -1.0, -0.25])
-            arm, _, _ = arm_dofs(
-                local, np.ascontiguousarray(hand), self._bone[s], side, self._upper, self._lower, ref, 0.0, 1.0
-            )
+            arm, _, _ = arm_dofs(local, np.ascontiguousarray(hand), self._bone[s], side, self._upper, self._lower, ref, 0.0, 1.0)
             dofs[SHOULDER[s]], dofs[ELBOW[s]], dofs[WRIST[s]] = arm[:3], arm[3], arm[4:]
         d = chest.T @ (self.into_seat(look) - top - chest @ self._eyes)
         yaw, pitch = math.atan2(d[0], d[2]), math.atan2(d[1], math.hypot(d[0], d[2]))

@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel_sim.motion.recording import INDEX, RECORDED, Recording
 from vistel_sim.motion.source import MotionError
-
-F64 = NDArray[np.float64]
 
 RATE_HZ = 120.0
 ROLES = ("giver", "taker")
@@ -46,11 +44,7 @@ def is_hand_over(folder: Path) -> bool:
 
 def load_hand_over(folder: Path) -> HandOver:
     """Read a recording. Raises MotionError with one line when something is missing or broken."""
-    tables = {
-        (role, joint): _load(folder / f"{role}_{body}_pose_saved.csv")
-        for role in ROLES
-        for joint, body in _BODIES.items()
-    }
+    tables = {(role, joint): _load(folder / f"{role}_{body}_pose_saved.csv") for role in ROLES for joint, body in _BODIES.items()}
     baton = _load(folder / "baton_pose_saved.csv")
     rows = {len(t[0]) for t in [*tables.values(), baton]}
     if len(rows) != 1:

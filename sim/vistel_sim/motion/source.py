@@ -6,23 +6,14 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.conference.devices import PropTracker, TrackerConfig
 from vistel.conference.model import Conference, Site
 from vistel.figure.posture.posture import Posture, pose_joints
-from vistel.figure.posture.sensors import (
-    Mount,
-    Placement,
-    into_frame,
-    receiver_mounts,
-    receiver_poses,
-    transmitter_in_room,
-)
+from vistel.figure.posture.sensors import Mount, Placement, into_frame, receiver_mounts, receiver_poses, transmitter_in_room
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import Skeleton, standard_skeleton
-
-F64 = NDArray[np.float64]
 
 
 class MotionError(ValueError):
@@ -91,9 +82,7 @@ def places(conference: Conference) -> dict[str, Place]:
             seat = conference.seat_of(person.name)
             position, heading = conference.room.place(seat)
             tracker = person.tracker or TrackerConfig()
-            transmitter = transmitter_in_room(
-                position, heading, tracker.transmitter_position, tracker.transmitter_heading
-            )
+            transmitter = transmitter_in_room(position, heading, tracker.transmitter_position, tracker.transmitter_heading)
             skeleton = standard_skeleton(person.height)
             mounts = receiver_mounts(skeleton)
             out[person.name] = Place(person.name, seat, skeleton, position, heading, transmitter, mounts)

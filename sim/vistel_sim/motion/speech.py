@@ -42,8 +42,7 @@ class Conversation:
     def weight(self, participant: str, t: float) -> float:
         """How much the participant holds the floor, 0 to 1, smooth."""
         return max(
-            (bump(t, (a - 0.25, a + 0.35), (b - 0.4, b + 0.3)) for a, b, who in self._near(t) if who == participant),
-            default=0.0,
+            (bump(t, (a - 0.25, a + 0.35), (b - 0.4, b + 0.3)) for a, b, who in self._near(t) if who == participant), default=0.0
         )
 
     def loudness(self, participant: str, t: float) -> float:

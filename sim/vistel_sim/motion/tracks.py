@@ -6,11 +6,9 @@ from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import slerp
-
-F64 = NDArray[np.float64]
 
 
 def minimum_jerk(u: float) -> float:
@@ -73,9 +71,8 @@ class HandTrack:
         if b.lift:
             position = position + np.array([0.0, b.lift * 16.0 * (s * (1.0 - s)) ** 2, 0.0])
         return HandState(
-            position, slerp(a.rotation, b.rotation, s), a.fingers + s * (b.fingers - a.fingers),
-            a.free + s * (b.free - a.free),
-        )  # fmt: skip
+            position, slerp(a.rotation, b.rotation, s), a.fingers + s * (b.fingers - a.fingers), a.free + s * (b.free - a.free)
+        )
 
 
 class Attention:

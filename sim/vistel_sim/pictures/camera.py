@@ -10,12 +10,10 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.wire.clock import Clock
 from vistel_sim.faults import DeviceFaults, Fault
-
-U8 = NDArray[np.uint8]
 
 _QUALITY = 92
 _HEAD = b"HTTP/1.1 200 OK\r\nCache-Control: no-store\r\nContent-Type: multipart/x-mixed-replace; boundary=frame\r\n\r\n"
@@ -40,9 +38,17 @@ class SimulatedCamera:
     """
 
     def __init__(
-        self, name: str, scene: Scene, path: Path, clock: Clock, start_ns: int, faults: Iterable[Fault] = (), *,
-        rate_hz: float = 30.0, seed: int = 0,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        scene: Scene,
+        path: Path,
+        clock: Clock,
+        start_ns: int,
+        faults: Iterable[Fault] = (),
+        *,
+        rate_hz: float = 30.0,
+        seed: int = 0,
+    ) -> None:
         self.name = name
         self._scene, self._path, self._clock, self._start_ns = scene, path, clock, start_ns
         self._rate_hz = rate_hz

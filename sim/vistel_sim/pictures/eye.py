@@ -6,13 +6,9 @@ import math
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, U8
 from vistel_sim.pictures.noise import Noise
-
-U8 = NDArray[np.uint8]
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 WIDTH, HEIGHT = 320, 240
 _EYEBALL_PX = 128.0

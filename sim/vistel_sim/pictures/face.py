@@ -8,14 +8,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, U8
 from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel_sim.pictures.noise import Noise
-
-U8 = NDArray[np.uint8]
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 WIDTH, HEIGHT = 640, 480
 _PX_PER_M = 2600.0
@@ -63,9 +59,7 @@ class FacePicture:
         view = view or View()
         gains = np.array(view.gains)
         dx, dy, turn = view.slip
-        lay = np.array((
-            (math.cos(turn), math.sin(turn), 0.0), (-math.sin(turn), math.cos(turn), 0.0)
-        ))  # fmt: skip
+        lay = np.array(((math.cos(turn), math.sin(turn), 0.0), (-math.sin(turn), math.cos(turn), 0.0)))
         middle = np.array((WIDTH / 2, HEIGHT / 2))
         lay[:, 2] = middle - lay[:, :2] @ middle + (_PX_PER_M * dx, -_PX_PER_M * dy)
         face = cv2.warpAffine(self._face, lay, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REPLICATE) if any(view.slip) else self._face

@@ -5,17 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F64, U8
 from vistel.figure.face.marks import Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel_sim.pictures.eye import EyePicture
 from vistel_sim.pictures.face import FacePicture, View
 from vistel_sim.pictures.noise import light_at
-
-U8 = NDArray[np.uint8]
-F64 = NDArray[np.float64]
 
 Channels = Callable[[float], Sequence[float]]
 """t [s] -> 61 values, order of CHANNELS."""

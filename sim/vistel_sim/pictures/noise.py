@@ -6,10 +6,8 @@ import math
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-U8 = NDArray[np.uint8]
-F32 = NDArray[np.float32]
+from vistel.arrays import U8
 
 _BANK = 1 << 20
 

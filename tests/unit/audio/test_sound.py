@@ -222,5 +222,5 @@ def test_a_fixed_delay_is_the_same_for_all() -> None:
 
 @pytest.mark.parametrize("text", ["", "fixed", "fixed -1", "fixed 9", "0.2", "fixed 0.2 s"])
 def test_a_policy_that_is_none_is_refused_with_an_example(text: str) -> None:
-    with pytest.raises(ValueError, match=r'fixed 0\.2'):
+    with pytest.raises(ValueError, match=r"fixed 0\.2"):
         read_policy(text)

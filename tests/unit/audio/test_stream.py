@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from voice_sounds import F32, START_NS, longest_quiet_ms, packets, vowel
+from voice_sounds import START_NS, longest_quiet_ms, packets, vowel
 
+from vistel.arrays import F32
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.audio.stream import VoiceStream
 
@@ -99,7 +100,7 @@ def test_a_delay_that_moves_is_followed_without_a_click_and_without_a_change_of_
     calm, _ = heard(VoiceStream(), on_time(PACKETS), 280, lambda b: 100e6)
     steepest = np.abs(np.diff(calm[RATE // 2 : 5 * RATE])).max()
     assert np.abs(np.diff(sound[RATE // 2 : 5 * RATE])).max() < 1.1 * steepest
-    spectrum = np.abs(np.fft.rfft(sound[RATE:RATE + 3 * RATE] * np.hanning(3 * RATE)))
+    spectrum = np.abs(np.fft.rfft(sound[RATE : RATE + 3 * RATE] * np.hanning(3 * RATE)))
     assert 120.0 < np.argmax(spectrum[: 3 * 200]) / 3 < 140.0
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder
 
-F32 = NDArray[np.float32]
 START_NS = 1_000_000_000_000
 
 

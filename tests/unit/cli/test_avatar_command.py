@@ -60,9 +60,7 @@ def _has_gl() -> bool:
 
 
 @pytest.mark.slow
-def test_the_commands_of_the_page_work_in_its_order(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, shared_data: Path
-) -> None:
+def test_the_commands_of_the_page_work_in_its_order(folder: Path, monkeypatch: pytest.MonkeyPatch, shared_data: Path) -> None:
     monkeypatch.chdir(folder)
     for name in ("base.obj", "rig.game_engine.json", "weights.game_engine.json.gz"):
         (folder / name).symlink_to(shared_data / "human/makehuman" / name)
@@ -116,17 +114,27 @@ def test_a_participant_is_drawn_with_the_file_beside_the_conference_file(folder:
 @pytest.mark.parametrize(
     "words",
     [
-        ("import", "{f}/gone.obj", "-o", "{f}/x.usda"), ("import", "{f}/scan.obj", "-o", "{f}/x.blend"),
-        ("import", "{f}/scan.mtl", "-o", "{f}/x.usda"), ("import", "{f}/scan.obj", "-o", "{f}/no/x.usda"),
-        ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--up", "X"), ("inspect", "{f}/gone.usda"), ("inspect", "{f}/scan.obj"),
-        ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--weights", "{f}/w"), ("inspect", "builtin:seed=x"),
-        ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--primitives", "30"), ("generate", "-o", "{f}/x.usda", "--look", "age=3"),
-        ("export", "{f}/gone.usda", "-o", "{f}/x.usdz"), ("islands", "{f}/gone.usda"),
-        ("register", "{f}/gone.usda", "--island", "0"), ("import", "{f}/gone.vrm", "-o", "{f}/x.usda"),
-        ("register", "{f}/eva.usda", "--island", "0", "--move", "up"), ("register", "{f}/eva.usda", "--island", "9999"),
-        ("register", "{f}/eva.usda", "--island", "0", "--picture", "{f}/scan.obj"), ("export", "builtin", "-o", "{f}/x.stl"),
+        ("import", "{f}/gone.obj", "-o", "{f}/x.usda"),
+        ("import", "{f}/scan.obj", "-o", "{f}/x.blend"),
+        ("import", "{f}/scan.mtl", "-o", "{f}/x.usda"),
+        ("import", "{f}/scan.obj", "-o", "{f}/no/x.usda"),
+        ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--up", "X"),
+        ("inspect", "{f}/gone.usda"),
+        ("inspect", "{f}/scan.obj"),
+        ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--weights", "{f}/w"),
+        ("inspect", "builtin:seed=x"),
+        ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--primitives", "30"),
+        ("generate", "-o", "{f}/x.usda", "--look", "age=3"),
+        ("export", "{f}/gone.usda", "-o", "{f}/x.usdz"),
+        ("islands", "{f}/gone.usda"),
+        ("register", "{f}/gone.usda", "--island", "0"),
+        ("import", "{f}/gone.vrm", "-o", "{f}/x.usda"),
+        ("register", "{f}/eva.usda", "--island", "0", "--move", "up"),
+        ("register", "{f}/eva.usda", "--island", "9999"),
+        ("register", "{f}/eva.usda", "--island", "0", "--picture", "{f}/scan.obj"),
+        ("export", "builtin", "-o", "{f}/x.stl"),
     ],
-)  # fmt: skip
+)
 def test_wrong_usage_ends_in_one_line(folder: Path, words: tuple[str, ...]) -> None:
     code, said = _run("avatar", *(w.format(f=folder) for w in words))
     assert code == 2, said

@@ -89,17 +89,20 @@ def test_a_glove_is_calibrated_from_a_recording(folder: Path, tmp_path: Path) ->
     assert load_calibration(target).gain[0] == pytest.approx(default_calibration().gain[0], rel=0.05)
 
 
-@pytest.mark.parametrize(("words", "code", "told"), [
-    (("tracker", "{}/conference.toml", "bob", "--from", "{}/moves.mcap"), 2, "no such participant"),
-    (("tracker", "{}/conference.toml", "ada", "--from", "{}/none.mcap"), 1, "none.mcap"),
-    (("tracker", "{}/conference.toml", "ada", "--from", "{}/moves.mcap", "--begin", "30"), 1, "repeat"),
-    (("body", "{}/conference.toml", "ada", "--height", "9", "--from", "{}/moves.mcap"), 2, "--height"),
-    (("body", "{}/conference.toml", "ada", "--forearm", "--from", "{}/moves.mcap"), 1, "left_forearm"),
-    (("glove", "{}/conference.toml", "ada", "right", "--from", "{}/moves.mcap"), 1, "nothing was heard"),
-    (("glove", "{}/conference.toml", "ada", "middle", "--from", "{}/moves.mcap"), 2, "wears left and right"),
-    (("distortion", "{}/conference.toml"), 1, "lacks the columns"),
-    (("distortion", "{}/none.csv"), 1, "cannot be read"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "code", "told"),
+    [
+        (("tracker", "{}/conference.toml", "bob", "--from", "{}/moves.mcap"), 2, "no such participant"),
+        (("tracker", "{}/conference.toml", "ada", "--from", "{}/none.mcap"), 1, "none.mcap"),
+        (("tracker", "{}/conference.toml", "ada", "--from", "{}/moves.mcap", "--begin", "30"), 1, "repeat"),
+        (("body", "{}/conference.toml", "ada", "--height", "9", "--from", "{}/moves.mcap"), 2, "--height"),
+        (("body", "{}/conference.toml", "ada", "--forearm", "--from", "{}/moves.mcap"), 1, "left_forearm"),
+        (("glove", "{}/conference.toml", "ada", "right", "--from", "{}/moves.mcap"), 1, "nothing was heard"),
+        (("glove", "{}/conference.toml", "ada", "middle", "--from", "{}/moves.mcap"), 2, "wears left and right"),
+        (("distortion", "{}/conference.toml"), 1, "lacks the columns"),
+        (("distortion", "{}/none.csv"), 1, "cannot be read"),
+    ],
+)
 def test_what_cannot_be_used_is_told_in_one_line(
     words: tuple[str, ...], code: int, told: str, folder: Path, tmp_path: Path
 ) -> None:

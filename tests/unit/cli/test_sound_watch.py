@@ -19,9 +19,15 @@ from vistel_cli.voice.watch import SoundWatch
 def told(*, actual_s: float = 0.212, talking: bool = True, acoustic_known: bool = True) -> SoundStatus:
     message = SoundStatus(site="tokyo", policy="match", loudspeaker="Headset", acoustic_known=acoustic_known)
     message.streams.add(
-        participant="ben", target_s=0.212, actual_s=actual_s, image_s=0.211, skew_s=actual_s - 0.211, talking=talking, frames=100,
+        participant="ben",
+        target_s=0.212,
+        actual_s=actual_s,
+        image_s=0.211,
+        skew_s=actual_s - 0.211,
+        talking=talking,
+        frames=100,
         concealed=2,
-    )  # fmt: skip
+    )
     message.microphones.add(participant="aiko", source="Microphone", open=True, level_db=-20.0, clipped=True)
     message.microphones.add(participant="bo", source="", open=False, detail="no sound card with inputs is attached")
     return message
@@ -67,6 +73,18 @@ def test_the_watch_shows_everything_that_a_site_says() -> None:
     with console.capture() as capture:
         console.print(*_site_lines(told()), _device_line(unit), sep="\n")
     text = capture.get()
-    for part in ("delay match", "loudspeaker Headset", "too loud", "no sound card with inputs", "wanted  212 ms", "heard  212 ms",
-                 "picture  211 ms", "skew   +1 ms", "made up 2.0 %", "unit", "observed", "121.3 ms"):  # fmt: skip
+    for part in (
+        "delay match",
+        "loudspeaker Headset",
+        "too loud",
+        "no sound card with inputs",
+        "wanted  212 ms",
+        "heard  212 ms",
+        "picture  211 ms",
+        "skew   +1 ms",
+        "made up 2.0 %",
+        "unit",
+        "observed",
+        "121.3 ms",
+    ):
         assert part in text

@@ -99,15 +99,20 @@ def test_edit_changes_the_file_and_says_what(room: Path, tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        (("set", "baton", "mass=heavy"), "expected a number"), (("set", "nothing", "mass=1"), "no such thing"),
-        (("paint", "baton", "red"), "expected set, move, add, remove, seat"), (("set", "baton", "mass=nan"), "expected a number"),
-        (("set", "baton", "mass=1e9"), "expected a number from 0 to 50"), (("set", "baton", "colour=red"), "such as #c23b32"),
-        (("add", "Mug!", "shape=ball"), "small letters"), (("seat", "9", "remove"), "one of 0 to 2"),
+        (("set", "baton", "mass=heavy"), "expected a number"),
+        (("set", "nothing", "mass=1"), "no such thing"),
+        (("paint", "baton", "red"), "expected set, move, add, remove, seat"),
+        (("set", "baton", "mass=nan"), "expected a number"),
+        (("set", "baton", "mass=1e9"), "expected a number from 0 to 50"),
+        (("set", "baton", "colour=red"), "such as #c23b32"),
+        (("add", "Mug!", "shape=ball"), "small letters"),
+        (("seat", "9", "remove"), "one of 0 to 2"),
         (("set",), "what it is about"),
-        (("set", "baton", "mass=0.3", "then", "remove", "gone"), "no such thing"), (("add", "ball"), "two things have this id"),
+        (("set", "baton", "mass=0.3", "then", "remove", "gone"), "no such thing"),
+        (("add", "ball"), "two things have this id"),
         (("add", "mug", "file=gone.glb"), "no such file"),
     ],
-)  # fmt: skip
+)
 def test_edit_that_cannot_be_done_leaves_the_file_as_it_was(room: Path, changes: tuple[str, ...], says: str) -> None:
     before = room.read_bytes()
     _refused("edit", room, *changes, says=says)
@@ -167,13 +172,18 @@ def test_export_where_it_makes_no_sense(room: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
-        ("newer.usda", NEWER, "written by another version"), ("broken.usda", "#usda 1.0\ndef Xform {", "not a whole USD file"),
-        ("broken.usdz", "PK\x03\x04 no", "not a whole USD file"), ("empty.usdc", "", "not a whole USD file"),
-        ("broken.glb", "glTF no", "broken.glb"), ("empty.obj", "", "empty.obj"), ("room.txt", "", "expected a file that ends in"),
-        ("broken.toml", "[room", "not valid TOML"), ("lacking.toml", SOLO + '[room]\nfile = "gone.usda"\n', "no such file"),
+        ("newer.usda", NEWER, "written by another version"),
+        ("broken.usda", "#usda 1.0\ndef Xform {", "not a whole USD file"),
+        ("broken.usdz", "PK\x03\x04 no", "not a whole USD file"),
+        ("empty.usdc", "", "not a whole USD file"),
+        ("broken.glb", "glTF no", "broken.glb"),
+        ("empty.obj", "", "empty.obj"),
+        ("room.txt", "", "expected a file that ends in"),
+        ("broken.toml", "[room", "not valid TOML"),
+        ("lacking.toml", SOLO + '[room]\nfile = "gone.usda"\n', "no such file"),
         ("odd.toml", SOLO + "[room]\nchairs = 3\n", "room.chairs"),
     ],
-)  # fmt: skip
+)
 def test_a_file_that_cannot_be_used_is_one_line(tmp_path: Path, name: str, content: str, says: str) -> None:
     file = tmp_path / name
     file.write_text(content, "latin-1")

@@ -34,9 +34,22 @@ def test_show_lists_the_taxonomy_and_draws_it(tmp_path: Path) -> None:
 def test_draw_writes_texture_heights_and_normals_and_reports_the_loss(tmp_path: Path) -> None:
     paths = [tmp_path / name for name in ("texture.png", "heights.png", "normals.png")]
     said = json.loads(
-        _run("draw", str(SHEET), "-o", str(paths[0]), "--heights", str(paths[1]), "--bumps", str(paths[2]), "--size", "200",
-             "--limit", "1", "--json")
-    )  # fmt: skip
+        _run(
+            "draw",
+            str(SHEET),
+            "-o",
+            str(paths[0]),
+            "--heights",
+            str(paths[1]),
+            "--bumps",
+            str(paths[2]),
+            "--size",
+            "200",
+            "--limit",
+            "1",
+            "--json",
+        )
+    )
     assert (said["width"], said["height"]) == (131, 200)
     assert said["moved_mm"] == pytest.approx(1.0)
     assert said["limited"] is True

@@ -56,9 +56,7 @@ def test_automatic_seats_leave_out_the_seats_that_are_named(tmp_path: Path) -> N
         (('[[sites.participants]]\nname = "aiko"', ""), ["sites[0].participants"]),
     ],
 )
-def test_a_faulty_file_names_file_key_and_expectation(
-    tmp_path: Path, change: tuple[str, str], expected: list[str]
-) -> None:
+def test_a_faulty_file_names_file_key_and_expectation(tmp_path: Path, change: tuple[str, str], expected: list[str]) -> None:
     assert change[0] in GOOD
     with pytest.raises(ConferenceError) as error:
         _load(tmp_path, GOOD.replace(*change, 1))

@@ -23,9 +23,7 @@ def capsule(a, b, ra, rb, *, around=12, along=9, cap=3):
     rings += [(b, rb, t) for t in np.linspace(start, np.pi / 2, cap + 1)[1:-1]]
     turn = np.arange(around) * 2 * np.pi / around
     circle = np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v
-    points = (
-        [a - ra * w] + [c + r * (np.cos(t) * d + np.sin(t) * w) for c, r, t in rings for d in circle] + [b + rb * w]
-    )
+    points = [a - ra * w] + [c + r * (np.cos(t) * d + np.sin(t) * w) for c, r, t in rings for d in circle] + [b + rb * w]
     triangles = []
     for i in range(around):
         j = (i + 1) % around

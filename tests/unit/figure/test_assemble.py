@@ -7,16 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import F64
 from vistel.figure.making.assembly.assemble import Assembled, assemble
 from vistel.figure.making.assembly.colour import colour_at
 from vistel.figure.making.assembly.piece import Piece, cut, loops
 from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.parts import soundness
-
-F64 = NDArray[np.float64]
 
 AROUND = 28
 RADIUS = 0.045
@@ -144,7 +142,7 @@ def test_landmarks_bring_a_part_to_its_place(tmp_path: Path) -> None:
     [
         (PARTS.replace("lower.obj", "gone.obj"), "parts[1], lower: there is no file gone.obj"),
         (PARTS.replace('"lower"', '"upper"'), "parts: upper stands more than once"),
-        (PARTS + 'size = 3\n', "parts[1].size: Extra inputs are not permitted"),
+        (PARTS + "size = 3\n", "parts[1].size: Extra inputs are not permitted"),
         (PARTS + '[[joints]]\nbetween = ["upper", "hand"]\n', "joints[0].between: there is no part 'hand'"),
         (PARTS + "move = [0.0, 0.5, 0.0]\n", "joined to nothing; is the part before lower missing"),
         (PARTS + "move = [0.08, 0.0, 0.0]\n", "too far for ends 4.1 cm in radius; is a part between them missing?"),
@@ -154,7 +152,7 @@ def test_landmarks_bring_a_part_to_its_place(tmp_path: Path) -> None:
         ("parts = 3", "parts: Input should be a valid list"),
         ("parts", "not valid TOML"),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_is_told_in_one_line(tmp_path: Path, text: str, reason: str) -> None:
     with pytest.raises(MakingError) as told:
         assemble(limbs(tmp_path, text=text))

@@ -23,12 +23,7 @@ def person():
 
 def same(a, b):
     assert a.name == b.name and a.body.names == b.body.names and len(a.eyeballs) == len(b.eyeballs)
-    for one, two in (
-        (a.skeleton, b.skeleton),
-        (a.body, b.body),
-        (a.mesh, b.mesh),
-        *zip(a.eyeballs, b.eyeballs, strict=True),
-    ):
+    for one, two in ((a.skeleton, b.skeleton), (a.body, b.body), (a.mesh, b.mesh), *zip(a.eyeballs, b.eyeballs, strict=True)):
         for field in one.__dataclass_fields__:
             left, right = getattr(one, field), getattr(two, field)
             if isinstance(left, np.ndarray):
@@ -81,9 +76,7 @@ def made(person, monkeypatch):
 
 def test_the_second_call_reads_the_cache(made, tmp_path):
     first = avatar_builtin.builtin_avatar("builtin:seed=1", name="anna", height=1.7, cache=tmp_path / "new" / "folder")
-    second = avatar_builtin.builtin_avatar(
-        "builtin:seed=1", name="berta", height=1.7, cache=tmp_path / "new" / "folder"
-    )
+    second = avatar_builtin.builtin_avatar("builtin:seed=1", name="berta", height=1.7, cache=tmp_path / "new" / "folder")
     assert len(made) == 1
     assert second.name == "berta"
     assert np.array_equal(first.mesh.vertices, second.mesh.vertices)

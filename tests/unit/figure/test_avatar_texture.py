@@ -59,9 +59,8 @@ def test_what_is_shown_moves_up_right_turns_left_and_grows() -> None:
 
 @settings(max_examples=8, deadline=None)
 @given(
-    u=st.floats(-0.3, 0.3), v=st.floats(-0.3, 0.3), turn=st.floats(-3.0, 3.0), scale=st.floats(0.2, 5.0),
-    island=st.integers(0, 30),
-)  # fmt: skip
+    u=st.floats(-0.3, 0.3), v=st.floats(-0.3, 0.3), turn=st.floats(-3.0, 3.0), scale=st.floats(0.2, 5.0), island=st.integers(0, 30)
+)
 def test_it_can_be_taken_back(u: float, v: float, turn: float, scale: float, island: int) -> None:
     there = registered(person(), Registration(island, (u, v), turn, scale))
     again = registered(there, Registration(island, (v, u), -turn, 1.0))
@@ -110,8 +109,9 @@ def test_another_picture_spans_its_island_and_the_rest_shows_what_it_showed() ->
     assert [r.island for r in out.registration] == [1]
     np.testing.assert_allclose(
         unregistered(out, 1).mesh.uv[island_of(person())[0] == 1],
-        with_picture(person(), ISLAND, red).mesh.uv[island_of(person())[0] == 1], atol=3e-6,
-    )  # fmt: skip
+        with_picture(person(), ISLAND, red).mesh.uv[island_of(person())[0] == 1],
+        atol=3e-6,
+    )
 
 
 def test_islands_and_scales_that_are_none_are_refused() -> None:

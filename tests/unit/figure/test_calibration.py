@@ -45,12 +45,7 @@ from vistel.figure.posture.posture import pose_joints
 from vistel.figure.posture.sensors import RECEIVERS, Mount, out_of_frame, receiver_mounts, transmitter_in_room
 from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.posture.swivel import Comfort
-from vistel.figure.rotation import (
-    matrix_from_quaternion,
-    matrix_from_rotvec,
-    quaternion_from_matrix,
-    rotvec_from_matrix,
-)
+from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
 from vistel_sim.motion import open_motion
 from vistel_sim.motion.calibration import CalibrationMoves
@@ -88,11 +83,12 @@ def worn(seed: int) -> tuple[Place, np.ndarray, float]:
     place, body = places(CONFERENCE)["ada"], somebody(seed)
     mounts = {
         name: Mount(
-            m.joint, m.position + 0.015 * rng.standard_normal(3),
+            m.joint,
+            m.position + 0.015 * rng.standard_normal(3),
             m.rotation @ matrix_from_rotvec(math.radians(8.0) * rng.standard_normal(3)),
         )
         for name, m in receiver_mounts(body).items()
-    }  # fmt: skip
+    }
     position, heading = np.array([0.1, 0.3, 0.2]) + 0.2 * rng.standard_normal(3), 0.4 * rng.standard_normal()
     transmitter = transmitter_in_room(place.seat_position, place.seat_heading, position, heading)
     return replace(place, skeleton=body, mounts=mounts, transmitter=transmitter), position, heading
@@ -160,9 +156,7 @@ def test_a_measured_person_is_where_they_are_and_an_average_one_is_not() -> None
     c = found(0)
     seat = place.seat_position, place.seat_heading
     measured = errors(place, PostureSolver(c.skeleton, mounts=c.mounts), transmitter_in_room(*seat, c.position, c.heading))
-    average = errors(
-        place, PostureSolver(standard_skeleton(HEIGHT)), transmitter_in_room(*seat, position, heading)
-    )
+    average = errors(place, PostureSolver(standard_skeleton(HEIGHT)), transmitter_in_room(*seat, position, heading))
     for joint in ("left_hand", "right_hand", "head"):
         assert measured[joint] < 0.025, joint
         assert measured[joint] < average[joint], joint
@@ -206,10 +200,15 @@ def step_of(name: str):
     return next(s for s in STEPS if s.name == name)
 
 
-@pytest.mark.parametrize(("change", "told"), [
-    ("silent", "arms: the receiver left hand was silent"), ("still", "arms: left hand turned by"),
-    ("exchanged", "left and right hand are exchanged"), ("askew", "receiver left hand is turned by"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("silent", "arms: the receiver left hand was silent"),
+        ("still", "arms: left hand turned by"),
+        ("exchanged", "left and right hand are exchanged"),
+        ("askew", "receiver left hand is turned by"),
+    ],
+)
 def test_moves_that_cannot_be_used_are_told_in_one_line(change: str, told: str) -> None:
     with pytest.raises(MoveError, match=told) as e:
         calibrate(cut(spoiled(change)), HEIGHT)
@@ -232,12 +231,18 @@ def test_files_hold_what_was_found(tmp_path: Path) -> None:
     assert all(np.abs(setup.mounts[n].rotation - m.rotation).max() < 1e-5 for n, m in c.mounts.items())
 
 
-@pytest.mark.parametrize("text", [
-    "", "{}", "[]", '{"format": "vistel body 1"}',
-    '{"format": "vistel body 1", "height_m": 9, "bones": {}, "collar_shortening": 0}',
-    '{"format": "vistel body 1", "height_m": 1.7, "bones": {"tail": [0,0,0]}, "collar_shortening": 0}',
-    '{"format": "vistel body 1", "height_m": 1.7, "bones": {"head": [0,null,0]}, "collar_shortening": 0}',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{}",
+        "[]",
+        '{"format": "vistel body 1"}',
+        '{"format": "vistel body 1", "height_m": 9, "bones": {}, "collar_shortening": 0}',
+        '{"format": "vistel body 1", "height_m": 1.7, "bones": {"tail": [0,0,0]}, "collar_shortening": 0}',
+        '{"format": "vistel body 1", "height_m": 1.7, "bones": {"head": [0,null,0]}, "collar_shortening": 0}',
+    ],
+)
 def test_broken_files_are_told_in_one_line(text: str, tmp_path: Path) -> None:
     path = tmp_path / "body.json"
     path.write_text(text)

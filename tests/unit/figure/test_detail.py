@@ -28,9 +28,13 @@ def sphere(seam: bool) -> Mesh:
         corner_vertex = np.concatenate([corner_vertex, both])
     uv = 0.5 + 0.5 * v[corner_vertex][:, 1:]
     return Mesh(
-        v.astype(np.float32), t.astype(np.int32), corner_vertex.astype(np.int32), uv.astype(np.float32),
-        corner_triangles.astype(np.int32), np.zeros(len(v), np.int32),
-    )  # fmt: skip
+        v.astype(np.float32),
+        t.astype(np.int32),
+        corner_vertex.astype(np.int32),
+        uv.astype(np.float32),
+        corner_triangles.astype(np.int32),
+        np.zeros(len(v), np.int32),
+    )
 
 
 def solid(mesh: Mesh) -> trimesh.Trimesh:
@@ -67,9 +71,13 @@ def test_a_seam_stays_where_it_was() -> None:
 def test_what_allows_no_fewer_triangles_keeps_them() -> None:
     box = trimesh.creation.box()
     mesh = Mesh(
-        np.asarray(box.vertices, np.float32), np.asarray(box.faces, np.int32), np.arange(8, dtype=np.int32),
-        np.zeros((8, 2), np.float32), np.asarray(box.faces, np.int32), np.zeros(8, np.int32),
-    )  # fmt: skip
+        np.asarray(box.vertices, np.float32),
+        np.asarray(box.faces, np.int32),
+        np.arange(8, dtype=np.int32),
+        np.zeros((8, 2), np.float32),
+        np.asarray(box.faces, np.int32),
+        np.zeros(8, np.int32),
+    )
     assert solid(coarser(mesh, 4)).is_watertight
 
 

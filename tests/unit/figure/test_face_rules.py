@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.face.countenance import Countenance
 from vistel.figure.face.intensities import MarkReader, PhoneReader, by_loudness
@@ -20,7 +20,6 @@ from vistel.figure.face.shape import Expression, FaceShape
 from vistel.figure.posture.posture import Posture, interpolate
 from vistel.protocol.live_link_face import CHANNELS
 
-F64 = NDArray[np.float64]
 SECOND = 1_000_000_000
 RULES = builtin_rules()
 
@@ -48,12 +47,22 @@ def marks_of(**channels: float) -> F64:
 @pytest.mark.parametrize(
     ("channel", "unit"),
     [
-        ("browInnerUp", "left_AU1"), ("browOuterUpLeft", "left_AU2"), ("browDownRight", "right_AU4"),
-        ("cheekSquintLeft", "left_AU6"), ("noseSneerRight", "right_AU9"), ("mouthSmileLeft", "left_AU12"),
-        ("mouthFrownRight", "right_AU15"), ("mouthStretchLeft", "left_AU20"), ("mouthPucker", "AU18"), ("mouthFunnel", "AU22"),
-        ("jawOpen", "AU26"), ("jawLeft", "AU30"), ("jawRight", "AU30R"), ("mouthClose", "AU8"),
+        ("browInnerUp", "left_AU1"),
+        ("browOuterUpLeft", "left_AU2"),
+        ("browDownRight", "right_AU4"),
+        ("cheekSquintLeft", "left_AU6"),
+        ("noseSneerRight", "right_AU9"),
+        ("mouthSmileLeft", "left_AU12"),
+        ("mouthFrownRight", "right_AU15"),
+        ("mouthStretchLeft", "left_AU20"),
+        ("mouthPucker", "AU18"),
+        ("mouthFunnel", "AU22"),
+        ("jawOpen", "AU26"),
+        ("jawLeft", "AU30"),
+        ("jawRight", "AU30R"),
+        ("mouthClose", "AU8"),
     ],
-)  # fmt: skip
+)
 def test_marks_name_the_unit_that_moved_them_and_the_phone_agrees(channel: str, unit: str) -> None:
     reader, phone = MarkReader(RULES), PhoneReader(RULES, CHANNELS)
     for strength in (0.5, 1.0):

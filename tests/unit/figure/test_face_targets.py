@@ -31,12 +31,25 @@ RULES = builtin_rules()
 @pytest.mark.parametrize(
     ("name", "unit", "side"),
     [
-        ("mouthSmileLeft", "AU12", 1), ("mouthSmile_R", "AU12", -1), ("Face.browInnerUp", "AU1", 0), ("jawLeft", "AU30", 0),
-        ("eye-left-closure", "AU45", 1), ("mouth-corner-puller", "AU12", 0), ("eyebrows-right-inner-up", "AU1", -1),
-        ("AU26", "AU26", 0), ("AU4_L", "AU4", 1), ("left_AU2", "AU2", 1), ("vrm:aa", "AU26", 0), ("vrm:blinkRight", "AU45", -1),
-        ("Lip Corner Puller.l", "AU12", 1), ("tongueOut", None, 0), ("Body_fat", None, 0), ("", None, 0), ("vrm:neutral", None, 0),
+        ("mouthSmileLeft", "AU12", 1),
+        ("mouthSmile_R", "AU12", -1),
+        ("Face.browInnerUp", "AU1", 0),
+        ("jawLeft", "AU30", 0),
+        ("eye-left-closure", "AU45", 1),
+        ("mouth-corner-puller", "AU12", 0),
+        ("eyebrows-right-inner-up", "AU1", -1),
+        ("AU26", "AU26", 0),
+        ("AU4_L", "AU4", 1),
+        ("left_AU2", "AU2", 1),
+        ("vrm:aa", "AU26", 0),
+        ("vrm:blinkRight", "AU45", -1),
+        ("Lip Corner Puller.l", "AU12", 1),
+        ("tongueOut", None, 0),
+        ("Body_fat", None, 0),
+        ("", None, 0),
+        ("vrm:neutral", None, 0),
     ],
-)  # fmt: skip
+)
 def test_names_of_many_programs_mean_units(name: str, unit: str | None, side: int) -> None:
     found = meant([name]).get(name)
     assert (found is None) if unit is None else found is not None and (found.unit, found.side) == (unit, side)
@@ -69,12 +82,24 @@ def with_targets(path: Path, told: dict[str, tuple[float, float, float]], extra:
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Avatar, tuple[str, ...]]:
     folder = tmp_path_factory.mktemp("targets")
-    moves = {"jawOpen": (0.0, -0.02, 0.0), "mouthSmile": (0.0, 0.01, 0.0), "eyeBlinkLeft": (0.0, 0.0, 0.003),
-             "Antenna": (0.1, 0.0, 0.0), "Fcl_U": (0.0, 0.0, 0.008)}  # fmt: skip
-    vrm = {"VRMC_vrm": {"specVersion": "1.0", "expressions": {"preset": {
-        "ou": {"morphTargetBinds": [{"node": 60, "index": 4, "weight": 0.5}]},
-        "aa": {"morphTargetBinds": [{"node": 60, "index": 3, "weight": 1.0}]},
-    }}}}  # fmt: skip
+    moves = {
+        "jawOpen": (0.0, -0.02, 0.0),
+        "mouthSmile": (0.0, 0.01, 0.0),
+        "eyeBlinkLeft": (0.0, 0.0, 0.003),
+        "Antenna": (0.1, 0.0, 0.0),
+        "Fcl_U": (0.0, 0.0, 0.008),
+    }
+    vrm = {
+        "VRMC_vrm": {
+            "specVersion": "1.0",
+            "expressions": {
+                "preset": {
+                    "ou": {"morphTargetBinds": [{"node": 60, "index": 4, "weight": 0.5}]},
+                    "aa": {"morphTargetBinds": [{"node": 60, "index": 3, "weight": 1.0}]},
+                }
+            },
+        }
+    }
     out = make_avatar(read_source(with_targets(foreign(folder), moves, vrm)), name="theirs", height=1.70)
     return out.avatar, out.notes
 
@@ -163,8 +188,9 @@ def test_makehumans_expression_units_are_read_from_a_folder(tmp_path: Path) -> N
     (folder / "mouth-open.target").write_text("3 0 -0.02 0.001\n")
     source = read_source(tmp_path / "her.obj", Extras(expressions=folder))
     assert {t.name: (t.vertex.tolist(), t.offset.round(4).tolist()) for t in source.targets} == {
-        "eye-left-closure": ([7], [[0.0, -0.01, 0.0]]), "mouth-open": ([3], [[0.0, -0.02, 0.001]]),
-    }  # fmt: skip
+        "eye-left-closure": ([7], [[0.0, -0.01, 0.0]]),
+        "mouth-open": ([3], [[0.0, -0.02, 0.001]]),
+    }
     (folder / "mouth-open.target").write_text("999999 0 0 0\n")
     with pytest.raises(MakingError, match="not a line of a morph target"):
         read_source(tmp_path / "her.obj", Extras(expressions=folder))

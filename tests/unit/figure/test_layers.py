@@ -155,9 +155,7 @@ def test_normals_follow_the_skin_that_layers_move() -> None:
 def test_a_person_of_any_height_has_muscles_in_proportion() -> None:
     small, large = (Anatomy.of(Places(tube_person(height))).muscles for height in (1.2, 1.9))
     assert np.allclose(large.rest_length / small.rest_length, 1.9 / 1.2, rtol=0.02)
-    assert np.allclose(
-        [m.section for m in large.muscles], [m.section * (1.9 / 1.2) ** 2 for m in small.muscles], rtol=1e-6
-    )
+    assert np.allclose([m.section for m in large.muscles], [m.section * (1.9 / 1.2) ** 2 for m in small.muscles], rtol=1e-6)
 
 
 def test_standing_moves_no_vertex_far() -> None:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.builtin import builtin_avatar
 from vistel.figure.face.landmarks import EYEBALL, landmarks_of
 from vistel.figure.face.rules import builtin_rules
 from vistel.figure.face.shape import Expression, FaceShape
 
-F64 = NDArray[np.float64]
 RULES = builtin_rules()
 HEADS = ("builtin:seed=3", "builtin:seed=4,pattern=4,top=7", "builtin:seed=12,build=1.2")
 

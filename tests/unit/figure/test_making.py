@@ -113,9 +113,7 @@ def test_cut_apart_only_where_more_than_two_faces_meet() -> None:
     np.testing.assert_array_equal(same.vertices[same.triangles], mesh.vertices[mesh.triangles])
     fin = np.array([[*mesh.triangles[0, :2], mesh.triangles[900, 2]]], np.int32)
     corner = np.array([[*mesh.corner_triangles[0, :2], mesh.corner_triangles[900, 2]]], np.int32)
-    odd = replace(
-        mesh, triangles=np.vstack([mesh.triangles, fin]), corner_triangles=np.vstack([mesh.corner_triangles, corner])
-    )
+    odd = replace(mesh, triangles=np.vstack([mesh.triangles, fin]), corner_triangles=np.vstack([mesh.corner_triangles, corner]))
     assert not soundness(odd.triangles, len(odd.vertices)).manifold
     cut = cut_apart(odd)
     assert soundness(cut.triangles, len(cut.vertices)).manifold
@@ -141,9 +139,7 @@ def test_without_texture_the_parts_of_the_body_get_plain_colours(tmp_path: Path)
     assert any("no texture" in note for note in made.notes)
     mesh, albedo = made.avatar.mesh, made.avatar.albedo
     uv = mesh.uv[mesh.corner_triangles].mean(axis=1)
-    colour = albedo[
-        ((1 - uv[:, 1]) * albedo.shape[0]).astype(int), (uv[:, 0] * albedo.shape[1]).astype(int)
-    ]
+    colour = albedo[((1 - uv[:, 1]) * albedo.shape[0]).astype(int), (uv[:, 0] * albedo.shape[1]).astype(int)]
     assert len(np.unique(colour, axis=0)) >= 3
 
 
@@ -166,10 +162,14 @@ def test_a_texture_that_is_missing_is_said_and_a_plain_colour_taken(tmp_path: Pa
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("", "no faces"), ("v 0 0 0\nf 1 2 3\n", ":2:"), ("v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "fewer numbers"),
-        ("v a b c\n", ":1:"), ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "expected at least"), ("f 1/1/1 2 3", ":1:"),
+        ("", "no faces"),
+        ("v 0 0 0\nf 1 2 3\n", ":2:"),
+        ("v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "fewer numbers"),
+        ("v a b c\n", ":1:"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "expected at least"),
+        ("f 1/1/1 2 3", ":1:"),
     ],
-)  # fmt: skip
+)
 def test_files_that_hold_nobody_are_refused_in_one_line(tmp_path: Path, text: str, what: str) -> None:
     path = tmp_path / "a.obj"
     path.write_text(text)
@@ -210,16 +210,26 @@ def test_a_mesh_cut_short_is_refused_or_works(tmp_path: Path, cut: float) -> Non
 @pytest.mark.parametrize(
     ("name", "ours"),
     [
-        ("mixamorig:LeftForeArm", "left_lower_arm"), ("mixamorig_LeftHand", "left_hand"),
-        ("upperarm_r", "right_upper_arm"), ("J_Bip_L_UpperLeg", "left_upper_leg"),
-        ("thigh.L", "left_upper_leg"), ("LeftUpLeg", "left_upper_leg"), ("calf_l", "left_lower_leg"), ("Spine2", "spine"),
-        ("mixamorig:RightHandIndex2", "right_index_intermediate"), ("thumb_01_l", "left_thumb_metacarpal"),
-        ("rightLittleDistal", "right_little_distal"), ("LHipJoint", "spine"), ("Head", "head"),
+        ("mixamorig:LeftForeArm", "left_lower_arm"),
+        ("mixamorig_LeftHand", "left_hand"),
+        ("upperarm_r", "right_upper_arm"),
+        ("J_Bip_L_UpperLeg", "left_upper_leg"),
+        ("thigh.L", "left_upper_leg"),
+        ("LeftUpLeg", "left_upper_leg"),
+        ("calf_l", "left_lower_leg"),
+        ("Spine2", "spine"),
+        ("mixamorig:RightHandIndex2", "right_index_intermediate"),
+        ("thumb_01_l", "left_thumb_metacarpal"),
+        ("rightLittleDistal", "right_little_distal"),
+        ("LHipJoint", "spine"),
+        ("Head", "head"),
         ("left_upper_arm", "left_upper_arm"),
-        ("Bone.017", None), ("RThumb", "right_thumb_metacarpal"), ("clavicle_l", "left_shoulder"),
+        ("Bone.017", None),
+        ("RThumb", "right_thumb_metacarpal"),
+        ("clavicle_l", "left_shoulder"),
         ("finger2-1.L", "left_index_proximal"),
     ],
-)  # fmt: skip
+)
 def test_names_of_other_rigs_are_understood(name: str, ours: str | None) -> None:
     assert house_joint(name) == ours
 
@@ -263,9 +273,10 @@ def test_makehumans_base_mesh_becomes_a_person_within_the_limits(shared_data: Pa
 def test_clothes_follow_the_body_under_them(shared_data: Path) -> None:
     folder = shared_data / MAKEHUMAN
     extras = Extras(
-        rig=folder / "rig.cmu_mb.json", weights=folder / "weights.cmu_mb.json.gz",
+        rig=folder / "rig.cmu_mb.json",
+        weights=folder / "weights.cmu_mb.json.gz",
         clothes=(folder / "clothes/male_casualsuit06/male_casualsuit06.mhclo",),
-    )  # fmt: skip
+    )
     made = _made(folder / "base.obj", extras)
     assert made.sound.pieces > 1
     assert len(made.avatar.mesh.vertices) < 13380 + 3708
@@ -279,10 +290,14 @@ def test_makehumans_files_that_are_damaged_are_refused(shared_data: Path, tmp_pa
     weights = tmp_path / "weights.json.gz"
     weights.write_bytes((folder / "weights.game_engine.json.gz").read_bytes()[:5000])
     for extras in (
-        Extras(rig=folder / "rig.game_engine.json", weights=weights), Extras(rig=folder / "hm08_config.json"),
-        Extras(rig=folder / "base.obj"), Extras(texture=folder / "base.obj"), Extras(texture=tmp_path / "gone.png"),
-        Extras(targets=(f"{folder / 'base.obj'}",)), Extras(rig=tmp_path / "gone.json"),
-    ):  # fmt: skip
+        Extras(rig=folder / "rig.game_engine.json", weights=weights),
+        Extras(rig=folder / "hm08_config.json"),
+        Extras(rig=folder / "base.obj"),
+        Extras(texture=folder / "base.obj"),
+        Extras(texture=tmp_path / "gone.png"),
+        Extras(targets=(f"{folder / 'base.obj'}",)),
+        Extras(rig=tmp_path / "gone.json"),
+    ):
         with pytest.raises(MakingError) as refused:
             read_source(folder / "base.obj", extras)
         assert "\n" not in str(refused.value)

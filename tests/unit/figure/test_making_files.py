@@ -60,7 +60,7 @@ def test_gltf_of_others_stands_where_she_stands(tmp_path: Path) -> None:
         (_Z_UP @ np.diag((1000.0, 1000.0, 1000.0, 1.0)), ["Z is up", "millimetres"]),
         (np.diag((-1.0, 1.0, -1.0, 1.0)), ["face +Z"]),
     ],
-)  # fmt: skip
+)
 def test_units_and_axes_that_the_file_has_wrong_are_found_and_said(tmp_path: Path, matrix: np.ndarray, said: list[str]) -> None:
     source = read_source(foreign(tmp_path, under_root(matrix)))
     _stands(source)
@@ -187,7 +187,7 @@ def _set(*where: Any, to: Any) -> Callable[[dict[str, Any]], None]:
         (_set("scenes", 0, "nodes", to=[0]), "no triangles"),
         (_set("buffers", 0, "uri", to="../../etc/passwd"), "beside it"),
     ],
-)  # fmt: skip
+)
 def test_gltf_that_cannot_be_used_is_refused_with_what_to_do(
     tmp_path: Path, change: Callable[[dict[str, Any]], None], what: str
 ) -> None:
@@ -235,13 +235,22 @@ def test_what_is_transparent_is_left_out(tmp_path: Path) -> None:
 
 
 @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(tree=st.recursive(
-    st.none() | st.booleans() | st.integers(-2, 5) | st.floats() | st.text(max_size=4),
-    lambda inside: st.lists(inside, max_size=3) | st.dictionaries(
-        st.sampled_from(["nodes", "meshes", "mesh", "primitives", "attributes", "POSITION", "accessors", "children", "skins"]),
-        inside, max_size=4),
-    max_leaves=12,
-))  # fmt: skip
+@given(
+    tree=st.recursive(
+        st.none() | st.booleans() | st.integers(-2, 5) | st.floats() | st.text(max_size=4),
+        lambda inside: (
+            st.lists(inside, max_size=3)
+            | st.dictionaries(
+                st.sampled_from(
+                    ["nodes", "meshes", "mesh", "primitives", "attributes", "POSITION", "accessors", "children", "skins"]
+                ),
+                inside,
+                max_size=4,
+            )
+        ),
+        max_leaves=12,
+    )
+)
 def test_trees_that_are_nonsense_are_refused(tmp_path: Path, tree: Any) -> None:
     path = tmp_path / "a.gltf"
     path.write_text(json.dumps({**(tree if isinstance(tree, dict) else {"nodes": tree}), "asset": {"version": "2.0"}}))
@@ -349,10 +358,15 @@ def test_usd_with_unknown_names_and_without_its_texture_works(tmp_path: Path) ->
 def test_usd_that_holds_nobody_is_refused_in_one_line(tmp_path: Path) -> None:
     path = tmp_path / "a.usda"
     for text, what in (
-        ("", "not a whole USD"), ("garbage", "not a whole USD"), ('#usda 1.0\ndef Xform "A"\n{\n}\n', "no meshes"),
-        ('#usda 1.0\ndef Mesh "A"\n{\nint[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 9]\n'
-         "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}\n", "not there"),
-    ):  # fmt: skip
+        ("", "not a whole USD"),
+        ("garbage", "not a whole USD"),
+        ('#usda 1.0\ndef Xform "A"\n{\n}\n', "no meshes"),
+        (
+            '#usda 1.0\ndef Mesh "A"\n{\nint[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 9]\n'
+            "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}\n",
+            "not there",
+        ),
+    ):
         path.write_text(text)
         with pytest.raises(MakingError, match=what) as refused:
             read_source(path)

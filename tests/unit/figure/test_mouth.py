@@ -26,8 +26,12 @@ def ball(rings: int = 60, around: int = 120) -> tuple[NDArray[np.float64], NDArr
     """A closed head without features, where a head is."""
     polar = np.linspace(0.0, np.pi, rings + 1)[1:-1]
     angle = np.arange(around) * 2.0 * np.pi / around
-    grid = np.stack(np.broadcast_arrays(np.sin(polar)[:, None] * np.sin(angle), np.cos(polar)[:, None] + 0.0 * angle,
-                                        np.sin(polar)[:, None] * np.cos(angle)), axis=-1)  # fmt: skip
+    grid = np.stack(
+        np.broadcast_arrays(
+            np.sin(polar)[:, None] * np.sin(angle), np.cos(polar)[:, None] + 0.0 * angle, np.sin(polar)[:, None] * np.cos(angle)
+        ),
+        axis=-1,
+    )
     v = np.concatenate(([[0.0, 1.0, 0.0]], grid.reshape(-1, 3), [[0.0, -1.0, 0.0]])) * 0.095 + (0.0, 1.57, 0.0)
     t: list[tuple[int, int, int]] = []
     last = len(v) - 1

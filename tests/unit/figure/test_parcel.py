@@ -88,18 +88,29 @@ def test_proportions_are_those_of_the_avatar_and_can_be_compared() -> None:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"rest": [float("nan")] * 180}, "not finite"), ({"rest": [9.0] * 180}, "3.5 m across"), ({"rest": [0.0] * 3}, "numbers"),
-        ({"radius_a": [0.0]}, "radii"), ({"radius_b": [5.0]}, "radii"), ({"joint": [len(JOINTS)]}, "joint beyond"),
-        ({"names": []}, "0 primitives"), ({"names": ["x" * 99]}, "letters"),
+        ({"rest": [float("nan")] * 180}, "not finite"),
+        ({"rest": [9.0] * 180}, "3.5 m across"),
+        ({"rest": [0.0] * 3}, "numbers"),
+        ({"radius_a": [0.0]}, "radii"),
+        ({"radius_b": [5.0]}, "radii"),
+        ({"joint": [len(JOINTS)]}, "joint beyond"),
+        ({"names": []}, "0 primitives"),
+        ({"names": ["x" * 99]}, "letters"),
         ({"tip": [0.0] * 180, "rest": [0.0] * 180}, "0.00 m tall"),
     ],
-)  # fmt: skip
+)
 def test_proportions_nobody_can_have_are_refused(change: dict[str, list[float]], reason: str) -> None:
     avatar = long_armed()
     limbs = {
-        "names": ["one"], "joint": [0], "rest": avatar.skeleton.rest, "tip": avatar.skeleton.tip, "a": [0.0] * 3,
-        "b": [0.0, 0.1, 0.0], "radius_a": [0.1], "radius_b": [0.1],
-    }  # fmt: skip
+        "names": ["one"],
+        "joint": [0],
+        "rest": avatar.skeleton.rest,
+        "tip": avatar.skeleton.tip,
+        "a": [0.0] * 3,
+        "b": [0.0, 0.1, 0.0],
+        "radius_a": [0.1],
+        "radius_b": [0.1],
+    }
     Proportions.from_arrays(**limbs)
     with pytest.raises(ValueError, match=reason):
         Proportions.from_arrays(**(limbs | change))

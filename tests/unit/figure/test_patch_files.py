@@ -40,9 +40,17 @@ def noise(*shape: int) -> np.ndarray:
 def patched() -> Avatar:
     """Her with one patch below the middle of her texture, another above it."""
     full = Patch(
-        (0.0, 0.0, 1.0, 0.5), 0.3, 0.0, noise(8, 8, 3), noise(16, 8, 3), (0.5, 2.0, 0.25), noise(8, 8, 3), noise(8, 8), 0.4,
+        (0.0, 0.0, 1.0, 0.5),
+        0.3,
+        0.0,
+        noise(8, 8, 3),
+        noise(16, 8, 3),
+        (0.5, 2.0, 0.25),
+        noise(8, 8, 3),
+        noise(8, 8),
+        0.4,
         both_sides=True,
-    )  # fmt: skip
+    )
     return replace(small(), patches=(full, Patch((0.0, 0.5, 1.0, 1.0), 0.25, 1.0)))
 
 
@@ -79,9 +87,11 @@ def test_a_parcel_brings_patches_with_pictures_a_little_other_and_holes_as_they_
 @pytest.mark.parametrize("what", ["box", "numbers", "picture", "many"])
 def test_patches_that_are_damaged_are_refused_in_one_line(what: str) -> None:
     bad = {
-        "box": replace(patched().patches[0], box=(0.5, 0.0, 0.5, 1.0)), "numbers": Patch(roughness=float("nan")),
-        "picture": Patch(normal=np.zeros((4, 4), np.uint8)), "many": Patch(),
-    }[what]  # fmt: skip
+        "box": replace(patched().patches[0], box=(0.5, 0.0, 0.5, 1.0)),
+        "numbers": Patch(roughness=float("nan")),
+        "picture": Patch(normal=np.zeros((4, 4), np.uint8)),
+        "many": Patch(),
+    }[what]
     with pytest.raises(AvatarFileError, match=r"^avatar.*patch"):
         pack(replace(patched(), patches=(bad,) * (100 if what == "many" else 1)))
     arrays = to_arrays(patched().patches)
@@ -104,9 +114,13 @@ def test_what_usd_says_is_a_preview_surface_that_others_read(tmp_path: Path) -> 
     assert sum(len(s.GetIndicesAttr().Get()) for s in subsets) == len(patched().mesh.triangles)
     surface = UsdShade.Shader(stage.GetPrimAtPath("/Avatar/Materials/Patch_0/Surface"))
     for name, texture, channel in (
-        ("occlusion", "Finish", "r"), ("roughness", "Finish", "g"), ("metallic", "Finish", "b"), ("normal", "Normal", "rgb"),
-        ("emissiveColor", "Glow", "rgb"), ("opacity", "Opacity", "r"),
-    ):  # fmt: skip
+        ("occlusion", "Finish", "r"),
+        ("roughness", "Finish", "g"),
+        ("metallic", "Finish", "b"),
+        ("normal", "Normal", "rgb"),
+        ("emissiveColor", "Glow", "rgb"),
+        ("opacity", "Opacity", "r"),
+    ):
         source = surface.GetInput(name).GetConnectedSources()[0][0]
         assert (source.source.GetPrim().GetName(), source.sourceName) == (texture, channel)
     assert surface.GetInput("opacityThreshold").Get() == pytest.approx(0.4)
@@ -159,11 +173,15 @@ def test_factors_and_channels_of_gltf_are_multiplied_and_put_together() -> None:
     material, _ = read(
         {
             "pbrMetallicRoughness": {"roughnessFactor": 0.5, "metallicFactor": 0.2, "metallicRoughnessTexture": {"index": 0}},
-            "occlusionTexture": {"index": 1, "strength": 0.5}, "normalTexture": {"index": 0, "scale": 1.0}, "doubleSided": True,
-            "emissiveFactor": [1.0, 0.5, 0.0], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4.0}},
+            "occlusionTexture": {"index": 1, "strength": 0.5},
+            "normalTexture": {"index": 0, "scale": 1.0},
+            "doubleSided": True,
+            "emissiveFactor": [1.0, 0.5, 0.0],
+            "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4.0}},
         },
-        mirrored, shade,
-    )  # fmt: skip
+        mirrored,
+        shade,
+    )
     patch = material.patch
     assert patch is not None
     assert patch.finish[0, 0].tolist() == [178, 100, 20]
@@ -197,8 +215,9 @@ def test_a_picture_that_lies_otherwise_than_the_colour_is_laid_as_that_one_is() 
     np.testing.assert_array_equal(material.patch.normal, np.roll(bumps, (-4, -8), axis=(0, 1)))
     other, notes = read(
         {"name": "coat", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "normalTexture": {"index": 1, "texCoord": 1}},
-        colour, bumps,
-    )  # fmt: skip
+        colour,
+        bumps,
+    )
     assert other.patch.normal is None
     assert any("'coat'" in n and "coordinates of its own" in n for n in notes)
 

@@ -111,9 +111,7 @@ def angle(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(math.radians(low), math.radians(high))
 
 
-ARM = st.tuples(
-    angle(-60, 40), angle(-50, 50), angle(-75, 40), angle(3, 140), angle(-60, 60), angle(-15, 15), angle(-50, 50)
-)  # fmt: skip
+ARM = st.tuples(angle(-60, 40), angle(-50, 50), angle(-75, 40), angle(3, 140), angle(-60, 60), angle(-15, 15), angle(-50, 50))
 
 
 @given(arm=ARM, side=st.sampled_from(SIDES))
@@ -133,9 +131,8 @@ def test_an_arm_is_found_again_from_its_wrist_and_elbow(arm: tuple[float, ...], 
     elbow = truth.position[c + 2] - truth.position[c + 1]
     toward = elbow - (elbow @ axis) / (axis @ axis) * axis
     got, _, _ = arm_dofs(
-        wrist, truth.rotation[c + 3].copy(), SKELETON.offsets[c + 1], sign, SKELETON.upper_arm, SKELETON.lower_arm,
-        toward, 0.0, 1.0,
-    )  # fmt: skip
+        wrist, truth.rotation[c + 3].copy(), SKELETON.offsets[c + 1], sign, SKELETON.upper_arm, SKELETON.lower_arm, toward, 0.0, 1.0
+    )
     dofs[SHOULDER[name]], dofs[ELBOW[name]], dofs[WRIST[name]] = got[:3], got[3], got[4:]
     again = pose_joints(SKELETON, Posture(dofs))
     assert np.abs(again.position[c + 3] - truth.position[c + 3]).max() < 5e-4
@@ -255,10 +252,7 @@ def test_with_nothing_heard_a_person_sits_on_their_seat() -> None:
         assert np.array([math.sin(seat.heading), 0.0, math.cos(seat.heading)]) @ (hand - seat.position) > 0.1
 
 
-@given(
-    seed=st.integers(0, 10_000),
-    far=st.floats(0.0, 2.0),
-)
+@given(seed=st.integers(0, 10_000), far=st.floats(0.0, 2.0))
 @settings(max_examples=150, deadline=None)
 def test_limits_are_kept_whatever_the_receivers_say(seed: int, far: float) -> None:
     rng = np.random.default_rng(seed)

@@ -14,9 +14,7 @@ from vistel.figure.making.files.source import MakingError
 N = 24
 ANGLE = 2 * np.pi * np.arange(N) / N
 POINTS = np.concatenate([np.stack([np.cos(ANGLE), np.sin(ANGLE), np.full(N, z)], axis=1) for z in (0.0, 2.0, 4.0)])
-QUADS = [
-    [r * N + j, r * N + (j + 1) % N, (r + 1) * N + (j + 1) % N, (r + 1) * N + j] for r in range(2) for j in range(N)
-]
+QUADS = [[r * N + j, r * N + (j + 1) % N, (r + 1) * N + (j + 1) % N, (r + 1) * N + j] for r in range(2) for j in range(N)]
 COLOUR = np.clip(np.stack([128 + 120 * np.cos(np.tile(ANGLE, 3)), np.repeat((0, 100, 200), N), np.full(3 * N, 60)], axis=1), 0, 255)
 
 
@@ -67,11 +65,13 @@ def test_texture_coordinates_at_vertices_go_with_the_named_picture(tmp_path: Pat
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("solid\n", "it does not begin with ply"), ("ply\nformat ascii 1.0\n", "not a whole PLY file"),
+        ("solid\n", "it does not begin with ply"),
+        ("ply\nformat ascii 1.0\n", "not a whole PLY file"),
         ("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", "no faces"),
-        (header("ascii", ""), "not a whole PLY file"), (header("binary_little_endian", "") + "xxx", "not a whole PLY file"),
+        (header("ascii", ""), "not a whole PLY file"),
+        (header("binary_little_endian", "") + "xxx", "not a whole PLY file"),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_mesh_is_refused_in_one_line(tmp_path: Path, text: str, reason: str) -> None:
     path = tmp_path / "arm.ply"
     path.write_text(text)

@@ -22,9 +22,7 @@ PRIMITIVES: dict[str, vi.Primitive] = {
     "cone-sphere, equal radii": vi.ConeSphere((-0.5, 0, 0), (0.6, 0.2, 0.1), 0.6, 0.6),
     "cone-sphere, printed": vi.ConeSphere((0, 0, -0.6), (0, 0.1, 0.7), 0.5, 0.8, printed=True),
     "rounded polygon": vi.RoundedPolygon([(-0.5, -0.5, 0), (0.6, -0.4, 0), (0.5, 0.6, 0), (-0.4, 0.5, 0)], 0.6),
-    "rounded polygon, not convex": vi.RoundedPolygon(
-        [(x - 0.6, y - 0.6, 0.2) for x, y in L_OUTLINE], 0.5, blend=vi.QUAD2
-    ),
+    "rounded polygon, not convex": vi.RoundedPolygon([(x - 0.6, y - 0.6, 0.2) for x, y in L_OUTLINE], 0.5, blend=vi.QUAD2),
     "superellipsoid": vi.Superellipsoid((0.1, 0, 0), (1.0, 0.7, 1.2), 0.5, 1.4),
     "superellipsoid, round": vi.Superellipsoid((0, 0, 0.1), (1.0, 0.8, 0.9), blend=vi.HERMITE),
     "supertoroid": vi.Supertoroid((0, 0.1, 0), (0.4, 0.4, 0.5), 1.6, 0.8, 1.0),
@@ -70,9 +68,7 @@ def _leaf() -> st.SearchStrategy[vi.Shape]:
         st.builds(vi.Sphylinder, _vec, _vec, _size, **common),
         st.builds(vi.ConeSphere, _vec, _vec, _size, _size, **common),
         st.builds(vi.Superellipsoid, _vec, st.tuples(_size, _size, _size), _exponent, _exponent, **common),
-        st.builds(
-            vi.Supertoroid, _vec, st.tuples(_size, _size, _size), st.floats(1, 3), _exponent, _exponent, **common
-        ),
+        st.builds(vi.Supertoroid, _vec, st.tuples(_size, _size, _size), st.floats(1, 3), _exponent, _exponent, **common),
         st.sampled_from(sorted(PRIMITIVES)).map(PRIMITIVES.__getitem__),
     )
 
@@ -90,14 +86,19 @@ def _grow(inner: st.SearchStrategy[vi.Shape]) -> st.SearchStrategy[vi.Shape]:
         st.builds(lambda a, b: a - b, inner, inner),
         st.builds(vi.subtract, inner, inner),
         inner.map(lambda s: ~s),
-        st.builds(lambda a, b, n, e: vi.Diff((a, b), n, e), inner, inner, st.sampled_from([0.5, 1.0, 2.0, 3.0]),
-                  st.sampled_from([0.0, 0.05])),
+        st.builds(
+            lambda a, b, n, e: vi.Diff((a, b), n, e),
+            inner,
+            inner,
+            st.sampled_from([0.5, 1.0, 2.0, 3.0]),
+            st.sampled_from([0.0, 0.05]),
+        ),
         st.builds(lambda a, b: (a + b) | a, inner, inner),
         st.builds(lambda s, t, q: s.moved(t, q), inner, _vec, quaternion),
         st.builds(lambda s, f: s.scaled(f), inner, st.tuples(*[st.floats(0.3, 2.0)] * 3)),
         st.builds(lambda s, w: w * s, inner, _weight),
         st.builds(lambda s, c: s.with_attributes(colour=c), inner, _vec),
-    )  # fmt: skip
+    )
 
 
 graphs = st.recursive(_leaf(), _grow, max_leaves=8)

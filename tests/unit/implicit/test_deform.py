@@ -24,9 +24,7 @@ def golden(start: str, **inputs: float) -> dict:
 
 
 def capsule_limbs(a, b, radius) -> Limbs:
-    return Limbs(
-        np.array([a], float), np.array([b], float), np.array([radius]), np.array([radius]), np.zeros(1, np.int32)
-    )
+    return Limbs(np.array([a], float), np.array([b], float), np.array([radius]), np.array([radius]), np.zeros(1, np.int32))
 
 
 def bumpy(a, b, radius, seed, n=900, bump=0.0):
@@ -47,13 +45,12 @@ def bumpy(a, b, radius, seed, n=900, bump=0.0):
     i, j = np.meshgrid(np.arange(along - 1), np.arange(around), indexing="ij")
     k = (j + 1) % around
     corners = [i * around + j, i * around + k, (i + 1) * around + k, (i + 1) * around + j]
-    t = np.concatenate(
-        [np.stack([corners[0], corners[1], corners[2]], -1), np.stack([corners[0], corners[2], corners[3]], -1)]
-    )
+    t = np.concatenate([np.stack([corners[0], corners[1], corners[2]], -1), np.stack([corners[0], corners[2], corners[3]], -1)])
     return (
-        p.reshape(-1, 3).astype(np.float32), np.ascontiguousarray(normal.reshape(-1, 3), np.float32),
+        p.reshape(-1, 3).astype(np.float32),
+        np.ascontiguousarray(normal.reshape(-1, 3), np.float32),
         t.reshape(-1, 3).astype(np.int32),
-    )  # fmt: skip
+    )
 
 
 class Rod:
@@ -97,9 +94,7 @@ def test_golden_vertex_solve():
 @pytest.mark.parametrize("degrees, ye", [(60, 0.5), (60, 0.2), (45, 0.3), (40, 0.2)])
 def test_golden_bulge_beside_the_contact_of_two_spheres(degrees, ye):
     row = golden(f"two_spheres.bulged_radius_{degrees}deg", ye=ye)
-    limbs = Limbs(
-        np.zeros((1, 3)), np.zeros((1, 3)), np.array([INVERSE_T]), np.array([INVERSE_T]), np.zeros(1, np.int32)
-    )
+    limbs = Limbs(np.zeros((1, 3)), np.zeros((1, 3)), np.array([INVERSE_T]), np.array([INVERSE_T]), np.zeros(1, np.int32))
     angle = np.radians(degrees)
     n = np.array([[np.cos(angle), np.sin(angle), 0], [-1, 0, 0], [0, 0, 1]], np.float32)
     p = (n * INVERSE_T).astype(np.float32)
@@ -112,9 +107,7 @@ def test_golden_bulge_beside_the_contact_of_two_spheres(degrees, ye):
 @pytest.mark.parametrize("w", [0.5, 0.25, 0.1, 0])
 def test_golden_contact_of_unequal_compliances(w):
     row = golden("rigidity.contact_x", w=w)
-    limbs = Limbs(
-        np.zeros((1, 3)), np.zeros((1, 3)), np.array([INVERSE_T]), np.array([INVERSE_T]), np.zeros(1, np.int32)
-    )
+    limbs = Limbs(np.zeros((1, 3)), np.zeros((1, 3)), np.array([INVERSE_T]), np.array([INVERSE_T]), np.zeros(1, np.int32))
     n = np.eye(3, dtype=np.float32)
     p = n * np.float32(INVERSE_T)
     deformer = Deformer(np.array([[0, 1, 2]], np.int32), embed(p, np.zeros(3, np.int32), limbs))
@@ -186,9 +179,7 @@ def test_the_skin_is_smooth_across_the_contact_circle():
     p = np.stack([x, np.full_like(x, 0.04), 0 * x], axis=1).astype(np.float32)
     n = np.broadcast_to(np.float32([0, 1, 0]), p.shape).copy()
     index = np.arange(len(x) - 2)
-    deformer = Deformer(
-        np.stack([index, index + 1, index + 2], 1).astype(np.int32), embed(p, np.zeros(len(x), np.int32), limbs)
-    )
+    deformer = Deformer(np.stack([index, index + 1, index + 2], 1).astype(np.int32), embed(p, np.zeros(len(x), np.int32), limbs))
     moved = p.copy()
     deformer.deform(moved, n, limbs.a, limbs.b, [sphere((0.2, 0.1, 0), 0.08)])
     height = moved[:, 1].astype(float)

@@ -11,20 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from vistel.implicit.deformation import kernels_meet, kernels_solve
 from vistel.implicit.deformation.kernels_field import WIDTH, first_lanes, load, spread
-from vistel.implicit.jit.lanes import (
-    absolute,
-    bits,
-    choose,
-    how_many,
-    inverse_root,
-    lane,
-    largest,
-    least,
-    most,
-    root,
-    some,
-    store,
-)
+from vistel.implicit.jit.lanes import absolute, bits, choose, how_many, inverse_root, lane, largest, least, most, root, some, store
 from vistel.implicit.jit.pointers import at, pointer
 
 F32 = np.float32
@@ -66,10 +53,8 @@ LEAVES = {
         kernels_meet.height_at_rest,
         (INT, INT, INT, INTS, POINTER, POINTER, POINTER, POINTER, POINTER, nb.boolean, POINTER),
     ),
-    "solve_patch": (
-        kernels_solve.solve_patch, (nb.int64[::1], INT, INT, INT, INT, INT, nb.boolean, INT, POINTER),
-    ),
-}  # fmt: skip
+    "solve_patch": (kernels_solve.solve_patch, (nb.int64[::1], INT, INT, INT, INT, INT, nb.boolean, INT, POINTER)),
+}
 
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="looks for x86 vector registers")

@@ -31,15 +31,12 @@ class Rod:
         i, j = np.meshgrid(np.arange(along - 1), np.arange(around), indexing="ij")
         k = (j + 1) % around
         p, q, r, s = i * around + j, i * around + k, (i + 1) * around + k, (i + 1) * around + j
-        self.triangles = np.concatenate(
-            [np.stack([p, q, r], -1).reshape(-1, 3), np.stack([p, r, s], -1).reshape(-1, 3)]
-        ).astype(np.int32)
+        self.triangles = np.concatenate([np.stack([p, q, r], -1).reshape(-1, 3), np.stack([p, r, s], -1).reshape(-1, 3)]).astype(
+            np.int32
+        )
         ends = np.array([[-0.1, 0, 0]]), np.array([[0.1, 0, 0]])
         size = np.array([radius])
-        embedding = embed(
-            rest.astype(np.float32), np.zeros(len(rest), np.int32),
-            Limbs(*ends, size, size, np.zeros(1, np.int32)),
-        )  # fmt: skip
+        embedding = embed(rest.astype(np.float32), np.zeros(len(rest), np.int32), Limbs(*ends, size, size, np.zeros(1, np.int32)))
         self.embedding, self.deformer = embedding, Deformer(self.triangles, embedding)
         self.rest = (rest @ turn.T + shift).astype(np.float32)
         self.normals = (np.tile(out, (along, 1)) @ turn.T).astype(np.float32)

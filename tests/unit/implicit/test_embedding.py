@@ -19,13 +19,7 @@ GOLDEN = {
 
 
 def one_capsule(radius: float = 0.2, length: float = 1.0) -> Limbs:
-    return Limbs(
-        np.array([[0.0, 0, 0]]),
-        np.array([[length, 0, 0]]),
-        np.array([radius]),
-        np.array([radius]),
-        np.zeros(1, np.int32),
-    )
+    return Limbs(np.array([[0.0, 0, 0]]), np.array([[length, 0, 0]]), np.array([radius]), np.array([radius]), np.zeros(1, np.int32))
 
 
 def around(radius: float, n: int = 200, seed: int = 0) -> np.ndarray:

@@ -37,7 +37,7 @@ COMBINATIONS = {
     "selective": vi.selective(list(PRIMITIVES.values())[:3], [(0, 1)]),
     "placed": (PRIMITIVES["sphere"] + PRIMITIVES["supertoroid"]).moved((0.1, 0.2, 0), (0.1, 0.3, 0, 1)).scaled((1, 1.3, 0.8)),
     "shared": (PRIMITIVES["sphere"] + PRIMITIVES["cone-sphere"]) & (PRIMITIVES["sphere"] + PRIMITIVES["superellipsoid"]),
-}  # fmt: skip
+}
 EVERYTHING = PRIMITIVES | COMBINATIONS
 
 

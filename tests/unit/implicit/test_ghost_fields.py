@@ -15,16 +15,7 @@ import vistel.implicit as vi
 from vistel.implicit.contacts.penetration import penetration
 from vistel.implicit.ghosts.constraint import Constraint, tear
 from vistel.implicit.ghosts.deformable import Collision, Deformable, Imprint, collisions, deformed
-from vistel.implicit.ghosts.force_field import (
-    Directional,
-    Force,
-    Shear,
-    compression,
-    expansion,
-    gravity,
-    limited,
-    wind,
-)
+from vistel.implicit.ghosts.force_field import Directional, Force, Shear, compression, expansion, gravity, limited, wind
 from vistel.implicit.ghosts.ghost_kind import Ghost
 from vistel.implicit.ghosts.rigidity import compliances, ghosts_in_contact, rigidity
 from vistel.implicit.ghosts.temporal import Decay, Elastic, Memory, Plastic, Viscoelastic
@@ -117,8 +108,10 @@ def test_gradients_are_the_derivatives() -> None:
 
 def test_colours_stay_with_their_body() -> None:
     red, blue = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-    bodies = [Deformable("a", vi.Sphere((0, 0, 0), 1.0).with_attributes(colour=red)),
-              Deformable("b", vi.Sphere((0.9, 0, 0), 1.0).with_attributes(colour=blue))]  # fmt: skip
+    bodies = [
+        Deformable("a", vi.Sphere((0, 0, 0), 1.0).with_attributes(colour=red)),
+        Deformable("b", vi.Sphere((0.9, 0, 0), 1.0).with_attributes(colour=blue)),
+    ]
     shapes = deformed(bodies, collisions(bodies))
     points = cloud(bodies, 3000)
     for name, colour in (("a", red), ("b", blue)):
@@ -267,9 +260,11 @@ def test_ghosts_act_in_their_time_only() -> None:
         assert np.array_equal(shape.field(points), soft.placed.field(points)) is not acts
 
 
-@pytest.mark.parametrize("make", [
-    lambda c: wind((1, 2, 0), c), lambda c: Shear((1, 0, 0), (0, 1, 0), c), lambda c: Directional((0, 0, 1), (0.1, c))],
-    ids=["wind", "shear", "polynomial"])  # fmt: skip
+@pytest.mark.parametrize(
+    "make",
+    [lambda c: wind((1, 2, 0), c), lambda c: Shear((1, 0, 0), (0, 1, 0), c), lambda c: Directional((0, 0, 1), (0.1, c))],
+    ids=["wind", "shear", "polynomial"],
+)
 def test_force_fields_are_gone_when_the_force_is(make: object) -> None:
     soft = ball("soft")
     points = cloud([soft], 2000)
@@ -284,8 +279,10 @@ def test_force_fields_are_gone_when_the_force_is(make: object) -> None:
 def test_a_wind_moves_a_body_along_and_shear_keeps_its_middle() -> None:
     soft = ball("soft")
     points = cloud([soft], 60_000)
-    blown, sheared = (deformed([soft], [Force("f", "soft", f)])["soft"].inside(points)
-                      for f in (wind((1, 0, 0), 0.4), Shear((1, 0, 0), (0, 1, 0), 1.0)))  # fmt: skip
+    blown, sheared = (
+        deformed([soft], [Force("f", "soft", f)])["soft"].inside(points)
+        for f in (wind((1, 0, 0), 0.4), Shear((1, 0, 0), (0, 1, 0), 1.0))
+    )
     assert points[blown].mean(axis=0)[0] > 0.03
     assert np.abs(points[sheared].mean(axis=0)).max() < 0.01
     assert np.corrcoef(points[sheared][:, 0], points[sheared][:, 1])[0, 1] > 0.1
@@ -295,8 +292,10 @@ def test_compression_shrinks_expansion_swells_and_no_force_empties_a_body() -> N
     soft = ball("soft")
     points = cloud([soft], 40_000)
     rest = np.count_nonzero(soft.placed.inside(points))
-    small, large = (np.count_nonzero(deformed([soft], [Force("f", "soft", f)])["soft"].inside(points))
-                    for f in (compression((0, 0, 0), 1.0, 0.3), expansion((0, 0, 0), 1.0, 1.0)))  # fmt: skip
+    small, large = (
+        np.count_nonzero(deformed([soft], [Force("f", "soft", f)])["soft"].inside(points))
+        for f in (compression((0, 0, 0), 1.0, 0.3), expansion((0, 0, 0), 1.0, 1.0))
+    )
     assert small < 0.8 * rest
     assert large > 1.3 * rest
     strong = [wind((1, 0, 0), 5.0), gravity(5.0), compression((0, 0, 0), 1.0, 1.0)]
@@ -379,8 +378,7 @@ def test_fifty_bodies_in_one_spot_give_finite_fields() -> None:
 
 
 @pytest.mark.parametrize(
-    ("a", "b"),
-    [((0, 0, 0), (0, 0, 0)), ((EDGE, 0, 0), (EDGE, 0, 0)), ((9, 9, 9), (-9, 0, 0)), ((0, EDGE, 0), (0, EDGE, 0))],
+    ("a", "b"), [((0, 0, 0), (0, 0, 0)), ((EDGE, 0, 0), (EDGE, 0, 0)), ((9, 9, 9), (-9, 0, 0)), ((0, EDGE, 0), (0, EDGE, 0))]
 )
 @pytest.mark.parametrize("d", [0.0, 0.9, 1.3])
 def test_odd_points_of_constraints_give_finite_fields(a: tuple[float, ...], b: tuple[float, ...], d: float) -> None:

@@ -158,9 +158,15 @@ def appB(name: str, i: dict[str, Any]) -> Any:
 
 
 SOLVE: dict[str, Callable[[str, dict[str, Any]], Any]] = {
-    "blend": blend, "primitive": primitive, "pointblob": pointblob, "pointset": pointset, "local": local,
-    "polyblob": polyblob, "combine": combine, "appB": appB,
-}  # fmt: skip
+    "blend": blend,
+    "primitive": primitive,
+    "pointblob": pointblob,
+    "pointset": pointset,
+    "local": local,
+    "polyblob": polyblob,
+    "combine": combine,
+    "appB": appB,
+}
 ENTRIES = [entry for name in GROUPS for entry in group(name)]
 
 

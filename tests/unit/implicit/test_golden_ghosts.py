@@ -149,8 +149,11 @@ def polymesh(name: str, i: dict[str, Any]) -> Any:
 
 
 SOLVE: dict[str, Callable[[str, dict[str, Any]], Any]] = {
-    "collision": collision, "constraint": constraint, "ghost": ghost, "polymesh": polymesh,
-}  # fmt: skip
+    "collision": collision,
+    "constraint": constraint,
+    "ghost": ghost,
+    "polymesh": polymesh,
+}
 ENTRIES = [entry for name in SOLVE for entry in group(name)]
 
 

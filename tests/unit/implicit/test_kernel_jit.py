@@ -21,18 +21,19 @@ def project(root: Path, **files: str) -> None:
 def test_imports_of_modules_of_names_and_over_several_lines_are_found(tmp_path):
     project(tmp_path, vistel__a="", vistel__b__c="", vistel__b__d="", vistel__e="", vistel__b__f="")
     source = "import numpy\nimport vistel.a\nfrom vistel.b import c as see, d\nfrom vistel.e import (\n    one,\n)\n# vistel.b.f\n"
-    assert imported_files(source, tmp_path) == {
-        tmp_path / f"vistel/{name}.py" for name in ("a", "b/c", "b/d", "e")
-    }  # fmt: skip
+    assert imported_files(source, tmp_path) == {tmp_path / f"vistel/{name}.py" for name in ("a", "b/c", "b/d", "e")}
 
 
 def test_a_change_behind_two_imports_changes_the_stamp_and_any_other_does_not(tmp_path):
     def stamp(version: str, other: str) -> str:
         root = tmp_path / f"{version}{other}"
         project(
-            root, vistel__kernel="from vistel.between import x\n", vistel__between="from vistel.leaf import x\n",
-            vistel__leaf=f"x = {version}\n", vistel__other=f"y = {other}\n",
-        )  # fmt: skip
+            root,
+            vistel__kernel="from vistel.between import x\n",
+            vistel__between="from vistel.leaf import x\n",
+            vistel__leaf=f"x = {version}\n",
+            vistel__other=f"y = {other}\n",
+        )
         return stamp_of(root / "vistel/kernel.py", root)
 
     assert stamp("1", "1") == stamp("1", "2")

@@ -75,8 +75,7 @@ def near_moved(moved: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("height", "compliance"),
-    [(0.17, 0.05), *((h, c) for h in (0.17, 0.15, 0.13) for c in (0.3, 1.0, 3.0, 20.0))],
+    ("height", "compliance"), [(0.17, 0.05), *((h, c) for h in (0.17, 0.15, 0.13) for c in (0.3, 1.0, 3.0, 20.0))]
 )
 def test_a_contact_moves_a_skin_as_it_moves_a_shape_however_stiff_the_other_is(height: float, compliance: float) -> None:
     _, body = ball((0.0, height, 0.0))
@@ -135,8 +134,15 @@ def test_a_pull_without_reach_moves_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    "field", [Directional((0, 1, 0), 2.0), Shear((1, 0, 0), (0, 1, 0), 8.0), compression((0.05, 0.0, 0.0), 0.3, 0.3),
-              expansion((0.0, 0.05, 0.0), 0.25, 0.6)], ids=["wind", "shear", "compression", "expansion"])  # fmt: skip
+    "field",
+    [
+        Directional((0, 1, 0), 2.0),
+        Shear((1, 0, 0), (0, 1, 0), 8.0),
+        compression((0.05, 0.0, 0.0), 0.3, 0.3),
+        expansion((0.0, 0.05, 0.0), 0.25, 0.6),
+    ],
+    ids=["wind", "shear", "compression", "expansion"],
+)
 def test_force_fields_move_skins_as_they_move_shapes(field: Directional | Shear) -> None:
     vertices = ROD.under(blown(field, BOX))
     shape = deformed([ROD.body], [Force("weather", "rod", field)])["rod"]

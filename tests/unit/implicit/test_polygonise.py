@@ -30,9 +30,12 @@ def random_blobs(seed: int) -> tuple[vi.Shape, int]:
     made = shapes[0]
     for shape in shapes[1:]:
         made = (
-            lambda a, b: a + b, lambda a, b: a | b, lambda a, b: a - b, lambda a, b: vi.union(a, b, power=3),
+            lambda a, b: a + b,
+            lambda a, b: a | b,
+            lambda a, b: a - b,
+            lambda a, b: vi.union(a, b, power=3),
             lambda a, b: a + vi.difference(b, a, power=4),
-        )[int(rng.integers(5))](made, shape)  # fmt: skip
+        )[int(rng.integers(5))](made, shape)
     return made, int(rng.integers(6, 40))
 
 
@@ -147,11 +150,7 @@ def test_the_table_draws_on_every_face_what_the_rule_says() -> None:
 
 
 @pytest.mark.parametrize(
-    ("shape", "expected"),
-    [
-        (~vi.Sphere((0, 0, 0), 1.0), "has no bounds"),
-        (0.3 * vi.Sphere((0, 0, 0), 1.0), "never reaches"),
-    ],
+    ("shape", "expected"), [(~vi.Sphere((0, 0, 0), 1.0), "has no bounds"), (0.3 * vi.Sphere((0, 0, 0), 1.0), "never reaches")]
 )
 def test_a_shape_without_surface_or_bounds_is_refused_in_one_line(shape: vi.Shape, expected: str) -> None:
     with pytest.raises(vi.ShapeError, match=expected) as raised:

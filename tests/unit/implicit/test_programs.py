@@ -64,10 +64,7 @@ def test_lattice_equals_points(n: object) -> None:
 def test_many_spheres_agree_on_a_lattice() -> None:
     rng = np.random.default_rng(3)
     blobs = vi.total(
-        *(
-            vi.Sphere(tuple(c), r)
-            for c, r in zip(rng.uniform(-1, 1, (200, 3)), rng.uniform(0.05, 0.4, 200), strict=True)
-        )
+        *(vi.Sphere(tuple(c), r) for c, r in zip(rng.uniform(-1, 1, (200, 3)), rng.uniform(0.05, 0.4, 200), strict=True))
     )
     program = vi.compile(blobs)
     axis = np.linspace(-1.5, 1.5, 70)
@@ -93,14 +90,7 @@ def test_attributes_agree_with_the_shape() -> None:
     b = PRIMITIVES["superellipsoid"].with_attributes(colour=(0, 1, 0.5))
     c = PRIMITIVES["pointblob of a box"].moved((0.5, 0.2, 0)).with_attributes(colour=np.abs)
     p = points(5, 1500)
-    for shape in (
-        a + b + c,
-        vi.union(a, b, c, power=3),
-        vi.intersection(a, b, power=2),
-        a | b | c,
-        a - b,
-        vi.Diff((a, b)),
-    ):
+    for shape in (a + b + c, vi.union(a, b, c, power=3), vi.intersection(a, b, power=2), a | b | c, a - b, vi.Diff((a, b))):
         exact, got = shape.attributes(p), vi.compile(shape).attributes(p)
         assert set(exact) == set(got)
         reached = shape.field(p) > 1e-3
@@ -138,9 +128,12 @@ def test_messages_make_primitives_of_every_object_kind() -> None:
         "supertoroid": [0.1, 0.1, 0.1, 2.0, 1.0, 1.0],
     }
     on_surface = {
-        "sphere": (0.3, 0, 0), "cone_sphere": (-0.3, 0, 0), "rounded_polygon": (0.8, 0.4, 0.1),
-        "superellipsoid": (0, 0.2, 0), "supertoroid": (0.3, 0, 0),
-    }  # fmt: skip
+        "sphere": (0.3, 0, 0),
+        "cone_sphere": (-0.3, 0, 0),
+        "rounded_polygon": (0.8, 0.4, 0.1),
+        "superellipsoid": (0, 0.2, 0),
+        "supertoroid": (0.3, 0, 0),
+    }
     for kind, params in made.items():
         shape = vi.primitive_of(kind, params)
         assert shape.field(on_surface[kind]) == pytest.approx(0.5, abs=1e-9)

@@ -108,7 +108,7 @@ GRAPHS = {
     "notched polygon": lambda: vi.RoundedPolygon(
         np.array([[0, 0, 0], [0.5, 0, 0], [0.5, 0.5, 0], [0.3, 0.15, 0], [0, 0.5, 0]]), 0.12
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", GRAPHS)

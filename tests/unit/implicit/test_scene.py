@@ -88,10 +88,14 @@ def test_combinations_are_those_of_the_library() -> None:
     parts = {"a": {"kind": "sphere", "radius": 0.3}, "b": {"kind": "sphere", "radius": 0.2, "centre": [0.3, 0, 0]}}
     a, b = vi.Sphere.of_surface((0, 0, 0), 0.3), vi.Sphere.of_surface((0.3, 0, 0), 0.2)
     expected = {
-        "sum": ({}, a + b), "union": ({}, a | b), "intersection": ({"power": 3}, vi.intersection(a, b, power=3)),
-        "difference": ({}, a - b), "subtract": ({}, vi.subtract(a, b)), "diff": ({"power": 3}, vi.Diff((a, b), 3)),
+        "sum": ({}, a + b),
+        "union": ({}, a | b),
+        "intersection": ({"power": 3}, vi.intersection(a, b, power=3)),
+        "difference": ({}, a - b),
+        "subtract": ({}, vi.subtract(a, b)),
+        "diff": ({"power": 3}, vi.Diff((a, b), 3)),
         "selective": ({"blends": [[0, 1]]}, a + b),
-    }  # fmt: skip
+    }
     points = np.random.default_rng(0).uniform(-0.6, 0.6, (200, 3))
     for kind, (options, shape) in expected.items():
         made = scene(parts | {"c": {"kind": kind, "of": ["a", "b"], **options}}).shape
@@ -112,8 +116,14 @@ def test_shapes_that_no_other_is_made_of_are_shown_as_a_union_unless_show_says_o
 
 
 def test_placement_scales_turns_then_moves() -> None:
-    placed = {"kind": "sphere", "radius": 0.1, "centre": [1, 0, 0], "scale": 2, "translate": [0, 0, 1],
-              "rotate": {"axis": [0, 1, 0], "angle": 90}}  # fmt: skip
+    placed = {
+        "kind": "sphere",
+        "radius": 0.1,
+        "centre": [1, 0, 0],
+        "scale": 2,
+        "translate": [0, 0, 1],
+        "rotate": {"axis": [0, 1, 0], "angle": 90},
+    }
     shape = scene({"a": placed}).shape
     assert shape is not None
     assert shape.field([0, 0, -1]) == pytest.approx(1)
@@ -164,7 +174,7 @@ FAULTS: list[tuple[dict[str, Any], str]] = [
     ({"size": [0, 10]}, r"size\[0\]: is 0"),
     ({"threshold": 1.5}, "threshold: is 1.5"),
     ({}, "shapes: is empty and there are no meshes"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("part", "said"), FAULTS, ids=[said for _, said in FAULTS])
@@ -209,9 +219,14 @@ def test_polygons_are_read_from_obj_and_both_kinds_of_ply(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize(
     ("name", "text", "said"),
-    [("a.stl", "", "expected .obj or .ply"), ("a.obj", "v 0 0\n", "not a valid OBJ"), ("a.obj", "v 0 0 0\n", "0 faces"),
-     ("a.obj", "v 0 0 0\nf 1 2 3\n", "has the face"), ("a.ply", "plx\n", "not a valid PLY")],
-)  # fmt: skip
+    [
+        ("a.stl", "", "expected .obj or .ply"),
+        ("a.obj", "v 0 0\n", "not a valid OBJ"),
+        ("a.obj", "v 0 0 0\n", "0 faces"),
+        ("a.obj", "v 0 0 0\nf 1 2 3\n", "has the face"),
+        ("a.ply", "plx\n", "not a valid PLY"),
+    ],
+)
 def test_broken_polygon_files_are_refused(tmp_path: Path, name: str, text: str, said: str) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(SceneError, match=said) as error:

@@ -54,7 +54,7 @@ WRONG: list[tuple[Callable[[], Any], str]] = [
     (lambda: vi.compile(BALL).lattice([0, 0], [0], [0]), "x is not a rising row"),
     (lambda: vi.primitive_of("cube", [1]), "kind is 'cube', expected one of sphere"),
     (lambda: vi.primitive_of("sphere", [1, 2]), "params has 2 numbers"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("make", "line"), WRONG, ids=[line[:40] for _, line in WRONG])

@@ -195,10 +195,13 @@ def test_triangles_are_found_as_by_trying_all() -> None:
 
 @pytest.mark.parametrize(
     ("shape", "said"),
-    [(0.3 * vi.Sphere((0, 0, 0), 1), "never reaches the threshold 0.5 .*0.3 at most"),
-     (vi.Sphere((0, 0, 0), 1, weight=0.3) + vi.Sphere((5, 0, 0), 1, weight=0.3), "0.3 at most where it was sampled"),
-     (vi.Sphere((0, 0, 0), 1) & vi.Sphere((5, 0, 0), 1), "at most where it was sampled"), (vi.Sphere((0, 0, 0), 1), "")],
-)  # fmt: skip
+    [
+        (0.3 * vi.Sphere((0, 0, 0), 1), "never reaches the threshold 0.5 .*0.3 at most"),
+        (vi.Sphere((0, 0, 0), 1, weight=0.3) + vi.Sphere((5, 0, 0), 1, weight=0.3), "0.3 at most where it was sampled"),
+        (vi.Sphere((0, 0, 0), 1) & vi.Sphere((5, 0, 0), 1), "at most where it was sampled"),
+        (vi.Sphere((0, 0, 0), 1), ""),
+    ],
+)
 def test_a_field_that_never_reaches_the_threshold_is_told(shape: vi.Shape, said: str) -> None:
     lines = warnings(scene(shape))
     if not said:
@@ -227,9 +230,10 @@ BAD = {
     "no.toml": (None, "cannot be read"),
     "empty.toml": ("[camera]\nposition = [0, 0, 5]\n", "something to see"),
     "endless.toml": (
-        '[camera]\nposition = [0, 0, 5]\n[shapes.a]\nkind = "complement"\nof = [{kind = "sphere", radius = 1}]\n', "has no end",
+        '[camera]\nposition = [0, 0, 5]\n[shapes.a]\nkind = "complement"\nof = [{kind = "sphere", radius = 1}]\n',
+        "has no end",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", BAD)

@@ -50,9 +50,7 @@ def variants(case: Case) -> Iterator[bytes]:
         yield bytes(out)
 
 
-def check(
-    parser: Parser, garbage: bytes, record: bytes, sound: Callable[[object], bool], opening: bytes = b""
-) -> None:
+def check(parser: Parser, garbage: bytes, record: bytes, sound: Callable[[object], bool], opening: bytes = b"") -> None:
     """What is found in `garbage`, read in two parts, is sound; of three records after it at least the last two are found.
 
     opening: what a device says once, before its records.

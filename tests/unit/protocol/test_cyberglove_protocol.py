@@ -65,9 +65,16 @@ def test_answers_may_hold_zeros() -> None:
     parser = CyberGloveParser(18)
     parser.feed(b"?U\0\0?M\0\xff\0\0?S\x12\0U\0\x03\0\x12\r\n\0?iCyberGlove 18\r\n\0 e?\r\n\0\r\0", 10**9)
     assert [(a.name, a.data) for a in parser.take_answers()] == [
-        ("?U", b"\0"), ("?M", b"\0\xff\0"), ("?S", b"\x12"), ("U", b""), ("^C", b""), ("^R", b"\r\n"),
-        ("?i", b"CyberGlove 18\r\n"), ("error", b"e?\r\n"), ("", b"\r"),
-    ]  # fmt: skip
+        ("?U", b"\0"),
+        ("?M", b"\0\xff\0"),
+        ("?S", b"\x12"),
+        ("U", b""),
+        ("^C", b""),
+        ("^R", b"\r\n"),
+        ("?i", b"CyberGlove 18\r\n"),
+        ("error", b"e?\r\n"),
+        ("", b"\r"),
+    ]
     assert parser.bytes_skipped == 0
 
 

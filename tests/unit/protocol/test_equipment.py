@@ -47,9 +47,7 @@ def test_every_count_of_a_register_survives_its_value(register: Register, count:
 
 
 def test_a_delay_unit_is_read_in_four_questions() -> None:
-    assert blocks(DELAY_UNIT) == [
-        Block("holding", 0, 12), Block("input", 0, 32), Block("coil", 0, 16), Block("discrete", 0, 7)
-    ]  # fmt: skip
+    assert blocks(DELAY_UNIT) == [Block("holding", 0, 12), Block("input", 0, 32), Block("coil", 0, 16), Block("discrete", 0, 7)]
 
 
 def test_far_registers_are_read_apart() -> None:

@@ -17,9 +17,8 @@ BYTE_NS = 10 / 115200 * 1e9
 
 
 def record(
-    station: int = 1, error: bytes = b" ", cm: tuple[float, ...] = (25.4, 0.5, -20.32),
-    q: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0),
-) -> bytes:  # fmt: skip
+    station: int = 1, error: bytes = b" ", cm: tuple[float, ...] = (25.4, 0.5, -20.32), q: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
+) -> bytes:
     """As the manual's format lists say; w first."""
     return b"0%d%s" % (station, error) + struct.pack("<7f", *cm, *q) + b"\r\n"
 

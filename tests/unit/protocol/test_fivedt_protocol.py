@@ -8,14 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from vistel.protocol.fivedt import (
-    SLOTS,
-    Glove5Parser,
-    Glove16Parser,
-    ReportParser,
-    UltraParser,
-    product_is,
-)
+from vistel.protocol.fivedt import SLOTS, Glove5Parser, Glove16Parser, ReportParser, UltraParser, product_is
 from vistel.protocol.fivedt_calibration import calibrate, default_calibration, load_calibration, save_calibration
 from vistel.protocol.glove_calibration import CalibrationError
 from vistel_sim.fivedt import Glove5, Glove16, Ultra, UltraReports
@@ -87,9 +80,9 @@ def test_a_sensor_that_did_not_move_keeps_the_typical_hands() -> None:
     assert [n.split()[0] for n in notes] == list(SLOTS[::2])
 
 
-@pytest.mark.parametrize("text", [
-    "nonsense", '{"open": {"wrist": 1}}', '{"open": 3}', '{"open": {"thumb_near": 5}, "fist": {"thumb_near": 5}}',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text", ["nonsense", '{"open": {"wrist": 1}}', '{"open": 3}', '{"open": {"thumb_near": 5}, "fist": {"thumb_near": 5}}']
+)
 def test_a_calibration_file_that_cannot_be_is_told(text: str, tmp_path: Path) -> None:
     (tmp_path / "bad.json").write_text(text)
     with pytest.raises(CalibrationError, match=r"bad\.json"):

@@ -24,8 +24,15 @@ ULTRA = b"<\x02\x01" + bytes(range(100, 124)) + b"\0>"
 SIXTEEN = b"<D" + struct.pack(">16H", *range(1000, 1016)) + b"\0>"
 FIVE = b"\x80\x10\x20\x30\x40\x50\x60\x70\x00"
 REPORT = struct.pack(">16H", *range(16)).ljust(64, b"\0")
-KNOWN = ("a Polhemus FASTRAK", "a Polhemus LIBERTY", "a Polhemus PATRIOT", "a CyberGlove",
-         "a 5DT Data Glove Ultra", "a 5DT Data Glove 16", "a 5DT Data Glove 5")  # fmt: skip
+KNOWN = (
+    "a Polhemus FASTRAK",
+    "a Polhemus LIBERTY",
+    "a Polhemus PATRIOT",
+    "a CyberGlove",
+    "a 5DT Data Glove Ultra",
+    "a 5DT Data Glove 16",
+    "a 5DT Data Glove 5",
+)
 
 
 def in_reach(stations: int) -> Callable[[Any], bool]:

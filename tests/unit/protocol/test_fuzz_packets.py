@@ -19,10 +19,14 @@ HEAD_AT = struct.unpack("3f", struct.pack("3f", 0.1, 0.2, 0.3))
 
 TURN = (0.0, 0.6, 0.0, 0.8)
 SERVER = (
-    vrpn.COOKIE + vrpn.describe(vrpn.SENDER, 3, "Tracker0") + vrpn.describe(vrpn.TYPE, 4, vrpn.POSE)
-    + vrpn.describe(vrpn.TYPE, 5, vrpn.ANALOG) + vrpn.describe(vrpn.TYPE, 6, vrpn.PONG)
-    + vrpn.describe(vrpn.TYPE, 7, vrpn.BUTTON) + vrpn.describe(vrpn.TYPE, 8, vrpn.BUTTONS)
-)  # fmt: skip
+    vrpn.COOKIE
+    + vrpn.describe(vrpn.SENDER, 3, "Tracker0")
+    + vrpn.describe(vrpn.TYPE, 4, vrpn.POSE)
+    + vrpn.describe(vrpn.TYPE, 5, vrpn.ANALOG)
+    + vrpn.describe(vrpn.TYPE, 6, vrpn.PONG)
+    + vrpn.describe(vrpn.TYPE, 7, vrpn.BUTTON)
+    + vrpn.describe(vrpn.TYPE, 8, vrpn.BUTTONS)
+)
 POSE = vrpn.message(4, 3, vrpn.pose_payload(2, (0.1, 0.2, -0.3), TURN))
 ANALOG = vrpn.message(5, 3, vrpn.analog_payload((0.5, 0.25)))
 BUTTON = vrpn.message(7, 3, vrpn.change_payload(2, True))
@@ -51,11 +55,22 @@ def test_fuzz_vmc_gives_only_true_poses_and_is_back_at_once(case: Case) -> None:
 
 
 @fuzz
-@given(pieces(
-    vrpn.COOKIE, POSE, ANALOG, BUTTON, BUTTONS, vrpn.describe(vrpn.SENDER, 3, "Tracker0"), vrpn.describe(vrpn.TYPE, 4, vrpn.POSE),
-    vrpn.describe(vrpn.TYPE, 4, "else"), vrpn.message(6, 3), vrpn.message(vrpn.LOG, 0, b"file\0"), vrpn.message(9, 9, bytes(400)),
-    longest=32,
-))  # fmt: skip
+@given(
+    pieces(
+        vrpn.COOKIE,
+        POSE,
+        ANALOG,
+        BUTTON,
+        BUTTONS,
+        vrpn.describe(vrpn.SENDER, 3, "Tracker0"),
+        vrpn.describe(vrpn.TYPE, 4, vrpn.POSE),
+        vrpn.describe(vrpn.TYPE, 4, "else"),
+        vrpn.message(6, 3),
+        vrpn.message(vrpn.LOG, 0, b"file\0"),
+        vrpn.message(9, 9, bytes(400)),
+        longest=32,
+    )
+)
 def test_fuzz_vrpn_is_never_fooled_and_finds_the_next_report(case: Case) -> None:
     def sound(report: Any) -> bool:
         if isinstance(report, AnalogReport):

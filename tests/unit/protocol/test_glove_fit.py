@@ -28,9 +28,11 @@ def own(seed: int) -> GloveCalibration:
     rng = random.Random(seed)
     typical = default_calibration()
     return GloveCalibration(
-        tuple(o + rng.uniform(-15, 15) for o in typical.offset), tuple(g * rng.uniform(0.85, 1.2) for g in typical.gain),
-        2 / 3, (0.12, -0.08, 0.15),
-    )  # fmt: skip
+        tuple(o + rng.uniform(-15, 15) for o in typical.offset),
+        tuple(g * rng.uniform(0.85, 1.2) for g in typical.gain),
+        2 / 3,
+        (0.12, -0.08, 0.15),
+    )
 
 
 def counts(times: list[float], samples: list[list[int]]) -> list[tuple[float, ...]]:

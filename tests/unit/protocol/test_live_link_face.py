@@ -39,11 +39,19 @@ def test_a_phone_that_sees_no_face_sends_no_values() -> None:
     assert packet is not None and packet.values == ()
 
 
-@pytest.mark.parametrize("bad", [
-    b"", b"\x05", encode(PACKET)[:-1], encode(PACKET) + b"x", encode(replace(PACKET, rate=(60, 0))),
-    encode(replace(PACKET, values=(float("nan"),) * 61)), encode(replace(PACKET, values=(1e9,) * 61)),
-    b"\x06\xff\xff\xff\xff" + bytes(300),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "bad",
+    [
+        b"",
+        b"\x05",
+        encode(PACKET)[:-1],
+        encode(PACKET) + b"x",
+        encode(replace(PACKET, rate=(60, 0))),
+        encode(replace(PACKET, values=(float("nan"),) * 61)),
+        encode(replace(PACKET, values=(1e9,) * 61)),
+        b"\x06\xff\xff\xff\xff" + bytes(300),
+    ],
+)
 def test_what_is_no_packet_is_none(bad: bytes) -> None:
     assert parse(bad) is None
 

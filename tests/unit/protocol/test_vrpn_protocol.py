@@ -14,10 +14,14 @@ from vistel.protocol.vrpn import AnalogReport, PoseReport, VrpnParser
 
 TURN = (0.0, 0.6, 0.0, 0.8)
 GREETING = (
-    vrpn.COOKIE + vrpn.describe(vrpn.SENDER, 0, vrpn.CONTROL) + vrpn.describe(vrpn.SENDER, 3, "Tracker0")
-    + vrpn.describe(vrpn.TYPE, 4, vrpn.POSE) + vrpn.describe(vrpn.TYPE, 5, vrpn.ANALOG)
-    + vrpn.describe(vrpn.TYPE, 6, vrpn.PONG) + vrpn.message(vrpn.UDP, 40_000, b"127.0.0.1\0")
-)  # fmt: skip
+    vrpn.COOKIE
+    + vrpn.describe(vrpn.SENDER, 0, vrpn.CONTROL)
+    + vrpn.describe(vrpn.SENDER, 3, "Tracker0")
+    + vrpn.describe(vrpn.TYPE, 4, vrpn.POSE)
+    + vrpn.describe(vrpn.TYPE, 5, vrpn.ANALOG)
+    + vrpn.describe(vrpn.TYPE, 6, vrpn.PONG)
+    + vrpn.message(vrpn.UDP, 40_000, b"127.0.0.1\0")
+)
 REPORT = vrpn.message(4, 3, vrpn.pose_payload(2, (0.1, -0.2, 0.3), TURN), 1_700_000_000_123_456_000)
 ANALOG = vrpn.message(5, 3, vrpn.analog_payload((0.25, 0.5, 0.75)))
 
@@ -28,9 +32,7 @@ def test_reports_are_read_whatever_pieces_they_come_in(cuts: list[int]) -> None:
     parser, data = VrpnParser(), GREETING + REPORT + ANALOG
     edges = [0, *sorted(cuts), len(data)]
     found = [r for a, b in itertools.pairwise(edges) for r in parser.feed(data[a:b], 7)]
-    assert found == [
-        PoseReport("Tracker0", 2, (0.1, -0.2, 0.3), TURN, 7), AnalogReport("Tracker0", (0.25, 0.5, 0.75), 7),
-    ]  # fmt: skip
+    assert found == [PoseReport("Tracker0", 2, (0.1, -0.2, 0.3), TURN, 7), AnalogReport("Tracker0", (0.25, 0.5, 0.75), 7)]
     assert (parser.version, parser.devices, parser.bytes_skipped) == ("07.38", ("Tracker0",), 0)
 
 
@@ -56,11 +58,16 @@ def test_a_pong_tells_that_a_device_is_there() -> None:
     assert parser.pongs == {"Tracker0"}
 
 
-@pytest.mark.parametrize("payload", [
-    vrpn.pose_payload(0, (math.nan, 0.0, 0.0), TURN), vrpn.pose_payload(0, (0.0, 1e9, 0.0), TURN),
-    vrpn.pose_payload(-1, (0.0, 0.0, 0.0), TURN), vrpn.pose_payload(0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.5)),
-    vrpn.pose_payload(0, (0.0, 0.0, 0.0), (math.inf, 0.0, 0.0, 1.0)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "payload",
+    [
+        vrpn.pose_payload(0, (math.nan, 0.0, 0.0), TURN),
+        vrpn.pose_payload(0, (0.0, 1e9, 0.0), TURN),
+        vrpn.pose_payload(-1, (0.0, 0.0, 0.0), TURN),
+        vrpn.pose_payload(0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.5)),
+        vrpn.pose_payload(0, (0.0, 0.0, 0.0), (math.inf, 0.0, 0.0, 1.0)),
+    ],
+)
 def test_poses_that_cannot_be_are_left_out_and_the_next_is_read(payload: bytes) -> None:
     parser = VrpnParser()
     parser.feed(GREETING, 0)
@@ -77,9 +84,9 @@ def test_a_client_says_hello_as_vrpn_servers_read_it() -> None:
     assert said[48:61] == b"\0\0\0\x09Tracker0\0"
 
 
-@pytest.mark.parametrize(("text", "found"), [
-    ("Tracker0@lab", ("Tracker0", "lab", 3883)), ("vrpn:Glove0@10.0.0.7:4000", ("Glove0", "10.0.0.7", 4000)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "found"), [("Tracker0@lab", ("Tracker0", "lab", 3883)), ("vrpn:Glove0@10.0.0.7:4000", ("Glove0", "10.0.0.7", 4000))]
+)
 def test_addresses(text: str, found: tuple[str, str, int]) -> None:
     assert vrpn.parse_address(text) == found
 

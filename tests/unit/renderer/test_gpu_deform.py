@@ -57,17 +57,13 @@ class Arm:
         self.a = np.array([[-0.3, 0.0, 0.0], [0.0, 0.0, 0.0], [0.4, 0.5, 0.0]])
         self.b = np.array([[0.0, 0.0, 0.0], [0.28, 0.0, 0.0], [0.4, 0.8, 0.0]])
         radius = np.array([0.08, 0.07, 0.05]), np.array([0.07, 0.05, 0.05])
-        skins = [
-            capsule(self.a[i], self.b[i], radius[0][i], radius[1][i], around=24, along=20, cap=6) for i in range(3)
-        ]
+        skins = [capsule(self.a[i], self.b[i], radius[0][i], radius[1][i], around=24, along=20, cap=6) for i in range(3)]
         first = np.cumsum([0] + [len(p) for p, _ in skins])
         self.rest = np.concatenate([p for p, _ in skins]).astype(np.float32)
         self.limb = np.repeat(np.arange(3, dtype=np.int32), [len(p) for p, _ in skins])
         self.triangles = np.concatenate([t + n for (_, t), n in zip(skins, first[:-1], strict=True)]).astype(np.int32)
         self.normals = _normals(self.rest, self.triangles)
-        limbs = Limbs(
-            self.a, self.b, *radius, np.arange(3, dtype=np.int32), (Hinge(0, 1, 0, 1),), frozenset({(0, 1)})
-        )
+        limbs = Limbs(self.a, self.b, *radius, np.arange(3, dtype=np.int32), (Hinge(0, 1, 0, 1),), frozenset({(0, 1)}))
         embedding = embed(self.rest, self.limb, limbs)
         self.cpu, self.planner = Deformer(self.triangles, embedding), Planner(self.triangles, embedding)
         self._engine = engine
@@ -95,9 +91,13 @@ class Arm:
         plan = self.planner.end(rigid, normals, IDENTITY)
         n = len(rigid)
         shape = SkinShape.of_places(
-            self.planner.places(), rigid, normals, np.zeros((n, 4), np.int32),
-            np.tile(np.array((1, 0, 0, 0), np.float32), (n, 1)), np.arange(n, dtype=np.int32),
-        )  # fmt: skip
+            self.planner.places(),
+            rigid,
+            normals,
+            np.zeros((n, 4), np.int32),
+            np.tile(np.array((1, 0, 0, 0), np.float32), (n, 1)),
+            np.arange(n, dtype=np.int32),
+        )
         skin = GpuSkin(self._engine, shape)
         drawn, moved, lost = run(skin, plan, self.planner.places().vertex)
         skin.release()
@@ -213,7 +213,7 @@ def test_balls_from_three_sides_press_a_folded_arm_alike(arm: Arm) -> None:
         ("supertoroid", [0.03, 0.03, 0.03, 2.0, 0.8, 1.0], (0.12, 0.1, 0.01)),
         ("supertoroid", [0.03, 0.02, 0.03, 2.0, 0.3, 0.7], (0.12, 0.1, 0.01)),
     ],
-)  # fmt: skip
+)
 def test_every_kind_of_primitive_presses_in_alike(arm: Arm, kind: str, params: list[float], centre: tuple) -> None:
     for compliance in (0.0, 1.0):
         seen = arm.both([thing(kind, params, centre, compliance)])
@@ -225,8 +225,9 @@ def test_several_primitives_act_as_their_union_alike(arm: Arm) -> None:
     mixed = PrimitiveSet.of_kinds(
         ["sphere", "superellipsoid", "cone_sphere"],
         [[0.05], [0.05, 0.04, 0.05, 0.5, 1.0], [-0.05, 0, 0, 0.08, 0, 0, 0.03, 0.02]],
-        np.broadcast_to(np.eye(3), (3, 3, 3)), np.array([(0.08, 0.1, 0.0), (0.14, 0.09, 0.02), (0.1, 0.08, -0.03)]),
-    )  # fmt: skip
+        np.broadcast_to(np.eye(3), (3, 3, 3)),
+        np.array([(0.08, 0.1, 0.0), (0.14, 0.09, 0.02), (0.1, 0.08, -0.03)]),
+    )
     seen = arm.both([ghosts_of(mixed, compliance=0.5)])
     assert seen.deepest > 0.004
     seen.agree()
@@ -241,13 +242,16 @@ PULLS = [
 @pytest.mark.parametrize(
     "ghost",
     [
-        blown(Directional((0, 1, 0), 2.0), BOX), blown(Shear((1, 0, 0), (0, 1, 0), 8.0), BOX),
-        blown(Radial((0.05, 0.05, 0.0), 0.25, 0.6), BOX), blown(Radial((0.05, 0.0, 0.0), 0.3, -0.3), BOX),
-        faded(ball(), 0.6), pulled(replace(ball((0.12, 0.16, 0.0)), depth=np.zeros(1, np.float32)), PULLS[:1]),
+        blown(Directional((0, 1, 0), 2.0), BOX),
+        blown(Shear((1, 0, 0), (0, 1, 0), 8.0), BOX),
+        blown(Radial((0.05, 0.05, 0.0), 0.25, 0.6), BOX),
+        blown(Radial((0.05, 0.0, 0.0), 0.3, -0.3), BOX),
+        faded(ball(), 0.6),
+        pulled(replace(ball((0.12, 0.16, 0.0)), depth=np.zeros(1, np.float32)), PULLS[:1]),
         pulled(ball((0.12, 0.12, 0.0)), PULLS),
     ],
     ids=["wind", "shear", "expansion", "compression", "fading", "held", "held and touching"],
-)  # fmt: skip
+)
 def test_every_effect_moves_alike(arm: Arm, ghost: GhostSource) -> None:
     for ghosts, angle in (([ghost], 0.0), ([ball((-0.1, -0.11, 0.0)), ghost], 0.9)):
         seen = arm.both(ghosts, angle)

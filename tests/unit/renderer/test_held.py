@@ -20,7 +20,10 @@ FRAME = 16_666_667
 SKELETON = standard_skeleton()
 HOLD = np.array([-0.088, -0.03, 0.0])
 GRASP = Grasp(
-    participant="ann", right=True, thing="baton", hold=Pose(position=Vec3(x=-0.088, y=-0.03), rotation=Quaternion(w=1.0)),
+    participant="ann",
+    right=True,
+    thing="baton",
+    hold=Pose(position=Vec3(x=-0.088, y=-0.03), rotation=Quaternion(w=1.0)),
     fingers=[500] * 20,
 )
 BEHIND = 4

@@ -20,6 +20,7 @@ from vistel_services.renderer.window.panel import Choices, Shown, open_panel
 
 pytestmark = pytest.mark.gl
 
+
 def test_without_a_panel_to_be_had_one_line_says_so_and_keys_do_it(
     surface: Surface, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -38,11 +39,13 @@ def test_without_a_panel_to_be_had_one_line_says_so_and_keys_do_it(
 
 
 SHOWN = Shown(
-    Facts((
-        SiteFacts("tokyo", ("aiko",), 1, 29.7, 0.131, 4), SiteFacts("lima", faults=("glove: 100% gone",), devices=2, heard_ns=1),
-    )),
-    title="VISTEL 東京", now_ns=2, hertz=30.0,
-)  # fmt: skip
+    Facts(
+        (SiteFacts("tokyo", ("aiko",), 1, 29.7, 0.131, 4), SiteFacts("lima", faults=("glove: 100% gone",), devices=2, heard_ns=1))
+    ),
+    title="VISTEL 東京",
+    now_ns=2,
+    hertz=30.0,
+)
 
 
 def test_the_panel_is_drawn_over_the_picture_and_its_buttons_choose(surface: Surface) -> None:

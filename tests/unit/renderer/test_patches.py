@@ -29,8 +29,15 @@ def texture(colour: tuple[int, int, int]) -> np.ndarray:
     return np.full((8, 8, 3), colour, np.uint8)
 
 
-def figure(name: str, positions: np.ndarray, normals: np.ndarray, uv: np.ndarray, triangles: np.ndarray, patch: Patch | None,
-           colour: tuple[int, int, int] = WHITE) -> FigureView:  # fmt: skip
+def figure(
+    name: str,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    uv: np.ndarray,
+    triangles: np.ndarray,
+    patch: Patch | None,
+    colour: tuple[int, int, int] = WHITE,
+) -> FigureView:
     """Limbs are tiny: what throws a shadow is its triangles."""
     patches = () if patch is None else (patch,)
     triangles = triangles.astype(np.int32)
@@ -47,8 +54,13 @@ def ball(patch: Patch | None, colour: tuple[int, int, int] = WHITE) -> FigureVie
     return figure("ball", shape.vertices + np.array([0.0, 1.2, 0.0]), shape.normals, uv, shape.triangles, patch, colour)
 
 
-def sheet(patch: Patch | None, corner: tuple[float, float, float], u: tuple[float, float, float], v: tuple[float, float, float],
-          flipped: bool = False) -> FigureView:  # fmt: skip
+def sheet(
+    patch: Patch | None,
+    corner: tuple[float, float, float],
+    u: tuple[float, float, float],
+    v: tuple[float, float, float],
+    flipped: bool = False,
+) -> FigureView:
     """A square: texture coordinates 0 to 1 along u and v from a corner."""
     at = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], float)
     p = np.array(corner) + at[:, :1] * np.array(u) + at[:, 1:] * np.array(v)

@@ -151,12 +151,9 @@ def test_what_rests_is_drawn_as_it_is_at_rest_and_what_is_bent_as_it_is_bent(pai
 
 
 @pytest.mark.parametrize(
-    ("place", "seen"),
-    [((0, 1, 0), True), ((0, 1, 5), False), ((30, 1, 0), False), ((0, -20, 0), False), ((2.2, 1, 0), True)],
+    ("place", "seen"), [((0, 1, 0), True), ((0, 1, 5), False), ((30, 1, 0), False), ((0, -20, 0), False), ((2.2, 1, 0), True)]
 )
-def test_who_is_out_of_sight_is_not_drawn_and_who_may_be_in_it_is(
-    place: tuple[float, float, float], seen: bool
-) -> None:
+def test_who_is_out_of_sight_is_not_drawn_and_who_may_be_in_it_is(place: tuple[float, float, float], seen: bool) -> None:
     clip = AHEAD.projection(WIDTH / HEIGHT) @ AHEAD.view()
     limbs = np.array([[*place, 0.1, *place, 0.1]], np.float32)
     assert in_sight(clip, limbs) == seen
@@ -239,9 +236,7 @@ def test_a_figure_that_fails_leaves_the_picture_to_the_others(caplog: pytest.Log
             raise FloatingPointError("not a number")
 
     studio = Studio(
-        View(WIDTH, HEIGHT, "room", "", False),
-        3,
-        load=lambda a: Broken(a.height) if a.name == "ada" else StandIn(a.height),
+        View(WIDTH, HEIGHT, "room", "", False), 3, load=lambda a: Broken(a.height) if a.name == "ada" else StandIn(a.height)
     )
     try:
         instant = meeting("ada", "grace")

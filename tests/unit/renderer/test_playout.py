@@ -157,9 +157,7 @@ def test_who_begins_with_old_frames_is_not_late_for_long() -> None:
 )
 def test_time_shown_never_runs_backwards_nor_jumps(transits: list[int], lost: set[int], drawing: list[int]) -> None:
     """Values are capture times, so what is shown is the point of playout itself."""
-    arrivals = sorted(
-        ((k * FRAME + t * MS, k * FRAME) for k, t in enumerate(transits) if k not in lost), key=lambda a: a[0]
-    )
+    arrivals = sorted(((k * FRAME + t * MS, k * FRAME) for k, t in enumerate(transits) if k not in lost), key=lambda a: a[0])
     playout: Playout[float] = Playout(lerp, DELAY)
     newest, last, now, at, span = -1.0, None, 0, 0, 0.0
     for wait in drawing:

@@ -52,9 +52,7 @@ def test_each_stand_in_that_gets_its_figure_is_told_of(caplog: pytest.LogCapture
     assert sent == [(3, 2), (3, 1), (3, 0)]
 
 
-def test_while_nothing_changes_the_log_is_silent_and_the_bus_hears_twice_a_second(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_while_nothing_changes_the_log_is_silent_and_the_bus_hears_twice_a_second(caplog: pytest.LogCaptureFixture) -> None:
     lines, sent = reported(*[(1, 0)] * 41, caplog=caplog)
     assert len(lines) == 1
     assert len(sent) == 1 + 4

@@ -27,9 +27,10 @@ WIDTH, HEIGHT = 480, 270
 CAMERA = look_at(np.array([0.0, 1.5, -1.6]), np.array([0.0, 1.1, 0.5]), 0.9)
 THINGS = {t.id: t for t in meeting_room(2).things}
 BEN = PersonNow(
-    About("ben", "Ben"), replace(standing(), stance=Stance(np.array([0.0, standing().stance.position[1], 1.0]), np.pi)),
+    About("ben", "Ben"),
+    replace(standing(), stance=Stance(np.array([0.0, standing().stance.position[1], 1.0]), np.pi)),
     Timing(0, 0, 0, False),
-)  # fmt: skip
+)
 
 
 @pytest.fixture(scope="module")

@@ -45,9 +45,7 @@ def test_somebody_is_shown_before_it_is_known_who_they_are() -> None:
     stage = Stage(100 * MS)
     stage_with_motion(stage, "ada", range(30))
     assert stage.instant(28 * STEP).people[0].about.display_name == "ada"
-    stage.hear_about(
-        motion_pb2.Participant(participant="ada", display_name="Ada L.", height_m=1.6, avatar="builtin:seed=2")
-    )
+    stage.hear_about(motion_pb2.Participant(participant="ada", display_name="Ada L.", height_m=1.6, avatar="builtin:seed=2"))
     about = stage.instant(29 * STEP).people[0].about
     assert (about.display_name, about.height, about.avatar) == ("Ada L.", pytest.approx(1.6), "builtin:seed=2")
 

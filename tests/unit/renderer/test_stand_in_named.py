@@ -27,8 +27,9 @@ def missing(about: About) -> Shape:
 def test_who_has_no_avatar_is_shown_as_a_stand_in_and_named(caplog: pytest.LogCaptureFixture) -> None:
     somebody = PersonNow(
         About("ada", "Ada Lovelace", "ada.usdz"),
-        replace(standing(), stance=Stance(np.array((0.0, standing().stance.position[1], -1.1)), 0.0)), Timing(0, 0, 0, False),
-    )  # fmt: skip
+        replace(standing(), stance=Stance(np.array((0.0, standing().stance.position[1], -1.1)), 0.0)),
+        Timing(0, 0, 0, False),
+    )
     studio = Studio(View(WIDTH, HEIGHT, "room", "", False, light="fast"), 3, load=missing)
     studio.camera = look_at(np.array((0.0, 1.5, 2.4)), np.array((0.0, 1.2, -1.1)), 0.8)
     try:

@@ -17,15 +17,7 @@ from vistel_services.renderer.draw import Frame, Painter, ThingView
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.labels import Label
 from vistel_services.renderer.overlays import LabelView
-from vistel_services.renderer.screens import (
-    Screen,
-    Sight,
-    Stereo,
-    boxes,
-    picture_size,
-    sights_of_desktop,
-    sights_of_screens,
-)
+from vistel_services.renderer.screens import Screen, Sight, Stereo, boxes, picture_size, sights_of_desktop, sights_of_screens
 
 pytestmark = pytest.mark.gl
 WIDTH, HEIGHT = 320, 240

@@ -114,19 +114,36 @@ def test_a_reader_that_always_wants_a_key_picture_gets_one_a_second() -> None:
     assert [k for k, p in enumerate(out) if p.key] == [0, 20, 40]
 
 
-@pytest.mark.parametrize(("host", "origin"), [
-    ("127.0.0.1:8090", None), ("127.0.0.1:8090", "http://127.0.0.1:8090"), ("localhost:8090", "http://localhost:8090"),
-    ("[::1]:8090", "http://[::1]:8090"), ("192.168.1.7:8090", "http://192.168.1.7:8090"), ("localhost", "https://localhost"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("host", "origin"),
+    [
+        ("127.0.0.1:8090", None),
+        ("127.0.0.1:8090", "http://127.0.0.1:8090"),
+        ("localhost:8090", "http://localhost:8090"),
+        ("[::1]:8090", "http://[::1]:8090"),
+        ("192.168.1.7:8090", "http://192.168.1.7:8090"),
+        ("localhost", "https://localhost"),
+    ],
+)
 def test_its_own_page_and_programs_are_answered(host: str, origin: str | None) -> None:
     assert answered(host, origin)
 
 
-@pytest.mark.parametrize(("host", "origin"), [
-    (None, None), ("", None), ("evil.example:8090", None), ("evil.example:8090", "http://evil.example:8090"),
-    ("127.0.0.1:8090", "http://evil.example"), ("127.0.0.1:8090", "http://127.0.0.1:9000"), ("127.0.0.1:8090", "null"),
-    ("127.0.0.1:8090", "file://"), ("[bad", None), ("127.0.0.1.evil.example", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("host", "origin"),
+    [
+        (None, None),
+        ("", None),
+        ("evil.example:8090", None),
+        ("evil.example:8090", "http://evil.example:8090"),
+        ("127.0.0.1:8090", "http://evil.example"),
+        ("127.0.0.1:8090", "http://127.0.0.1:9000"),
+        ("127.0.0.1:8090", "null"),
+        ("127.0.0.1:8090", "file://"),
+        ("[bad", None),
+        ("127.0.0.1.evil.example", None),
+    ],
+)
 def test_pages_of_others_are_not(host: str | None, origin: str | None) -> None:
     assert not answered(host, origin)
 
@@ -136,10 +153,16 @@ def test_no_header_can_break_the_door(host: str, origin: str | None) -> None:
     answered(host, origin)
 
 
-@pytest.mark.parametrize(("said", "at", "local"), [
-    ("8090", ("127.0.0.1", 8090), True), ("0.0.0.0:8090", ("0.0.0.0", 8090), False), ("[::1]:80", ("::1", 80), True),
-    ("studio.local:8090", ("studio.local", 8090), False), ("localhost:0", ("localhost", 0), True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("said", "at", "local"),
+    [
+        ("8090", ("127.0.0.1", 8090), True),
+        ("0.0.0.0:8090", ("0.0.0.0", 8090), False),
+        ("[::1]:80", ("::1", 80), True),
+        ("studio.local:8090", ("studio.local", 8090), False),
+        ("localhost:0", ("localhost", 0), True),
+    ],
+)
 def test_a_port_alone_is_of_this_machine(said: str, at: tuple[str, int], local: bool) -> None:
     assert Display(stream=said).stream_at == at
     assert StreamAddress(*at).local is local

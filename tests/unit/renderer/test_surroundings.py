@@ -6,16 +6,7 @@ import numpy as np
 import pytest
 
 from vistel_services.renderer.camera import Camera
-from vistel_services.renderer.surroundings import (
-    HEIGHT,
-    MEAN,
-    SIDE,
-    WIDTH,
-    Surroundings,
-    _sphere,
-    open_air,
-    surroundings,
-)
+from vistel_services.renderer.surroundings import HEIGHT, MEAN, SIDE, WIDTH, Surroundings, _sphere, open_air, surroundings
 
 
 def ways(camera: Camera) -> np.ndarray:

@@ -70,12 +70,27 @@ def test_the_device_is_told_its_format_and_gets_planes_that_any_player_shows() -
     assert len(read[0]) == 2 * WIDTH * HEIGHT * 3 // 2
     shown = subprocess.run(
         [
-            shutil.which("ffmpeg") or pytest.skip("no ffmpeg"), "-v", "error",
-            "-f", "rawvideo", "-pix_fmt", "yuv420p", "-s", f"{WIDTH}x{HEIGHT}", "-i", "-",
-            "-f", "rawvideo", "-pix_fmt", "rgb24", "-",
+            shutil.which("ffmpeg") or pytest.skip("no ffmpeg"),
+            "-v",
+            "error",
+            "-f",
+            "rawvideo",
+            "-pix_fmt",
+            "yuv420p",
+            "-s",
+            f"{WIDTH}x{HEIGHT}",
+            "-i",
+            "-",
+            "-f",
+            "rawvideo",
+            "-pix_fmt",
+            "rgb24",
+            "-",
         ],
-        input=read[0], capture_output=True, check=True,
-    )  # fmt: skip
+        input=read[0],
+        capture_output=True,
+        check=True,
+    )
     first = np.frombuffer(shown.stdout, np.uint8)[: WIDTH * HEIGHT * 3].reshape(HEIGHT, WIDTH, 3).astype(int)
     assert np.abs(first[: HEIGHT // 2 - 2] - (200, 30, 30)).max() < 12
     assert np.abs(first[HEIGHT // 2 + 2 :] - (30, 30, 200)).max() < 12
@@ -97,9 +112,10 @@ def test_requests_and_structures_are_the_kernels(tmp_path: Path) -> None:
     assert [int(n) for n in said.split()] == [104, 208, 8, 88, QUERYCAP, S_FMT]
 
 
-@pytest.mark.parametrize(("device", "reason"), [
-    (Loopback(0x84200001, 0x04200001), "takes no pictures"), (Loopback(takes=(320, 240)), "takes 320x240 only"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("device", "reason"),
+    [(Loopback(0x84200001, 0x04200001), "takes no pictures"), (Loopback(takes=(320, 240)), "takes 320x240 only")],
+)
 def test_a_device_that_cannot_is_named_with_what_to_do(device: Loopback, reason: str) -> None:
     with pytest.raises(NoCameraError, match=reason):
         VirtualCamera(device, WIDTH, HEIGHT)

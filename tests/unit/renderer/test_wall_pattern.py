@@ -41,8 +41,12 @@ def test_the_horizon_lies_at_the_height_of_the_eyes() -> None:
 def test_over_the_seam_of_a_v_lines_meet_and_with_a_wrong_corner_they_do_not() -> None:
     good = pattern(V, EYES)
     assert horizon(good[:, 630]) == pytest.approx(horizon(good[:, 650]), abs=1.5)
-    low = replace(V[1], lower_left=V[1].lower_left - (0, 0.05, 0), upper_left=V[1].upper_left - (0, 0.05, 0),
-                  lower_right=V[1].lower_right - (0, 0.05, 0))  # fmt: skip
+    low = replace(
+        V[1],
+        lower_left=V[1].lower_left - (0, 0.05, 0),
+        upper_left=V[1].upper_left - (0, 0.05, 0),
+        lower_right=V[1].lower_right - (0, 0.05, 0),
+    )
     bad = pattern((V[0], low), EYES)
     assert abs(horizon(bad[:, 630]) - horizon(bad[:, 650])) > 10
 

@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from vistel.arrays import U8
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.figure.avatar.avatar import builtin_avatar
@@ -31,7 +32,6 @@ from vistel_services.renderer.service import configure
 
 pytestmark = pytest.mark.gl
 
-U8 = NDArray[np.uint8]
 SIZE = 360
 SECOND = 1_000_000_000
 

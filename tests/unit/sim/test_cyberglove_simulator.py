@@ -90,14 +90,33 @@ def test_an_unplugged_glove_tells() -> None:
     assert sample.error == "glove unplugged"
 
 
-@pytest.mark.parametrize(("command", "reply"), [
-    (b"\x03", b"\x03\0"), (b"\x09", b"\x09\0"), (b"?G", b"?G\x03\0"), (b"?S", b"?S\x12\0"), (b"?N", b"?N\x12\0"),
-    (b"?R", b"?R\0\0"), (b"?K", b"?K\x3f\xbb\x7b\0"), (b"M\x01\x02\x03?M", b"M\0?M\x01\x02\x03\0"), (b"?P", b"?P\x93\0\0\0"),
-    (b"U\x01?P", b"U\0?P\x97\0\0\0"), (b"?i", b"?iCyberGlove 18 sensors"), (b"?v", b"?vVersion 2.50"), (b"?V", b"?V2.50\0"),
-    (b"N\x0a?N", b"N\0?N\x0a\0"),
-    (b"T\x80\x07\x01\x00?T", b"T\0?T\x80\x07\x01\x00\0"), (b"t 1920 1\r?T", b"\r\0?T\x80\x07\x01\x00\0"),
-    (b"u 1\r?U", b"\r\0?U\x01\0"), (b"f 0\r?F", b"\r\0?F\0\0"), (b"d 1\r?D", b"\r\0?D\x01\0"),
-    (b"L\x01?L", b"L\0?L\x01\0"), (b"J\x01?J", b"J\0?J\x01\0"), (b"W\x01?W", b"W\0?W\x01\0"), (b"q", b" e?\r\n\0"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("command", "reply"),
+    [
+        (b"\x03", b"\x03\0"),
+        (b"\x09", b"\x09\0"),
+        (b"?G", b"?G\x03\0"),
+        (b"?S", b"?S\x12\0"),
+        (b"?N", b"?N\x12\0"),
+        (b"?R", b"?R\0\0"),
+        (b"?K", b"?K\x3f\xbb\x7b\0"),
+        (b"M\x01\x02\x03?M", b"M\0?M\x01\x02\x03\0"),
+        (b"?P", b"?P\x93\0\0\0"),
+        (b"U\x01?P", b"U\0?P\x97\0\0\0"),
+        (b"?i", b"?iCyberGlove 18 sensors"),
+        (b"?v", b"?vVersion 2.50"),
+        (b"?V", b"?V2.50\0"),
+        (b"N\x0a?N", b"N\0?N\x0a\0"),
+        (b"T\x80\x07\x01\x00?T", b"T\0?T\x80\x07\x01\x00\0"),
+        (b"t 1920 1\r?T", b"\r\0?T\x80\x07\x01\x00\0"),
+        (b"u 1\r?U", b"\r\0?U\x01\0"),
+        (b"f 0\r?F", b"\r\0?F\0\0"),
+        (b"d 1\r?D", b"\r\0?D\x01\0"),
+        (b"L\x01?L", b"L\0?L\x01\0"),
+        (b"J\x01?J", b"J\0?J\x01\0"),
+        (b"W\x01?W", b"W\0?W\x01\0"),
+        (b"q", b" e?\r\n\0"),
+    ],
+)
 def test_every_command_of_the_guide_is_answered(command: bytes, reply: bytes) -> None:
     assert said(glove(), command).startswith(reply)

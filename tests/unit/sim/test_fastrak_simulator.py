@@ -131,8 +131,9 @@ def test_a_receiver_on_the_wrong_side_is_seen_mirrored() -> None:
 def test_euler_angles_turn_about_z_then_y_then_x() -> None:
     fastrak = Fastrak(
         lambda station, t_s: ((0.5, 0.0, 0.0), (0.0, 0.0, math.sin(math.radians(15)), math.cos(math.radians(15)))),
-        position_noise=0.0, angle_noise=0.0,
-    )  # fmt: skip
+        position_noise=0.0,
+        angle_noise=0.0,
+    )
     said(fastrak, b"O1,4,1\rC")
     assert records(fastrak, 1)[0][3:24] == b"  30.00   0.00   0.00"
 
@@ -191,11 +192,9 @@ def test_the_same_seed_says_the_same() -> None:
 def test_metal_makes_it_read_elsewhere() -> None:
     error = np.array([0.02, 0.0, -0.01, 0.0, 0.0, 0.1])
     units = [
-        Fastrak(
-            lambda station, t: ((0.3, 0.2, -0.4), (0.0, 0.0, 0.0, 1.0)), position_noise=0.0, angle_noise=0.0, metal=metal
-        )
+        Fastrak(lambda station, t: ((0.3, 0.2, -0.4), (0.0, 0.0, 0.0, 1.0)), position_noise=0.0, angle_noise=0.0, metal=metal)
         for metal in (None, lambda p: error)
-    ]  # fmt: skip
+    ]
     parser = [FastrakParser(), FastrakParser()]
     clean, off = (
         (u.receive(b"O1,2,11,1\rH1,0,0,-1\rufC", 0.0), p.feed(u.measure(0.1), 10**9))[1][0]
@@ -210,23 +209,31 @@ def first(fastrak: Fastrak) -> bytes:
     return next(r for r in records(fastrak, 8) if r[1:2] == b"1")
 
 
-@pytest.mark.parametrize(("command", "record"), [
-    (b"r1,90,0,0\r", b" -10.00  50.00 -60.00"),  # the transmitter turned about its Z
-    (b"N1,5,0,0\r", b"  55.00  10.00 -60.00"),  # the tip is farther along the receiver's X
-    (b"A1,10,0,0,11,0,0,10,1,0\r", b"  40.00  10.00 -60.00"),
-    (b"A1,10,0,0,11,0,0,10,1,0\rR1\r", b"  50.00  10.00 -60.00"),
-    (b"H1,0,0,1\r", b" -50.00 -10.00  60.00"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("command", "record"),
+    [
+        (b"r1,90,0,0\r", b" -10.00  50.00 -60.00"),  # the transmitter turned about its Z
+        (b"N1,5,0,0\r", b"  55.00  10.00 -60.00"),  # the tip is farther along the receiver's X
+        (b"A1,10,0,0,11,0,0,10,1,0\r", b"  40.00  10.00 -60.00"),
+        (b"A1,10,0,0,11,0,0,10,1,0\rR1\r", b"  50.00  10.00 -60.00"),
+        (b"H1,0,0,1\r", b" -50.00 -10.00  60.00"),
+    ],
+)
 def test_commands_that_move_what_is_read(command: bytes, record: bytes) -> None:
     fastrak = unit()
     said(fastrak, b"uO1,2,1\r" + command + b"C")
     assert first(fastrak)[3:24] == record
 
 
-@pytest.mark.parametrize(("command", "letter"), [
-    (b"V1,60,20,0,40,0,-70\r", b" "), (b"V1,40,20,0,30,0,-70\r", b"x"),
-    (b"Q1,10,10,10,-10,-10,-10\r", b" "), (b"Q1,-5,10,10,-10,-10,-10\r", b"y"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("command", "letter"),
+    [
+        (b"V1,60,20,0,40,0,-70\r", b" "),
+        (b"V1,40,20,0,30,0,-70\r", b"x"),
+        (b"Q1,10,10,10,-10,-10,-10\r", b" "),
+        (b"Q1,-5,10,10,-10,-10,-10\r", b"y"),
+    ],
+)
 def test_envelopes_are_told_by_a_letter_and_the_pose_is_sent(command: bytes, letter: bytes) -> None:
     fastrak = unit()
     said(fastrak, b"uO1,2,1\r" + command + b"C")
@@ -240,14 +247,28 @@ def test_an_increment_holds_records_back_until_the_receiver_has_moved() -> None:
     assert sent == [0, 2, 4, 6, 8, 10, 12, 14, 16, 18]
 
 
-@pytest.mark.parametrize(("command", "reply"), [
-    (b"S", b"21S3F0"), (b"l1\r", b"21l1111\r\n"), (b"O1\r", b"21O 2 4 1\r\n"), (b"H1\r", b"21H   1.00   0.00   0.00\r\n"),
-    (b"G1\r", b"21G   0.00   0.00   0.00\r\n"), (b"G1,5,6,7\rG1\r", b"21G   5.00   6.00   7.00\r\n"),
-    (b"r1\r", b"21r   0.000   0.000   0.000\r\n"), (b"A1\r", b"21A   0.00   0.00   0.00"), (b"y\r", b"2 y0\r\n"),
-    (b"y1\ry\r", b"2 y1\r\n"), (b"X\r", b"2 XOutputCompensat"), (b"Xhall\rX\r", b"2 Xhall "), (b"T\r", b"2 T  0 no errors\r\n"),
-    (b"x2\rv.2,.2,.8,.95\re1,0\rI1,0\rB1\rb1\rD\x13\x11d", b""),
-    (b"DS", b"21S3F4"), (b"ufS", b"21S3F3"), (b"ufCWS", b"21S3F0"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("command", "reply"),
+    [
+        (b"S", b"21S3F0"),
+        (b"l1\r", b"21l1111\r\n"),
+        (b"O1\r", b"21O 2 4 1\r\n"),
+        (b"H1\r", b"21H   1.00   0.00   0.00\r\n"),
+        (b"G1\r", b"21G   0.00   0.00   0.00\r\n"),
+        (b"G1,5,6,7\rG1\r", b"21G   5.00   6.00   7.00\r\n"),
+        (b"r1\r", b"21r   0.000   0.000   0.000\r\n"),
+        (b"A1\r", b"21A   0.00   0.00   0.00"),
+        (b"y\r", b"2 y0\r\n"),
+        (b"y1\ry\r", b"2 y1\r\n"),
+        (b"X\r", b"2 XOutputCompensat"),
+        (b"Xhall\rX\r", b"2 Xhall "),
+        (b"T\r", b"2 T  0 no errors\r\n"),
+        (b"x2\rv.2,.2,.8,.95\re1,0\rI1,0\rB1\rb1\rD\x13\x11d", b""),
+        (b"DS", b"21S3F4"),
+        (b"ufS", b"21S3F3"),
+        (b"ufCWS", b"21S3F0"),
+    ],
+)
 def test_every_command_of_the_manual_is_understood(command: bytes, reply: bytes) -> None:
     assert said(unit(), command).startswith(reply)
     assert b"E*ERROR*" not in said(unit(), command)

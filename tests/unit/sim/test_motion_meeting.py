@@ -24,9 +24,7 @@ NAMES = ("ann", "ben", "cas")
 HEIGHTS = (1.65, 1.80, 1.72)
 
 
-JOINTS_COMPARED = (
-    "hips", "left_hand", "right_hand", "head", "left_lower_arm", "right_lower_arm", "left_lower_leg",
-)  # fmt: skip
+JOINTS_COMPARED = ("hips", "left_hand", "right_hand", "head", "left_lower_arm", "right_lower_arm", "left_lower_leg")
 
 
 def conference(seed: int = 1, names: tuple[str, ...] = NAMES) -> Conference:
@@ -44,9 +42,7 @@ def meeting(seed: int = 1) -> tuple[MotionSource, dict[str, Place]]:
 def test_movement_is_smooth(seed: int) -> None:
     source, people = meeting(seed)
     for name in NAMES:
-        at = np.array([
-            pose_joints(people[name].skeleton, source.posture(name, k / 60)).position for k in range(21 * 60)
-        ])  # fmt: skip
+        at = np.array([pose_joints(people[name].skeleton, source.posture(name, k / 60)).position for k in range(21 * 60)])
         speed = np.linalg.norm(np.diff(at, axis=0), axis=2) * 60
         acceleration = np.linalg.norm(np.diff(at, n=2, axis=0), axis=2) * 3600
         # A brisk reach over a table stays under 2 m/s (fingertips 3) and 2 g.
@@ -106,9 +102,7 @@ def inside_table(points: np.ndarray, radii: np.ndarray) -> float:
     above = points[:, 1] - TABLE_HEIGHT
     below = TABLE_HEIGHT - 0.03 - points[:, 1]
     height = np.maximum(above, below)
-    distance = np.where(
-        (out > 0) & (height > 0), np.hypot(np.maximum(out, 0), np.maximum(height, 0)), np.maximum(out, height)
-    )
+    distance = np.where((out > 0) & (height > 0), np.hypot(np.maximum(out, 0), np.maximum(height, 0)), np.maximum(out, height))
     return float((radii - distance).max())
 
 

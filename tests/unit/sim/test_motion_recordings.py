@@ -123,9 +123,7 @@ def write_take(folder: Path) -> Path:
 
 
 def conference(*motions: str | None) -> Conference:
-    return Conference(sites=[
-        Site(name=f"s{i}", participants=[Participant(name=f"p{i}", motion=m)]) for i, m in enumerate(motions)
-    ])  # fmt: skip
+    return Conference(sites=[Site(name=f"s{i}", participants=[Participant(name=f"p{i}", motion=m)]) for i, m in enumerate(motions)])
 
 
 def test_bvh_joints_are_where_the_file_puts_them(tmp_path: Path) -> None:

@@ -135,9 +135,7 @@ def test_links_left_by_a_killed_process_are_gone_before_any_port_appears(tmp_pat
         names = ("a", "b")
         for name in names:
             (tmp_path / name).symlink_to("/nowhere")
-        devices = [
-            SimulatedDevice(n, Fastrak(lambda station, t_s: POSE), tmp_path / n, clock, 0) for n in names
-        ]
+        devices = [SimulatedDevice(n, Fastrak(lambda station, t_s: POSE), tmp_path / n, clock, 0) for n in names]
         task = asyncio.create_task(run_devices(devices))
         await until(lambda: all((tmp_path / n).exists() for n in names))
         assert (tmp_path / "a").resolve() != (tmp_path / "b").resolve()
@@ -179,8 +177,9 @@ class _Still:
 
 def test_a_conference_has_its_simulated_devices_and_no_others(tmp_path: Path) -> None:
     person = {"name": "ann", "tracker": {"port": "/dev/ttyUSB0"}}
-    conference = Conference(sites=[Site(name="a", participants=[Participant(**person)]),
-                                   Site(name="b", participants=[Participant(name="bob")])])  # fmt: skip
+    conference = Conference(
+        sites=[Site(name="a", participants=[Participant(**person)]), Site(name="b", participants=[Participant(name="bob")])]
+    )
     paths = RunPaths(tmp_path, tmp_path)
 
     def names(site: str | None = None, faults: tuple[Fault, ...] = ()) -> list[str]:

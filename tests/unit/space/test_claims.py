@@ -106,10 +106,12 @@ def test_of_two_who_take_a_thing_in_one_step_the_nearer_leads_and_the_other_is_t
         play = Play(*names)
         near, off = names
         for k in range(25):
-            play.step({
-                near: reaching(START + np.array([-0.05, -0.0005, 0.0]), k / 20),
-                off: reaching(START + np.array([0.05, 0.0, 0.0]), k / 20, np.pi),
-            })  # fmt: skip
+            play.step(
+                {
+                    near: reaching(START + np.array([-0.05, -0.0005, 0.0]), k / 20),
+                    off: reaching(START + np.array([0.05, 0.0, 0.0]), k / 20, np.pi),
+                }
+            )
             if play.grasps():
                 break
         assert play.grasps() == [near, off]  # in one step

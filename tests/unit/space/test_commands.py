@@ -18,12 +18,28 @@ from vistel.space.world import World
 def test_a_world_restored_between_commands_goes_on_the_same() -> None:
     talk = Talk()
     said: list[Action] = [
-        ask.Create("cone"), ask.Bend(Which(BATON), 1.0), ask.Scale(Which("box"), 1.3), ask.MoveBy(Which("can"), Towards.UP, 0.3),
-        ask.Select(Which("tile")), ask.Move(Which("can"), np.array([0.08, 0.8, 0.02]), np.array([0, 0, 0, 1.0])),
-        ask.Attach(Which("box"), Which("can")), ask.Undo(), ask.Redo(), ask.Paint(ask.THIS, 0x123456FF), ask.Undo(),
-        ask.Copy(Which("ball")), ask.Undo(), ask.Redo(), ask.Dent(Which("ball")), ask.Sharpen(Which("cone"), 0.5),
-        ask.Hide(Which("tile")), ask.Align(Which(every=True)), ask.Show(), ask.Undo(), ask.Reset(),
-    ]  # fmt: skip
+        ask.Create("cone"),
+        ask.Bend(Which(BATON), 1.0),
+        ask.Scale(Which("box"), 1.3),
+        ask.MoveBy(Which("can"), Towards.UP, 0.3),
+        ask.Select(Which("tile")),
+        ask.Move(Which("can"), np.array([0.08, 0.8, 0.02]), np.array([0, 0, 0, 1.0])),
+        ask.Attach(Which("box"), Which("can")),
+        ask.Undo(),
+        ask.Redo(),
+        ask.Paint(ask.THIS, 0x123456FF),
+        ask.Undo(),
+        ask.Copy(Which("ball")),
+        ask.Undo(),
+        ask.Redo(),
+        ask.Dent(Which("ball")),
+        ask.Sharpen(Which("cone"), 0.5),
+        ask.Hide(Which("tile")),
+        ask.Align(Which(every=True)),
+        ask.Show(),
+        ask.Undo(),
+        ask.Reset(),
+    ]
     for action in said:
         talk.say(action)
         again = World.restore(talk.play.world.snapshot())
@@ -35,26 +51,47 @@ def test_a_world_restored_between_commands_goes_on_the_same() -> None:
             assert [s.position.tobytes() for s in view.states] == [s.position.tobytes() for s in mine.states], (action, k)
         assert again.snapshot() == talk.play.world.snapshot()
 
+
 NUMBER = st.one_of(st.floats(-3.0, 3.0), st.floats(), st.sampled_from([0.0, 1e-9, 1e9, -1e9]))
 WHICH = st.builds(
-    Which, st.sampled_from(["", "", "box", BATON, "table", "unicorn", "cone-2"]), st.sampled_from(["", "ball", "red"]),
-    st.sampled_from(["", "cylinder"]), st.sampled_from(["", "white"]), st.sampled_from([None, None, *Shown]), st.booleans(),
-)  # fmt: skip
+    Which,
+    st.sampled_from(["", "", "box", BATON, "table", "unicorn", "cone-2"]),
+    st.sampled_from(["", "ball", "red"]),
+    st.sampled_from(["", "cylinder"]),
+    st.sampled_from(["", "white"]),
+    st.sampled_from([None, None, *Shown]),
+    st.booleans(),
+)
 COLOUR = st.integers(0, 0xFFFFFFFF)
 PLACE = st.tuples(NUMBER, NUMBER, NUMBER).map(np.array)
 ANYTHING = st.one_of(
     st.builds(ask.Select, WHICH, st.booleans()),
     st.builds(ask.Move, WHICH, PLACE, st.tuples(NUMBER, NUMBER, NUMBER, NUMBER).map(np.array)),
-    st.builds(ask.MoveBy, WHICH, st.sampled_from(Towards), NUMBER), st.builds(ask.Place, WHICH, st.sampled_from(Where)),
+    st.builds(ask.MoveBy, WHICH, st.sampled_from(Towards), NUMBER),
+    st.builds(ask.Place, WHICH, st.sampled_from(Where)),
     st.builds(ask.Turn, WHICH, NUMBER, st.sampled_from(Along)),
-    st.builds(ask.Scale, WHICH, NUMBER, st.sampled_from([None, *Along])), st.builds(ask.Bend, WHICH, NUMBER),
-    st.builds(ask.Twist, WHICH, NUMBER), st.builds(ask.Paint, WHICH, COLOUR), st.builds(ask.Harden, WHICH, NUMBER),
-    st.builds(ask.Copy, WHICH), st.builds(ask.Create, st.sampled_from([*SHAPES, "", "sphinx"]), NUMBER, COLOUR),
-    st.builds(ask.Delete, WHICH), st.builds(ask.Grip, WHICH), st.builds(ask.Release, WHICH),
-    st.builds(ask.Attach, WHICH, WHICH), st.builds(ask.Detach, WHICH), st.just(ask.Undo()), st.just(ask.Redo()),
-    st.just(ask.Stop()), st.just(ask.Reset()), st.builds(ask.Sharpen, WHICH, NUMBER), st.builds(ask.Dent, WHICH, NUMBER),
-    st.builds(ask.Hide, WHICH), st.builds(ask.Show, WHICH), st.builds(ask.Align, WHICH),
-)  # fmt: skip
+    st.builds(ask.Scale, WHICH, NUMBER, st.sampled_from([None, *Along])),
+    st.builds(ask.Bend, WHICH, NUMBER),
+    st.builds(ask.Twist, WHICH, NUMBER),
+    st.builds(ask.Paint, WHICH, COLOUR),
+    st.builds(ask.Harden, WHICH, NUMBER),
+    st.builds(ask.Copy, WHICH),
+    st.builds(ask.Create, st.sampled_from([*SHAPES, "", "sphinx"]), NUMBER, COLOUR),
+    st.builds(ask.Delete, WHICH),
+    st.builds(ask.Grip, WHICH),
+    st.builds(ask.Release, WHICH),
+    st.builds(ask.Attach, WHICH, WHICH),
+    st.builds(ask.Detach, WHICH),
+    st.just(ask.Undo()),
+    st.just(ask.Redo()),
+    st.just(ask.Stop()),
+    st.just(ask.Reset()),
+    st.builds(ask.Sharpen, WHICH, NUMBER),
+    st.builds(ask.Dent, WHICH, NUMBER),
+    st.builds(ask.Hide, WHICH),
+    st.builds(ask.Show, WHICH),
+    st.builds(ask.Align, WHICH),
+)
 
 
 @settings(max_examples=100)

@@ -74,7 +74,8 @@ def test_a_bent_bar_is_sharpened_and_stays_bent() -> None:
     ("action", "said"),
     [
         (ask.Sharpen(Which("tile"), 0.6), "the white tile cannot be made sharper"),
-        (ask.Sharpen(Which("table"), 0.6), "fixed to the room"), (ask.Sharpen(Which("box"), 0.0), "share of up to 1"),
+        (ask.Sharpen(Which("table"), 0.6), "fixed to the room"),
+        (ask.Sharpen(Which("box"), 0.0), "share of up to 1"),
         (ask.Dent(Which("table")), "the round table is fixed to the room and cannot be dented"),
         (ask.Dent(Which("box")), "the blue box is too hard to be dented; make it softer first"),
         (ask.Dent(Which("ball"), 2.0), "not 2"),

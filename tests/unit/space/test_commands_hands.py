@@ -23,8 +23,12 @@ def test_a_hand_takes_hold_when_it_is_asked_to_and_only_where_it_is() -> None:
 def test_commands_about_what_others_hold_are_refused() -> None:
     talk = Talk("ann", "bob")
     take_baton(talk.play)
-    for action in (ask.Scale(Which(BATON), 2.0), ask.Paint(Which(BATON), 255), ask.MoveBy(Which(BATON), Towards.UP),
-                   ask.Delete(Which(BATON))):  # fmt: skip
+    for action in (
+        ask.Scale(Which(BATON), 2.0),
+        ask.Paint(Which(BATON), 255),
+        ask.MoveBy(Which(BATON), Towards.UP),
+        ask.Delete(Which(BATON)),
+    ):
         assert refused(talk.say(action, "bob")) in ("the red baton is held by ann", "nobody knows yet where bob is")
     done(talk.say(ask.Scale(Which(BATON), 1.3)))
     assert talk.play.grasps() == ["ann"]

@@ -122,6 +122,7 @@ def test_what_is_attached_moves_as_one_and_comes_apart_where_it_is() -> None:
     assert set(done(talk.say(ask.Detach(Which("box"))))) == {"box", "can"}
     assert np.linalg.norm(talk.place("box") - talk.place("can")) == pytest.approx(np.hypot(0.08, 0.03), abs=0.02)
 
+
 LOOSE = [t for t in ROOM.things if not t.fixed]
 
 

@@ -15,10 +15,8 @@ from vistel.space.room import TABLE_HEIGHT
 
 @pytest.mark.parametrize(
     ("towards", "axis", "sign"),
-    [
-        (Towards.RIGHT, 0, -1.0), (Towards.LEFT, 0, 1.0), (Towards.UP, 1, 1.0), (Towards.AHEAD, 2, 1.0), (Towards.BACK, 2, -1.0),
-    ],
-)  # fmt: skip
+    [(Towards.RIGHT, 0, -1.0), (Towards.LEFT, 0, 1.0), (Towards.UP, 1, 1.0), (Towards.AHEAD, 2, 1.0), (Towards.BACK, 2, -1.0)],
+)
 def test_directions_are_those_of_the_speaker(towards: Towards, axis: int, sign: float) -> None:
     talk = Talk()
     before = talk.place("ball").copy()

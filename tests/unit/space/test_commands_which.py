@@ -17,11 +17,17 @@ from vistel.space.commands.reference import COLOURS, name_of_colour
 @pytest.mark.parametrize(
     ("which", "thing"),
     [
-        (Which("ball"), "ball"), (Which(name="ball"), "ball"), (Which(name="Yellow Ball"), "ball"),
-        (Which(shape="cylinder"), "can"), (Which(colour="blue"), "box"), (Which(colour="red", shape="baton"), "baton"),
-        (Which(colour="violet"), "ring"), (Which(colour="orange"), "cone"), (Which(colour="white"), "tile"),
+        (Which("ball"), "ball"),
+        (Which(name="ball"), "ball"),
+        (Which(name="Yellow Ball"), "ball"),
+        (Which(shape="cylinder"), "can"),
+        (Which(colour="blue"), "box"),
+        (Which(colour="red", shape="baton"), "baton"),
+        (Which(colour="violet"), "ring"),
+        (Which(colour="orange"), "cone"),
+        (Which(colour="white"), "tile"),
     ],
-)  # fmt: skip
+)
 def test_a_thing_is_known_by_id_name_shape_or_colour(which: Which, thing: str) -> None:
     assert done(Talk().say(ask.Select(which))) == (thing,)
 

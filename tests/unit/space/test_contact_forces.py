@@ -84,8 +84,14 @@ SHAPES = {
 _turn = st.tuples(*[st.floats(-2, 2)] * 3)
 
 
-@given(st.sampled_from(sorted(SHAPES)), st.sampled_from(sorted(SHAPES)), _turn, st.tuples(*[st.floats(-0.8, 0.8)] * 3),
-       st.floats(0.05, 3.0), st.floats(0.05, 3.0))  # fmt: skip
+@given(
+    st.sampled_from(sorted(SHAPES)),
+    st.sampled_from(sorted(SHAPES)),
+    _turn,
+    st.tuples(*[st.floats(-0.8, 0.8)] * 3),
+    st.floats(0.05, 3.0),
+    st.floats(0.05, 3.0),
+)
 @settings(max_examples=60, deadline=None)
 def test_patches_are_finite_push_apart_and_lie_in_both_bodies(
     kind_a: str, kind_b: str, turn: tuple[float, ...], at: tuple[float, ...], c_a: float, c_b: float

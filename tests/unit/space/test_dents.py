@@ -194,8 +194,10 @@ def test_a_finger_drawn_across_leaves_a_row_of_dents_but_not_too_many() -> None:
 @settings(max_examples=40, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-0.05, 0.05), st.floats(0, 0.5)), min_size=1, max_size=40),
-    st.sampled_from(["plastic", "viscoelastic"]), st.sampled_from([1e-3, 1 / 60, 1.0]), st.sampled_from([0.01, 0.5, 100.0]),
-)  # fmt: skip
+    st.sampled_from(["plastic", "viscoelastic"]),
+    st.sampled_from([1e-3, 1 / 60, 1.0]),
+    st.sampled_from([0.01, 0.5, 100.0]),
+)
 def test_whatever_presses_dents_stay_finite_and_few(
     touches: list[tuple[float, float]], material: str, dt: float, recovery: float
 ) -> None:
@@ -220,12 +222,19 @@ def test_whatever_presses_dents_stay_finite_and_few(
         ({"x": 40.0}, "within 4 m"),
         ({"mass": 0.0}, "a mass of"),
     ],
-)  # fmt: skip
+)
 def test_a_thing_that_cannot_be_is_refused(changes: dict[str, object], what: str) -> None:
     whole = {
-        "id": "clay", "name": "clay", "shape": "lump", "size": 0.04, "mass": 1.0, "rigidity": 0.3, "colour": 0, "x": 0.0,
+        "id": "clay",
+        "name": "clay",
+        "shape": "lump",
+        "size": 0.04,
+        "mass": 1.0,
+        "rigidity": 0.3,
+        "colour": 0,
+        "x": 0.0,
         "z": 0.0,
-    }  # fmt: skip
+    }
     with pytest.raises(ValueError, match=what):
         meeting_room(3, [Extra(**(whole | changes))])  # type: ignore[arg-type]
 

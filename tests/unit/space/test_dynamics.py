@@ -71,9 +71,7 @@ def test_a_can_on_a_can_stands() -> None:
 def test_a_stack_of_five_boxes_stands_for_a_minute() -> None:
     box = ROOM.thing("box")
     places = [np.array((0.0, TABLE_HEIGHT + 0.030 * (2 * k + 1), 0.0)) for k in range(5)]
-    stack = tuple(
-        Thing(f"b{k}", f"b{k}", "box", box.primitives, box.mass, box.compliance, 0, at) for k, at in enumerate(places)
-    )
+    stack = tuple(Thing(f"b{k}", f"b{k}", "box", box.primitives, box.mass, box.compliance, 0, at) for k, at in enumerate(places))
     s, m = start((TABLE, *stack))
     standing = run(s, m, 2.0)
     after = run(s, standing, 58.0)
@@ -124,9 +122,12 @@ def test_a_push_rolls_a_ball_and_it_stops_again() -> None:
     m = run(s, m, 1.5)
     assert m.mode[1] == ASLEEP
     push = Pushes(
-        np.array([1]), np.array([[-0.038, TABLE_HEIGHT + 0.038, 0.0]]), np.array([[1.0, 0, 0]]), np.array([-0.001]),
+        np.array([1]),
+        np.array([[-0.038, TABLE_HEIGHT + 0.038, 0.0]]),
+        np.array([[1.0, 0, 0]]),
+        np.array([-0.001]),
         np.array([[0.3, 0, 0]]),
-    )  # fmt: skip
+    )
     m, _ = advance(s, m, push, DT)
     assert m.velocity[1, 0] > 0.2
     after = run(s, m, 8.0)

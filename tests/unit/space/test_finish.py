@@ -87,10 +87,15 @@ def Xform "A"
 """
 
 
-@pytest.mark.parametrize(("said", "found"), [
-    ("float inputs:roughness = 0.2\nfloat inputs:metallic = 1", STEEL), ("", Finish(0.5, 0.0)),
-    ("float inputs:roughness = 7\nfloat inputs:metallic = -3", Finish(1.0, 0.0)), ("float inputs:roughness = nan", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("said", "found"),
+    [
+        ("float inputs:roughness = 0.2\nfloat inputs:metallic = 1", STEEL),
+        ("", Finish(0.5, 0.0)),
+        ("float inputs:roughness = 7\nfloat inputs:metallic = -3", Finish(1.0, 0.0)),
+        ("float inputs:roughness = nan", None),
+    ],
+)
 def test_inputs_of_usd_preview_surface(said: str, found: Finish | None, tmp_path: Path) -> None:
     (tmp_path / "a.usda").write_text(USD % said)
     assert finishes(read_usd(tmp_path / "a.usda").materials) == {found}

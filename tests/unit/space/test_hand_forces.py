@@ -38,10 +38,21 @@ def felt(a: PrimitiveSet, b: PrimitiveSet, c_a: float = 1.0, c_b: float = 1.0) -
     rows = np.zeros((len(found), FELT))
     of_a, of_b = ((s.kind, s.start, s.params, s.rotation, s.position) for s in (a, b))
     feel(
-        np.array([0, len(found)]), np.stack([found.a, found.b], axis=1).astype(np.int64), found.point.copy(),
-        found.normal.copy(), found.field_depth.copy(), np.array([[max(c_a, STIFFEST), max(c_b, STIFFEST)]]), of_a, of_b, 1.0,
-        0.0, 0.05, np.zeros((len(found), 3)), np.zeros((len(found), 9)), rows,
-    )  # fmt: skip
+        np.array([0, len(found)]),
+        np.stack([found.a, found.b], axis=1).astype(np.int64),
+        found.point.copy(),
+        found.normal.copy(),
+        found.field_depth.copy(),
+        np.array([[max(c_a, STIFFEST), max(c_b, STIFFEST)]]),
+        of_a,
+        of_b,
+        1.0,
+        0.0,
+        0.05,
+        np.zeros((len(found), 3)),
+        np.zeros((len(found), 9)),
+        rows,
+    )
     return rows
 
 
@@ -88,9 +99,11 @@ def test_two_balls_feel_the_golden_force_and_area() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(
-    st.tuples(*[st.floats(-1, 1)] * 3), st.tuples(*[st.floats(-1, 1)] * 3), st.floats(0.05, 0.55),
+    st.tuples(*[st.floats(-1, 1)] * 3),
+    st.tuples(*[st.floats(-1, 1)] * 3),
+    st.floats(0.05, 0.55),
     st.sampled_from([(1.0, 1.0), (1.0, 0.35), (1.0, 0.0)]),
-)  # fmt: skip
+)
 def test_forces_agree_with_the_exact_patches(
     lie: tuple[float, ...], side: tuple[float, ...], depth: float, soft: tuple[float, float]
 ) -> None:

@@ -54,11 +54,16 @@ def test_a_line_is_read_as_what_it_says(line: str, action: Action) -> None:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("", "expected a command"), ("fly", "no command 'fly'"), ("move ball", "which way"), ("bend ball", "degrees"),
-        ("paint ball octarine", "what colour"), ("create sphinx", "create what"), ("attach ball", "to what"),
+        ("", "expected a command"),
+        ("fly", "no command 'fly'"),
+        ("move ball", "which way"),
+        ("bend ball", "degrees"),
+        ("paint ball octarine", "what colour"),
+        ("create sphinx", "create what"),
+        ("attach ball", "to what"),
         ("scale ball much", "what factor"),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_command_is_told_with_what_was_expected(line: str, said: str) -> None:
     with pytest.raises(PhraseError, match=said):
         read(line)
@@ -74,8 +79,31 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 
 def test_every_verb_is_in_the_list_of_commands() -> None:
     words = {w for w in USAGE.replace("|", " ").split() if w.islower()}
-    for verb in ("move", "put", "turn", "scale", "larger", "bend", "twist", "straighten", "paint", "soften", "harden", "copy",
-                 "delete", "create", "select", "take", "release", "attach", "detach", "undo", "redo", "stop", "reset"):  # fmt: skip
+    for verb in (
+        "move",
+        "put",
+        "turn",
+        "scale",
+        "larger",
+        "bend",
+        "twist",
+        "straighten",
+        "paint",
+        "soften",
+        "harden",
+        "copy",
+        "delete",
+        "create",
+        "select",
+        "take",
+        "release",
+        "attach",
+        "detach",
+        "undo",
+        "redo",
+        "stop",
+        "reset",
+    ):
         assert verb in words
 
 

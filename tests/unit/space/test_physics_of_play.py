@@ -97,9 +97,7 @@ def test_five_boxes_on_each_other_stand_still_for_ten_seconds() -> None:
     room = meeting_room(3)
     box = room.thing("box")
     half = max(float(p.params[1]) for p in box.primitives)
-    stack = tuple(
-        replace(box, id=f"b{k}", position=np.array([-0.25, TABLE_HEIGHT + half * (2 * k + 1), 0.22])) for k in range(5)
-    )
+    stack = tuple(replace(box, id=f"b{k}", position=np.array([-0.25, TABLE_HEIGHT + half * (2 * k + 1), 0.22])) for k in range(5))
     world = World(replace(room, things=(*room.things, *stack)))
     view: WorldView | None = None
     start: np.ndarray | None = None

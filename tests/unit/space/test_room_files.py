@@ -113,9 +113,11 @@ def test_every_face_has_a_material_with_its_colour_or_picture(tmp_path: Path) ->
     still = np.array([0.0, 0.0, 0.0, 1.0])
     both, _ = joined(room.thing("box"), (np.zeros(3), still), room.thing("can"), (np.array([0.08, 0.0, 0.0]), still))
     things = (
-        room.thing("ball"), replace(both, id="both"), looking(replace(room.thing("box"), id="pictured"), model),
+        room.thing("ball"),
+        replace(both, id="both"),
+        looking(replace(room.thing("box"), id="pictured"), model),
         painted(looking(replace(room.thing("box"), id="painted"), model), 0xFF0000FF),
-    )  # fmt: skip
+    )
     save_usd(Interior(Room((), ())).with_things(things, {model.digest: model}), tmp_path / "room.usda")
     stage: Any = Usd.Stage.Open(str(tmp_path / "room.usda"))
 
@@ -224,14 +226,14 @@ def test_a_huge_mesh_is_made_coarser_and_told(tmp_path: Path) -> None:
     [
         ("nix.usda", None, "no such file"),
         ("a.blend", "x", "expected a file that ends in"),
-        ("a.usda", "#usda 1.0\ndef Xform \"World\" { broken", "not a whole USD file"),
+        ("a.usda", '#usda 1.0\ndef Xform "World" { broken', "not a whole USD file"),
         ("a.usda", "#usda 1.0\n", "no meshes"),
         ("a.glb", "glTF", "a.glb"),
         ("a.gltf", '{"asset": {"version": "2.0"}}', "no triangles"),
         ("a.obj", "v 0 0\nf 1 1 1\n", "a.obj"),
         ("a.usda", NEWER, "format 9"),
     ],
-)  # fmt: skip
+)
 def test_files_that_cannot_be_used_are_refused_in_one_line(name: str, text: str | None, said: str, tmp_path: Path) -> None:
     if text is not None:
         (tmp_path / name).write_text(text)
@@ -285,13 +287,22 @@ def test_words_change_a_room() -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("set baton mass=-1", "expected a number from 0 to 50"), ("set baton weight=1", "expected KEY=VALUE with one of mass"),
-        ("set nix mass=1", "no such thing"), ("paint baton", "expected set, move"), ("set", "after it"),
-        ("move ball to=1,2", "expected 3 numbers"), ("add ball", "two things have this id"), ("add Ball!", "expected an id"),
-        ("set baton elasticity=jelly", "material"), ("add x file=nix.usda", "no such file"), ("seat 7 at=0,0", "expected new"),
-        ("set baton density=500", "set its mass"), ("set all id=x", "its own"), ("set baton rigidity=nan", "0 to 1"),
+        ("set baton mass=-1", "expected a number from 0 to 50"),
+        ("set baton weight=1", "expected KEY=VALUE with one of mass"),
+        ("set nix mass=1", "no such thing"),
+        ("paint baton", "expected set, move"),
+        ("set", "after it"),
+        ("move ball to=1,2", "expected 3 numbers"),
+        ("add ball", "two things have this id"),
+        ("add Ball!", "expected an id"),
+        ("set baton elasticity=jelly", "material"),
+        ("add x file=nix.usda", "no such file"),
+        ("seat 7 at=0,0", "expected new"),
+        ("set baton density=500", "set its mass"),
+        ("set all id=x", "its own"),
+        ("set baton rigidity=nan", "0 to 1"),
     ],
-)  # fmt: skip
+)
 def test_words_that_cannot_be_done_are_refused_in_one_line(words: str, said: str) -> None:
     with pytest.raises(RoomFileError, match=said) as fault:
         edited(room(), words.split())

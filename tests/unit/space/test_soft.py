@@ -35,8 +35,16 @@ def box(name: str, at: object, mass: float = 0.3) -> Thing:
     return Thing(name, name, "box", (cube,), mass, 1.0, 0xAAAAAAFF, np.array(at, float))
 
 
-FLOOR = Thing("floor", "floor", "box", (Primitive("superellipsoid", (0.6, 0.1, 0.6, 0.1, 0.1)),), 0.0, 0.0, 0x888888FF,
-              np.array((0.0, -0.1, 0.0)))  # fmt: skip
+FLOOR = Thing(
+    "floor",
+    "floor",
+    "box",
+    (Primitive("superellipsoid", (0.6, 0.1, 0.6, 0.1, 0.1)),),
+    0.0,
+    0.0,
+    0x888888FF,
+    np.array((0.0, -0.1, 0.0)),
+)
 
 
 def run(room: SoftRoom, seconds: float, dt: float = DT) -> SoftRoom:
@@ -64,8 +72,12 @@ def test_a_closed_system_keeps_its_momentum_to_rounding(push: tuple[float, ...],
 
 
 def test_balls_that_collide_have_less_energy_and_swap_what_they_must() -> None:
-    room = SoftRoom.of((ball("a", (-0.1, 0, 0)), ball("b", (0.1, 0, 0))), velocity={"a": (1.0, 0, 0)}, gravity=WEIGHTLESS,
-                       surface=Surface(damping=0.0))  # fmt: skip
+    room = SoftRoom.of(
+        (ball("a", (-0.1, 0, 0)), ball("b", (0.1, 0, 0))),
+        velocity={"a": (1.0, 0, 0)},
+        gravity=WEIGHTLESS,
+        surface=Surface(damping=0.0),
+    )
     before = room.kinetic_energy()
     room = run(room, 1.0)
     np.testing.assert_allclose(room.velocity, [(0.0, 0, 0), (1.0, 0, 0)], atol=0.02)  # equal masses, head on, elastic
@@ -159,8 +171,9 @@ def test_a_loop_of_constraints_settles_and_holds() -> None:
 
 def test_a_constraint_drawn_out_too_far_tears_and_is_gone_after_its_fade() -> None:
     held = Constraint("a", "b", (0.05, 0, 0), (-0.05, 0, 0), 0.03, 0.03, tears=0.02, fade=0.1)
-    room = SoftRoom.of((ball("a", (0, 0, 0)), ball("b", (0.11, 0, 0))), velocity={"b": (2.0, 0, 0)}, constraints=[held],
-                       gravity=WEIGHTLESS)  # fmt: skip
+    room = SoftRoom.of(
+        (ball("a", (0, 0, 0)), ball("b", (0.11, 0, 0))), velocity={"b": (2.0, 0, 0)}, constraints=[held], gravity=WEIGHTLESS
+    )
     torn_at = None
     for _ in range(30):
         room = room.step(DT)
@@ -172,8 +185,12 @@ def test_a_constraint_drawn_out_too_far_tears_and_is_gone_after_its_fade() -> No
 
 
 def test_dents_and_recovery_follow_from_the_motion() -> None:
-    room = SoftRoom.of((ball("clay", (0, 0, 0), mass=0.0), ball("rubber", (0.12, 0, 0))), velocity={"rubber": (-1.5, 0, 0)},
-                       gravity=WEIGHTLESS, materials={"clay": Plastic(), "rubber": Viscoelastic(0.1)})  # fmt: skip
+    room = SoftRoom.of(
+        (ball("clay", (0, 0, 0), mass=0.0), ball("rubber", (0.12, 0, 0))),
+        velocity={"rubber": (-1.5, 0, 0)},
+        gravity=WEIGHTLESS,
+        materials={"clay": Plastic(), "rubber": Viscoelastic(0.1)},
+    )
     deepest = 0.0
     for _ in range(30):
         room = room.step(DT)

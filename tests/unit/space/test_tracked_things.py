@@ -23,9 +23,13 @@ class PropPlay(Play):
     """A world one of whose things has a tracker."""
 
     def tracked(
-        self, place: np.ndarray | None, postures: dict[str, Posture] | None = None, *commands: CommandInput,
-        rotation: np.ndarray = UPRIGHT, thing: str = BATON,
-    ) -> WorldView:  # fmt: skip
+        self,
+        place: np.ndarray | None,
+        postures: dict[str, Posture] | None = None,
+        *commands: CommandInput,
+        rotation: np.ndarray = UPRIGHT,
+        thing: str = BATON,
+    ) -> WorldView:
         """One step; `place`: where the tracker says the thing is, None when it is silent."""
         self.k += 1
         t_ns = self.k * STEP_NS
@@ -142,10 +146,7 @@ def hand_over(play: PropPlay) -> list[tuple[str, ...]]:
     for k in range(90):
         ann = 1.0 if k < 60 else max(0.0, 1.0 - (k - 60) / 15)
         ben = min(1.0, max(0.0, (k - 20) / 15))
-        play.tracked(
-            place,
-            {"ann": reaching(at(0.05, 0.3, 0.0), ann), "ben": reaching(at(-0.05, 0.3, 0.0), ben, np.pi)},
-        )
+        play.tracked(place, {"ann": reaching(at(0.05, 0.3, 0.0), ann), "ben": reaching(at(-0.05, 0.3, 0.0), ben, np.pi)})
         holders.append(play.thing(BATON).holders)
     return holders
 

@@ -210,16 +210,16 @@ def test_the_hash_is_the_same_for_what_was_restored_and_another_for_the_least_ch
     moved.velocity[2, 1] = np.nextafter(moved.velocity[2, 1], 1.0)
     bent = replace(state.figures[0], opened=np.nextafter(state.figures[0].opened, 9.0))
     others = [
-        replace(state, motions=moved), replace(state, figures=(bent,)), replace(state, marks=state.marks + 1),
-        replace(state, grasps=()), replace(state, selected=(("ann", (BATON,)),)),
-    ]  # fmt: skip
+        replace(state, motions=moved),
+        replace(state, figures=(bent,)),
+        replace(state, marks=state.marks + 1),
+        replace(state, grasps=()),
+        replace(state, selected=(("ann", (BATON,)),)),
+    ]
     assert len({digest(room, other) for other in [state, *others]}) == len(others) + 1
 
 
-@pytest.mark.parametrize(
-    "data",
-    [b"", b"{}", b"[1]", b'{"version": 1}', b'{"version": %d}' % (VERSION + 1), b"\xff\xfe"],
-)
+@pytest.mark.parametrize("data", [b"", b"{}", b"[1]", b'{"version": 1}', b'{"version": %d}' % (VERSION + 1), b"\xff\xfe"])
 def test_bytes_that_are_no_snapshot_are_refused_in_one_line(data: bytes) -> None:
     with pytest.raises(ValueError, match="snapshot: ") as e:
         World.restore(data)

@@ -39,9 +39,11 @@ def handled(steps: int, *commands: tuple[int, CommandInput]) -> list[WorldView]:
 @pytest.fixture(scope="module")
 def views() -> list[WorldView]:
     return handled(
-        300, (40, CommandInput("a", "ann", Create("ball", 0.03))),
-        (150, CommandInput("b", "ann", Paint(Which("box"), 0xFF0000FF))), (170, CommandInput("c", "ann", Delete(Which("can")))),
-    )  # fmt: skip
+        300,
+        (40, CommandInput("a", "ann", Create("ball", 0.03))),
+        (150, CommandInput("b", "ann", Paint(Which("box"), 0xFF0000FF))),
+        (170, CommandInput("c", "ann", Delete(Which("can")))),
+    )
 
 
 def told(views: list[WorldView]) -> Iterator[tuple[WorldView, Told]]:

@@ -59,10 +59,12 @@ en = ["<rank> of? <suit>", "<rank> <rank> of? <suit>", "<rank> <rank>", "go <dir
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("goforward.raw", "go forward ten meters"), ("cards/001.wav", "ten of clubs"), ("cards/002.wav", "four queen of clubs"),
+        ("goforward.raw", "go forward ten meters"),
+        ("cards/001.wav", "ten of clubs"),
+        ("cards/002.wav", "four queen of clubs"),
         ("cards/003.wav", "seven of clubs"),
     ],
-)  # fmt: skip
+)
 def test_people_are_understood(shared_data: Path, tmp_path: Path, name: str, text: str) -> None:
     pytest.importorskip("pocketsphinx")
     path = shared_data / "speech" / name

@@ -200,9 +200,15 @@ def test_patterns_for_the_automaton_have_the_words_of_the_sentences() -> None:
 
 @pytest.mark.parametrize(
     ("romaji", "kana"),
-    [("akai", "あかい"), ("chotto", "ちょっと"), ("konpyu-ta", "こんぴゅーた"), ("hippatte", "ひっぱって"), ("enchū", "えんちゅう"),
-     ("shin'ya", "しんや")],
-)  # fmt: skip
+    [
+        ("akai", "あかい"),
+        ("chotto", "ちょっと"),
+        ("konpyu-ta", "こんぴゅーた"),
+        ("hippatte", "ひっぱって"),
+        ("enchū", "えんちゅう"),
+        ("shin'ya", "しんや"),
+    ],
+)
 def test_romaji_is_read(romaji: str, kana: str) -> None:
     assert from_romaji(romaji) == kana
 

@@ -61,12 +61,19 @@ def a_voice(path: Path, length: int, name: str) -> np.ndarray:
     """A file with one spectral distribution for each of five states; the values it holds."""
     values = np.arange(5 * 2 * 3 * length, dtype=np.float32).reshape(5, 2, 3, length)
     parts = {
-        "DURATION_PDF": b"dp", "DURATION_TREE": b"dt",
-        f"STREAM_WIN[{name}]": b"w1w2w3", "STREAM_WIN[LF0]": b"w", "STREAM_WIN[LPF]": b"w",
+        "DURATION_PDF": b"dp",
+        "DURATION_TREE": b"dt",
+        f"STREAM_WIN[{name}]": b"w1w2w3",
+        "STREAM_WIN[LF0]": b"w",
+        "STREAM_WIN[LPF]": b"w",
         f"STREAM_PDF[{name}]": np.ones(5, np.uint32).tobytes() + values.tobytes(),
-        "STREAM_PDF[LF0]": b"lf", "STREAM_PDF[LPF]": b"lp",
-        f"STREAM_TREE[{name}]": b"tree", "STREAM_TREE[LF0]": b"tf", "STREAM_TREE[LPF]": b"tp", f"GV_PDF[{name}]": b"variance",
-    }  # fmt: skip
+        "STREAM_PDF[LF0]": b"lf",
+        "STREAM_PDF[LPF]": b"lp",
+        f"STREAM_TREE[{name}]": b"tree",
+        "STREAM_TREE[LF0]": b"tf",
+        "STREAM_TREE[LPF]": b"tp",
+        f"GV_PDF[{name}]": b"variance",
+    }
     at, lines = 0, ""
     for key, part in parts.items():
         spans = [(at + k, at + k + 1) for k in (0, 2, 4)] if part == b"w1w2w3" else [(at, at + len(part) - 1)]

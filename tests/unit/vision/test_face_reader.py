@@ -135,9 +135,7 @@ def test_a_mark_that_stays_beyond_another_is_not_taken_for_it(
     assert reading.seen.all()
 
 
-def test_a_spot_of_two_marks_of_which_one_was_lost_tells_nobodys_place(
-    painter: FacePicture, calibration: FaceCalibration
-) -> None:
+def test_a_spot_of_two_marks_of_which_one_was_lost_tells_nobodys_place(painter: FacePicture, calibration: FaceCalibration) -> None:
     """The reader begins while two marks run together: it cannot know of the second."""
     reader = FaceReader(calibration)
     low, up = MARK_INDEX["lower_lip"], MARK_INDEX["upper_lip"]
@@ -149,9 +147,7 @@ def test_a_spot_of_two_marks_of_which_one_was_lost_tells_nobodys_place(
         assert (off[reading.seen] < 3.0).all(), k
 
 
-def test_a_helmet_that_slips_takes_the_face_with_it_for_a_moment_only(
-    painter: FacePicture, calibration: FaceCalibration
-) -> None:
+def test_a_helmet_that_slips_takes_the_face_with_it_for_a_moment_only(painter: FacePicture, calibration: FaceCalibration) -> None:
     reader = FaceReader(calibration)
     view = View(slip=(0.003, -0.004, 0.02))
     before, after = painter.draw(REST, 0), painter.draw(REST, 1, view)

@@ -32,9 +32,11 @@ from vistel.wire.motion_codec.references import kept
 FRAME_NS = 1_000_000_000 // 60
 DAMAGED = int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "100000"))
 FUZZ = settings(
-    max_examples=min(10_000, int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "500"))), deadline=None, database=None,
+    max_examples=min(10_000, int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "500"))),
+    deadline=None,
+    database=None,
     suppress_health_check=[HealthCheck.too_slow],
-)  # fmt: skip
+)
 STEP = {p: np.concatenate([np.full(f.count, f.step) for f in MOTION_FIELDS if f.part == p]) for p in PARTS}
 LOW = {p: np.concatenate([np.full(f.count, f.low) for f in MOTION_FIELDS if f.part == p]) for p in PARTS}
 HIGH = {p: np.concatenate([np.full(f.count, f.high) for f in MOTION_FIELDS if f.part == p]) for p in PARTS}
@@ -59,11 +61,18 @@ def random_motion(
             values[p] = np.clip(values[p] + wild * rng.normal(0, 0.05, COUNTS[p]) * HIGH[p], LOW[p], HIGH[p])
         out.append(
             MotionSample(
-                i + 1, 10**18 + i * FRAME_NS, values["body"], values["hands"].reshape(2, 20), values["stance"],
-                values["gaze"] if gaze else None, values["face"] if face else None, StalePart(int(rng.integers(512))),
-                values["lids"] if gaze else None, *((values["legs"], values["collars"], values["jaw"]) if legs else ()),
+                i + 1,
+                10**18 + i * FRAME_NS,
+                values["body"],
+                values["hands"].reshape(2, 20),
+                values["stance"],
+                values["gaze"] if gaze else None,
+                values["face"] if face else None,
+                StalePart(int(rng.integers(512))),
+                values["lids"] if gaze else None,
+                *((values["legs"], values["collars"], values["jaw"]) if legs else ()),
             )
-        )  # fmt: skip
+        )
     return out
 
 
@@ -78,9 +87,13 @@ def near(back: MotionSample, sample: MotionSample, steps: float = HELD) -> bool:
 
 @settings(max_examples=40, deadline=None)
 @given(
-    seed=st.integers(0, 2**32), face=st.booleans(), gaze=st.booleans(), legs=st.booleans(),
-    wild=st.sampled_from([0.0, 0.01, 1.0]), grain=st.integers(0, len(GRAINS_TENTHS) - 1),
-)  # fmt: skip
+    seed=st.integers(0, 2**32),
+    face=st.booleans(),
+    gaze=st.booleans(),
+    legs=st.booleans(),
+    wild=st.sampled_from([0.0, 0.01, 1.0]),
+    grain=st.integers(0, len(GRAINS_TENTHS) - 1),
+)
 def test_every_number_comes_back_as_near_as_promised(
     seed: int, face: bool, gaze: bool, legs: bool, wild: float, grain: int
 ) -> None:
@@ -96,9 +109,12 @@ def test_every_number_comes_back_as_near_as_promised(
 
 @settings(max_examples=25, deadline=None)
 @given(
-    seed=st.integers(0, 2**32), losses=st.sampled_from(LOSSES), loss=st.floats(0.0, 0.2), twice=st.floats(0.0, 0.2),
+    seed=st.integers(0, 2**32),
+    losses=st.sampled_from(LOSSES),
+    loss=st.floats(0.0, 0.2),
+    twice=st.floats(0.0, 0.2),
     swapped=st.floats(0.0, 0.2),
-)  # fmt: skip
+)
 def test_with_the_frame_it_refers_to_every_frame_decodes_whatever_was_lost_doubled_or_swapped(
     seed: int, losses: Losses, loss: float, twice: float, swapped: float
 ) -> None:
@@ -288,9 +304,10 @@ def test_fuzz_bytes_of_any_kind_kill_no_decoder(data: bytes, known: bool) -> Non
 
 @FUZZ
 @given(
-    at=st.integers(0, 11), changes=st.lists(st.tuples(st.integers(0, 200), st.integers(0, 255)), min_size=1, max_size=4),
+    at=st.integers(0, 11),
+    changes=st.lists(st.tuples(st.integers(0, 200), st.integers(0, 255)), min_size=1, max_size=4),
     cut=st.integers(0, 200),
-)  # fmt: skip
+)
 def test_fuzz_damaged_frames_give_nothing_or_a_posture(at: int, changes: list[tuple[int, int]], cut: int) -> None:
     decoder = MotionDecoder()
     for message in (*_SENT[:at], _damaged(_SENT[at], changes, cut // 20), *_SENT[at + 1 :]):

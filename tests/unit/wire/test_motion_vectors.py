@@ -36,9 +36,13 @@ def moving(seed: int, count: int, whole: bool) -> list[MotionSample]:
         row = size * np.sin(speed * i / 60.0 + phase)
         part = {name: row[place] for name, place in PLACES.items()}
         sample = MotionSample(
-            seq, 10**18 + seq * FRAME_NS, part["body"], part["hands"].reshape(2, 20), part["stance"],
+            seq,
+            10**18 + seq * FRAME_NS,
+            part["body"],
+            part["hands"].reshape(2, 20),
+            part["stance"],
             stale=StalePart.LEFT_GLOVE if i % 7 > 4 else StalePart(0),
-        )  # fmt: skip
+        )
         more = ("gaze", "face", "lids", "legs", "collars", "jaw")
         out.append(replace(sample, **{name: part[name] for name in more}) if whole else sample)
     return out
@@ -110,8 +114,16 @@ def write() -> None:
         for m in messages:
             found = plain.decode(m.header.seq, m.header.t_ns, m.frame)
             assert found is not None and all(math.isfinite(n) for n in found[0])
-            rows.append({"seq": m.header.seq, "t_ns": m.header.t_ns, "frame": b64encode(m.frame).decode(),
-                         "grain": found[1], "stale": found[2], "numbers": found[0]})  # fmt: skip
+            rows.append(
+                {
+                    "seq": m.header.seq,
+                    "t_ns": m.header.t_ns,
+                    "frame": b64encode(m.frame).decode(),
+                    "grain": found[1],
+                    "stale": found[2],
+                    "numbers": found[0],
+                }
+            )
         out[name] = rows
     lines = [
         f"{json.dumps(name)}: [\n" + ",\n".join(json.dumps(r, separators=(",", ":")) for r in rows) + "\n]"

@@ -45,7 +45,7 @@ def test_a_parcel_that_is_too_large_is_not_cut() -> None:
         ("0" * 32, "x", AvatarPart(parts=1, size=4, data=b"none"), "part -1"),
         ("ann", "0000", AvatarPart(parts=1, size=4, data=b"none"), "no digest"),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_is_refused_with_one_line(
     digest: str, name: str, part: AvatarPart, reason: str, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -9,9 +9,7 @@ from vistel.v1.device_pb2 import RawBytes
 from vistel.wire.raw_bytes import GATHER_NS, RawGatherer, reads_of
 
 FROM, TO = RawBytes.DIRECTION_FROM_DEVICE, RawBytes.DIRECTION_TO_DEVICE
-READS = st.lists(
-    st.tuples(st.binary(min_size=1, max_size=60), st.integers(-GATHER_NS, 3 * GATHER_NS), st.sampled_from((FROM, TO)))
-)
+READS = st.lists(st.tuples(st.binary(min_size=1, max_size=60), st.integers(-GATHER_NS, 3 * GATHER_NS), st.sampled_from((FROM, TO))))
 
 
 def gather(reads: list[tuple[bytes, int, RawBytes.Direction]]) -> list[RawBytes]:

@@ -104,11 +104,18 @@ def test_who_begins_anew_takes_the_place_and_old_readers_find_out(tmp_path: Path
     assert not (tmp_path / "p").exists()
 
 
-@pytest.mark.parametrize("content", [
-    b"", b"VISTEL1\0", b"x" * 100_000, HEAD.pack(b"VISTEL1\0", 3, 1 << 30, 8, 8, 1, 32),
-    HEAD.pack(b"VISTEL1\0", 0, 4096, 8, 8, 1, 32),
-    HEAD.pack(b"VISTEL1\0", 1, 4096, 8, 8, 2, 32) + bytes(9000), HEAD.pack(b"VISTEL1\0", 1, 4096, 800, 800, 1, 3200) + bytes(9000),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"VISTEL1\0",
+        b"x" * 100_000,
+        HEAD.pack(b"VISTEL1\0", 3, 1 << 30, 8, 8, 1, 32),
+        HEAD.pack(b"VISTEL1\0", 0, 4096, 8, 8, 1, 32),
+        HEAD.pack(b"VISTEL1\0", 1, 4096, 8, 8, 2, 32) + bytes(9000),
+        HEAD.pack(b"VISTEL1\0", 1, 4096, 800, 800, 1, 3200) + bytes(9000),
+    ],
+)
 def test_what_holds_no_pictures_is_refused_by_its_name(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "p").write_bytes(content)
     with pytest.raises(ValueError, match="holds no pictures"):

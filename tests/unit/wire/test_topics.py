@@ -8,9 +8,17 @@ from vistel.wire.reference import PAGE, page
 from vistel.wire.topics import BY_NAME, TOPICS, Topic
 
 NAMES = {
-    "conference": "demo", "site": "tokyo", "participant": "ann", "device": "ann-tracker", "node": "capture",
-    "thing": "baton", "hand": "left", "digest": "0123abcd", "part": "0001", "equipment": "delay",
-}  # fmt: skip
+    "conference": "demo",
+    "site": "tokyo",
+    "participant": "ann",
+    "device": "ann-tracker",
+    "node": "capture",
+    "thing": "baton",
+    "hand": "left",
+    "digest": "0123abcd",
+    "part": "0001",
+    "equipment": "delay",
+}
 
 
 def key_of(topic: Topic) -> str:

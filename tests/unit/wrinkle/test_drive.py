@@ -96,13 +96,13 @@ intensity = 0.004
         (SET.replace("sleeve", "sleeves"), "sets[0].region: is 'sleeves', expected one of sleeve, trouser_leg, trunk, neck, face"),
         (SET.replace("[[20, 0], [90, 1]]", "[[90, 0], [20, 1]]"), "knots' values are 90, 20; expected each above the one before"),
         (SET.replace("lower_arm", "elbow"), "there is no joint 'elbow'"),
-        (SET.replace("joint = \"lower_arm\", ", ""), "give a joint or an action, one of the two"),
+        (SET.replace('joint = "lower_arm", ', ""), "give a joint or an action, one of the two"),
         (SET.replace("[20, 0]", "[20, 2]"), "sets[0].drive.curve.knots[0][1]: is 2: Input should be less than or equal to 1"),
         (SET.replace("at = [0.3, 0.5]", "at = [0.3, 1.5]"), "wrinkles[0]: leaves the texture at 0.300, 1.500"),
         (SET + "width = 3", "sets[0].wrinkles[0].width: unknown attribute; there are shape, at,"),
         (SET.split("[[sets.wrinkles]]", maxsplit=1)[0], "sets[0]: has neither wrinkles nor pull"),
     ],
-)  # fmt: skip
+)
 def test_a_file_of_sets_that_cannot_be_used_is_told_in_one_line(text: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(text)

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from wrinkle_fixture import bow, placed, straight
 
+from vistel.arrays import F64
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.displacement import displacement_map
 from vistel.wrinkle.errors import WrinkleError
@@ -21,8 +22,6 @@ from vistel.wrinkle.skeleton_graph import paths
 from vistel.wrinkle.texture import Lighting, wrinkled_texture
 
 pytest.importorskip("cv2.ximgproc", reason="OpenCV without its contrib modules")
-
-F64 = NDArray[np.float64]
 
 
 def _photograph(
@@ -67,10 +66,18 @@ def test_a_known_curve_is_found_where_it_is(light: float, noise: float) -> None:
 def test_weights_follow_the_height_of_the_wrinkle() -> None:
     wrinkle = placed(straight(), unit=0.35, thickness=0.06)
     steep = trace(_photograph(wrinkle, 1.0)).shape
-    low_end = bow().branches[0].model_copy(update={"points": [
-        p.model_copy(update={"intensity": i, "thickness": 1.0, "at": (x, 0.0)})
-        for p, i, x in zip(bow().branches[0].points, (0.45, 0.7, 1.0), (-1.0, 0.0, 1.0), strict=True)
-    ]})  # fmt: skip
+    low_end = (
+        bow()
+        .branches[0]
+        .model_copy(
+            update={
+                "points": [
+                    p.model_copy(update={"intensity": i, "thickness": 1.0, "at": (x, 0.0)})
+                    for p, i, x in zip(bow().branches[0].points, (0.45, 0.7, 1.0), (-1.0, 0.0, 1.0), strict=True)
+                ]
+            }
+        )
+    )
     rising = trace(_photograph(placed(Shape(name="rising", branches=[low_end]), unit=0.35, thickness=0.06), 1.0)).shape
     even, weights = steep.branches[0].intensities, rising.branches[0]
     assert even[1:-1].min() > 0.8

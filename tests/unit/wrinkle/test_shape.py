@@ -13,9 +13,19 @@ from vistel.wrinkle.shape_file import FOLDER, builtin_shapes, load_shape, save_s
 from vistel.wrinkle.sheet import load_sheet
 
 TAXONOMY = {
-    "sleeve_bend", "elbow_star", "armpit_pull", "shirt_front_sitting", "collar", "knee", "forehead_lines", "crows_feet",
-    "nose_root", "smile_fold", "knuckles", "neck",
-}  # fmt: skip
+    "sleeve_bend",
+    "elbow_star",
+    "armpit_pull",
+    "shirt_front_sitting",
+    "collar",
+    "knee",
+    "forehead_lines",
+    "crows_feet",
+    "nose_root",
+    "smile_fold",
+    "knuckles",
+    "neck",
+}
 
 PLAIN = """
 name = "mine"
@@ -71,7 +81,7 @@ def test_a_shape_of_ones_own_is_found_beside_the_file_that_names_it(tmp_path: Pa
         ),
         ("name = [", "not valid TOML"),
     ],
-)  # fmt: skip
+)
 def test_a_shape_that_cannot_be_used_is_told_in_one_line(text: str, said: str, tmp_path: Path) -> None:
     path = _file(tmp_path, text)
     with pytest.raises(WrinkleError) as fault:

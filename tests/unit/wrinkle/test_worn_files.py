@@ -58,9 +58,9 @@ def test_the_text_of_sets_read_again_is_the_same_with_shapes_of_ones_own(tmp_pat
     (tmp_path / "sets.toml").write_text(
         '[[sets]]\nname = "one"\nregion = "trunk"\nmemory = 0.25\n'
         'drive = { joint = "lower_arm", axis = [0, 0, 1], curve = { knots = [[1, 0], [90, 1]], form = "linear" } }\n'
-        'pull = [[0.0, 0.01], [0.5, 0.0]]\n'
+        "pull = [[0.0, 0.01], [0.5, 0.0]]\n"
         '[[sets.wrinkles]]\nshape = "mine.toml"\nat = [0.5, 0.5]\nsize = [0.05, 0.1]\n'
-        'thickness = 0.01\nintensity = -0.005\nmirrored = true\n'
+        "thickness = 0.01\nintensity = -0.005\nmirrored = true\n"
     )
     sets = [*load_sets(tmp_path / "sets.toml"), *wardrobe()]
     again = sets_in(wardrobe_text(sets), "text")

@@ -118,9 +118,12 @@ def test_branches_that_begin_on_another_stay_on_it_when_jittered() -> None:
     moved = placed(shape, wrinkledness=1.0, seed=2).control_points()
     joints = [
         (i, j, k, m)
-        for i in range(len(plain)) for j in range(i) for k, p in enumerate(plain[i]) for m, q in enumerate(plain[j])
+        for i in range(len(plain))
+        for j in range(i)
+        for k, p in enumerate(plain[i])
+        for m, q in enumerate(plain[j])
         if np.array_equal(p, q)
-    ]  # fmt: skip
+    ]
     assert joints
     assert all(np.array_equal(moved[i][k], moved[j][m]) for i, j, k, m in joints)
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.shape import Branch, End, Layer, Point, Shape
-
-F64 = NDArray[np.float64]
 
 
 def straight(*, start: End = "round", end: End = "round", profile: tuple[Layer, ...] = (Layer(),), i: float = 1.0) -> Shape:
@@ -21,14 +19,22 @@ def straight(*, start: End = "round", end: End = "round", profile: tuple[Layer, 
 def bow() -> Shape:
     """A bow with attributes that differ."""
     points = [
-        Point(at=(-0.9, -0.3), intensity=0.4, thickness=0.6), Point(at=(0.0, 0.4)),
+        Point(at=(-0.9, -0.3), intensity=0.4, thickness=0.6),
+        Point(at=(0.0, 0.4)),
         Point(at=(0.9, -0.2), intensity=0.7, thickness=0.8),
-    ]  # fmt: skip
+    ]
     return Shape(name="bow", branches=[Branch(points=points, start="round", end="round")])
 
 
-def placed(shape: Shape, *, at: tuple[float, float] = (0.5, 0.5), unit: float = 0.3, thickness: float = 0.1,
-           intensity: float = 0.02, **more: object) -> Instance:  # fmt: skip
+def placed(
+    shape: Shape,
+    *,
+    at: tuple[float, float] = (0.5, 0.5),
+    unit: float = 0.3,
+    thickness: float = 0.1,
+    intensity: float = 0.02,
+    **more: object,
+) -> Instance:
     """An instance in the middle of a plane of one metre."""
     return Instance(shape, at, (unit, unit), thickness, intensity, **more)  # type: ignore[arg-type]
 

@@ -11,13 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, I32, U8
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body import Body
 from vistel.figure.skeleton import Skeleton
-
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
-U8 = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -110,11 +107,12 @@ def scaled(avatar: Avatar, height: float) -> Avatar:
     def grown(level: Avatar) -> Avatar:
         mesh, *eyes = (
             replace(
-                m, vertices=m.vertices * np.float32(scale),
+                m,
+                vertices=m.vertices * np.float32(scale),
                 targets=tuple(replace(t, offset=t.offset * np.float32(scale)) for t in m.targets),
             )
             for m in (level.mesh, *level.eyeballs)
-        )  # fmt: skip
+        )
         return replace(level, skeleton=skeleton, body=body, mesh=mesh, eyeballs=tuple(eyes), coarser=())
 
     return replace(grown(avatar), coarser=tuple(grown(level) for level in avatar.coarser))

@@ -43,9 +43,13 @@ def _check_mesh(mesh: Mesh, primitives: int, where: str) -> None:
     if not 3 < count <= MOST_VERTICES or not 3 < faces <= MOST_TRIANGLES or not 3 < drawn <= 3 * MOST_TRIANGLES:
         raise AvatarFileError(f"{where}: {count} vertices, {faces} triangles; expected at most {MOST_VERTICES}, {MOST_TRIANGLES}")
     shapes = (
-        (mesh.vertices, (count, 3), "f"), (mesh.triangles, (faces, 3), "i"), (mesh.corner_vertex, (drawn,), "i"),
-        (mesh.uv, (drawn, 2), "f"), (mesh.corner_triangles, (faces, 3), "i"), (mesh.limb, (count,), "i"),
-    )  # fmt: skip
+        (mesh.vertices, (count, 3), "f"),
+        (mesh.triangles, (faces, 3), "i"),
+        (mesh.corner_vertex, (drawn,), "i"),
+        (mesh.uv, (drawn, 2), "f"),
+        (mesh.corner_triangles, (faces, 3), "i"),
+        (mesh.limb, (count,), "i"),
+    )
     if any(array.shape != shape or array.dtype.kind != kind for array, shape, kind in shapes):
         raise AvatarFileError(f"{where}: a mesh whose arrays do not fit together")
     if not (np.isfinite(mesh.vertices).all() and np.isfinite(mesh.uv).all()) or np.abs(mesh.vertices).max() > 10.0:

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.detail_kernels import (
     cheapest,  # pyright: ignore[reportUnknownVariableType]
@@ -20,9 +21,6 @@ from vistel.figure.avatar.detail_kernels import (
     face_quadrics,  # pyright: ignore[reportUnknownVariableType]
     seam_quadrics,  # pyright: ignore[reportUnknownVariableType]
 )
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 _AT_ONCE = 0.25
 """Share of the vertices that may go before costs are computed anew."""
@@ -105,8 +103,13 @@ def _compact(mesh: Mesh, tri: I64, corner: I64) -> Mesh:
     place = np.full(len(mesh.vertices), -1, np.int32)
     place[vertices] = np.arange(len(vertices), dtype=np.int32)
     return Mesh(
-        mesh.vertices[vertices], triangles.reshape(-1, 3).astype(np.int32), place[mesh.corner_vertex[corners]],
-        mesh.uv[corners], corner_triangles.reshape(-1, 3).astype(np.int32), mesh.limb[vertices],
-        None if mesh.bone is None else mesh.bone[vertices], None if mesh.weight is None else mesh.weight[vertices],
+        mesh.vertices[vertices],
+        triangles.reshape(-1, 3).astype(np.int32),
+        place[mesh.corner_vertex[corners]],
+        mesh.uv[corners],
+        corner_triangles.reshape(-1, 3).astype(np.int32),
+        mesh.limb[vertices],
+        None if mesh.bone is None else mesh.bone[vertices],
+        None if mesh.weight is None else mesh.weight[vertices],
         tuple(t.of(place) for t in mesh.targets),
-    )  # fmt: skip
+    )

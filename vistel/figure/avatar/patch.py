@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
+from vistel.arrays import F64, U8
 
 MOST_PATCHES = 64
 WHOLE = (0.0, 0.0, 1.0, 1.0)
@@ -102,9 +101,17 @@ def from_arrays(file: Mapping[str, Any], most_texels: int) -> tuple[Patch, ...]:
         f: list[float] = n.tolist()
         pictures = {k: _decoded(bytes(file[at + k]), most_texels, k) for k in _PICTURES if at + k in file}
         out.append(
-            Patch((f[0], f[1], f[2], f[3]), f[4], f[5], glow=(f[6], f[7], f[8]), cutoff=f[9], blend=f[10] > 0.5,
-                  both_sides=f[11] > 0.5, **pictures)
-        )  # fmt: skip
+            Patch(
+                (f[0], f[1], f[2], f[3]),
+                f[4],
+                f[5],
+                glow=(f[6], f[7], f[8]),
+                cutoff=f[9],
+                blend=f[10] > 0.5,
+                both_sides=f[11] > 0.5,
+                **pictures,
+            )
+        )
     return tuple(out)
 
 

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64
 from vistel.figure.body import Body
 from vistel.figure.skeleton import JOINTS, Skeleton
-
-F64 = NDArray[np.float64]
 
 MOST_PRIMITIVES = 200
 MOST_NAME = 48
@@ -48,9 +47,15 @@ class Proportions:
 
     @staticmethod
     def from_arrays(
-        names: Sequence[str], joint: Sequence[int], rest: ArrayLike, tip: ArrayLike, a: ArrayLike, b: ArrayLike,
-        radius_a: ArrayLike, radius_b: ArrayLike,
-    ) -> Proportions:  # fmt: skip
+        names: Sequence[str],
+        joint: Sequence[int],
+        rest: ArrayLike,
+        tip: ArrayLike,
+        a: ArrayLike,
+        b: ArrayLike,
+        radius_a: ArrayLike,
+        radius_b: ArrayLike,
+    ) -> Proportions:
         """Checked: they may have come over a network. Raises ValueError, one line."""
         count = len(names)
         if not 1 <= count <= MOST_PRIMITIVES or len(joint) != count:

@@ -19,12 +19,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from vistel.arrays import F64, I32, U8
 from vistel.figure.avatar.avatar import Avatar, Mesh, Registration
 from vistel.figure.making.pictures import atlas
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-U8 = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -88,9 +85,7 @@ def registered(avatar: Avatar, new: Registration) -> Avatar:
     uv = mesh.uv[of[k] == new.island].astype(np.float64)
     u, v = (0.5 * (uv.min(axis=0) + uv.max(axis=0))).tolist()
     new = replace(new, middle=(u, v))
-    return replace(
-        _moved(plain, new.island, new), registration=tuple(sorted((*plain.registration, new), key=lambda r: r.island))
-    )
+    return replace(_moved(plain, new.island, new), registration=tuple(sorted((*plain.registration, new), key=lambda r: r.island)))
 
 
 def unregistered(avatar: Avatar, island: int) -> Avatar:
@@ -126,9 +121,12 @@ def with_picture(avatar: Avatar, island: int, picture: U8) -> Avatar:
     out = _each_level(avatar, of, island, placed)
     patches = tuple(p.within(where[0]) for p in avatar.patches)
     return replace(
-        out, albedo=albedo, registration=kept, patches=patches,
+        out,
+        albedo=albedo,
+        registration=kept,
+        patches=patches,
         coarser=tuple(replace(level, albedo=albedo, patches=patches) for level in out.coarser),
-    )  # fmt: skip
+    )
 
 
 def _scaled(point: tuple[float, float], box: F64, shift: float) -> tuple[float, float]:

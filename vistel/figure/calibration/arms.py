@@ -12,16 +12,14 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import optimize  # type: ignore[import-untyped]
 
+from vistel.arrays import F64
 from vistel.figure.calibration.fit import Calibrated
 from vistel.figure.calibration.moves import RATE_HZ, MoveError, Track
 from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm
 from vistel.figure.rotation import matrix_from_rotvec, rotation_x, rotation_z
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
-
-F64 = NDArray[np.float64]
 
 START = Comfort(0.5, 0.14, 0.22, 0.8, 0.6, 0.05, 0.0, 0.0, 0.0, 0.0)
 """An arm of whom nothing is known: hanging straight, thumb ahead, hand in line with the forearm."""
@@ -79,9 +77,7 @@ def samples_of(moves: Mapping[str, Track], side: str, found: Calibrated) -> ArmS
 
     def off(e: F64) -> F64:
         elbow = worn.position + np.einsum("nij,j->ni", worn.rotation, e)
-        return np.concatenate((
-            np.linalg.norm(elbow - shoulder, axis=1) - upper, np.linalg.norm(elbow - wrist, axis=1) - lower,
-        ))  # fmt: skip
+        return np.concatenate((np.linalg.norm(elbow - shoulder, axis=1) - upper, np.linalg.norm(elbow - wrist, axis=1) - lower))
 
     best: Any = min(
         (cast("Any", optimize).least_squares(off, 0.08 * start) for start in (*np.eye(3), *-np.eye(3))),
@@ -100,9 +96,17 @@ def samples_of(moves: Mapping[str, Track], side: str, found: Calibrated) -> ArmS
 
     local = np.einsum("nji,njk->nik", chest, turn[hand])
     return ArmSamples(
-        seen(wrist), seen(elbow), np.ascontiguousarray(local[::2]), np.ascontiguousarray(-chest[::2, 2]), skeleton.offsets[j],
-        upper, lower, sign, 2.0 / RATE_HZ, skeleton.collar_shortening,
-    )  # fmt: skip
+        seen(wrist),
+        seen(elbow),
+        np.ascontiguousarray(local[::2]),
+        np.ascontiguousarray(-chest[::2, 2]),
+        skeleton.offsets[j],
+        upper,
+        lower,
+        sign,
+        2.0 / RATE_HZ,
+        skeleton.collar_shortening,
+    )
 
 
 def elbow_errors(samples: ArmSamples, comfort: Comfort) -> F64:
@@ -113,9 +117,21 @@ def elbow_errors(samples: ArmSamples, comfort: Comfort) -> F64:
     out = np.empty(len(samples.wrist))
     for k in range(len(out)):
         arm, toward, scale = solve_arm(
-            samples.wrist[k], samples.hand[k], samples.collar, samples.side, samples.upper, samples.lower,
-            samples.up[k], rest, toward, scale, SWIVEL_SPEED * samples.interval_s, k > 0, weights, samples.shortening,
-        )  # fmt: skip
+            samples.wrist[k],
+            samples.hand[k],
+            samples.collar,
+            samples.side,
+            samples.upper,
+            samples.lower,
+            samples.up[k],
+            rest,
+            toward,
+            scale,
+            SWIVEL_SPEED * samples.interval_s,
+            k > 0,
+            weights,
+            samples.shortening,
+        )
         along = matrix_from_rotvec(np.ascontiguousarray(arm[:3]))[:, 0] * (samples.side * samples.upper)
         out[k] = np.linalg.norm(samples.collar * scale + along - samples.elbow[k])
     return out

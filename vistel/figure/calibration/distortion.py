@@ -18,14 +18,8 @@ from numpy.typing import NDArray
 from scipy import sparse  # type: ignore[import-untyped]
 from scipy.sparse import linalg  # type: ignore[import-untyped]
 
-from vistel.figure.rotation import (
-    matrix_from_quaternion,
-    matrix_from_rotvec,
-    quaternion_from_matrix,
-    rotvec_from_matrix,
-)
-
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
+from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 
 FORMAT = "vistel distortion 1"
 SMOOTH = 0.05
@@ -84,9 +78,7 @@ def _cell(grid: Distortion, p: F64) -> tuple[tuple[int, int, int], F64]:
 def _weights(share: F64) -> list[float]:
     """Of the eight corners of a cell, the last axis running fastest."""
     (a, b, c) = share.tolist()
-    return [
-        (a if k >> 2 else 1.0 - a) * (b if k >> 1 & 1 else 1.0 - b) * (c if k & 1 else 1.0 - c) for k in range(8)
-    ]
+    return [(a if k >> 2 else 1.0 - a) * (b if k >> 1 & 1 else 1.0 - b) * (c if k & 1 else 1.0 - c) for k in range(8)]
 
 
 def pose_errors(true: tuple[F64, F64], read: tuple[F64, F64]) -> F64:
@@ -161,10 +153,17 @@ def judge(read: F64, errors: F64, step: float = 0.1, folds: int = 5) -> Report:
 
 def save_distortion(grid: Distortion, path: Path) -> None:
     """Write it as JSON: format, origin [m], step [m], shape, errors (corner by corner, last axis fastest; m and rad)."""
-    path.write_text(json.dumps({
-        "format": FORMAT, "origin": np.round(grid.origin, 6).tolist(), "step": grid.step,
-        "shape": list(grid.errors.shape[:3]), "errors": np.round(grid.errors.reshape(-1, 6), 7).tolist(),
-    }))  # fmt: skip
+    path.write_text(
+        json.dumps(
+            {
+                "format": FORMAT,
+                "origin": np.round(grid.origin, 6).tolist(),
+                "step": grid.step,
+                "shape": list(grid.errors.shape[:3]),
+                "errors": np.round(grid.errors.reshape(-1, 6), 7).tolist(),
+            }
+        )
+    )
 
 
 def load_distortion(path: Path) -> Distortion:

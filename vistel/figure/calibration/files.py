@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.sensors import RECEIVERS, Mount
 from vistel.figure.posture.swivel import Comfort
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton, measured_skeleton, standard_skeleton
-
-F64 = NDArray[np.float64]
 
 BODY_FORMAT, TRACKER_FORMAT = "vistel body 1", "vistel tracker 1"
 _SIDES = ("left", "right")
@@ -48,14 +46,14 @@ def save_body(body: Body, path: Path) -> None:
     """Bones are written as vectors from parent to joint in the rest pose [m], those that differ from the average."""
     average = standard_skeleton(body.height_m).offsets
     own = body.skeleton.offsets
-    bones = {
-        name: _rounded(own[j]) for name, j in JOINT_INDEX.items() if np.abs(own[j] - average[j]).max() > 1e-6
-    }
+    bones = {name: _rounded(own[j]) for name, j in JOINT_INDEX.items() if np.abs(own[j] - average[j]).max() > 1e-6}
     table = {
-        "format": BODY_FORMAT, "height_m": body.height_m, "collar_shortening": body.skeleton.collar_shortening,
+        "format": BODY_FORMAT,
+        "height_m": body.height_m,
+        "collar_shortening": body.skeleton.collar_shortening,
         "bones": bones,
         "arms": {s: {k: round(v, 4) for k, v in c._asdict().items()} for s, c in body.comfort.items()},
-    }  # fmt: skip
+    }
     path.write_text(json.dumps(table, indent=1) + "\n", "utf-8")
 
 
@@ -72,8 +70,9 @@ def load_body(path: Path) -> Body:
         long = [n for n, v in bones.items() if np.linalg.norm(v) > (2.0 if PARENTS[JOINT_INDEX[n]] < 0 else 0.8)]
         if long:
             raise ValueError(f"bones: {long[0]} is longer than any person's")
-        comfort = {s: Comfort(**{k: float(v) for k, v in table.get("arms", {})[s].items()})
-                   for s in _SIDES if s in table.get("arms", {})}  # fmt: skip
+        comfort = {
+            s: Comfort(**{k: float(v) for k, v in table.get("arms", {})[s].items()}) for s in _SIDES if s in table.get("arms", {})
+        }
         return Body(height, measured_skeleton(standard, bones, float(table["collar_shortening"])), comfort)
     except (KeyError, TypeError, ValueError, AttributeError) as e:
         raise CalibrationFileError(f"{path}: {_why(e)}; make it again with vistel calibrate body") from e
@@ -82,14 +81,19 @@ def load_body(path: Path) -> Body:
 def save_tracker(setup: TrackerSetup, path: Path) -> None:
     """Positions in metres, rotations as quaternions x, y, z, w from the receiver's axes to the joint's."""
     mounts = {
-        name: {"joint": m.joint, "position": _rounded(m.position),
-               "rotation": _rounded(quaternion_from_matrix(np.ascontiguousarray(m.rotation)))}
+        name: {
+            "joint": m.joint,
+            "position": _rounded(m.position),
+            "rotation": _rounded(quaternion_from_matrix(np.ascontiguousarray(m.rotation))),
+        }
         for name, m in setup.mounts.items()
-    }  # fmt: skip
+    }
     table = {
-        "format": TRACKER_FORMAT, "transmitter_position": _rounded(setup.position),
-        "transmitter_heading": round(setup.heading, 6), "mounts": mounts,
-    }  # fmt: skip
+        "format": TRACKER_FORMAT,
+        "transmitter_position": _rounded(setup.position),
+        "transmitter_heading": round(setup.heading, 6),
+        "mounts": mounts,
+    }
     path.write_text(json.dumps(table, indent=1) + "\n", "utf-8")
 
 

@@ -12,16 +12,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.calibration.moves import MoveError, Moves, Track, mean_rotation
 from vistel.figure.calibration.pivots import Fit, fit_pivot, halfway, solve_blocks
 from vistel.figure.posture.posture import collar_scale, spine_chord
 from vistel.figure.posture.sensors import RECEIVERS, TRACKER_AXES, Mount, receiver_mounts
 from vistel.figure.rotation import rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
-
-F64 = NDArray[np.float64]
 
 Tracks = Mapping[str, Track]
 
@@ -47,8 +45,7 @@ class Calibrated:
     def verdicts(self) -> dict[str, str]:
         """good, fair or poor, by move."""
         return {
-            name: "good" if 1e3 * r <= GOOD_MM else "fair" if 1e3 * r <= FAIR_MM else "poor"
-            for name, r in self.residuals.items()
+            name: "good" if 1e3 * r <= GOOD_MM else "fair" if 1e3 * r <= FAIR_MM else "poor" for name, r in self.residuals.items()
         }
 
 
@@ -66,8 +63,9 @@ def calibrate(moves: Moves, height_m: float, body: Skeleton | None = None) -> Ca
     bent: dict[str, Fit] = {}
     swung: dict[str, Fit] = {}
     shortening = expected.collar_shortening
-    length = {s: (expected.length(f"{s}_upper_arm", f"{s}_lower_arm"), expected.length(f"{s}_lower_arm", f"{s}_hand"))
-              for s in SIDES}  # fmt: skip
+    length = {
+        s: (expected.length(f"{s}_upper_arm", f"{s}_lower_arm"), expected.length(f"{s}_lower_arm", f"{s}_hand")) for s in SIDES
+    }
     for s, sign in SIDES.items():
         along = np.array([sign, 0.0, 0.0])
         bent[s] = _pivot(moves["elbows"], f"{s}_hand", turn, np.zeros(3), hand[s] + along * length[s][1])
@@ -96,14 +94,11 @@ def calibrate(moves: Moves, height_m: float, body: Skeleton | None = None) -> Ca
 
     skeleton = expected
     if body is None:
-        skeleton = _skeleton(
-            expected, spine.vectors[1][0], shoulder, collar, neck.vectors, length, shortening
-        )
+        skeleton = _skeleton(expected, spine.vectors[1][0], shoulder, collar, neck.vectors, length, shortening)
     mounts = {
         name: Mount(mounts[name].joint, p, turn[name])
-        for name, p in (("chest", chest), ("head", neck.vectors[2]), ("left_hand", hand["left"]),
-                        ("right_hand", hand["right"]))
-    }  # fmt: skip
+        for name, p in (("chest", chest), ("head", neck.vectors[2]), ("left_hand", hand["left"]), ("right_hand", hand["right"]))
+    }
     position, heading = _transmitter(moves["t_pose"], axes, skeleton, mounts["chest"].position)
     return Calibrated(skeleton, mounts, position, heading, residuals)
 
@@ -195,9 +190,14 @@ def _spine(tracks: Tracks, turn: dict[str, F64], axes: F64, expected: Skeleton, 
 
 
 def _skeleton(
-    expected: Skeleton, spine: float, shoulder: dict[str, F64], collar: dict[str, F64], neck: list[F64],
-    length: dict[str, tuple[float, float]], shortening: float,
-) -> Skeleton:  # fmt: skip
+    expected: Skeleton,
+    spine: float,
+    shoulder: dict[str, F64],
+    collar: dict[str, F64],
+    neck: list[F64],
+    length: dict[str, tuple[float, float]],
+    shortening: float,
+) -> Skeleton:
     """The measured bones on an average person; what the spine is longer, the legs are shorter."""
     rest, offsets = expected.rest, expected.offsets
     more = spine - expected.spine

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.sensors import RECEIVERS
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotvec_from_matrix, slerp
-
-F64 = NDArray[np.float64]
 
 RATE_HZ = 20.0
 """At which the receivers, measured in turns, are brought to common times."""
@@ -43,17 +42,32 @@ PAUSE_S = 4.0
 
 STEPS: tuple[Step, ...] = (
     Step("t_pose", 3.0, "Stand straight, face the table, arms out to the sides, palms down. Hold still.", {}),
-    Step("head", 9.0, "Keep the chest still. Nod, shake your head, tilt it to both shoulders; slowly, as far as it goes.",
-         {"head": math.radians(50.0)}),
-    Step("arms", 10.0, "Keep elbows and wrists straight. Draw large circles with both arms, ahead, to the sides and up.",
-         {"left_hand": math.radians(60.0), "right_hand": math.radians(60.0)}),
-    Step("elbows", 8.0, "Upper arms still at your sides, wrists straight. Bend and stretch both elbows, turning the palms.",
-         {"left_hand": math.radians(50.0), "right_hand": math.radians(50.0)}),
-    Step("wrists", 8.0, "Hold both forearms still. Circle with your hands in the wrists, and turn nothing else.",
-         {"left_hand": math.radians(30.0), "right_hand": math.radians(30.0)}),
-    Step("spine", 9.0, "Legs still. Bow, lean to both sides and turn to both sides with the chest.",
-         {"chest": math.radians(30.0)}),
-)  # fmt: skip
+    Step(
+        "head",
+        9.0,
+        "Keep the chest still. Nod, shake your head, tilt it to both shoulders; slowly, as far as it goes.",
+        {"head": math.radians(50.0)},
+    ),
+    Step(
+        "arms",
+        10.0,
+        "Keep elbows and wrists straight. Draw large circles with both arms, ahead, to the sides and up.",
+        {"left_hand": math.radians(60.0), "right_hand": math.radians(60.0)},
+    ),
+    Step(
+        "elbows",
+        8.0,
+        "Upper arms still at your sides, wrists straight. Bend and stretch both elbows, turning the palms.",
+        {"left_hand": math.radians(50.0), "right_hand": math.radians(50.0)},
+    ),
+    Step(
+        "wrists",
+        8.0,
+        "Hold both forearms still. Circle with your hands in the wrists, and turn nothing else.",
+        {"left_hand": math.radians(30.0), "right_hand": math.radians(30.0)},
+    ),
+    Step("spine", 9.0, "Legs still. Bow, lean to both sides and turn to both sides with the chest.", {"chest": math.radians(30.0)}),
+)
 
 
 @dataclass(frozen=True)
@@ -71,11 +85,14 @@ Samples = Mapping[str, tuple[F64, F64, F64]]
 
 
 FOREARM_STEPS: tuple[Step, ...] = tuple(
-    Step(f"{side}_forearm", 20.0,
-         f"Wear the receiver of the head on the {side} forearm, close to the elbow. Move as in a meeting: point, take, drink.",
-         {f"{side}_hand": math.radians(30.0), "head": math.radians(30.0)})
+    Step(
+        f"{side}_forearm",
+        20.0,
+        f"Wear the receiver of the head on the {side} forearm, close to the elbow. Move as in a meeting: point, take, drink.",
+        {f"{side}_hand": math.radians(30.0), "head": math.radians(30.0)},
+    )
     for side in ("left", "right")
-)  # fmt: skip
+)
 """Asked for only where it is to be learnt how somebody carries their arms; before them there is more time."""
 WEAR_S = 20.0
 

@@ -11,11 +11,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_rotvec, rotvec_from_matrix
-
-F64 = NDArray[np.float64]
 
 NOISE_M = 0.003
 """What a sample is off by: receiver, skin, and joints that are not quite joints."""

@@ -6,15 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.face.intensities import MarkReader, by_loudness
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
 from vistel.figure.face.rules import FaceRules, builtin_rules
 from vistel.figure.face.shape import Expression
 from vistel.figure.posture.posture import Posture
-
-F64 = NDArray[np.float64]
 
 SOON_S, EASE_S = 0.02, 0.35
 """In which a face follows marks that are seen, and goes back to rest when they are lost, or comes from there [s]."""

@@ -7,13 +7,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose, Posture
 from vistel.figure.rotation import multiply, quaternion_from_matrix, rotation_x, rotation_y, rotvec_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
-
-F64 = NDArray[np.float64]
 
 NEAREST, FARTHEST = 0.25, 8.0
 """Of what is looked at [m]."""

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.face.marks import MARK_INDEX, MARKS
 from vistel.figure.skeleton import JOINT_INDEX
-
-F64 = NDArray[np.float64]
 
 EYES_APART = 0.064
 """Of the head whose millimetres the rules are said in [m]."""
@@ -21,9 +20,12 @@ EYEBALL = 0.0128
 
 # From the middle between the eyes of a built-in head, millimetres to the left and up.
 _LEFT_MM = {
-    "inner_brow": (14.0, 17.0), "outer_brow": (44.0, 15.0), "cheek": (40.0, -35.0), "nose_wing": (16.5, -44.0),
+    "inner_brow": (14.0, 17.0),
+    "outer_brow": (44.0, 15.0),
+    "cheek": (40.0, -35.0),
+    "nose_wing": (16.5, -44.0),
     "mouth_corner": (24.5, -75.5),
-}  # fmt: skip
+}
 _MIDDLE_MM = {"upper_lip": (0.0, -71.0), "lower_lip": (0.0, -82.0), "chin": (0.0, -108.0)}
 
 

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.face.landmarks import EYEBALL
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 SPAN = np.radians(34.0)
 """Along the eyeball, from a lid's edge to where the skin no longer follows it."""
@@ -78,9 +76,7 @@ def lids_of(p: F64, centre: F64, scale: float, triangles: I64 | None) -> Lids:
     share = (1.0 - _smooth(from_edge / SPAN)) * (1.0 - _smooth((away[vertex] / ball - 1.25) / 0.9)) * moves
     closes = top - slit.lowest(across[vertex]) + OVERLAP
     opening = (top - bottom) / float((slit.top - slit.bottom).max())
-    return Lids(
-        centre, vertex, upper, np.where(upper, closes * share, 0.0), np.where(upper, 1.0, FOLLOWS_BELOW) * opening * share
-    )  # fmt: skip
+    return Lids(centre, vertex, upper, np.where(upper, closes * share, 0.0), np.where(upper, 1.0, FOLLOWS_BELOW) * opening * share)
 
 
 def slit_of(q: F64, triangles: I64, ball: float) -> Slit | None:
@@ -93,8 +89,9 @@ def slit_of(q: F64, triangles: I64, ball: float) -> Slit | None:
     if len(corners) == 0:
         return None
     ahead = np.sqrt(1.0 - _ACROSS**2)
-    rays = np.stack(np.broadcast_arrays(
-        _ACROSS[:, None], ahead[:, None] * np.sin(_UP), ahead[:, None] * np.cos(_UP)), axis=-1).reshape(-1, 3)  # fmt: skip
+    rays = np.stack(
+        np.broadcast_arrays(_ACROSS[:, None], ahead[:, None] * np.sin(_UP), ahead[:, None] * np.cos(_UP)), axis=-1
+    ).reshape(-1, 3)
     # A ray is a sum of a triangle's corners; it meets the triangle when no part of that is negative, at one over their sum.
     inverse = np.linalg.inv(corners.transpose(0, 2, 1))
     met = np.zeros(len(rays), np.bool_)

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from vistel.arrays import F64, I64
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.marks import MARK_INDEX
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 CLEAR_M = 0.0022
 """So far above or below the line between the lips a vertex is of that lip."""

@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from vistel.arrays import F64
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
-
-F64 = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("action_units.toml")
 SIDES = ("left", "right")

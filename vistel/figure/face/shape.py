@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I64
 from vistel.figure.avatar.avatar import Target
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.lids import Lids, lids_of
@@ -15,10 +16,6 @@ from vistel.figure.face.lips import line_of_lips, sides_of_mouth
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
 from vistel.figure.face.rules import FaceRules, OneSided, Pull, builtin_rules
 from vistel.figure.face.targets import half, shapes_of
-
-F64 = NDArray[np.float64]
-F32 = NDArray[np.float32]
-I64 = NDArray[np.int64]
 
 REACH_M, MOST_REST = 0.05, 0.012
 """How far round a mark the skin follows what the rules leave of its motion, and how much of it at most."""
@@ -56,8 +53,12 @@ class FaceShape:
     """The rules laid on one head."""
 
     def __init__(
-        self, vertices: NDArray[np.floating], marks: Landmarks, rules: FaceRules | None = None,
-        triangles: NDArray[np.integer] | None = None, targets: Sequence[Target] = (),
+        self,
+        vertices: NDArray[np.floating],
+        marks: Landmarks,
+        rules: FaceRules | None = None,
+        triangles: NDArray[np.integer] | None = None,
+        targets: Sequence[Target] = (),
     ) -> None:
         """vertices: (V, 3) at rest, of skin that may move. triangles: (T, 3) of it; None: taken for closed between the lips.
         targets: the head's own shapes, which take the place of the rules for the units that they mean."""

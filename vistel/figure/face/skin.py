@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64
 from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.face.kernels import lay_expression  # pyright: ignore[reportUnknownVariableType]
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.rules import FaceRules
 from vistel.figure.face.shape import Expression, FaceShape
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 
 class FaceSkin:
@@ -33,9 +30,7 @@ class FaceSkin:
 
     def lay(self, vertices: F32, normals: F32, head: F64, e: Expression) -> None:
         """Move a posed skin (V, 3) in place. head: (3, 3) rotation of the head joint."""
-        lay_expression(
-            vertices, normals, self.vertex, self.shape.offsets(e), head, self._triangles, self._near, self._index
-        )  # fmt: skip
+        lay_expression(vertices, normals, self.vertex, self.shape.offsets(e), head, self._triangles, self._near, self._index)
 
     def room_offsets(self, head: F64, e: Expression, out: F32) -> None:
         """The same as offsets (V, 3) in the room, for who lays them elsewhere; out: zero where no face is."""

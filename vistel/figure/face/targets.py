@@ -10,12 +10,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Target
 from vistel.figure.face.rules import FaceRules, OneSided, builtin_rules
-
-F64 = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("targets.toml")
 _SIDE = re.compile(r"(?<![a-z])(left|right)(?![a-z])|(left|right)$|[ _.-](l|r)$", re.IGNORECASE)

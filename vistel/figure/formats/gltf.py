@@ -63,14 +63,21 @@ class _Writer(Binary):
             orders.append({} if order is None else {"order": order})
         roots = [0, *range(len(JOINTS), len(nodes))]
         tree: dict[str, Any] = {
-            "asset": {"version": "2.0", "generator": "VISTEL"}, "scene": 0, "scenes": [{"name": avatar.name, "nodes": roots}],
-            "nodes": nodes, "meshes": meshes,
-            "skins": [{
-                "name": avatar.name, "skeleton": 0, "joints": list(range(len(JOINTS))),
-                "inverseBindMatrices": self.accessor(bind.reshape(-1, 16).astype(np.float32)),
-            }],
+            "asset": {"version": "2.0", "generator": "VISTEL"},
+            "scene": 0,
+            "scenes": [{"name": avatar.name, "nodes": roots}],
+            "nodes": nodes,
+            "meshes": meshes,
+            "skins": [
+                {
+                    "name": avatar.name,
+                    "skeleton": 0,
+                    "joints": list(range(len(JOINTS))),
+                    "inverseBindMatrices": self.accessor(bind.reshape(-1, 16).astype(np.float32)),
+                }
+            ],
             "extensionsUsed": [EXTENSION, *extensions_used(avatar.patches)],
-        }  # fmt: skip
+        }
         materials, patches = write_materials(self, avatar)
         tree |= materials
         exact = [self._exact(m) | order for m, order in zip((avatar.mesh, *avatar.eyeballs), orders, strict=True)]
@@ -95,10 +102,12 @@ class _Writer(Binary):
             shares /= shares.sum(axis=1, keepdims=True)
         position, uv = mesh.vertices[rows], mesh.uv.astype(np.float32)
         attributes = {
-            "POSITION": self.accessor(position, bounds=True), "NORMAL": self.accessor(_normals(mesh)[rows]),
+            "POSITION": self.accessor(position, bounds=True),
+            "NORMAL": self.accessor(_normals(mesh)[rows]),
             "TEXCOORD_0": self.accessor(np.column_stack([uv[:, 0], np.float32(1.0) - uv[:, 1]])),
-            "JOINTS_0": self.accessor(joints), "WEIGHTS_0": self.accessor(shares),
-        }  # fmt: skip
+            "JOINTS_0": self.accessor(joints),
+            "WEIGHTS_0": self.accessor(shares),
+        }
         moved = {"targets": [self._target(t, mesh) for t in mesh.targets]} if mesh.targets else {}
         return {"attributes": attributes, "mode": 4} | moved
 
@@ -113,7 +122,7 @@ class _Writer(Binary):
             "vertex": self.accessor(mesh.corner_vertex.astype(np.uint32)[:, None], target=None),
             "uv": self.accessor(mesh.uv.astype(np.float32), target=None),
             "limb": self.accessor(mesh.limb.astype(np.uint16)[:, None], target=None),
-        }  # fmt: skip
+        }
         if mesh.bone is not None and mesh.weight is not None:
             out["bone"] = self.accessor(mesh.bone.astype(np.uint8), target=None)
             out["weight"] = self.accessor(mesh.weight.astype(np.float32), target=None)
@@ -135,16 +144,26 @@ def vrm_extension(avatar: Avatar, author: str, joints: int) -> dict[str, Any]:
     return {
         "specVersion": "1.0",
         "meta": {
-            "name": avatar.name or "avatar", "version": "1", "authors": [author], "licenseUrl": _LICENCE,
-            "avatarPermission": "onlyAuthor", "commercialUsage": "personalNonProfit", "modification": "prohibited",
-            "creditNotation": "required", "allowRedistribution": False,
+            "name": avatar.name or "avatar",
+            "version": "1",
+            "authors": [author],
+            "licenseUrl": _LICENCE,
+            "avatarPermission": "onlyAuthor",
+            "commercialUsage": "personalNonProfit",
+            "modification": "prohibited",
+            "creditNotation": "required",
+            "allowRedistribution": False,
         },
         "humanoid": {"humanBones": bones},
         "lookAt": {
-            "offsetFromHeadBone": (0.5 * (eyes[0] + eyes[1]) - head).tolist(), "type": "bone", "rangeMapHorizontalInner": inner,
-            "rangeMapHorizontalOuter": inner, "rangeMapVerticalDown": inner, "rangeMapVerticalUp": inner,
+            "offsetFromHeadBone": (0.5 * (eyes[0] + eyes[1]) - head).tolist(),
+            "type": "bone",
+            "rangeMapHorizontalInner": inner,
+            "rangeMapHorizontalOuter": inner,
+            "rangeMapVerticalDown": inner,
+            "rangeMapVerticalUp": inner,
         },
-    }  # fmt: skip
+    }
 
 
 def _joint_nodes(avatar: Avatar) -> list[dict[str, Any]]:
@@ -161,13 +180,20 @@ def _kept(avatar: Avatar) -> dict[str, Any]:
     b = avatar.body
     wears = {"wrinkles": avatar.wrinkles} if avatar.wrinkles else {}
     return wears | {
-        "format": FORMAT, "name": avatar.name, "registration": [asdict(r) for r in avatar.registration],
-        "rest": avatar.skeleton.rest.tolist(), "tip": avatar.skeleton.tip.tolist(),
+        "format": FORMAT,
+        "name": avatar.name,
+        "registration": [asdict(r) for r in avatar.registration],
+        "rest": avatar.skeleton.rest.tolist(),
+        "tip": avatar.skeleton.tip.tolist(),
         "primitives": {
-            "names": list(b.names), "joint": b.joint.tolist(), "a": b.a.tolist(), "b": b.b.tolist(),
-            "radiusA": b.radius_a.tolist(), "radiusB": b.radius_b.tolist(),
+            "names": list(b.names),
+            "joint": b.joint.tolist(),
+            "a": b.a.tolist(),
+            "b": b.b.tolist(),
+            "radiusA": b.radius_a.tolist(),
+            "radiusB": b.radius_b.tolist(),
         },
-    }  # fmt: skip
+    }
 
 
 def _normals(mesh: Mesh) -> NDArray[np.float32]:

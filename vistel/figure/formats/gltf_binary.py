@@ -37,9 +37,11 @@ class Binary:
         if columns == 16:
             target = None
         row: dict[str, Any] = {
-            "bufferView": self.view(rows.tobytes(), target), "componentType": _KINDS[kind], "count": len(rows),
+            "bufferView": self.view(rows.tobytes(), target),
+            "componentType": _KINDS[kind],
+            "count": len(rows),
             "type": _SHAPES[columns],
-        }  # fmt: skip
+        }
         if bounds:
             row |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
         self.accessors.append(row)

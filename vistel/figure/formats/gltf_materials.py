@@ -66,10 +66,11 @@ def write_materials(into: Binary, avatar: Avatar) -> tuple[dict[str, Any], list[
                 row["emissiveTexture"] = texture("glow_picture", p.glow_picture, p)
         rows.append(row | ({"doubleSided": True} if p.both_sides else {}))
     tree = {
-        "materials": rows, "textures": [{"source": i, "sampler": 0} for i in range(len(pictures))],
+        "materials": rows,
+        "textures": [{"source": i, "sampler": 0} for i in range(len(pictures))],
         "samplers": [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}],
         "images": [{"name": n, "mimeType": "image/png", "bufferView": into.view(png(p))} for n, p in pictures],
-    }  # fmt: skip
+    }
     return tree, kept
 
 
@@ -83,9 +84,10 @@ def read_patches(document: Document, kept: dict[str, Any]) -> tuple[Patch, ...]:
             found["opacity"] = np.ascontiguousarray(found["opacity"][..., 0])
         u, v, right, top, rough, metal, r, g, b, cutoff, blend, both = f
         out.append(
-            Patch((u, v, right, top), rough, metal, glow=(r, g, b), cutoff=cutoff, blend=blend > 0.5, both_sides=both > 0.5,
-                  **found)
-        )  # fmt: skip
+            Patch(
+                (u, v, right, top), rough, metal, glow=(r, g, b), cutoff=cutoff, blend=blend > 0.5, both_sides=both > 0.5, **found
+            )
+        )
     return tuple(out)
 
 

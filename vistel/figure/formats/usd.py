@@ -245,10 +245,13 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
         return out.reshape(-1, columns) if columns else out
 
     body = Body(
-        tuple(str(n) for n in get(root, "vistel:primitive:names")), array(root, "vistel:primitive:joint", np.int32),
-        array(root, "vistel:primitive:a", np.float64, 3), array(root, "vistel:primitive:b", np.float64, 3),
-        array(root, "vistel:primitive:radiusA", np.float64), array(root, "vistel:primitive:radiusB", np.float64),
-    )  # fmt: skip
+        tuple(str(n) for n in get(root, "vistel:primitive:names")),
+        array(root, "vistel:primitive:joint", np.int32),
+        array(root, "vistel:primitive:a", np.float64, 3),
+        array(root, "vistel:primitive:b", np.float64, 3),
+        array(root, "vistel:primitive:radiusA", np.float64),
+        array(root, "vistel:primitive:radiusB", np.float64),
+    )
     chain = stage.GetPrimAtPath(f"{root.GetPath()}/Skeleton")
     skeleton = Skeleton(array(chain, "vistel:rest", np.float64, 3), array(chain, "vistel:tip", np.float64, 3))
     check_body(body, skeleton, path)
@@ -272,9 +275,7 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
             corner, uv = np.array(st.GetIndices(), np.int32).reshape(-1, 3), np.array(st.Get(), np.float32).reshape(-1, 2)
             vertex = np.zeros(len(uv), np.int32)
             vertex[corner] = tri
-            mesh = Mesh(
-                array(prim, "points", np.float32, 3), tri, vertex, uv, corner, array(prim, "vistel:limb", np.int32)
-            )
+            mesh = Mesh(array(prim, "points", np.float32, 3), tri, vertex, uv, corner, array(prim, "vistel:limb", np.int32))
             if prim.HasAttribute("vistel:bone"):
                 mesh = replace(
                     mesh, bone=array(prim, "vistel:bone", np.int32, 4), weight=array(prim, "vistel:weight", np.float32, 4)
@@ -289,7 +290,7 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
         rows = zip(
             *(np.array(get(root, f"vistel:registration:{n}")).tolist() for n in ("island", "move", "turn", "scale", "middle")),
             strict=True,
-        )  # fmt: skip
+        )
         kept = tuple(Registration(i, (m[0], m[1]), turn, scale, (c[0], c[1])) for i, m, turn, scale, c in rows)
     wrinkles = str(get(root, "vistel:wrinkles")) if root.HasAttribute("vistel:wrinkles") else ""
     return replace(levels[0], coarser=tuple(levels[1:]), registration=kept, wrinkles=wrinkles)
@@ -314,9 +315,11 @@ def check_mesh(mesh: Mesh, body: Body, path: Path) -> None:
     """Raises AvatarFileError for numbers of a mesh that lead nowhere."""
     count = len(mesh.vertices)
     for what, index, limit in (
-        ("vertex", mesh.triangles, count), ("texture place", mesh.corner_triangles, len(mesh.uv)),
-        ("primitive", mesh.limb, len(body)), ("bone", mesh.bone, len(JOINTS) + len(TWIST_BONES)),
-    ):  # fmt: skip
+        ("vertex", mesh.triangles, count),
+        ("texture place", mesh.corner_triangles, len(mesh.uv)),
+        ("primitive", mesh.limb, len(body)),
+        ("bone", mesh.bone, len(JOINTS) + len(TWIST_BONES)),
+    ):
         if index is not None and (not len(index) or index.min() < 0 or index.max() >= limit):
             raise AvatarFileError(f"{path}: a {what} that is not there; export the avatar again")
     if len(mesh.limb) != count or (mesh.bone is not None and (len(mesh.bone) != count or mesh.weight is None)):
@@ -336,4 +339,3 @@ def _picture(value: Any, path: Path) -> NDArray[np.uint8]:
         return decode(bytes(found.GetBuffer()), 16384)
     except MakingError as fault:
         raise AvatarFileError(f"{path}: its texture is {fault}") from fault
-

@@ -115,9 +115,15 @@ class _Material:
         self._surface.CreateInput(name, kinds.get(name, self._types.Float)).ConnectToSource(output)
 
     def picture(
-        self, name: str, file: str, patch: Patch, space: str = "raw", factor: tuple[float, float, float] | None = None,
-        *, bumps: bool = False,
-    ) -> Any:  # fmt: skip
+        self,
+        name: str,
+        file: str,
+        patch: Patch,
+        space: str = "raw",
+        factor: tuple[float, float, float] | None = None,
+        *,
+        bumps: bool = False,
+    ) -> Any:
         """A picture that spans a patch; factor: of its colours; bumps: it is a normal map."""
         from pxr import Gf  # noqa: PLC0415
 
@@ -195,7 +201,15 @@ def read_patches(stage: Any, root: Any, picture_of: Callable[[Any], Any]) -> tup
                 picture = picture_of(shader.GetAttribute("inputs:file").Get())
                 found[field] = np.ascontiguousarray(picture[..., 0]) if field == "opacity" else picture
         out.append(
-            Patch((f[0], f[1], f[2], f[3]), f[4], f[5], glow=(f[6], f[7], f[8]), cutoff=f[9], blend=f[10] > 0.5,
-                  both_sides=f[11] > 0.5, **found)
-        )  # fmt: skip
+            Patch(
+                (f[0], f[1], f[2], f[3]),
+                f[4],
+                f[5],
+                glow=(f[6], f[7], f[8]),
+                cutoff=f[9],
+                blend=f[10] > 0.5,
+                both_sides=f[11] > 0.5,
+                **found,
+            )
+        )
     return tuple(out)

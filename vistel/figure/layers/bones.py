@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.layers.anatomy import BONES, BoneSpec, Site
 from vistel.figure.layers.places import Places, unit
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -57,9 +55,17 @@ def _attach(places: Places, spec: BoneSpec) -> Bone:
     rest = places.avatar.skeleton.rest[joint]
     rise = spec.rise * thick * unit(np.array(spec.start.direction) + np.array(spec.end.direction))
     return Bone(
-        spec.name, joint, start - rest, end - rest, spec.radius * thick, rise, (parent, child),
-        unit(places.avatar.skeleton.tip[child]), math.radians(spec.full), spec.weight,
-    )  # fmt: skip
+        spec.name,
+        joint,
+        start - rest,
+        end - rest,
+        spec.radius * thick,
+        rise,
+        (parent, child),
+        unit(places.avatar.skeleton.tip[child]),
+        math.radians(spec.full),
+        spec.weight,
+    )
 
 
 def _below_skin(places: Places, site: Site) -> tuple[F64, float]:

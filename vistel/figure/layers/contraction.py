@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
 
 SHORTEST, LONGEST = 0.5, 1.6
 """Belly length / its length at rest is kept within these: beyond them a muscle does not work, or the path of this model is

@@ -13,14 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vistel.arrays import F64
 from vistel.figure.layers.contraction import activation
 from vistel.figure.layers.muscles import Muscles
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
 from vistel.implicit.blend import QUARTIC, THRESHOLD
 from vistel.implicit.ghosts.actuation import muscle_force
-
-F64 = NDArray[np.float64]
 
 SPECIFIC_TENSION = 30.0
 """Pull of an active muscle per cross-section at its best length [N/cm^2]."""

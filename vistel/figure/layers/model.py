@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limb_groups
@@ -32,8 +32,6 @@ from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.offset import ConeSphere, Sphere, Sphylinder
 from vistel.implicit.primitives.superquadric import Superellipsoid
 
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 Layer = Literal["skin", "joints", "muscles", "tendons", "bones", "veins"]
 LAYERS: tuple[Layer, ...] = ("skin", "joints", "muscles", "tendons", "bones", "veins")
 
@@ -88,8 +86,8 @@ class LayeredModel:
 
 
 def layered_model(
-    avatar: Avatar, anatomy: Anatomy, joints: JointPose, *, physical: bool = False, veins: tuple[VeinSpec, ...] = VEINS,
-) -> LayeredModel:  # fmt: skip
+    avatar: Avatar, anatomy: Anatomy, joints: JointPose, *, physical: bool = False, veins: tuple[VeinSpec, ...] = VEINS
+) -> LayeredModel:
     """`avatar` in a posture. physical: bellies swell by their blend functions instead of by their size (Singh §4.2)."""
     posed, groups = pose_body(avatar.body, joints), limb_groups(avatar.body)
     limb = _limb_of_joint(avatar, groups)
@@ -166,9 +164,10 @@ def _tendons(muscle: Muscle, belly: BellyShape, joints: JointPose) -> Shape:
         inner = position + rotation @ (belly.centre + sign * 0.72 * belly.half[2] * belly.axes[2])
         outer = joints.position[anchor.at] + joints.rotation[anchor.joint] @ anchor.offset
         through = [
-            joints.position[v.at] + joints.rotation[v.joint] @ v.offset for v in muscle.path[1:-1]
+            joints.position[v.at] + joints.rotation[v.joint] @ v.offset
+            for v in muscle.path[1:-1]
             if sign * float((v.rest - muscle.path[0].rest) @ belly.axes[2] - 0.5 * muscle.rest_length) > 0.0
-        ]  # fmt: skip
+        ]
         line = [inner, *(through if sign > 0 else through[::-1]), outer]
         pieces += [ConeSphere.of_surface(_three(p), _three(q), thick, 0.8 * thick) for p, q in itertools.pairwise(line)]
     return total(*pieces) if len(pieces) > 1 else pieces[0]
@@ -189,10 +188,15 @@ def smooth_curve(points: F64, pieces: int) -> F64:
     p = np.concatenate([2 * points[:1] - points[1:2], points, 2 * points[-1:] - points[-2:-1]])
     t = np.arange(pieces)[:, None] / pieces
     out = [
-        0.5 * (2 * p[i + 1] + (p[i + 2] - p[i]) * t + (2 * p[i] - 5 * p[i + 1] + 4 * p[i + 2] - p[i + 3]) * t**2
-               + (3 * p[i + 1] - p[i] - 3 * p[i + 2] + p[i + 3]) * t**3)
+        0.5
+        * (
+            2 * p[i + 1]
+            + (p[i + 2] - p[i]) * t
+            + (2 * p[i] - 5 * p[i + 1] + 4 * p[i + 2] - p[i + 3]) * t**2
+            + (3 * p[i + 1] - p[i] - 3 * p[i + 2] + p[i + 3]) * t**3
+        )
         for i in range(len(points) - 1)
-    ]  # fmt: skip
+    ]
     return np.concatenate([*out, points[-1:]])
 
 

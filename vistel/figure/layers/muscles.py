@@ -6,16 +6,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.layers.anatomy import MUSCLES, Belly, MuscleSpec
 from vistel.figure.layers.contraction import LONGEST, SHORTEST
 from vistel.figure.layers.places import Anchor, Places, unit
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -40,9 +37,7 @@ class BellyShape:
         half = self.half * (m, m, ratio)
         outwards = self.half[0] * (m - 1.0)
         along = self.half[2] * (1.0 - ratio) * self.anchor
-        return BellyShape(
-            self.joint, self.centre + outwards * self.axes[0] - along * self.axes[2], self.axes, half, self.anchor
-        )
+        return BellyShape(self.joint, self.centre + outwards * self.axes[0] - along * self.axes[2], self.axes, half, self.anchor)
 
 
 @dataclass(frozen=True)
@@ -119,9 +114,10 @@ class Muscles:
         """Of every point of the paths: joint (S,) it turns with, joint (S,) it goes with, offset (S, 3) [m]."""
         anchors = [a for m in self.muscles for a in m.path]
         return (
-            np.array([a.joint for a in anchors], np.int32), np.array([a.at for a in anchors], np.int32),
+            np.array([a.joint for a in anchors], np.int32),
+            np.array([a.at for a in anchors], np.int32),
             np.array([a.offset for a in anchors]),
-        )  # fmt: skip
+        )
 
     def points(self, joints: JointPose) -> F64:
         """(S, 3) points of all paths in the room [m]."""

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.layers.anatomy import Site
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT
-
-F64 = NDArray[np.float64]
 
 _NEAREST, _FURTHEST = 0.15, 2.2
 """Of what the body's primitives say, a skin depth may be no less and no more: what lies beyond is another limb, or a hole."""

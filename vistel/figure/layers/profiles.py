@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.layers.bones import Bone
 from vistel.figure.layers.contraction import FULL, YIELD
 from vistel.figure.layers.muscles import BellyShape, Muscle
 from vistel.implicit.blend import QUARTIC, THRESHOLD
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, quartic
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Field = Callable[[F64], F64]
 
 EDGE = float(QUARTIC.inverse(THRESHOLD))
@@ -140,7 +139,5 @@ def _normals(p: F64, triangles: I64) -> F64:
     """(n, 3) unit normals of vertices, faces weighted by their area."""
     corner = p[triangles]
     face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    out = np.stack(
-        [np.bincount(triangles.reshape(-1), np.repeat(face[:, axis], 3), len(p)) for axis in range(3)], axis=1
-    )
+    out = np.stack([np.bincount(triangles.reshape(-1), np.repeat(face[:, axis], 3), len(p)) for axis in range(3)], axis=1)
     return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-20)

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.layers.model import Layer, LayeredModel, Part
 from vistel.implicit.blend import Blend
 from vistel.implicit.graph.combine import Extremum, Placed, Ricci, Sum
@@ -15,27 +15,48 @@ from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.offset import ConeSphere, Sphere, Sphylinder
 from vistel.implicit.primitives.superquadric import Superellipsoid
 
-F64 = NDArray[np.float64]
-
 COLOURS: dict[Layer, tuple[float, float, float]] = {
-    "skin": (0.80, 0.55, 0.42), "joints": (0.80, 0.55, 0.42), "muscles": (0.62, 0.16, 0.13), "tendons": (0.85, 0.78, 0.66),
-    "bones": (0.90, 0.85, 0.72), "veins": (0.45, 0.42, 0.55),
-}  # fmt: skip
+    "skin": (0.80, 0.55, 0.42),
+    "joints": (0.80, 0.55, 0.42),
+    "muscles": (0.62, 0.16, 0.13),
+    "tendons": (0.85, 0.78, 0.66),
+    "bones": (0.90, 0.85, 0.72),
+    "veins": (0.45, 0.42, 0.55),
+}
 
 
 def scene_text(
-    model: LayeredModel, layers: Sequence[Layer], *, blended: bool, eye: Iterable[float], target: Iterable[float],
-    size: tuple[int, int] = (600, 800), field_of_view: float = 30.0,
-) -> str:  # fmt: skip
+    model: LayeredModel,
+    layers: Sequence[Layer],
+    *,
+    blended: bool,
+    eye: Iterable[float],
+    target: Iterable[float],
+    size: tuple[int, int] = (600, 800),
+    field_of_view: float = 30.0,
+) -> str:
     """TOML of the parts of `layers`: blended into one skin as the graph says, or each as it is. eye, target: of the camera
     [m]; field_of_view: across the width [degrees]."""
     parts, pairs = model.graph(layers)
     lines = [
-        f"size = [{size[0]}, {size[1]}]", "background = [0.78, 0.80, 0.83]", 'show = ["figure"]', "",
-        "[camera]", f"position = {_list(eye)}", f"target = {_list(target)}", f"field_of_view = {field_of_view:g}", "",
-        "[[lights]]", "position = [1.5, 3.0, 2.5]", "", "[[lights]]", "towards = [-1, 0.5, 0.4]", "colour = [0.35, 0.35, 0.4]",
-        "shadows = false", "",
-    ]  # fmt: skip
+        f"size = [{size[0]}, {size[1]}]",
+        "background = [0.78, 0.80, 0.83]",
+        'show = ["figure"]',
+        "",
+        "[camera]",
+        f"position = {_list(eye)}",
+        f"target = {_list(target)}",
+        f"field_of_view = {field_of_view:g}",
+        "",
+        "[[lights]]",
+        "position = [1.5, 3.0, 2.5]",
+        "",
+        "[[lights]]",
+        "towards = [-1, 0.5, 0.4]",
+        "colour = [0.35, 0.35, 0.4]",
+        "shadows = false",
+        "",
+    ]
     used: list[Layer] = ["skin"] if blended else list(dict.fromkeys(p.layer for p in parts))
     for layer in used:
         lines += [f"[materials.{layer}]", f"colour = {_list(COLOURS[layer])}", ""]
@@ -68,22 +89,29 @@ def _entry(shape: Shape) -> dict[str, str]:
             return {"kind": '"sphere"', "centre": _list(shape.centre), "radius": _number(shape.radius), **_field(shape)}
         case Sphylinder():
             return {
-                "kind": '"sphylinder"', "start": _list(shape.start), "end": _list(shape.end),
-                "radius": _number(shape.radius), **_field(shape),
-            }  # fmt: skip
+                "kind": '"sphylinder"',
+                "start": _list(shape.start),
+                "end": _list(shape.end),
+                "radius": _number(shape.radius),
+                **_field(shape),
+            }
         case ConeSphere():
             return {
-                "kind": '"cone_sphere"', "start": _list(shape.start), "end": _list(shape.end),
-                "radii": _list((shape.radius_start, shape.radius_end)), **_field(shape),
-            }  # fmt: skip
+                "kind": '"cone_sphere"',
+                "start": _list(shape.start),
+                "end": _list(shape.end),
+                "radii": _list((shape.radius_start, shape.radius_end)),
+                **_field(shape),
+            }
         case Superellipsoid():
             return {"kind": '"superellipsoid"', "half_axes": _list(shape.sizes), "centre": _list(shape.centre), **_field(shape)}
         case Placed():
             axis, angle = _turn(shape.matrix[:, :3])
             return {
-                **_entry(shape.shape), "rotate": f"{{ axis = {_list(axis)}, angle = {_number(angle)} }}",
+                **_entry(shape.shape),
+                "rotate": f"{{ axis = {_list(axis)}, angle = {_number(angle)} }}",
                 "translate": _list(shape.matrix[:, 3]),
-            }  # fmt: skip
+            }
         case Sum():
             return {"kind": '"sum"', **_of(shape.shapes), "weights": _list(shape.weights)}
         case Ricci():

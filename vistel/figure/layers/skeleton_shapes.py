@@ -6,8 +6,8 @@ import itertools
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body import pose_body
 from vistel.figure.posture.posture import JointPose
@@ -15,8 +15,6 @@ from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, finger_joints
 from vistel.implicit.graph.combine import total
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.offset import ConeSphere, Sphere, Sphylinder
-
-F64 = NDArray[np.float64]
 
 _RIBS = 7
 _WING = ((0.02, 0.03, -0.07), (0.105, 0.085, -0.02), (0.09, 0.0, 0.02), (0.02, -0.05, 0.045))
@@ -87,8 +85,11 @@ def _trunk(avatar: Avatar, joints: JointPose, p: _Posed) -> Iterator[tuple[str, 
     posed = pose_body(avatar.body, joints)
     for i, name in enumerate(avatar.body.names):
         if name in ("skull", "face"):
-            yield "head", ConeSphere.of_surface(
-                _three(posed.a[i]), _three(posed.b[i]), *(0.86 * r[i] for r in (posed.radius_a, posed.radius_b))
+            yield (
+                "head",
+                ConeSphere.of_surface(
+                    _three(posed.a[i]), _three(posed.b[i]), *(0.86 * r[i] for r in (posed.radius_a, posed.radius_b))
+                ),
             )
     back = (0.0, 0.0, -0.062)
     for k in range(1, 9):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.figure.layers import kernels as k
 from vistel.figure.layers.bones import Bone, bones_of
 from vistel.figure.layers.muscles import Muscles
@@ -24,9 +25,6 @@ from vistel.implicit.meshes.embedding import embed
 if TYPE_CHECKING:
     from vistel.figure.figure import Figure
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 _SLOPE_STEP = 2e-3
 """Over which the fall of the skin's own field is measured [m]."""
@@ -96,9 +94,8 @@ class SkinLayers:
         """Pose the rows of the rigid component with the layers as they are with `joints`: see `RigidSkin.pose`."""
         k.drive(self._table, joints.rotation, joints.position)
         k.skin_over(
-            self._table, rows.index, rows.bone, rows.single, rows.weight, rows.rest, dual, matrix, self._work,
-            vertices, normals,
-        )  # fmt: skip
+            self._table, rows.index, rows.bone, rows.single, rows.weight, rows.rest, dual, matrix, self._work, vertices, normals
+        )
         k.fold(self._table, self._work)
 
     def lay(self, joints: JointPose, rows: Rows, rest: F32, rest_normal: F32, out: F32) -> None:
@@ -145,13 +142,17 @@ class SkinLayers:
         self.effort: F64 = np.zeros(len(muscles))
         """(M,) activation that each muscle has at least, whatever the posture: to be written, such as from `forces.effort`."""
         for slot, array in (
-            (k.POINT_JOINT, joint), (k.POINT_AT, at), (k.POINT_OFFSET, offset), (k.PATH_START, muscles.start),
-            (k.LENGTH, np.stack([muscles.tendon, muscles.fibre], axis=1)), (k.VALUE, self._value),
+            (k.POINT_JOINT, joint),
+            (k.POINT_AT, at),
+            (k.POINT_OFFSET, offset),
+            (k.PATH_START, muscles.start),
+            (k.LENGTH, np.stack([muscles.tendon, muscles.fibre], axis=1)),
+            (k.VALUE, self._value),
             (k.EFFORT, self.effort),
             (k.HINGE, np.array([b.hinge for b in bones], np.int32).reshape(-1, 2)),
             (k.DIRECTION, np.array([b.direction for b in bones]).reshape(-1, 3)),
             (k.FULL_COSINE, np.cos([b.full for b in bones])),
-        ):  # fmt: skip
+        ):
             self._keep(slot, array)
         self._table[k.MUSCLES], self._table[k.BONES] = len(muscles), len(bones)
 
@@ -168,9 +169,11 @@ class SkinLayers:
             start.append(len(channel))
         self._moved = np.zeros(len(figure.avatar.mesh.vertices), np.float32)
         for slot, array in (
-            (k.TERM_START, np.array(start, np.int32)), (k.TERM_CHANNEL, np.array(channel, np.int32)),
-            (k.TERM, np.array(parts, np.float32)), (k.MOVED, self._moved),
-        ):  # fmt: skip
+            (k.TERM_START, np.array(start, np.int32)),
+            (k.TERM_CHANNEL, np.array(channel, np.int32)),
+            (k.TERM, np.array(parts, np.float32)),
+            (k.MOVED, self._moved),
+        ):
             self._keep(slot, array)
 
     def _keep_folds(self, figure: Figure, slope: F64) -> None:
@@ -193,10 +196,12 @@ class SkinLayers:
                 slopes.append(slope[vertex[b, p, lanes]])
                 self._fall[vertex[b, p, lanes]] = slopes[-1]
         for slot, array in (
-            (k.FOLD_VERTEX, np.array(which, np.int32)), (k.FOLD_PLACE, np.array(place, np.int32)),
-            (k.FOLD_BASE, np.array(base, np.float32)), (k.FOLD_SLOPE, np.array(slopes, np.float32)),
+            (k.FOLD_VERTEX, np.array(which, np.int32)),
+            (k.FOLD_PLACE, np.array(place, np.int32)),
+            (k.FOLD_BASE, np.array(base, np.float32)),
+            (k.FOLD_SLOPE, np.array(slopes, np.float32)),
             (k.OFFSETS, calibration),
-        ):  # fmt: skip
+        ):
             self._keep(slot, array)
         self._table[k.FOLDS] = len(place)
 

@@ -10,16 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32, U8
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.making.files.source import Material, Source
 from vistel.figure.making.maps import CLAMP, MIRROR, scaled, tiled
 from vistel.figure.making.pictures import LARGEST, atlas
 from vistel.figure.skeleton import FINGERS, JOINTS
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
-U8 = NDArray[np.uint8]
 
 _SWATCH = 32
 _SQUARES, _HARDLY = 4, 0.02
@@ -27,7 +23,10 @@ _SQUARES, _HARDLY = 4, 0.02
 _IRIS, _PUPIL = 0.50, 0.20
 """Radii in that of the eyeball."""
 _PLAIN = {  # sRGB
-    "skin": (214, 168, 138), "top": (86, 104, 128), "trousers": (58, 62, 74), "shoes": (44, 38, 36),
+    "skin": (214, 168, 138),
+    "top": (86, 104, 128),
+    "trousers": (58, 62, 74),
+    "shoes": (44, 38, 36),
 }
 
 

@@ -10,19 +10,28 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.making.files.gltf import Document
 from vistel.figure.making.files.makehuman import read_target
 from vistel.figure.making.files.source import MakingError, Source, SourceTarget
 
-F64 = NDArray[np.float64]
 Bind = tuple[tuple[str, int], int, float]
 
 PREFIX = "vrm:"
 """Before the names of VRM's own expressions, which are made of morph targets."""
-_OLD = {"a": "aa", "i": "ih", "u": "ou", "e": "ee", "o": "oh", "blink_l": "blinkLeft", "blink_r": "blinkRight", "joy": "happy",
-        "sorrow": "sad", "fun": "relaxed"}  # fmt: skip
+_OLD = {
+    "a": "aa",
+    "i": "ih",
+    "u": "ou",
+    "e": "ee",
+    "o": "oh",
+    "blink_l": "blinkLeft",
+    "blink_r": "blinkRight",
+    "joy": "happy",
+    "sorrow": "sad",
+    "fun": "relaxed",
+}
 """What VRM 0.x called presets of VRM 1.0."""
 _ENDINGS = (".target", ".target.gz")
 

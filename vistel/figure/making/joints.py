@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.skeleton import (
     FINGERS,
     JOINT_INDEX,
@@ -20,12 +20,11 @@ from vistel.figure.skeleton import (
     standard_skeleton,
 )
 
-F64 = NDArray[np.float64]
-
 NEEDED = tuple(
-    f"{side}_{joint}" for side in ("left", "right")
+    f"{side}_{joint}"
+    for side in ("left", "right")
     for joint in ("upper_arm", "lower_arm", "hand", "upper_leg", "lower_leg", "foot")
-)  # fmt: skip
+)
 """Joints without which there is no skeleton; all others are put where a person of these proportions has them."""
 
 
@@ -76,6 +75,7 @@ def jointed(at: Mapping[str, F64], height: float) -> Jointed:
 
 def _trunk(at: F64, scale: float, standard: Skeleton) -> None:
     """Hips, spine, neck, head and collar bones; the spine is upright and in the middle, which postures rely on."""
+
     def mid(joint: str) -> F64:
         return 0.5 * (at[JOINT_INDEX[f"left_{joint}"]] + at[JOINT_INDEX[f"right_{joint}"]])
 
@@ -188,6 +188,10 @@ def _tips(at: F64, standard: Skeleton, turn: F64, height: float) -> F64:
         for finger in FINGERS:
             last = JOINT_INDEX[f"{side}_{finger}_distal"]
             before = int(PARENTS[last])
-            tip[last] = 0.85 * np.linalg.norm(at[last] - at[before]) * (at[last] - at[before]) / max(
-                float(np.linalg.norm(at[last] - at[before])), 1e-9)  # fmt: skip
+            tip[last] = (
+                0.85
+                * np.linalg.norm(at[last] - at[before])
+                * (at[last] - at[before])
+                / max(float(np.linalg.norm(at[last] - at[before])), 1e-9)
+            )
     return tip

@@ -11,16 +11,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
+from vistel.arrays import F64, I32
 from vistel.figure.making.files.source import MakingError
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, standard_skeleton
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 _WRIST, _ELBOW = 0.262, 0.610
 """Of the way from the fingertips to the shoulder joint."""

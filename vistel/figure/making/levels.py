@@ -53,14 +53,17 @@ def cut_apart(mesh: Mesh) -> Mesh:
     old[new] = tri.reshape(-1)
     pairs, drawn = np.unique(np.column_stack([new, mesh.corner_triangles.reshape(-1)]), axis=0, return_inverse=True)
 
-    def rows(array: NDArray[np.generic] | None) -> NDArray[np.generic] | None:
-        return None if array is None else array[old]
-
     return Mesh(
-        mesh.vertices[old], new.reshape(-1, 3).astype(np.int32), pairs[:, 0].astype(np.int32), mesh.uv[pairs[:, 1]],
-        drawn.reshape(-1, 3).astype(np.int32), mesh.limb[old], rows(mesh.bone), rows(mesh.weight),  # type: ignore[arg-type]
+        mesh.vertices[old],
+        new.reshape(-1, 3).astype(np.int32),
+        pairs[:, 0].astype(np.int32),
+        mesh.uv[pairs[:, 1]],
+        drawn.reshape(-1, 3).astype(np.int32),
+        mesh.limb[old],
+        None if mesh.bone is None else mesh.bone[old],
+        None if mesh.weight is None else mesh.weight[old],
         tuple(_doubled(t, old, len(mesh.vertices)) for t in mesh.targets),
-    )  # fmt: skip
+    )
 
 
 def _doubled(target: Target, old: NDArray[np.int64], count: int) -> Target:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.avatar.avatar import Avatar, Mesh, Target
 from vistel.figure.avatar.detail import coarser
 from vistel.figure.avatar.patch import MOST_PATCHES
@@ -31,9 +32,6 @@ from vistel.figure.making.weights import blended_weights, limb_groups_of, strong
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.rigid.weights import TWIST_BONES, bone_weights, smoothed
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, REFERENCE_HEIGHT, Skeleton
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 _SOFTER = 8
 """Rounds of averaging that a file's weights get."""
@@ -58,9 +56,15 @@ class Making:
 
 
 def make_avatar(
-    source: Source, *, name: str, unit: float | None = None, up: str | None = None, height: float | None = None,
-    primitives: int = WITH_FINGERS, step: Callable[[str], None] = lambda _: None,
-) -> Making:  # fmt: skip
+    source: Source,
+    *,
+    name: str,
+    unit: float | None = None,
+    up: str | None = None,
+    height: float | None = None,
+    primitives: int = WITH_FINGERS,
+    step: Callable[[str], None] = lambda _: None,
+) -> Making:
     """An avatar of the person in `source`.
 
     unit: metres of one unit, up: "Y" or "Z", height [m]: where they are known better than the file or its proportions say;
@@ -168,9 +172,16 @@ def make_avatar(
     avatar = with_coarser(avatar, manifold=sound.manifold)
     arm = joints.found.tip[JOINT_INDEX["left_upper_arm"]]
     return Making(
-        avatar, tuple(notes), skeleton_from, known.joint_of, known.unknown,
-        "rig" if file is not None else "joint chain", float(np.arctan2(-arm[1], np.hypot(arm[0], arm[2]))), sound, fit,
-    )  # fmt: skip
+        avatar,
+        tuple(notes),
+        skeleton_from,
+        known.joint_of,
+        known.unknown,
+        "rig" if file is not None else "joint chain",
+        float(np.arctan2(-arm[1], np.hypot(arm[0], arm[2]))),
+        sound,
+        fit,
+    )
 
 
 def _targets(
@@ -275,9 +286,13 @@ def _dress(
     faces = np.concatenate([skin_faces, np.flatnonzero(parts.eyes)])
     eye = np.arange(len(faces)) >= len(skin_faces)
     chosen = replace(
-        source, points=upright_points, triangles=to[source.triangles[faces]], uv_triangles=source.uv_triangles[faces],
-        group=source.group[faces], material=source.material[faces],
-    )  # fmt: skip
+        source,
+        points=upright_points,
+        triangles=to[source.triangles[faces]],
+        uv_triangles=source.uv_triangles[faces],
+        group=source.group[faces],
+        material=source.material[faces],
+    )
     # Of points outside the skin nothing is asked.
     row = np.maximum(index, 0)
     names = np.where(bone[:, 0] < len(JOINTS), bone[:, 0], [0]).astype(np.int32)
@@ -295,7 +310,5 @@ def _eyeballs(points: F64, eyes: I32, corner_uv: F64, head: int) -> tuple[Mesh, 
         rows, tri = np.unique(eyes[mine], return_inverse=True)
         tri = tri.reshape(-1, 3).astype(np.int32)
         vertex, uv, corner = drawn(corner_uv[mine], tri)
-        out.append(
-            Mesh(points[rows].astype(np.float32), tri, vertex, uv, corner, np.full(len(rows), head, np.int32))
-        )
+        out.append(Mesh(points[rows].astype(np.float32), tri, vertex, uv, corner, np.full(len(rows), head, np.int32)))
     return tuple(out)

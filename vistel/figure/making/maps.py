@@ -8,13 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import F64, U8
 from vistel.figure.making.colours import linear, srgb
-
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
 
 REPEAT, MIRROR, CLAMP = "repeat", "mirror", "clamp"
 

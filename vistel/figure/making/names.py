@@ -59,9 +59,13 @@ def _side(name: str) -> tuple[str | None, str]:
     """left, right or None, and the name without that."""
     for side, letter in (("left", "l"), ("right", "r")):
         for pattern in (
-            rf"(?i)^{side}[\s_.\-]*", rf"(?i)[\s_.\-]*{side}$", rf"(?i)^{letter}[\s_.\-]+", rf"(?i)[\s_.\-]+{letter}$",
-            rf"^[{letter}{letter.upper()}](?=[A-Z])", rf"(?i)[\s_.\-]+{letter}(?=[\s_.\-])",
-        ):  # fmt: skip
+            rf"(?i)^{side}[\s_.\-]*",
+            rf"(?i)[\s_.\-]*{side}$",
+            rf"(?i)^{letter}[\s_.\-]+",
+            rf"(?i)[\s_.\-]+{letter}$",
+            rf"^[{letter}{letter.upper()}](?=[A-Z])",
+            rf"(?i)[\s_.\-]+{letter}(?=[\s_.\-])",
+        ):
             found = re.search(pattern, name)
             if found and found.end() - found.start() < len(name):
                 return side, name[: found.start()] + name[found.end() :]
@@ -74,7 +78,7 @@ def _trunk(name: str) -> str | None:
 
 
 def _finger(word: str) -> str | None:
-    """"index_proximal" of "indexproximal", "index1", "handindex1", "index01", "findex1", "finger2-1" (MakeHuman)."""
+    """ "index_proximal" of "indexproximal", "index1", "handindex1", "index01", "findex1", "finger2-1" (MakeHuman)."""
     word = re.sub(r"^(hand|f(?=index|middle|ring|pinky|little|thumb))", "", word)
     numbered = re.fullmatch(r"finger(\d)(\d)", word)
     if numbered:

@@ -12,10 +12,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from vistel.arrays import F64, I32
 from vistel.figure.making.files.source import MakingError, Source
 
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
 _HIDDEN = ("helper-", "joint-")

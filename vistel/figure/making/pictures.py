@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import U8
 from vistel.figure.making.files.source import MakingError
-
-U8 = NDArray[np.uint8]
 
 LARGEST = 2048
 """Texels along a side of one picture at most."""

@@ -5,13 +5,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.making.names import SPINE
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, standard_skeleton
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 _FAR = 0.60
 """Sum of the differences of a limb's lengths and places from those of a person [m], for REFERENCE_HEIGHT, from which on it
@@ -85,9 +82,7 @@ def _ancestors(parents: I32, joint: int) -> list[int]:
     return out
 
 
-def _chain(
-    at: F64, above: list[list[int]], standard: Skeleton, names: list[str], sign: float, taken: set[int]
-) -> list[int] | None:
+def _chain(at: F64, above: list[list[int]], standard: Skeleton, names: list[str], sign: float, taken: set[int]) -> list[int] | None:
     """Three joints of one side, each hanging on the one before, that are most like a person's limb of these names."""
     first0, second0, third0 = (standard.rest[JOINT_INDEX[n]] for n in names)
     long, longer = float(np.linalg.norm(second0 - first0)), float(np.linalg.norm(third0 - second0))

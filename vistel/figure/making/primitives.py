@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.body import Body, standard_body
 from vistel.figure.figure_limbs import limb_groups
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
 from vistel.implicit.meshes.placement import cone_feet
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 TRUNK_AND_LIMBS = 23
 WITH_FINGERS = 55
@@ -70,9 +67,8 @@ def vertex_areas(points: F64, triangles: I32) -> F64:
 
 def _rows(body: Body, rows: list[int]) -> Body:
     return Body(
-        tuple(body.names[i] for i in rows), body.joint[rows], body.a[rows], body.b[rows], body.radius_a[rows],
-        body.radius_b[rows],
-    )  # fmt: skip
+        tuple(body.names[i] for i in rows), body.joint[rows], body.a[rows], body.b[rows], body.radius_a[rows], body.radius_b[rows]
+    )
 
 
 def _vertex_groups(body: Body, bone: I32) -> I32:
@@ -99,9 +95,7 @@ def _cones(body: Body, skeleton: Skeleton) -> F64:
 
 def _with_cones(body: Body, skeleton: Skeleton, cones: F64) -> Body:
     at = skeleton.rest[body.joint]
-    return replace(
-        body, a=cones[:, :3] - at, b=cones[:, 3:6] - at, radius_a=cones[:, 6].copy(), radius_b=cones[:, 7].copy()
-    )
+    return replace(body, a=cones[:, :3] - at, b=cones[:, 3:6] - at, radius_a=cones[:, 6].copy(), radius_b=cones[:, 7].copy())
 
 
 def distances(body: Body, skeleton: Skeleton, points: F64, limb: I32) -> F64:
@@ -191,6 +185,10 @@ def _split(body: Body, skeleton: Skeleton, points: F64, limb: I32, i: int) -> tu
     at = skeleton.rest[int(body.joint[i])]
     a, b = centre - reach * along - at, centre + reach * along - at
     return limb, Body(
-        (*body.names, f"{body.names[i]}_{len(body)}"), np.append(body.joint, body.joint[i]).astype(np.int32),
-        np.vstack([body.a, a]), np.vstack([body.b, b]), np.append(body.radius_a, radius), np.append(body.radius_b, radius),
-    )  # fmt: skip
+        (*body.names, f"{body.names[i]}_{len(body)}"),
+        np.append(body.joint, body.joint[i]).astype(np.int32),
+        np.vstack([body.a, a]),
+        np.vstack([body.b, b]),
+        np.append(body.radius_a, radius),
+        np.append(body.radius_b, radius),
+    )

@@ -26,13 +26,19 @@ def inspect_avatar(avatar: Avatar) -> tuple[dict[str, Any], list[str]]:
     moved = np.linalg.norm(figure.pose(Posture()).vertices - rigid, axis=1)
     sound = soundness(mesh.triangles, len(points))
     facts: dict[str, Any] = {
-        "name": avatar.name, "height_m": round(avatar.skeleton.height, 3), "vertices": len(points),
-        "triangles": len(mesh.triangles), "eyeballs": len(avatar.eyeballs),
+        "name": avatar.name,
+        "height_m": round(avatar.skeleton.height, 3),
+        "vertices": len(points),
+        "triangles": len(mesh.triangles),
+        "eyeballs": len(avatar.eyeballs),
         "levels": [len(level.mesh.triangles) for level in (avatar, *avatar.coarser)],
         "texture": f"{avatar.albedo.shape[1]} x {avatar.albedo.shape[0]}",
         "weights": "of the mesh" if mesh.bone is not None else "joint chain",
-        "open_edges": sound.border, "not_manifold_edges": sound.branching, "pieces": sound.pieces,
-        "primitives": len(avatar.body), "mean_distance_mm": round(1e3 * float(np.average(distance, weights=area)), 2),
+        "open_edges": sound.border,
+        "not_manifold_edges": sound.branching,
+        "pieces": sound.pieces,
+        "primitives": len(avatar.body),
+        "mean_distance_mm": round(1e3 * float(np.average(distance, weights=area)), 2),
         "rest_moved_mm": round(1e3 * float(moved.max()), 2),
-    }  # fmt: skip
+    }
     return facts, fit_report(figure.embedding, avatar.body.names).lines()

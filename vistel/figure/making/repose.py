@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.making.joints import Jointed
 from vistel.figure.rigid.kernels import WITH_TWIST_OF
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
-
-F64 = NDArray[np.float64]
 
 
 def repose(points: F64, weight: F64, joints: Jointed) -> F64:

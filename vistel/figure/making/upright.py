@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.making.files.source import MakingError
 
-F64 = NDArray[np.float64]
-
 UNITS = (
-    ("metres", 1.0, 0.5, 2.6), ("feet", 0.3048, 4.0, 7.5), ("decimetres", 0.1, 7.5, 26.0), ("inches", 0.0254, 50.0, 90.0),
-    ("centimetres", 0.01, 90.0, 260.0), ("millimetres", 0.001, 500.0, 2600.0),
-)  # fmt: skip
+    ("metres", 1.0, 0.5, 2.6),
+    ("feet", 0.3048, 4.0, 7.5),
+    ("decimetres", 0.1, 7.5, 26.0),
+    ("inches", 0.0254, 50.0, 90.0),
+    ("centimetres", 0.01, 90.0, 260.0),
+    ("millimetres", 0.001, 500.0, 2600.0),
+)
 """Names, metres, and the heights of people in them from which the unit is told."""
 
 
@@ -36,9 +38,15 @@ class Upright:
 
 
 def upright(
-    points: F64, *, unit: float | None = None, up: str | None = None, height: float | None = None, left: F64 | None = None,
-    head: F64 | None = None, told: tuple[float | None, str | None] = (None, None),
-) -> Upright:  # fmt: skip
+    points: F64,
+    *,
+    unit: float | None = None,
+    up: str | None = None,
+    height: float | None = None,
+    left: F64 | None = None,
+    head: F64 | None = None,
+    told: tuple[float | None, str | None] = (None, None),
+) -> Upright:
     """How the mesh with these points (V, 3) gets upright, in metres, soles on the floor, facing +Z.
 
     unit: metres per unit and up: "Y" or "Z", where they are known; height: of the person [m], where known; left, head: (3,)

@@ -7,13 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.figure.making.names import SPINE
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 _HEAD = ("jaw", "left_eye", "right_eye")
 

@@ -7,12 +7,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32, I64
 from vistel.implicit.jit.kernel_jit import compiled
-
-F64 = NDArray[np.float64]
-F32 = NDArray[np.float32]
-I64 = NDArray[np.int64]
-I32 = NDArray[np.int32]
 
 
 @compiled

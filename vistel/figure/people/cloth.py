@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.people.noise import noise, smoothstep
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.trunk import ARM_Y, HEM_Y
-
-F64 = NDArray[np.float64]
 
 PLAIN, KNIT, STRIPES, CHECKS, JACKET = range(5)
 _ARMHOLE = 0.172
@@ -88,9 +86,7 @@ def paint_top(r: Recipe, p: F64, normal: F64) -> F64:
             shade = shade * (1 - ribbed) + ribbed * 0.13 * np.sin(2 * np.pi * u / 0.0052)
         else:
             shade -= 0.20 * _line(y - HEM_Y - 0.018, 0.0010) * (side < 0.22) + 0.20 * _line(side - 0.690, 0.0010)
-    seam = _line(side - _ARMHOLE, 0.0013) * (y > 1.26) + _line(z + 0.004, 0.0010) * (side > 0.10) * (
-        side < _ARMHOLE
-    ) * (y < 1.33)
+    seam = _line(side - _ARMHOLE, 0.0013) * (y > 1.26) + _line(z + 0.004, 0.0010) * (side > 0.10) * (side < _ARMHOLE) * (y < 1.33)
     seam += _line(z + 0.004, 0.0010) * (y < ARM_Y - 0.01) * sleeve + _line(z + 0.012, 0.0012) * (y > 1.43) * ~sleeve
     shade += 0.075 * _folds(p, r.seed + 31) - 0.30 * np.clip(seam, 0, 1)
     return out * (1.0 + shade)[:, None]
@@ -106,9 +102,7 @@ def _placket(out: F64, base: F64, x: F64, y: F64, z: F64) -> F64:
     holes = smoothstep(0.0012, 0.0007, np.abs(np.hypot(x, below - 0.02) - 0.0016))
     light = np.array((232.0, 228.0, 218.0)) if base.mean() < 190 else np.array((120.0, 112.0, 104.0))
     out = out * (1 - button[:, None]) + (button * (1 - 0.4 * holes))[:, None] * light
-    pocket = np.maximum(
-        np.abs(x - 0.082) / 0.048, np.abs(y - 1.290) / 0.055 + 0.10 * np.abs(x - 0.082) / 0.048 * (y < 1.29)
-    )
+    pocket = np.maximum(np.abs(x - 0.082) / 0.048, np.abs(y - 1.290) / 0.055 + 0.10 * np.abs(x - 0.082) / 0.048 * (y < 1.29))
     outline = np.maximum(_line((pocket - 1.0) * 0.05, 0.0012), 0.8 * _line(y - 1.327, 0.0010) * (pocket < 1.0)) * front
     return out * (1 - 0.24 * outline[:, None])
 
@@ -130,10 +124,7 @@ def _jacket(r: Recipe, out: F64, base: F64, x: F64, y: F64, z: F64) -> F64:
         tie = smoothstep(0.0010, -0.0010, side - tie_half)[:, None]
         cloth = np.array(((122.0, 28.0, 36.0), (26.0, 58.0, 96.0), (52.0, 84.0, 60.0))[r.seed % 3])
         stripe = smoothstep(-0.1, 0.1, np.sin(2 * np.pi * (x + y) / 0.022) - 0.55)
-        inner = (
-            inner * (1 - tie)
-            + tie * cloth * (1 + 0.35 * stripe[:, None]) * (1 - 0.35 * _line(y - 1.437, 0.0015))[:, None]
-        )
+        inner = inner * (1 - tie) + tie * cloth * (1 + 0.35 * stripe[:, None]) * (1 - 0.35 * _line(y - 1.437, 0.0015))[:, None]
     # Lapels: a lighter band along the opening with a notch.
     width = 0.060 * smoothstep(1.175, 1.34, y)
     notch = _line(y - 1.375 + 0.25 * (side - half - 0.03), 0.0016) * (side > half + 0.022)
@@ -141,9 +132,7 @@ def _jacket(r: Recipe, out: F64, base: F64, x: F64, y: F64, z: F64) -> F64:
     rim = _line(side - half - width, 0.0016) * front * (y > 1.18) + _line(side - half, 0.0014) * front * (y > 1.18)
     out = out * (1 + 0.07 * lapel - 0.45 * np.clip(rim, 0, 1) - 0.5 * notch * lapel)[:, None]
     edge = _line(x - 0.010, 0.0013) * front * (y < 1.178)
-    knobs = (
-        smoothstep(0.0080, 0.0070, np.minimum(np.hypot(x + 0.006, y - 1.155), np.hypot(x + 0.006, y - 1.065))) * front
-    )
+    knobs = smoothstep(0.0080, 0.0070, np.minimum(np.hypot(x + 0.006, y - 1.155), np.hypot(x + 0.006, y - 1.065))) * front
     flap = np.maximum(np.abs(side - 0.098) / 0.060, np.abs(y - 1.045) / 0.022)
     pocket = _line((flap - 1.0) * 0.03, 0.0012) * front
     welt = np.maximum(np.abs(x - 0.095) / 0.042, np.abs(y - 1.300 - 0.10 * (x - 0.095)) / 0.010)
@@ -172,29 +161,18 @@ def paint_trousers(r: Recipe, p: F64, normal: F64) -> F64:
     twill = np.sin((x + y * 1.0 + z) * 2 * np.pi / 0.0042)
     shade = 0.030 * twill + 0.035 * noise(p / 0.0030, 1, r.seed + 41)
     folds = noise(np.stack([x / 0.05, y / 0.026, z / 0.05], axis=1), 2, r.seed + 43)
-    knee = (
-        np.exp(-(((y - 0.50) / 0.055) ** 2)) + np.exp(-(((y - 0.12) / 0.06) ** 2)) + np.exp(-(((y - 0.86) / 0.04) ** 2))
-    )
+    knee = np.exp(-(((y - 0.50) / 0.055) ** 2)) + np.exp(-(((y - 0.12) / 0.06) ** 2)) + np.exp(-(((y - 0.86) / 0.04) ** 2))
     shade += 0.085 * folds * np.clip(0.25 + knee, 0, 1)
     seam = _line(z + 0.006, 0.0012) * (side > 0.09) + _line(z + 0.006, 0.0012) * (side < 0.09) * (y < 0.80)
-    pocket = (
-        _line(side - 0.105 - 0.055 * np.clip((0.965 - y) / 0.07, 0, 1) ** 1.5, 0.0016)
-        * (z > 0.02)
-        * (y > 0.893)
-        * (y < 0.968)
-    )
+    pocket = _line(side - 0.105 - 0.055 * np.clip((0.965 - y) / 0.07, 0, 1) ** 1.5, 0.0016) * (z > 0.02) * (y > 0.893) * (y < 0.968)
     fly = _line(x - 0.016 * smoothstep(0.865, 0.90, y), 0.0012) * (z > 0.03) * (y > 0.865)
     middle = _line(x, 0.0014) * (y > 0.80)
-    back = np.maximum(
-        np.abs(side - 0.080) / 0.042, np.abs(y - 0.915 + 0.010 * (np.abs(side - 0.08) / 0.042) * (y < 0.915)) / 0.042
-    )
+    back = np.maximum(np.abs(side - 0.080) / 0.042, np.abs(y - 0.915 + 0.010 * (np.abs(side - 0.08) / 0.042) * (y < 0.915)) / 0.042)
     patch = _line((back - 1.0) * 0.042, 0.0014) * (z < -0.03)
     hem = _line(y - 0.085, 0.0012)
     shade -= 0.34 * np.clip(seam + pocket + fly + middle + patch + hem, 0, 1)
     # Worn lighter over thigh and knee.
-    worn = (np.exp(-(((y - 0.52) / 0.10) ** 2)) + 0.7 * np.exp(-(((y - 0.74) / 0.10) ** 2))) * smoothstep(
-        0.2, 0.9, normal[:, 2]
-    )
+    worn = (np.exp(-(((y - 0.52) / 0.10) ** 2)) + 0.7 * np.exp(-(((y - 0.74) / 0.10) ** 2))) * smoothstep(0.2, 0.9, normal[:, 2])
     shade += 0.10 * worn * (0.7 + 0.3 * folds)
     return np.tile(base, (len(p), 1)) * (1.0 + shade)[:, None]
 

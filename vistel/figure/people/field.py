@@ -20,8 +20,9 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64, I32, I64
 from vistel.figure.people import field_kernels
 from vistel.figure.people.field_kernels import (
     ADD,
@@ -45,11 +46,7 @@ from vistel.figure.people.field_kernels import (
     THRESHOLD,
     A,
     B,
-)  # fmt: skip
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I32 = NDArray[np.int32]
+)
 
 _kernels: Any = field_kernels
 
@@ -101,10 +98,7 @@ class Sculpture:
         steps: int = 5,
     ) -> None:
         """One primitive along a smooth curve through `points`, its radius going smoothly through `radii`."""
-        p, r = (
-            _smooth(np.asarray(points, np.float64), steps),
-            _smooth(np.asarray(radii, np.float64)[:, None], steps)[:, 0],
-        )
+        p, r = (_smooth(np.asarray(points, np.float64), steps), _smooth(np.asarray(radii, np.float64)[:, None], steps)[:, 0])
         part = self._part
         for i in range(len(p) - 1):
             self._part = part
@@ -185,9 +179,7 @@ class Sculpture:
         m = np.diag(1.0 / r) @ q.T
         reach = np.abs(q) @ r * 1.05 + 1.5 * width
         zero = np.zeros(3)
-        self._append(
-            ELLIPSOID, mode, group, weight, width, material, 1.0, 1.0, exponent, c, m, zero, zero, c - reach, c + reach
-        )
+        self._append(ELLIPSOID, mode, group, weight, width, material, 1.0, 1.0, exponent, c, m, zero, zero, c - reach, c + reach)
 
     def loft(
         self,
@@ -301,9 +293,7 @@ class Solid:
 
     def gradients(self, points: F64, step: float = 4e-4) -> F64:
         """(N, 3) gradient of the field at points (N, 3) by central differences over `step` metres."""
-        return _kernels.gradients_at(
-            self.rows, self.tables, self.origin, self.shape, self.starts, self.items, points, step
-        )
+        return _kernels.gradients_at(self.rows, self.tables, self.origin, self.shape, self.starts, self.items, points, step)
 
     def materials(self, points: F64) -> tuple[I32, I32, F64]:
         """Material (N,) of the primitive whose own surface is nearest to (or farthest outside of) each point, the next

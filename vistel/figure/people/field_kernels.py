@@ -9,10 +9,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.jit.kernel_jit import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 THRESHOLD = 0.5
 RATIO_AT_SURFACE = math.sqrt(1.0 - math.sqrt(THRESHOLD))
@@ -261,15 +259,9 @@ def gradients_at(rows, tables, origin, shape, starts, items, points, step):
     for i in range(len(points)):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         near = _near(origin, shape, starts, items, x, y, z)
-        out[i, 0] = h * (
-            _field(rows, tables, near, x + step, y, z, sums) - _field(rows, tables, near, x - step, y, z, sums)
-        )
-        out[i, 1] = h * (
-            _field(rows, tables, near, x, y + step, z, sums) - _field(rows, tables, near, x, y - step, z, sums)
-        )
-        out[i, 2] = h * (
-            _field(rows, tables, near, x, y, z + step, sums) - _field(rows, tables, near, x, y, z - step, sums)
-        )
+        out[i, 0] = h * (_field(rows, tables, near, x + step, y, z, sums) - _field(rows, tables, near, x - step, y, z, sums))
+        out[i, 1] = h * (_field(rows, tables, near, x, y + step, z, sums) - _field(rows, tables, near, x, y - step, z, sums))
+        out[i, 2] = h * (_field(rows, tables, near, x, y, z + step, sums) - _field(rows, tables, near, x, y, z - step, sums))
     return out
 
 

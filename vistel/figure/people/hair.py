@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.figure.people.field import F64, Sculpture
+from vistel.arrays import F64
+from vistel.figure.people.field import Sculpture
 from vistel.figure.people.material import HAIR
 from vistel.figure.people.noise import noise
 from vistel.figure.people.recipe import Recipe
@@ -81,9 +82,7 @@ def paint_hair(r: Recipe, p: F64, normal: F64) -> F64:
     base = np.array(r.colour("hair"), np.float64)
     light = strands(r, p)
     sheen = np.exp(-(((p[:, 1] - 1.722) / 0.016) ** 2)) * (0.5 + 0.5 * light)
-    root = (
-        np.exp(-(((p[:, 0] - 0.030) / 0.0022) ** 2)) * (p[:, 2] > -0.03) * (p[:, 1] > 1.70) * (r.hair_style == PARTED)
-    )
+    root = np.exp(-(((p[:, 0] - 0.030) / 0.0022) ** 2)) * (p[:, 2] > -0.03) * (p[:, 1] > 1.70) * (r.hair_style == PARTED)
     out = base * (1.0 + 0.34 * light + 0.20 * sheen)[:, None] + 7.0 * np.clip(light, 0, 1)[:, None]
     if r.hair_style == CROPPED:
         # The skin shows between cropped hairs.

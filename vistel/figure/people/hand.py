@@ -6,7 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from vistel.figure.people.field import F64, Sculpture
+from vistel.arrays import F64
+from vistel.figure.people.field import Sculpture
 from vistel.figure.people.material import SKIN
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, Skeleton, finger_joints
@@ -44,9 +45,7 @@ def add_hand(s: Sculpture, r: Recipe, skeleton: Skeleton, side: str) -> None:
     # Webs: the fingers part some way beyond the knuckles.
     knuckles = [skeleton.rest[JOINT_INDEX[f"{side}_{finger}_proximal"]] for finger in FINGERS[1:]]
     for one, two in pairwise(knuckles):
-        s.ellipsoid(
-            0.5 * (one + two) + (sign * 0.003, -0.001, 0.0), (0.0130, 0.0078, 0.0060), width=0.006, material=SKIN
-        )
+        s.ellipsoid(0.5 * (one + two) + (sign * 0.003, -0.001, 0.0), (0.0130, 0.0078, 0.0060), width=0.006, material=SKIN)
     first_group = 4 if side == "left" else 9
     for i, finger in enumerate(FINGERS):
         joints = finger_joints(side)[3 * i : 3 * i + 3]
@@ -68,12 +67,7 @@ def _finger(s: Sculpture, points: list[F64], radii: list[float], group: int, *, 
     up = np.cross(across, along)
     for k in (1, 2):  # the joints are a little thicker on top than the bones between them
         s.ellipsoid(
-            points[k] + 0.0010 * up,
-            (radii[k], radii[k], radii[k] * 0.86),
-            width=0.006,
-            material=SKIN,
-            group=group,
-            weight=0.5,
+            points[k] + 0.0010 * up, (radii[k], radii[k], radii[k] * 0.86), width=0.006, material=SKIN, group=group, weight=0.5
         )
     mid = 0.5 * (points[0] + points[1]) if not thumb else 0.5 * (points[1] + points[2])
     k = 0 if not thumb else 1

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.figure.people.field import F64, Sculpture, Section
+from vistel.arrays import F64
+from vistel.figure.people.field import Sculpture, Section
 from vistel.figure.people.hair import add_hair
 from vistel.figure.people.material import LIP, SKIN
 from vistel.figure.people.recipe import Recipe
@@ -78,16 +79,9 @@ def add_head(s: Sculpture, r: Recipe) -> None:
     s.ellipsoid((0, 1.6045, 0.1165 + long), (0.0100 - 0.0008 * f, 0.0082, 0.0098), width=0.008, material=SKIN)
     s.limb([(0, 1.5970, 0.1115 + 0.5 * long), (0, 1.5930, 0.0985)], (0.0052, 0.0052), width=0.008, material=SKIN)
     # Septum: joins the bridge to the face all the way down.
-    s.limb(
-        [(0, 1.645, 0.0930), (0, 1.620, 0.1010), (0, 1.602, 0.1040)],
-        (0.0060, 0.0070, 0.0060),
-        width=0.010,
-        material=SKIN,
-    )
+    s.limb([(0, 1.645, 0.0930), (0, 1.620, 0.1010), (0, 1.602, 0.1040)], (0.0060, 0.0070, 0.0060), width=0.010, material=SKIN)
     # Chin, hollow above it, and the furrow under the nose.
-    s.ellipsoid(
-        (0, 1.5300 + chin, 0.0815 - 0.002 * f), (0.0190 - 0.003 * f, 0.0150, 0.0160), width=0.020, material=SKIN
-    )
+    s.ellipsoid((0, 1.5300 + chin, 0.0815 - 0.002 * f), (0.0190 - 0.003 * f, 0.0150, 0.0160), width=0.020, material=SKIN)
     _mouth(s, r)
     add_hair(s, r)
 
@@ -95,12 +89,8 @@ def add_head(s: Sculpture, r: Recipe) -> None:
 def _eye(s: Sculpture, r: Recipe, side: float) -> None:
     x, y, z = side * EYE[0], EYE[1], EYE[2]
     # Socket, lids as a shell round the eyeball, the slit between them (almond: two arcs), the fold of the upper lid.
-    s.ellipsoid(
-        (side * 0.0315, 1.6465, 0.1040), (0.0180, 0.0100, 0.0120), width=0.018, material=SKIN, mode="carve", weight=0.35
-    )
-    s.ellipsoid(
-        (side * 0.0150, 1.6480, 0.1020), (0.0060, 0.0070, 0.0080), width=0.010, material=SKIN, mode="carve", weight=0.4
-    )
+    s.ellipsoid((side * 0.0315, 1.6465, 0.1040), (0.0180, 0.0100, 0.0120), width=0.018, material=SKIN, mode="carve", weight=0.35)
+    s.ellipsoid((side * 0.0150, 1.6480, 0.1020), (0.0060, 0.0070, 0.0080), width=0.010, material=SKIN, mode="carve", weight=0.4)
     s.ellipsoid((x, y, z), (EYE_RADIUS + 0.0016,) * 3, width=0.020, material=SKIN)
     s.ellipsoid(
         (x, y - 0.0004, z + 0.010),
@@ -151,11 +141,7 @@ def _mouth(s: Sculpture, r: Recipe) -> None:
             group=LOWER_LIP,
         )
         s.limb(
-            [
-                (0, MOUTH_Y + 0.0004, 0.1040),
-                (side * 0.012, MOUTH_Y + 0.0002, 0.1000),
-                (side * 0.026, MOUTH_Y + 0.0010, 0.0885),
-            ],
+            [(0, MOUTH_Y + 0.0004, 0.1040), (side * 0.012, MOUTH_Y + 0.0002, 0.1000), (side * 0.026, MOUTH_Y + 0.0010, 0.0885)],
             (0.0032, 0.0030, 0.0016),
             width=0.005,
             material=SKIN,
@@ -192,30 +178,9 @@ def _ear(s: Sculpture, side: float) -> None:
         (-0.0010, -0.0260),
         (-0.0070, -0.0240),
     ]
-    s.limb(
-        [at(u, v, 0.0030) for u, v in rim],
-        [0.0026] * 8 + [0.0042, 0.0034],
-        width=0.004,
-        material=SKIN,
-        group=EARS,
-        steps=3,
-    )
+    s.limb([at(u, v, 0.0030) for u, v in rim], [0.0026] * 8 + [0.0042, 0.0034], width=0.004, material=SKIN, group=EARS, steps=3)
+    s.ellipsoid(at(0.0030, 0.0010, -0.0010), (0.0042, 0.0275, 0.0150), width=0.008, material=SKIN, group=EARS, turn=frame)
     s.ellipsoid(
-        at(0.0030, 0.0010, -0.0010), (0.0042, 0.0275, 0.0150), width=0.008, material=SKIN, group=EARS, turn=frame
+        at(0.0010, -0.0040, 0.0035), (0.0030, 0.0110, 0.0065), width=0.004, material=SKIN, mode="carve", weight=0.4, turn=frame
     )
-    s.ellipsoid(
-        at(0.0010, -0.0040, 0.0035),
-        (0.0030, 0.0110, 0.0065),
-        width=0.004,
-        material=SKIN,
-        mode="carve",
-        weight=0.4,
-        turn=frame,
-    )
-    s.limb(
-        [at(-0.0100, -0.0060, 0.001), at(-0.0080, -0.0130, 0.001)],
-        (0.0036, 0.0030),
-        width=0.006,
-        material=SKIN,
-        group=EARS,
-    )
+    s.limb([at(-0.0100, -0.0060, 0.001), at(-0.0080, -0.0130, 0.001)], (0.0036, 0.0030), width=0.006, material=SKIN, group=EARS)

@@ -12,10 +12,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.people.head import MOUTH_Y
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 HALF = 0.0222
 """From the middle of the mouth to where the cut ends."""

@@ -7,11 +7,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.jit.kernel_jit import compiled
-
-F64 = NDArray[np.float64]
 
 
 @compiled

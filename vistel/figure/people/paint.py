@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32, I64, U8
 from vistel.figure.people import cloth, material
 from vistel.figure.people.bake import rasterise, spread
 from vistel.figure.people.field import THRESHOLD, Solid
@@ -18,11 +18,6 @@ from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.reduce import normals
 from vistel.figure.people.skin import paint_lip, paint_skin
 from vistel.figure.people.trunk import collar_height, within_collar
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I32 = NDArray[np.int32]
-U8 = NDArray[np.uint8]
 
 _PAINTERS: dict[int, Callable[[Recipe, F64, F64], F64]] = {
     material.SKIN: paint_skin,
@@ -86,9 +81,7 @@ def _surface(recipe: Recipe, solid: Solid, p: F64, n: F64) -> F64:
     first, second = _neckline(recipe, first, p), _neckline(recipe, second, p)
     second = np.where(second == 0, first, second)
     # Hair thins out at its edge instead of stopping at a line.
-    hairline = ((first == material.HAIR) & (second == material.SKIN)) | (
-        (first == material.SKIN) & (second == material.HAIR)
-    )
+    hairline = ((first == material.HAIR) & (second == material.SKIN)) | ((first == material.SKIN) & (second == material.HAIR))
     sign = np.where(first == material.HAIR, 1.0, -1.0)
     lead = np.where(hairline, sign * margin, margin)
     lead[hairline] += 0.0032 * strands(recipe, p[hairline]) + 0.0006 * noise(p[hairline] / 0.0025, 1, recipe.seed + 71)
@@ -112,9 +105,7 @@ def _neckline(recipe: Recipe, what: I32, p: F64) -> I32:
     above = (p[:, 1] > collar_height(recipe, p[:, 2]) + 0.008) & (p[:, 1] < 1.56) & (np.abs(p[:, 0]) < 0.085)
     out = np.where(((near & inside) | above) & (what == material.TOP), material.SKIN, what)
     return np.where(
-        near & ~within_collar(recipe, p) & (p[:, 1] < collar_height(recipe, p[:, 2])) & (what == material.SKIN),
-        material.TOP,
-        out,
+        near & ~within_collar(recipe, p) & (p[:, 1] < collar_height(recipe, p[:, 2])) & (what == material.SKIN), material.TOP, out
     ).astype(np.int32)
 
 
@@ -155,12 +146,8 @@ def _eye(recipe: Recipe, p: F64) -> F64:
     r = np.where(front, np.hypot(x, y) / EYE_RADIUS, 2.0)
     angle = np.arctan2(y, x)
     white = np.array((234.0, 229.0, 224.0))
-    veins = smoothstep(
-        0.25, 0.6, np.abs(noise(np.stack([angle * 3.0, r * 3.0, p[:, 2] * 90], axis=1), 3, recipe.seed + 81))
-    )
-    out = white * (
-        1.0 - np.clip(r - 0.6, 0, 0.6)[:, None] * (0.10, 0.16, 0.16) - 0.03 * veins[:, None] * (0.2, 1.0, 1.0)
-    )
+    veins = smoothstep(0.25, 0.6, np.abs(noise(np.stack([angle * 3.0, r * 3.0, p[:, 2] * 90], axis=1), 3, recipe.seed + 81)))
+    out = white * (1.0 - np.clip(r - 0.6, 0, 0.6)[:, None] * (0.10, 0.16, 0.16) - 0.03 * veins[:, None] * (0.2, 1.0, 1.0))
     iris = np.array(recipe.colour("eyes"), np.float64)
     fibre = noise(np.stack([np.cos(angle) * 9, np.sin(angle) * 9, r * 2.5], axis=1), 2, recipe.seed + 82)
     ring = (r - 0.20) / 0.27

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import xatlas
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.detail import with_levels
 from vistel.figure.body import Body, standard_body
@@ -24,9 +24,6 @@ from vistel.figure.people.reduce import improve, reduce
 from vistel.figure.people.sizing import wanted_size
 from vistel.figure.people.stretch import stretch
 from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 VERSION = 14
 """Of what this package makes; a change of it makes cached people void."""

@@ -5,14 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from skimage import measure
 
+from vistel.arrays import F64, I64
 from vistel.figure.people.field import Solid, boxes
 from vistel.figure.people.field_kernels import THRESHOLD, field_block, field_block_rows
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 _BLOCK = 10
 _measure: Any = measure
@@ -73,9 +70,7 @@ def polygonise(solid: Solid, axes: tuple[F64, F64, F64]) -> tuple[F64, I64]:
         raise ValueError("the field nowhere reaches the threshold on this grid")
     # Blocks share their border samples, hence compute the same crossings there: weld them by grid coordinate.
     grid = np.concatenate(vertices)
-    _, first, index = np.unique(
-        np.round(grid * 1048576.0).astype(np.int64), axis=0, return_index=True, return_inverse=True
-    )
+    _, first, index = np.unique(np.round(grid * 1048576.0).astype(np.int64), axis=0, return_index=True, return_inverse=True)
     grid = grid[first]
     faces = index.reshape(-1)[np.concatenate(triangles)]
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]

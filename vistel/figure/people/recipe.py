@@ -9,15 +9,7 @@ from typing import Any
 import numpy as np
 
 _PALETTES: dict[str, tuple[tuple[int, int, int], ...]] = {
-    "skin": (
-        (212, 164, 136),
-        (201, 150, 120),
-        (188, 136, 102),
-        (170, 119, 85),
-        (148, 99, 68),
-        (122, 79, 53),
-        (98, 62, 43),
-    ),
+    "skin": ((212, 164, 136), (201, 150, 120), (188, 136, 102), (170, 119, 85), (148, 99, 68), (122, 79, 53), (98, 62, 43)),
     "hair": ((28, 22, 20), (52, 35, 25), (84, 55, 34), (122, 82, 48), (173, 128, 75), (136, 66, 36), (150, 146, 142)),
     "top": (
         (46, 74, 118),
@@ -110,12 +102,7 @@ def parse_spec(spec: str, name: str) -> Recipe:
             raise ValueError(f"avatar {spec!r}: unknown key {key!r}, expected one of {', '.join(known)}")
     seed = _number(spec, "seed", given.get("seed", str(_seed_of(name))), 0, 2**32 - 1, whole=True)
     recipe = recipe_from_seed(int(seed))
-    limits = {
-        "build": (0.8, 1.35),
-        "female": (0.0, 1.0),
-        "hair_style": (0, HAIR_STYLES - 1),
-        "pattern": (0, PATTERNS - 1),
-    }
+    limits = {"build": (0.8, 1.35), "female": (0.0, 1.0), "hair_style": (0, HAIR_STYLES - 1), "pattern": (0, PATTERNS - 1)}
     limits |= dict.fromkeys(_FEATURES, (-1.0, 1.0))
     for key, value in given.items():
         if key == "seed":

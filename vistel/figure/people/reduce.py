@@ -8,13 +8,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.people import reduce_kernels
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-
 
 _kernels: Any = reduce_kernels
 

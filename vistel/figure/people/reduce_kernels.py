@@ -184,12 +184,7 @@ def flip(v, t) -> None:
             n2 /= np.sqrt((n2 * n2).sum())
             m1 /= max(1e-30, np.sqrt((m1 * m1).sum()))
             m2 /= max(1e-30, np.sqrt((m2 * m2).sum()))
-            if (
-                (n1 * n2).sum() < 0.85
-                or (m1 * m2).sum() < (n1 * n2).sum() - 0.05
-                or (m1 * n1).sum() < 0.7
-                or (m2 * n1).sum() < 0.7
-            ):
+            if (n1 * n2).sum() < 0.85 or (m1 * m2).sum() < (n1 * n2).sum() - 0.05 or (m1 * n1).sum() < 0.7 or (m2 * n1).sum() < 0.7:
                 continue
             t[f, 0], t[f, 1], t[f, 2] = c, d, b
             t[g, 0], t[g, 1], t[g, 2] = d, c, a

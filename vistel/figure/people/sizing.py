@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.people.head import EYE, MOUTH_Y
 from vistel.figure.people.trunk import ARM_Y, HEM_Y
-
-F64 = NDArray[np.float64]
 
 
 def wanted_size(p: F64) -> F64:

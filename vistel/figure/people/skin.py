@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.people.head import EYE, EYE_HALF_WIDTH, MOUTH_Y, eye_half_height
 from vistel.figure.people.noise import bump, noise, smoothstep
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, finger_joints, standard_skeleton
-
-F64 = NDArray[np.float64]
 
 _SKELETON = standard_skeleton()
 
@@ -76,18 +74,14 @@ def _face(r: Recipe, p: F64, normal: F64, out: F64) -> F64:
     middle = 1.6615 + arch * np.sin(np.clip(u, 0, 1) ** 0.9 * 2.25) - 0.0010
     thick = (0.0046 - 0.0026 * np.clip(u, 0, 1)) * (1.0 - 0.28 * r.female)
     strands = noise(
-        np.stack([x / 0.0011 + 1.2 * (y - middle) / 0.0011, (y - middle) / 0.0045, np.zeros(len(x))], axis=1),
-        2,
-        r.seed + 11,
+        np.stack([x / 0.0011 + 1.2 * (y - middle) / 0.0011, (y - middle) / 0.0045, np.zeros(len(x))], axis=1), 2, r.seed + 11
     )
     brow = smoothstep(1.25, 0.45, np.abs(y - middle) / thick + 0.22 * strands)
     brow *= smoothstep(-0.06, 0.06, u) * smoothstep(1.04, 0.86, u) * (z > 0.03) * (0.86 + 0.14 * strands)
     tone = 0.72 * hair if hair.mean() < 130 else 0.62 * hair
     out = out * (1.0 - 0.88 * brow[:, None]) + 0.88 * brow[:, None] * tone
     # Nostrils, corners and line of the mouth.
-    nostril = np.exp(
-        -0.5 * (((x - 0.0066) / 0.0030) ** 2 + ((y - 1.5940) / 0.0034) ** 2 + ((z - 0.1085) / 0.0050) ** 2) ** 1.5
-    )
+    nostril = np.exp(-0.5 * (((x - 0.0066) / 0.0030) ** 2 + ((y - 1.5940) / 0.0034) ** 2 + ((z - 0.1085) / 0.0050) ** 2) ** 1.5)
     out = out * (1.0 - 0.70 * nostril[:, None])
     wing = np.exp(-(((np.hypot(x - 0.0128, (y - 1.6010) * 0.95) - 0.0085) / 0.0018) ** 2)) * (x > 0.015) * (z > 0.085)
     out = out * (1.0 - 0.14 * wing[:, None])

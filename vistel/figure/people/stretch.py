@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
 
 _ARM_Y = 1.41
 _HAND, _HEAD = 1.8, 2.2  # extra stretch

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.people.field import F64, Sculpture, Section
+from vistel.arrays import F64
+from vistel.figure.people.field import Sculpture, Section
 from vistel.figure.people.material import COLLAR, SHOE, SKIN, SOLE, TOP, TROUSERS
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.rotation import rotation_x, rotation_y, rotation_z
@@ -34,12 +35,7 @@ def add_trunk(s: Sculpture, r: Recipe) -> None:
         stomach: float = 0.0,
     ) -> Section:
         return Section(
-            y,
-            (half + f * woman[0]) * g,
-            (front + f * woman[1]) * g + stomach * belly,
-            -(back + f * woman[2]) * g,
-            0.0,
-            square,
+            y, (half + f * woman[0]) * g, (front + f * woman[1]) * g + stomach * belly, -(back + f * woman[2]) * g, 0.0, square
         )
 
     hips = [
@@ -158,22 +154,9 @@ def add_arm(s: Sculpture, r: Recipe, side: float) -> None:
     )
     s.ellipsoid((side * 0.195, y + 0.012, -0.002), (0.070, 0.056 * g, 0.060 * g), width=0.05, material=TOP)
     # Cuff with a flat end, and the wrist coming out of it.
-    s.cone(
-        (side * 0.690, y, 0.002),
-        (side * 0.716, y, 0.002),
-        0.0375 * g,
-        0.0370 * g,
-        width=0.008,
-        material=TOP,
-        capped=True,
-    )
+    s.cone((side * 0.690, y, 0.002), (side * 0.716, y, 0.002), 0.0375 * g, 0.0370 * g, width=0.008, material=TOP, capped=True)
     s.limb(
-        [
-            (side * 0.66, y, 0.002),
-            (side * 0.70, y, 0.002),
-            (side * 0.735, y - 0.001, 0.002),
-            (side * 0.760, y - 0.001, 0.003),
-        ],
+        [(side * 0.66, y, 0.002), (side * 0.70, y, 0.002), (side * 0.735, y - 0.001, 0.002), (side * 0.760, y - 0.001, 0.003)],
         [q * g for q in (0.0300, 0.0288, 0.0285, 0.0300)],
         width=0.018,
         material=SKIN,
@@ -198,13 +181,7 @@ def add_leg(s: Sculpture, r: Recipe, side: float) -> None:
         (0.09, 0.20, -0.010, 0.0580),
         (0.09, 0.13, -0.006, 0.0575),
     ]
-    s.limb(
-        [(side * px, py, pz) for px, py, pz, _ in path],
-        [q * g for *_, q in path],
-        width=0.035,
-        material=TROUSERS,
-        group=leg,
-    )
+    s.limb([(side * px, py, pz) for px, py, pz, _ in path], [q * g for *_, q in path], width=0.035, material=TROUSERS, group=leg)
     s.cone(
         (x, 0.16, -0.007),
         (x, 0.058, 0.000),
@@ -218,19 +195,10 @@ def add_leg(s: Sculpture, r: Recipe, side: float) -> None:
     )
     # Shoe: heel, instep, toes, sole.
     s.limb(
-        [(x, 0.100, -0.014), (x, 0.060, -0.020), (x, 0.030, -0.026)],
-        (0.034, 0.035, 0.0345),
-        width=0.012,
-        material=SHOE,
-        group=leg,
+        [(x, 0.100, -0.014), (x, 0.060, -0.020), (x, 0.030, -0.026)], (0.034, 0.035, 0.0345), width=0.012, material=SHOE, group=leg
     )
     s.limb(
-        [
-            (x, 0.085, 0.010),
-            (x + side * 0.002, 0.062, 0.060),
-            (x + side * 0.005, 0.038, 0.115),
-            (x + side * 0.004, 0.027, 0.165),
-        ],
+        [(x, 0.085, 0.010), (x + side * 0.002, 0.062, 0.060), (x + side * 0.005, 0.038, 0.115), (x + side * 0.004, 0.027, 0.165)],
         (0.040, 0.036, 0.034, 0.027),
         width=0.020,
         material=SHOE,

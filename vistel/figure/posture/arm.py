@@ -10,14 +10,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import collar_scale
 from vistel.figure.rotation import quaternion_from_matrix, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import COLLAR_SHORTENING
 from vistel.implicit.jit.kernel_jit import compiled
-
-F64 = NDArray[np.float64]
 
 REACH_MARGIN = 1e-6
 """Share of the arm's length kept back from full stretch, so that the elbow's plane stays defined."""
@@ -102,7 +100,15 @@ def arm_frames(shoulder: F64, elbow: F64, wrist: F64, toward: F64, side: float, 
 
 @compiled
 def arm_dofs(
-    wrist: F64, hand: F64, collar: F64, side: float, upper: float, lower: float, ref: F64, psi: float, scale: float,
+    wrist: F64,
+    hand: F64,
+    collar: F64,
+    side: float,
+    upper: float,
+    lower: float,
+    ref: F64,
+    psi: float,
+    scale: float,
     shortening: float = COLLAR_SHORTENING,
 ) -> tuple[F64, F64, float]:
     """The arm with its elbow at `psi` from `ref`: (7,) dofs in the posture's order, elbow direction (3,), collar scale.

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.posture.sensors import receiver_mounts, receiver_poses
 from vistel.figure.posture.solve import SIDES, PostureSolver
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-
-F64 = NDArray[np.float64]
 
 _COLLARS = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]
 

@@ -6,11 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_rotvec, rotvec_from_matrix
-
-F64 = NDArray[np.float64]
 
 HOLD_S = 0.5
 """A silent sensor's last value stands for this long."""

@@ -9,13 +9,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.body import Body
 from vistel.figure.posture.posture import HAND_DOF_COUNT, Posture, pose_joints
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, Skeleton
-
-F64 = NDArray[np.float64]
 
 
 def hand_rotation(side: float, fingers: F64, palm: F64) -> F64:
@@ -55,9 +53,7 @@ POINT = finger_posture((40, -10, 35, 30), (55, 65, 40), 0.0)
 POINT[4:8] = np.radians((6.0, 2.0, 6.0, 4.0))
 
 
-def closed_round(
-    skeleton: Skeleton, body: Body, side: str, point: F64, radius: float, press: float = 0.001
-) -> F64:
+def closed_round(skeleton: Skeleton, body: Body, side: str, point: F64, radius: float, press: float = 0.001) -> F64:
     """(20,) finger angles that close a hand round a bar lying across the palm until each bone touches it.
 
     point: (3,) of the bar's axis in the hand's frame; the axis runs along the hand's Z; radius [m]; press: how far
@@ -83,9 +79,7 @@ def closed_round(
     return out
 
 
-def closed_on(
-    skeleton: Skeleton, body: Body, side: str, point: F64, direction: F64, radius: float, press: float = 0.001
-) -> F64:
+def closed_on(skeleton: Skeleton, body: Body, side: str, point: F64, direction: F64, radius: float, press: float = 0.001) -> F64:
     """(20,) finger angles that close a hand on a bar that lies in it at any slant, bone by bone until each touches.
 
     point, direction: (3,) of the bar's axis in the hand's frame, the direction a unit vector; radius [m]; press: how
@@ -117,9 +111,7 @@ def closed_on(
     return angles[row]
 
 
-def _gap(
-    skeleton: Skeleton, body: Body, side: str, bone: str, angles: F64, point: F64, direction: F64
-) -> float:
+def _gap(skeleton: Skeleton, body: Body, side: str, bone: str, angles: F64, point: F64, direction: F64) -> float:
     """From a bone's surface to a line in the hand's frame [m]."""
     pose = pose_joints(skeleton, Posture(hands=angles))
     joint, hand, i = JOINT_INDEX[bone], JOINT_INDEX[f"{side}_hand"], body.names.index(bone)

@@ -12,20 +12,10 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.body import Body, PosedBody, pose_body
-from vistel.figure.posture.posture import (
-    ANKLE,
-    ELBOW,
-    KNEE,
-    NECK,
-    SHOULDER,
-    SPINE_ROTATION,
-    WRIST,
-    Posture,
-    pose_joints,
-)
+from vistel.figure.posture.posture import ANKLE, ELBOW, KNEE, NECK, SHOULDER, SPINE_ROTATION, WRIST, Posture, pose_joints
 from vistel.figure.rotation import (
     matrix_from_quaternion,
     matrix_from_rotvec,
@@ -34,9 +24,6 @@ from vistel.figure.rotation import (
     rotvec_from_quaternion,
 )
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 SIDES = {"left": 1.0, "right": -1.0}
 MOST_KNEE, MOST_ELBOW = math.radians(150.0), math.radians(152.0)

@@ -30,6 +30,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import (
     matrix_from_quaternion,
     matrix_from_rotvec,
@@ -44,8 +45,6 @@ from vistel.figure.rotation import (
 )
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, SPINE_SEGMENTS, Skeleton
 from vistel.implicit.jit.kernel_jit import compiled
-
-F64 = NDArray[np.float64]
 
 DOF_COUNT = 25
 HAND_DOF_COUNT = 20
@@ -120,11 +119,21 @@ def pose_joints(skeleton: Skeleton, posture: Posture) -> JointPose:
     rotation = np.empty((len(JOINTS), 3, 3))
     position = np.empty((len(JOINTS), 3))
     _pose(
-        skeleton.offsets, PARENTS, np.ascontiguousarray(posture.dofs, dtype=np.float64),
-        np.ascontiguousarray(posture.hands, dtype=np.float64), np.ascontiguousarray(posture.gaze, dtype=np.float64),
-        posture.stance.position, posture.stance.heading, skeleton.lower_leg, skeleton.upper_leg,
-        skeleton.rest, skeleton.spine / SPINE_SEGMENTS, skeleton.collar_shortening, rotation, position,
-    )  # fmt: skip
+        skeleton.offsets,
+        PARENTS,
+        np.ascontiguousarray(posture.dofs, dtype=np.float64),
+        np.ascontiguousarray(posture.hands, dtype=np.float64),
+        np.ascontiguousarray(posture.gaze, dtype=np.float64),
+        posture.stance.position,
+        posture.stance.heading,
+        skeleton.lower_leg,
+        skeleton.upper_leg,
+        skeleton.rest,
+        skeleton.spine / SPINE_SEGMENTS,
+        skeleton.collar_shortening,
+        rotation,
+        position,
+    )
     if posture.joints:
         given, local = np.zeros(len(JOINTS), np.bool_), np.zeros((len(JOINTS), 3))
         for name, rotvec in posture.joints.items():
@@ -138,13 +147,9 @@ def interpolate(a: Posture, b: Posture, t: float) -> Posture:
     gives are given in its half."""
     dofs = a.dofs + t * (b.dofs - a.dofs)
     for part in (SPINE_ROTATION, NECK, SHOULDER["left"], WRIST["left"], SHOULDER["right"], WRIST["right"]):
-        dofs[part] = rotvec_from_quaternion(
-            slerp(_quaternion(np.asarray(a.dofs[part])), _quaternion(np.asarray(b.dofs[part])), t)
-        )
+        dofs[part] = rotvec_from_quaternion(slerp(_quaternion(np.asarray(a.dofs[part])), _quaternion(np.asarray(b.dofs[part])), t))
     turn = (b.stance.heading - a.stance.heading + math.pi) % (2 * math.pi) - math.pi
-    stance = Stance(
-        a.stance.position + t * (b.stance.position - a.stance.position), a.stance.heading + t * turn
-    )
+    stance = Stance(a.stance.position + t * (b.stance.position - a.stance.position), a.stance.heading + t * turn)
     joints = dict(a.joints if t < 0.5 else b.joints)
     for name in a.joints.keys() & b.joints.keys():
         joints[name] = rotvec_from_quaternion(slerp(_quaternion(a.joints[name]), _quaternion(b.joints[name]), t))
@@ -268,20 +273,34 @@ def _hang(c: int, p: int, local: F64, offsets: F64, rotation: F64, position: F64
 
 @compiled
 def _pose(
-    offsets: F64, parents: NDArray[np.int32], dofs: F64, hands: F64, gaze: F64, stance: F64, heading: float,
-    shank: float, thigh: float, rest: F64, segment: float, shortening: float, rotation: F64, position: F64,
-) -> None:  # fmt: skip
+    offsets: F64,
+    parents: NDArray[np.int32],
+    dofs: F64,
+    hands: F64,
+    gaze: F64,
+    stance: F64,
+    heading: float,
+    shank: float,
+    thigh: float,
+    rest: F64,
+    segment: float,
+    shortening: float,
+    rotation: F64,
+    position: F64,
+) -> None:
     """Writes every joint's rotation (J, 3, 3) and position (J, 3) in the room; see `pose_joints`."""
     facing = rotation_y(heading)
     ankle, knee = dofs[0], dofs[1]
     # Hips over the fixed ankles (spec_maths §6.3); x stays on the midline, pelvis upright.
     ankle_rest = rest[_I_LEG[0] + 2]
     hip_rest = rest[_I_LEG[0]]
-    hips = np.array([
-        0.0,
-        ankle_rest[1] + shank * math.cos(ankle) + thigh * math.cos(knee - ankle) + rest[0, 1] - hip_rest[1],
-        ankle_rest[2] + shank * math.sin(ankle) - thigh * math.sin(knee - ankle) - hip_rest[2],
-    ])
+    hips = np.array(
+        [
+            0.0,
+            ankle_rest[1] + shank * math.cos(ankle) + thigh * math.cos(knee - ankle) + rest[0, 1] - hip_rest[1],
+            ankle_rest[2] + shank * math.sin(ankle) - thigh * math.sin(knee - ankle) - hip_rest[2],
+        ]
+    )
     rotation[0] = facing
     position[0] = stance + turn(facing, hips)
 
@@ -332,9 +351,7 @@ def _pose(
                 elif f == 0:
                     local = rotation_y(side * hands[i, 1 + k])
                 elif k == 0:
-                    local = multiply(
-                        rotation_y(-side * hands[i, 4 * f + 1]), rotation_z(-side * hands[i, 4 * f])
-                    )
+                    local = multiply(rotation_y(-side * hands[i, 4 * f + 1]), rotation_z(-side * hands[i, 4 * f]))
                 else:
                     local = rotation_z(-side * hands[i, 4 * f + 1 + k])
                 _hang(c, p, local, offsets, rotation, position)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.arm import arm_dofs
 from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-
-F64 = NDArray[np.float64]
 
 
 def reach(skeleton: Skeleton, posture: Posture, side: str, wrist: F64, hand: F64, elbow: F64) -> Posture:
@@ -24,10 +22,17 @@ def reach(skeleton: Skeleton, posture: Posture, side: str, wrist: F64, hand: F64
     collar, arm = JOINT_INDEX[f"{side}_shoulder"], JOINT_INDEX[f"{side}_upper_arm"]
     chest = joints.rotation[collar]
     found, _, _ = arm_dofs(
-        chest.T @ (wrist - joints.position[collar]), np.ascontiguousarray(chest.T @ hand),
-        np.ascontiguousarray(skeleton.offsets[arm]), 1.0 if side == "left" else -1.0, skeleton.upper_arm,
-        skeleton.lower_arm, chest.T @ elbow, 0.0, 1.0, skeleton.collar_shortening,
-    )  # fmt: skip
+        chest.T @ (wrist - joints.position[collar]),
+        np.ascontiguousarray(chest.T @ hand),
+        np.ascontiguousarray(skeleton.offsets[arm]),
+        1.0 if side == "left" else -1.0,
+        skeleton.upper_arm,
+        skeleton.lower_arm,
+        chest.T @ elbow,
+        0.0,
+        1.0,
+        skeleton.collar_shortening,
+    )
     dofs = posture.dofs.copy()
     dofs[SHOULDER[side]], dofs[ELBOW[side]], dofs[WRIST[side]] = found[:3], found[3], found[4:]
     return replace(posture, dofs=dofs)

@@ -13,13 +13,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton
 
-F64 = NDArray[np.float64]
 Placement = tuple[F64, F64]
 """(position (3,) [m], unit quaternion (4,) x y z w): a frame placed in another."""
 
@@ -53,9 +52,7 @@ def receiver_mounts(skeleton: Skeleton) -> dict[str, Mount]:
     return {name: Mount(joint, np.array(p) * scale, TRACKER_AXES) for name, (joint, p) in _MOUNTS.items()}
 
 
-def receiver_poses(
-    skeleton: Skeleton, joint_pose: JointPose, mounts: Mapping[str, Mount] | None = None
-) -> dict[str, Placement]:
+def receiver_poses(skeleton: Skeleton, joint_pose: JointPose, mounts: Mapping[str, Mount] | None = None) -> dict[str, Placement]:
     """Where the receivers of a figure in `joint_pose` are, in its frame (usually the room's)."""
     out: dict[str, Placement] = {}
     for name, mount in (mounts or receiver_mounts(skeleton)).items():

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.arm import arm_dofs
 from vistel.figure.posture.channel import Channel, Frame, HandChannel, blend, minimum_jerk
 from vistel.figure.posture.hands import RELAXED
@@ -21,23 +21,15 @@ from vistel.figure.posture.sensors import Mount, Placement, joint_of_receiver, r
 from vistel.figure.posture.stance import StanceFollower
 from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm, wrist_angles
 from vistel.figure.posture.trunk import lean_to_head, solve_trunk
-from vistel.figure.rotation import (
-    matrix_from_rotvec,
-    rotation_x,
-    rotation_y,
-    rotation_z,
-    rotvec_from_matrix,
-)
+from vistel.figure.rotation import matrix_from_rotvec, rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
-
-F64 = NDArray[np.float64]
 
 # Hard limits [rad]: what a hand is bent back to when a receiver says more (slipped, or mounted askew).
 WRIST_TWIST, WRIST_DEVIATION, WRIST_FLEXION = math.radians(120.0), math.radians(50.0), math.radians(95.0)
 
-FINGER_LIMITS: F64 = np.radians(np.array(
-    [(-30, 120), (-40, 60), (-30, 75), (-30, 100)] + 4 * [(-30, 100), (-30, 30), (-10, 120), (-10, 95)], np.float64
-))  # fmt: skip
+FINGER_LIMITS: F64 = np.radians(
+    np.array([(-30, 120), (-40, 60), (-30, 75), (-30, 100)] + 4 * [(-30, 100), (-30, 30), (-10, 120), (-10, 95)], np.float64)
+)
 """(20, 2) least and most of each finger angle [rad]."""
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -85,8 +77,7 @@ class PostureSolver:
         self._neck_joint = rest[JOINT_INDEX["neck"]] - self._top - self._collar["left"] - self._middle
         self._neck_bone = skeleton.offsets[JOINT_INDEX["head"]].copy()
         self._hanging = {
-            s: rotation_z(-sign * math.radians(80.0)) @ rotation_x(comforts[s].axial_at_rest)
-            for s, sign in SIDES.items()
+            s: rotation_z(-sign * math.radians(80.0)) @ rotation_x(comforts[s].axial_at_rest) for s, sign in SIDES.items()
         }
         self._elbow = {s: np.array([sign * 0.4, -1.0, -0.4]) for s, sign in SIDES.items()}
         self._scale = dict.fromkeys(SIDES, 1.0)
@@ -101,7 +92,10 @@ class PostureSolver:
         self._t: float | None = None
 
     def solve(
-        self, t_s: float, receivers: Mapping[str, Placement], hands: tuple[F64 | None, F64 | None] = (None, None),
+        self,
+        t_s: float,
+        receivers: Mapping[str, Placement],
+        hands: tuple[F64 | None, F64 | None] = (None, None),
         elbows: Mapping[str, F64] | None = None,
     ) -> Solved:
         """The posture at `t_s` from what is heard: receivers (room frame) and hand angles ((20,) left, right).
@@ -119,19 +113,23 @@ class PostureSolver:
 
         chest_p, chest = self._chest.follow(t_s, joints.get("chest"), self._chest_at_rest(joints.get("head")))
         head = self._head.follow(t_s, _seen_from(joints.get("head"), chest_p, chest), Frame(self._neck, np.eye(3)))
-        lean = matrix_from_rotvec(
-            lean_to_head(head.position - self._middle, head.rotation, self._neck_joint, self._neck_bone)
-        )
+        lean = matrix_from_rotvec(lean_to_head(head.position - self._middle, head.rotation, self._neck_joint, self._neck_bone))
         chest_p, chest = chest_p + chest @ (self._middle - lean @ self._middle), chest @ lean
         top = chest_p - chest @ self._collar["left"]
         stance = self._stance.follow(dt, chest, top)
         dofs = np.empty(DOF_COUNT)
         facing = rotation_y(stance.heading)
         dofs[0:8] = solve_trunk(
-            np.ascontiguousarray(facing.T @ chest), facing.T @ (top - stance.position), self._ankle, self._hip,
-            self._skeleton.rest[0], self._spine_base, self._skeleton.lower_leg, self._skeleton.upper_leg,
+            np.ascontiguousarray(facing.T @ chest),
+            facing.T @ (top - stance.position),
+            self._ankle,
+            self._hip,
+            self._skeleton.rest[0],
+            self._spine_base,
+            self._skeleton.lower_leg,
+            self._skeleton.upper_leg,
             self._segment,
-        )  # fmt: skip
+        )
         self._sitting = minimum_jerk((dofs[1] - math.radians(30.0)) / math.radians(50.0))
 
         dofs[NECK] = rotvec_from_matrix(lean.T @ head.rotation)
@@ -142,15 +140,34 @@ class PostureSolver:
             local = wrist + self._collar["left"] - self._collar[s]
             if elbows is not None:
                 arm, self._elbow[s], self._scale[s] = arm_dofs(
-                    local, np.ascontiguousarray(hand), self._bone[s], side, self._upper[s], self._lower[s], elbows[s],
-                    0.0, self._scale[s], self._skeleton.collar_shortening,
-                )  # fmt: skip
+                    local,
+                    np.ascontiguousarray(hand),
+                    self._bone[s],
+                    side,
+                    self._upper[s],
+                    self._lower[s],
+                    elbows[s],
+                    0.0,
+                    self._scale[s],
+                    self._skeleton.collar_shortening,
+                )
             else:
                 arm, self._elbow[s], self._scale[s] = solve_arm(
-                    local, np.ascontiguousarray(hand), self._bone[s], side, self._upper[s], self._lower[s],
-                    up, self._hanging[s], self._elbow[s], self._scale[s],
-                    SWIVEL_SPEED * dt, self._solved[s], self._weights[s], self._skeleton.collar_shortening,
-                )  # fmt: skip
+                    local,
+                    np.ascontiguousarray(hand),
+                    self._bone[s],
+                    side,
+                    self._upper[s],
+                    self._lower[s],
+                    up,
+                    self._hanging[s],
+                    self._elbow[s],
+                    self._scale[s],
+                    SWIVEL_SPEED * dt,
+                    self._solved[s],
+                    self._weights[s],
+                    self._skeleton.collar_shortening,
+                )
             self._solved[s] = True
             dofs[SHOULDER[s]], dofs[ELBOW[s]] = arm[:3], arm[3]
             dofs[WRIST[s]] = _limit_wrist(arm[4:7], side)
@@ -208,5 +225,3 @@ def _limit_wrist(rotvec: F64, side: float) -> F64:
         return rotvec
     swing = matrix_from_rotvec(np.array([0.0, -side * kept[1], -side * kept[2]]))
     return rotvec_from_matrix(swing @ matrix_from_rotvec(np.array([kept[0], 0.0, 0.0])))
-
-

@@ -44,9 +44,16 @@ def standard_postures() -> dict[str, Posture]:
 
 
 def _body(
-    base: Posture, *, ankle: float = 0, knee: float = 0, elbow: float = 8, hang: float = 80, forward: float = 0,
-    spine: tuple[float, float, float] = (0, 0, 0), neck: tuple[float, float, float] = (0, 0, 0),
-) -> Posture:  # fmt: skip
+    base: Posture,
+    *,
+    ankle: float = 0,
+    knee: float = 0,
+    elbow: float = 8,
+    hang: float = 80,
+    forward: float = 0,
+    spine: tuple[float, float, float] = (0, 0, 0),
+    neck: tuple[float, float, float] = (0, 0, 0),
+) -> Posture:
     """Degrees; hang: of the upper arms below the horizontal; forward: then swung to the front."""
     dofs = np.zeros(DOF_COUNT)
     dofs[ANKLE], dofs[KNEE] = math.radians(ankle), math.radians(knee)

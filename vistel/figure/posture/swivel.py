@@ -11,21 +11,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vistel.figure.posture.arm import (
-    across,
-    arm_dofs,
-    arm_frames,
-    clamp_reach,
-    elbow_circle,
-    elbow_flexion,
-)
+from vistel.arrays import F64
+from vistel.figure.posture.arm import across, arm_dofs, arm_frames, clamp_reach, elbow_circle, elbow_flexion
 from vistel.figure.rotation import quaternion_from_matrix, rotvec_from_matrix
 from vistel.figure.skeleton import COLLAR_SHORTENING
 from vistel.implicit.jit.kernel_jit import compiled
 
-F64 = NDArray[np.float64]
 
 class Comfort(NamedTuple):
     """Weights of the energy, and the wrist and shoulder that cost nothing; fitted on recorded arms.
@@ -97,10 +89,23 @@ def _over(x: float, low: float, high: float) -> float:
 
 @compiled
 def swivel_energy(
-    psi: float, shoulder: F64, wrist: F64, hand: F64, side: float, upper: float, lower: float,
-    e1: F64, e2: F64, axis: F64, along: float, radius: float, flexion: float, up: F64, rest: F64,
+    psi: float,
+    shoulder: F64,
+    wrist: F64,
+    hand: F64,
+    side: float,
+    upper: float,
+    lower: float,
+    e1: F64,
+    e2: F64,
+    axis: F64,
+    along: float,
+    radius: float,
+    flexion: float,
+    up: F64,
+    rest: F64,
     weights: F64,
-) -> float:  # fmt: skip
+) -> float:
     """How uncomfortable the arm is with its elbow turned by `psi` from e1 towards e2 about `axis`."""
     c, s = math.cos(psi), math.sin(psi)
     toward = c * e1 + s * e2
@@ -124,9 +129,21 @@ def swivel_energy(
 
 @compiled
 def solve_arm(
-    wrist: F64, hand: F64, collar: F64, side: float, upper: float, lower: float, up: F64, rest: F64,
-    toward: F64, scale: float, most: float, keep: bool, weights: F64, shortening: float = COLLAR_SHORTENING,
-) -> tuple[F64, F64, float]:  # fmt: skip
+    wrist: F64,
+    hand: F64,
+    collar: F64,
+    side: float,
+    upper: float,
+    lower: float,
+    up: F64,
+    rest: F64,
+    toward: F64,
+    scale: float,
+    most: float,
+    keep: bool,
+    weights: F64,
+    shortening: float = COLLAR_SHORTENING,
+) -> tuple[F64, F64, float]:
     """The arm with the most comfortable swivel: (7,) dofs, elbow direction (3,), collar scale.
 
     toward, scale: of the last solve; most: how far the elbow may turn since then [rad]; keep: False on the first
@@ -146,15 +163,16 @@ def solve_arm(
     best, best_energy = 0.0, 1e300
     for k in range(SAMPLES):
         psi = -math.pi + k * step
-        e = swivel_energy(psi, shoulder, target, hand, side, upper, lower, e1, e2, axis, along, radius, flexion,
-                          up, rest, w)  # fmt: skip
+        e = swivel_energy(psi, shoulder, target, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, w)
         if e < best_energy:
             best, best_energy = psi, e
-    best, best_energy = _golden(best - step, best + step, shoulder, target, hand, side, upper, lower, e1, e2, axis,
-                                along, radius, flexion, up, rest, w)  # fmt: skip
+    best, best_energy = _golden(
+        best - step, best + step, shoulder, target, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, w
+    )
     if keep and abs(best) > step:
-        near, near_energy = _golden(-step, step, shoulder, target, hand, side, upper, lower, e1, e2, axis,
-                                    along, radius, flexion, up, rest, w)  # fmt: skip
+        near, near_energy = _golden(
+            -step, step, shoulder, target, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, w
+        )
         if near_energy < best_energy + 1e-3:
             best = near
     if keep:
@@ -165,26 +183,41 @@ def solve_arm(
 
 @compiled
 def _golden(
-    low: float, high: float, shoulder: F64, wrist: F64, hand: F64, side: float, upper: float, lower: float,
-    e1: F64, e2: F64, axis: F64, along: float, radius: float, flexion: float, up: F64, rest: F64, weights: F64,
-) -> tuple[float, float]:  # fmt: skip
+    low: float,
+    high: float,
+    shoulder: F64,
+    wrist: F64,
+    hand: F64,
+    side: float,
+    upper: float,
+    lower: float,
+    e1: F64,
+    e2: F64,
+    axis: F64,
+    along: float,
+    radius: float,
+    flexion: float,
+    up: F64,
+    rest: F64,
+    weights: F64,
+) -> tuple[float, float]:
     """Swivel of least energy between `low` and `high`, and that energy."""
     ratio = 0.6180339887498949
     a, b = low, high
     c, d = b - ratio * (b - a), a + ratio * (b - a)
-    fc = swivel_energy(c, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest,
-                       weights)  # fmt: skip
-    fd = swivel_energy(d, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest,
-                       weights)  # fmt: skip
+    fc = swivel_energy(c, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, weights)
+    fd = swivel_energy(d, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, weights)
     for _ in range(GOLDEN_STEPS):
         if fc < fd:
             b, d, fd = d, c, fc
             c = b - ratio * (b - a)
-            fc = swivel_energy(c, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion,
-                               up, rest, weights)  # fmt: skip
+            fc = swivel_energy(
+                c, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, weights
+            )
         else:
             a, c, fc = c, d, fd
             d = a + ratio * (b - a)
-            fd = swivel_energy(d, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion,
-                               up, rest, weights)  # fmt: skip
+            fd = swivel_energy(
+                d, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, weights
+            )
     return (c, fc) if fc < fd else (d, fd)

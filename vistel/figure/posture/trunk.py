@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.posture.posture import spine_chord
 from vistel.figure.rotation import matrix_from_rotvec, rotvec_from_matrix
 from vistel.implicit.jit.kernel_jit import compiled
-
-F64 = NDArray[np.float64]
 
 LEG_MARGIN = 1e-4
 """Metres kept back from a fully straight or folded leg."""
@@ -63,9 +61,16 @@ def hips_below(chest: F64, top: F64, spine_base: F64, segment: float) -> F64:
 
 @compiled
 def solve_trunk(
-    chest: F64, top: F64, ankle_rest: F64, hip_rest: F64, hips_rest: F64, spine_base: F64, shank: float,
-    thigh: float, segment: float,
-) -> F64:  # fmt: skip
+    chest: F64,
+    top: F64,
+    ankle_rest: F64,
+    hip_rest: F64,
+    hips_rest: F64,
+    spine_base: F64,
+    shank: float,
+    thigh: float,
+    segment: float,
+) -> F64:
     """(8,) ankle, knee, spine rotation, spine shift; the chest's pose is met exactly.
 
     All in the stance's frame (origin on the floor between the ankles). ankle_rest, hip_rest, hips_rest: (3,) of the
@@ -77,11 +82,13 @@ def solve_trunk(
     forward = hips[2] - ankle_rest[2] + hip_rest[2]
     up = hips[1] - ankle_rest[1] - hips_rest[1] + hip_rest[1]
     ankle, knee = leg_angles(forward, up, shank, thigh)
-    reached = np.array([
-        0.0,
-        ankle_rest[1] + shank * math.cos(ankle) + thigh * math.cos(knee - ankle) + hips_rest[1] - hip_rest[1],
-        ankle_rest[2] + shank * math.sin(ankle) - thigh * math.sin(knee - ankle) - hip_rest[2],
-    ])
+    reached = np.array(
+        [
+            0.0,
+            ankle_rest[1] + shank * math.cos(ankle) + thigh * math.cos(knee - ankle) + hips_rest[1] - hip_rest[1],
+            ankle_rest[2] + shank * math.sin(ankle) - thigh * math.sin(knee - ankle) - hip_rest[2],
+        ]
+    )
     out = np.empty(8)
     out[0], out[1] = ankle, knee
     out[2:5] = rotvec

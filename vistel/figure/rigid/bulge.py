@@ -12,18 +12,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 HINGES = tuple(
     (f"{side}_{parent}", f"{side}_{child}")
-    for side in ("left", "right") for parent, child in (("upper_arm", "lower_arm"), ("upper_leg", "lower_leg"))
-)  # fmt: skip
+    for side in ("left", "right")
+    for parent, child in (("upper_arm", "lower_arm"), ("upper_leg", "lower_leg"))
+)
 """The joints above and below each fold."""
 HINGE_JOINTS: I32 = np.array([[JOINT_INDEX[j] for j in hinge] for hinge in HINGES], np.int32)
 BENDS: F64 = np.radians((0.0, 40.0, 70.0, 95.0, 115.0, 132.0, 150.0))

@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.figure.limb_segments import SEGMENTS, Cut, LimbSegment, limb_segment
 from vistel.figure.posture.posture import ANKLE, DOF_COUNT, ELBOW, KNEE, Posture
 from vistel.figure.rigid.bulge import BENDS, HINGES
 from vistel.figure.skeleton import Skeleton
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 MOST = 0.28
 """A limb is at most so much thicker for being folded (share of its radius)."""

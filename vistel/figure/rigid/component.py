@@ -18,6 +18,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.rigid.bulge import BENDS, HINGE_JOINTS, HINGES, bulge_shapes
 from vistel.figure.rigid.kernels import (
@@ -29,10 +30,6 @@ from vistel.figure.rigid.kernels import (
 from vistel.figure.rigid.lanes import LANES, skin  # pyright: ignore[reportUnknownVariableType]
 from vistel.figure.rigid.weights import TWIST_BONES, influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -60,9 +57,7 @@ class Rows:
             used = tuple(sorted(b for b, w in zip(bones, weights, strict=True) if w > 0.0))
             groups.setdefault(used, []).append(v)
         chunks = [
-            (bones, members[start : start + LANES])
-            for bones, members in groups.items()
-            for start in range(0, len(members), LANES)
+            (bones, members[start : start + LANES]) for bones, members in groups.items() for start in range(0, len(members), LANES)
         ]
         index = np.array([m + [m[-1]] * (LANES - len(m)) for _, m in chunks], np.int32).reshape(-1, LANES)
         bone = np.array([b + (b[0],) * (4 - len(b)) for b, _ in chunks], np.int32).reshape(-1, 4)
@@ -74,9 +69,12 @@ class Rows:
             weight[:, k] = np.where(of_bone, influences.weight[index], 0.0).sum(axis=2) * (k < used)[:, None]
         rest = np.concatenate([vertices[index], normals[index]], axis=2).transpose(0, 2, 1)
         return Rows(
-            index, bone, (used == 1).astype(np.uint8), np.ascontiguousarray(weight.reshape(len(chunks), -1)),
+            index,
+            bone,
+            (used == 1).astype(np.uint8),
+            np.ascontiguousarray(weight.reshape(len(chunks), -1)),
             np.ascontiguousarray(rest.reshape(len(chunks), -1)),
-        )  # fmt: skip
+        )
 
 
 class Layers(Protocol):
@@ -104,9 +102,8 @@ class RigidSkin:
     """
 
     def __init__(
-        self, skeleton: Skeleton, vertices: F32, normals: F32, triangles: I32, limb_joint: I32,
-        given: Influences | None = None,
-    ) -> None:  # fmt: skip
+        self, skeleton: Skeleton, vertices: F32, normals: F32, triangles: I32, limb_joint: I32, given: Influences | None = None
+    ) -> None:
         self.influences = given or Influences(*influences(skeleton, vertices, triangles, limb_joint))
         weight = self.influences.weight
         self._vertices = np.ascontiguousarray(vertices, np.float32)
@@ -134,9 +131,13 @@ class RigidSkin:
     def matrices(self, joints: JointPose) -> F32:
         """(B, 12) row-major 3x4 matrices of all bones, rest to room; valid until the next call or `pose`."""
         bone_transforms(
-            np.ascontiguousarray(joints.rotation), np.ascontiguousarray(joints.position),
-            self._centres, self._twist, self._dual, self._matrix,
-        )  # fmt: skip
+            np.ascontiguousarray(joints.rotation),
+            np.ascontiguousarray(joints.position),
+            self._centres,
+            self._twist,
+            self._dual,
+            self._matrix,
+        )
         return self._matrix
 
     def bones(self, joints: JointPose) -> F32:
@@ -170,16 +171,32 @@ class RigidSkin:
         changed = amplitudes(np.ascontiguousarray(joints.rotation), HINGE_JOINTS, BENDS, self._table, self._amplitude)
         if changed:
             lay_bulges(
-                changed, self._bulge_start, self._bulge_places, self._bulge_vertex, self._vertices, self.shapes.out,
-                self.shapes.along, self._amplitude, self._bulged, self.rows.rest, LANES,
-            )  # fmt: skip
+                changed,
+                self._bulge_start,
+                self._bulge_places,
+                self._bulge_vertex,
+                self._vertices,
+                self.shapes.out,
+                self.shapes.along,
+                self._amplitude,
+                self._bulged,
+                self.rows.rest,
+                LANES,
+            )
 
     def parts(self, index: I32) -> SkinParts:
         """Parts of the skin, of vertices index (P, n), to be posed one by one with the bones as last posed."""
         return SkinParts(
-            index, self._laid, self._normals[index], self.influences.bone[index], self.influences.weight[index],
-            self._single[index], self._dual, self._matrix, np.empty((3, index.shape[1], 3), np.float32),
-        )  # fmt: skip
+            index,
+            self._laid,
+            self._normals[index],
+            self.influences.bone[index],
+            self.influences.weight[index],
+            self._single[index],
+            self._dual,
+            self._matrix,
+            np.empty((3, index.shape[1], 3), np.float32),
+        )
 
     def pose(self, joints: JointPose, vertices: F32, normals: F32) -> None:
         """Write the posed vertices and unit normals, both (V, 3), in the room frame [m]."""
@@ -190,9 +207,8 @@ class RigidSkin:
             self.layers.skin(joints, lanes, self._dual, self._matrix, vertices, normals)
             return
         skin(
-            lanes.index, lanes.bone, lanes.single, lanes.weight, lanes.rest, self._dual, self._matrix, self._work,
-            vertices, normals,
-        )  # fmt: skip
+            lanes.index, lanes.bone, lanes.single, lanes.weight, lanes.rest, self._dual, self._matrix, self._work, vertices, normals
+        )
 
 
 @dataclass(frozen=True)
@@ -212,6 +228,16 @@ class SkinParts:
     def pose(self, parts: I32, vertices: F32, normals: F32) -> None:
         """Write the vertices and normals, both (V, 3) of the whole skin, of some parts."""
         skin_parts(
-            parts, self.index, self.rest, self.rest_normal, self.bone, self.weight, self.single, self.dual,
-            self.matrix, self.room, vertices, normals,
-        )  # fmt: skip
+            parts,
+            self.index,
+            self.rest,
+            self.rest_normal,
+            self.bone,
+            self.weight,
+            self.single,
+            self.dual,
+            self.matrix,
+            self.room,
+            vertices,
+            normals,
+        )

@@ -163,9 +163,7 @@ def skin_parts(parts, index, rest, rest_normal, bone, weight, single, dual, matr
         for i in range(index.shape[1]):
             for axis in range(3):
                 at_rest[i, axis] = rest[index[p, i], axis]
-        skin_dual_quaternion(
-            at_rest, rest_normal[p], bone[p], weight[p], single[p], dual, matrix, room, room_normal
-        )  # fmt: skip
+        skin_dual_quaternion(at_rest, rest_normal[p], bone[p], weight[p], single[p], dual, matrix, room, room_normal)
         for i in range(index.shape[1]):
             v = index[p, i]
             for axis in range(3):

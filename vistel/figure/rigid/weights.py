@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.figure.rigid.kernels import WITH_TWIST_OF, WITHOUT_TWIST_FROM
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, REFERENCE_HEIGHT, SPINE_SEGMENTS, Skeleton
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -34,8 +30,17 @@ TWIST_BONES = tuple(
 )
 
 # Half the length of the zone round a joint over which the rotation goes over [m, for REFERENCE_HEIGHT].
-_ZONE = {"lower_arm": 0.062, "hand": 0.032, "upper_arm": 0.075, "upper_leg": 0.105, "lower_leg": 0.085,
-         "foot": 0.055, "toes": 0.025, "neck": 0.04, "head": 0.045}  # fmt: skip
+_ZONE = {
+    "lower_arm": 0.062,
+    "hand": 0.032,
+    "upper_arm": 0.075,
+    "upper_leg": 0.105,
+    "lower_leg": 0.085,
+    "foot": 0.055,
+    "toes": 0.025,
+    "neck": 0.04,
+    "head": 0.045,
+}
 _FINGER_ZONE = {"metacarpal": 0.016, "proximal": 0.014, "intermediate": 0.0125, "distal": 0.0105}
 _SMOOTHING_ROUNDS = 4
 _TRUNK = frozenset({"hips", "neck", "head", "jaw", *(f"spine_{k}" for k in range(1, SPINE_SEGMENTS + 1))})
@@ -75,11 +80,7 @@ def passed(skeleton: Skeleton, p: F64, joint: str) -> F64:
     coordinate."""
     j = JOINT_INDEX[joint]
     child = _unit(skeleton.tip[j])
-    parent = (
-        child
-        if joint.endswith(("upper_leg", "foot"))
-        else _unit(skeleton.rest[j] - skeleton.rest[int(PARENTS[j])])
-    )
+    parent = child if joint.endswith(("upper_leg", "foot")) else _unit(skeleton.rest[j] - skeleton.rest[int(PARENTS[j])])
     axis = child if joint.endswith(("upper_arm", "upper_leg", "thumb_metacarpal")) else _unit(child + parent)
     if joint.endswith("foot"):
         axis = np.array((0.0, -1.0, 0.0))
@@ -179,10 +180,7 @@ def _leg_reach(skeleton: Skeleton, p: F64, side: str) -> F64:
 def _spread_twist(skeleton: Skeleton, weight: F64, p: F64, side: str) -> F64:
     """Upper arm and forearm weights shared between untwisted and twisted bones along the limb."""
     out = weight.copy()
-    for joint, kind, whole_at_end in (
-        (f"{side}_lower_arm", WITH_TWIST_OF, True),
-        (f"{side}_upper_arm", WITHOUT_TWIST_FROM, False),
-    ):
+    for joint, kind, whole_at_end in ((f"{side}_lower_arm", WITH_TWIST_OF, True), (f"{side}_upper_arm", WITHOUT_TWIST_FROM, False)):
         j, extra = JOINT_INDEX[joint], _bone(joint, kind)
         tip = skeleton.tip[j]
         u = _smoothstep(((p - skeleton.rest[j]) @ tip / (tip @ tip) - 0.02) / 0.9) if whole_at_end else None

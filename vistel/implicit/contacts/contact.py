@@ -15,11 +15,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.implicit.contacts.contact_search import find_among, find_pairs  # pyright: ignore[reportUnknownVariableType]
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 
 class ConeSpheres(Protocol):
@@ -59,9 +57,7 @@ class ContactArray:
         return len(self.a)
 
 
-def find_contacts(
-    a: PrimitiveSet, b: PrimitiveSet, *, margin: float = 0.0, skip: NDArray[np.bool_] | None = None
-) -> ContactArray:
+def find_contacts(a: PrimitiveSet, b: PrimitiveSet, *, margin: float = 0.0, skip: NDArray[np.bool_] | None = None) -> ContactArray:
     """Every pair of a primitive of `a` and one of `b` whose surfaces come closer than `margin` metres.
 
     skip: (len(a), len(b)) pairs to leave out, for contacts of a body with itself: pass the same set twice and
@@ -75,9 +71,21 @@ def find_contacts(
     while True:
         pairs, rows = np.empty((capacity, 2), np.int32), np.empty((capacity, 8))
         count = find_pairs(
-            a.kind, a.start, a.params, a.rotation, a.position,
-            b.kind, b.start, b.params, b.rotation, b.position, skip, float(margin), pairs, rows,
-        )  # fmt: skip
+            a.kind,
+            a.start,
+            a.params,
+            a.rotation,
+            a.position,
+            b.kind,
+            b.start,
+            b.params,
+            b.rotation,
+            b.position,
+            skip,
+            float(margin),
+            pairs,
+            rows,
+        )
         if count <= capacity:
             break
         capacity = 2 * count
@@ -85,9 +93,7 @@ def find_contacts(
     return ContactArray(pairs[:, 0], pairs[:, 1], rows[:, 0:3], rows[:, 3:6], rows[:, 6], rows[:, 7])
 
 
-def cone_sphere_contacts(
-    a: ConeSpheres | PrimitiveSet, b: ConeSpheres | PrimitiveSet, *, margin: float = 0.0
-) -> ContactArray:
+def cone_sphere_contacts(a: ConeSpheres | PrimitiveSet, b: ConeSpheres | PrimitiveSet, *, margin: float = 0.0) -> ContactArray:
     """`find_contacts` for posed bodies as they are: `PosedBody` on either side, or a `PrimitiveSet`."""
     return find_contacts(as_set(a), as_set(b), margin=margin)
 
@@ -127,9 +133,21 @@ class ContactScene:
         p = self.primitives
         while True:
             count = find_among(
-                self.first, p.kind, p.start, p.params, p.rotation, p.position, float(margin), self._cones, self._boxes,
-                self._hull, self._near, self._row, self._pairs, self._rows,
-            )  # fmt: skip
+                self.first,
+                p.kind,
+                p.start,
+                p.params,
+                p.rotation,
+                p.position,
+                float(margin),
+                self._cones,
+                self._boxes,
+                self._hull,
+                self._near,
+                self._row,
+                self._pairs,
+                self._rows,
+            )
             if count <= len(self._pairs):
                 break
             self._pairs, self._rows = np.empty((2 * count, 2), np.int32), np.empty((2 * count, 8))

@@ -82,8 +82,10 @@ def _along(cone, s, kind, p, rotation, position, out):
         rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
         rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
         rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
-        kind, p, out,
-    )  # fmt: skip
+        kind,
+        p,
+        out,
+    )
     return out[0] - cone[6] - s * (cone[7] - cone[6])
 
 
@@ -174,8 +176,10 @@ def cone_against(cone, kind, p, rotation, position, row):
             rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
             rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
             rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
-            kind, p, out,
-        )  # fmt: skip
+            kind,
+            p,
+            out,
+        )
         f = tau - radius * out[4]
         if f < 0.0:
             low, f_low = tau, f

@@ -42,10 +42,13 @@ def place(kind, start, params, rotation, position, cones, boxes):
 def _apart(a, i, b, j, margin):
     """Whether boxes a[i] and b[j] are farther apart than `margin`."""
     return (
-        a[i, 0] > b[j, 3] + margin or b[j, 0] > a[i, 3] + margin
-        or a[i, 1] > b[j, 4] + margin or b[j, 1] > a[i, 4] + margin
-        or a[i, 2] > b[j, 5] + margin or b[j, 2] > a[i, 5] + margin
-    )  # fmt: skip
+        a[i, 0] > b[j, 3] + margin
+        or b[j, 0] > a[i, 3] + margin
+        or a[i, 1] > b[j, 4] + margin
+        or b[j, 1] > a[i, 4] + margin
+        or a[i, 2] > b[j, 5] + margin
+        or b[j, 2] > a[i, 5] + margin
+    )
 
 
 @compiled
@@ -60,8 +63,23 @@ def hulls(boxes, first, out):
 
 
 @compiled(inline="always")
-def _contact(i, kind_a, start_a, params_a, rotation_a, position_a, cones_a,
-             j, kind_b, start_b, params_b, rotation_b, position_b, cones_b, row):  # fmt: skip
+def _contact(
+    i,
+    kind_a,
+    start_a,
+    params_a,
+    rotation_a,
+    position_a,
+    cones_a,
+    j,
+    kind_b,
+    start_b,
+    params_b,
+    rotation_b,
+    position_b,
+    cones_b,
+    row,
+):
     """Narrow phase of one pair; returns the depth."""
     round_a, round_b = kind_a[i] <= CONE_SPHERE, kind_b[j] <= CONE_SPHERE
     if round_a and round_b:
@@ -73,16 +91,13 @@ def _contact(i, kind_a, start_a, params_a, rotation_a, position_a, cones_a,
         depth = cone_against(cones_b[j], kind_a[i], p_a, rotation_a[i], position_a[i], row)
         row[3:6] = -row[3:6]
         return depth
-    return by_probes(
-        kind_a[i], p_a, rotation_a[i], position_a[i], kind_b[j], p_b, rotation_b[j], position_b[j], row
-    )  # fmt: skip
+    return by_probes(kind_a[i], p_a, rotation_a[i], position_a[i], kind_b[j], p_b, rotation_b[j], position_b[j], row)
 
 
 @compiled
 def find_pairs(
-    kind_a, start_a, params_a, rotation_a, position_a, kind_b, start_b, params_b, rotation_b, position_b,
-    skip, margin, pairs, rows,
-):  # fmt: skip
+    kind_a, start_a, params_a, rotation_a, position_a, kind_b, start_b, params_b, rotation_b, position_b, skip, margin, pairs, rows
+):
     """All contacts of two sets; returns their number, which may exceed what `pairs` and `rows` hold."""
     cones_a, boxes_a = np.empty((len(kind_a), 8)), np.empty((len(kind_a), 6))
     cones_b, boxes_b = np.empty((len(kind_b), 8)), np.empty((len(kind_b), 6))
@@ -108,8 +123,23 @@ def find_pairs(
             j = near[m]
             if _apart(boxes_a, i, boxes_b, j, margin) or (use_skip and skip[i, j]):
                 continue
-            depth = _contact(i, kind_a, start_a, params_a, rotation_a, position_a, cones_a,
-                             j, kind_b, start_b, params_b, rotation_b, position_b, cones_b, row)  # fmt: skip
+            depth = _contact(
+                i,
+                kind_a,
+                start_a,
+                params_a,
+                rotation_a,
+                position_a,
+                cones_a,
+                j,
+                kind_b,
+                start_b,
+                params_b,
+                rotation_b,
+                position_b,
+                cones_b,
+                row,
+            )
             if depth > -margin:
                 if count < len(pairs):
                     pairs[count, 0], pairs[count, 1] = i, j
@@ -119,9 +149,7 @@ def find_pairs(
 
 
 @compiled(nogil=True)
-def find_among(
-    first, kind, start, params, rotation, position, margin, cones, boxes, hull, near, row, pairs, rows
-):  # fmt: skip
+def find_among(first, kind, start, params, rotation, position, margin, cones, boxes, hull, near, row, pairs, rows):
     """All contacts between different bodies, primitives first[b] : first[b + 1]; as `find_pairs`. cones,
     boxes, hull, near, row: room for them."""
     place(kind, start, params, rotation, position, cones, boxes)
@@ -143,8 +171,9 @@ def find_among(
                     j = near[m]
                     if _apart(boxes, i, boxes, j, margin):
                         continue
-                    depth = _contact(i, kind, start, params, rotation, position, cones,
-                                     j, kind, start, params, rotation, position, cones, row)  # fmt: skip
+                    depth = _contact(
+                        i, kind, start, params, rotation, position, cones, j, kind, start, params, rotation, position, cones, row
+                    )
                     if depth > -margin:
                         if count < len(pairs):
                             pairs[count, 0], pairs[count, 1] = i, j

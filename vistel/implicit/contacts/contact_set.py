@@ -17,10 +17,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
+from vistel.arrays import F64, I32
 
 SPHERE, CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, SUPERTOROID = range(5)
 KIND_CODES = {
@@ -66,9 +64,7 @@ class PrimitiveSet:
         )
 
     @staticmethod
-    def of_kinds(
-        kinds: Sequence[str], params: Sequence[Sequence[float]], rotation: F64, position: F64
-    ) -> PrimitiveSet:
+    def of_kinds(kinds: Sequence[str], params: Sequence[Sequence[float]], rotation: F64, position: F64) -> PrimitiveSet:
         """Primitives by name: kinds (N), params (N lists), rotation (N, 3, 3), position (N, 3).
 
         Raises ValueError for a kind that is none.
@@ -90,9 +86,12 @@ class PrimitiveSet:
     def moved(self, rotation: F64, position: F64) -> PrimitiveSet:
         """The same primitives carried along by a frame: rotation (3, 3), position (3,)."""
         return PrimitiveSet(
-            self.kind, self.start, self.params,
-            np.ascontiguousarray(rotation @ self.rotation), self.position @ rotation.T + position,
-        )  # fmt: skip
+            self.kind,
+            self.start,
+            self.params,
+            np.ascontiguousarray(rotation @ self.rotation),
+            self.position @ rotation.T + position,
+        )
 
     @staticmethod
     def join(sets: Sequence[PrimitiveSet]) -> PrimitiveSet:

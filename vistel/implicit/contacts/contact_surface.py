@@ -111,7 +111,7 @@ def surface(px, py, pz, kind, p, out):
         out[0], out[4] = distance - p[0], distance / p[0]
     elif kind == SUPERELLIPSOID:
         e1, e2 = p[3], p[4]
-        w = (abs(px / p[0]) ** (2 / e2) + abs(py / p[1]) ** (2 / e2))
+        w = abs(px / p[0]) ** (2 / e2) + abs(py / p[1]) ** (2 / e2)
         h = w ** (e2 / e1) + abs(pz / p[2]) ** (2 / e1)
         if h < 1e-30:
             out[0], out[1], out[2], out[3], out[4] = -min(p[0], p[1], p[2]), 0.0, 0.0, 1.0, 0.0

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.evaluation.program import compile
 from vistel.implicit.graph.shape import Shape
 
-F64 = NDArray[np.float64]
 FIRST, NEXT, ROUNDS = 24, 7, 7
 """Samples along a side of the first lattice, of the later ones, and how many of those."""
 

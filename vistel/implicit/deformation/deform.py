@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.implicit.contacts.contact_set import CONE_SPHERE
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.deform_blocks import Blocks
@@ -29,15 +30,9 @@ from vistel.implicit.ghosts.ghost import MOST_PRIMITIVES, GhostSource
 from vistel.implicit.ghosts.ghost_effects import OWN_EFFECT
 from vistel.implicit.meshes.embedding import JOINT_REACH, JOINT_WEIGHT, Embedding
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-
 _LINE = 64
 """Bytes of a cache line, and of the widest vector."""
-_VECTORS = frozenset({
-    table.BLOCK, table.RAYS, table.CALIBRATION, table.OVERLAP, table.WORK, table.RESULT,
-})  # fmt: skip
+_VECTORS = frozenset({table.BLOCK, table.RAYS, table.CALIBRATION, table.OVERLAP, table.WORK, table.RESULT})
 _NO_CORNERS = np.zeros((0, 2), np.float32)
 
 
@@ -85,9 +80,7 @@ class Deformer:
         self._keep(table.BENT, np.zeros(len(hinges), np.uint8))
         self._keep(table.REST_BEND, np.full(len(hinges), -1.0))
         self._keep(table.REST_SHAPE, np.zeros((limbs.groups, limbs.groups, 4)))
-        for slot, shape in (
-            (table.WORK, (9, WIDTH)), (table.RESULT, (4, WIDTH)),
-        ):  # fmt: skip
+        for slot, shape in ((table.WORK, (9, WIDTH)), (table.RESULT, (4, WIDTH))):
             self._keep(slot, np.zeros(shape, np.float32))
         self._moved, self._lost = np.zeros(vertices, np.uint8), np.zeros(vertices, np.uint8)
         self._moved_list = np.zeros(vertices, np.int32)
@@ -98,8 +91,10 @@ class Deformer:
         self._keep(table.LOST_LIST, np.zeros(vertices, np.int32))
         self._keep(table.STATS, self._stats)
         for slot, size in (
-            (table.OWN_GROUPS, limbs.groups), (table.OWN_PRIMITIVES, len(limbs.group)), (table.HINGE_COUNT, len(hinges)),
-        ):  # fmt: skip
+            (table.OWN_GROUPS, limbs.groups),
+            (table.OWN_PRIMITIVES, len(limbs.group)),
+            (table.HINGE_COUNT, len(hinges)),
+        ):
             self._table[slot] = size
         self._own_primitives, self._own_groups = len(limbs.group), limbs.groups
         self._pressed: tuple[F32, I32] | None = None
@@ -108,9 +103,8 @@ class Deformer:
         measure_rest(self._table, np.ascontiguousarray(limbs.a), np.ascontiguousarray(limbs.b))
 
     def deform(
-        self, vertices: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = (),
-        displacement: F32 | None = None,
-    ) -> DeformReport:  # fmt: skip
+        self, vertices: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None
+    ) -> DeformReport:
         """Move the vertices (V, 3), given by the rigid component, to the implicit surface, in place.
 
         normals: (V, 3) unit, recomputed round what moved. a, b: (P, 3) own posed skeletons in the order of
@@ -127,9 +121,13 @@ class Deformer:
         stats = self._stats
         moved, solved = int(stats[table.MOVED_COUNT]), int(stats[table.SOLVED])
         return DeformReport(
-            moved, int(stats[table.LOST_COUNT]), solved, float(stats[table.EVALUATIONS]) / max(1, solved),
-            1.0 + float(stats[table.REPEATS]) / moved if moved else 0.0, self._delta[:groups].copy(),
-        )  # fmt: skip
+            moved,
+            int(stats[table.LOST_COUNT]),
+            solved,
+            float(stats[table.EVALUATIONS]) / max(1, solved),
+            1.0 + float(stats[table.REPEATS]) / moved if moved else 0.0,
+            self._delta[:groups].copy(),
+        )
 
     def solve(self, vertices: F32, normals: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = ()) -> int:
         """The vertices' part of `deform`; returns the number of ghost groups, own ones included."""
@@ -166,9 +164,15 @@ class Deformer:
         rows, box = np.zeros((count, ROW), np.float32), np.empty((count, 6), np.float32)
         pose_ghosts(self._table, a, b, rows, box)
         return GhostSource(
-            rows, np.full(count, CONE_SPHERE, np.int32), box, _NO_CORNERS, self._start,
-            np.ones(groups, np.float32), np.full(groups, -1.0, np.float32), target,
-        )  # fmt: skip
+            rows,
+            np.full(count, CONE_SPHERE, np.int32),
+            box,
+            _NO_CORNERS,
+            self._start,
+            np.ones(groups, np.float32),
+            np.full(groups, -1.0, np.float32),
+            target,
+        )
 
     @property
     def calibration(self) -> tuple[I32, F32]:
@@ -203,15 +207,24 @@ class Deformer:
         contact = blocks.calibration[:, :, table.CONTACT].reshape(count, -1)
         middle = np.argmax(blocks.index == blocks.centre[:, :1], axis=1)
         for slot, array in (
-            (table.INDEX, blocks.index), (table.CENTRE, blocks.centre), (table.SPREAD, blocks.spread),
-            (table.COUNT, blocks.count), (table.GROUP, blocks.group), (table.HINGE, blocks.hinge),
-            (table.OTHER, blocks.other), (table.CALIBRATION, blocks.calibration),
-            (table.MOST_CONTACT, contact.max(axis=1)), (table.OVERLAP, blocks.overlap),
+            (table.INDEX, blocks.index),
+            (table.CENTRE, blocks.centre),
+            (table.SPREAD, blocks.spread),
+            (table.COUNT, blocks.count),
+            (table.GROUP, blocks.group),
+            (table.HINGE, blocks.hinge),
+            (table.OTHER, blocks.other),
+            (table.CALIBRATION, blocks.calibration),
+            (table.MOST_CONTACT, contact.max(axis=1)),
+            (table.OVERLAP, blocks.overlap),
             (table.MIDDLE_CONTACT, contact[np.arange(count), middle]),
-            (table.OVERLAP_ROW, blocks.overlap_row), (table.GROUP_BLOCKS, blocks.group_blocks),
-            (table.SELF_RULE, blocks.self_rule), (table.TODO, np.zeros((count, 3), np.int32)),
-            (table.BLOCK, np.zeros((count, 6, LANES), np.float32)), (table.GATHERED, np.zeros(count, np.uint8)),
-        ):  # fmt: skip
+            (table.OVERLAP_ROW, blocks.overlap_row),
+            (table.GROUP_BLOCKS, blocks.group_blocks),
+            (table.SELF_RULE, blocks.self_rule),
+            (table.TODO, np.zeros((count, 3), np.int32)),
+            (table.BLOCK, np.zeros((count, 6, LANES), np.float32)),
+            (table.GATHERED, np.zeros(count, np.uint8)),
+        ):
             self._keep(slot, array)
         self._table[table.BLOCKS] = count
 
@@ -228,17 +241,27 @@ class Deformer:
         start = np.zeros(groups + 1, np.int32)
         start[: own + 1] = self._start
         for slot, array in (
-            (table.ROWS, np.zeros((primitives, ROW), np.float32)), (table.BOX, np.zeros((primitives, 6), np.float32)),
-            (table.KIND, np.full(primitives, CONE_SPHERE, np.int32)), (table.CORNERS, np.zeros((corners, 2), np.float32)),
-            (table.GROUP_START, start), (table.GROUP_BOX, self._group_box), (table.QUOTIENT, np.ones(groups, np.float32)),
-            (table.DEPTH, np.full(groups, -1.0, np.float32)), (table.ALLOWED, self._allowed),
-            (table.EFFECT, self._effect), (table.PARAMETER_START, self._parameter_start),
-            (table.PARAMETERS, self._parameters), (table.DELTA, self._delta), (table.ZONE, np.zeros(groups, np.float32)),
+            (table.ROWS, np.zeros((primitives, ROW), np.float32)),
+            (table.BOX, np.zeros((primitives, 6), np.float32)),
+            (table.KIND, np.full(primitives, CONE_SPHERE, np.int32)),
+            (table.CORNERS, np.zeros((corners, 2), np.float32)),
+            (table.GROUP_START, start),
+            (table.GROUP_BOX, self._group_box),
+            (table.QUOTIENT, np.ones(groups, np.float32)),
+            (table.DEPTH, np.full(groups, -1.0, np.float32)),
+            (table.ALLOWED, self._allowed),
+            (table.EFFECT, self._effect),
+            (table.PARAMETER_START, self._parameter_start),
+            (table.PARAMETERS, self._parameters),
+            (table.DELTA, self._delta),
+            (table.ZONE, np.zeros(groups, np.float32)),
             (table.REACH, np.zeros(groups, np.float32)),
             (table.CANDIDATES, np.zeros((own, groups), np.int32)),
-            (table.MEMBERS, np.zeros((members, 2), np.int32)), (table.RAYS, np.zeros((members, 6, WIDTH), np.float32)),
-            (table.ACTING, np.zeros((groups, table.ACT), np.int64)), (table.SHARE, np.zeros((groups, 2), np.float32)),
-        ):  # fmt: skip
+            (table.MEMBERS, np.zeros((members, 2), np.int32)),
+            (table.RAYS, np.zeros((members, 6, WIDTH), np.float32)),
+            (table.ACTING, np.zeros((groups, table.ACT), np.int64)),
+            (table.SHARE, np.zeros((groups, 2), np.float32)),
+        ):
             self._keep(slot, array)
         self._table[table.ALL_GROUPS] = groups
 
@@ -261,9 +284,18 @@ class Deformer:
             self._reserve(2 * rows, 2 * groups, max(1, 2 * corners), max(1, 2 * parameters))
         for source in ghosts:
             load_source(
-                self._table, row, group, corner, source.rows, source.kind, source.box, source.corners,
-                source.group_start, source.compliance, source.depth,
-            )  # fmt: skip
+                self._table,
+                row,
+                group,
+                corner,
+                source.rows,
+                source.kind,
+                source.box,
+                source.corners,
+                source.group_start,
+                source.compliance,
+                source.depth,
+            )
             end = group + len(source.compliance)
             if source.target is not None:
                 limbs = self.embedding.limbs

@@ -7,14 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.implicit.deformation.deform_table import COLLIDES, NEIGHBOUR, NO_OVERLAP
 from vistel.implicit.deformation.kernels_field import LANES, PATCHES, WIDTH
 from vistel.implicit.meshes.embedding import Embedding
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-U8 = NDArray[np.uint8]
 
 _STRETCH = 1.25
 """How much a block may stretch between two of its vertices."""
@@ -55,11 +51,16 @@ class Blocks:
         first = index[:, 0]
         calibration = np.stack(
             [
-                embedding.weight[index], embedding.offset[index], embedding.contact[index],
-                embedding.mu[index], embedding.alpha[index], embedding.inward[index], embedding.outward[index],
+                embedding.weight[index],
+                embedding.offset[index],
+                embedding.contact[index],
+                embedding.mu[index],
+                embedding.alpha[index],
+                embedding.inward[index],
+                embedding.outward[index],
             ],
             axis=1,
-        )  # fmt: skip
+        )
         self_rule = np.full((limbs.groups, limbs.groups), COLLIDES, np.int32)
         np.fill_diagonal(self_rule, 0)
         overlap_row = np.full((len(index), limbs.groups), -1, np.int32)
@@ -77,15 +78,19 @@ class Blocks:
                     overlap_row[b, k] = NO_OVERLAP
         centre, spread = _middles(embedding.vertices, index)
         return Blocks(
-            index, centre, spread, np.array([len(p) for p in pieces], np.int32),
+            index,
+            centre,
+            spread,
+            np.array([len(p) for p in pieces], np.int32),
             embedding.group[first].astype(np.int32),
-            embedding.hinge[first].astype(np.int32), embedding.other[first].astype(np.int32),
-            np.ascontiguousarray(
-                calibration.reshape(-1, calibration.shape[1], PATCHES, WIDTH).transpose(0, 2, 1, 3), np.float32
-            ), self_rule,
-            np.ascontiguousarray(np.array(overlap), np.float32), overlap_row,
+            embedding.hinge[first].astype(np.int32),
+            embedding.other[first].astype(np.int32),
+            np.ascontiguousarray(calibration.reshape(-1, calibration.shape[1], PATCHES, WIDTH).transpose(0, 2, 1, 3), np.float32),
+            self_rule,
+            np.ascontiguousarray(np.array(overlap), np.float32),
+            overlap_row,
             np.searchsorted(embedding.group[first], np.arange(limbs.groups + 1)).astype(np.int32),
-        )  # fmt: skip
+        )
 
 
 def _patches(vertices: F64, rows: NDArray[np.intp], size: int = LANES) -> list[NDArray[np.intp]]:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, I32
 from vistel.implicit.deformation.kernels_normals import (
     build_fans,  # pyright: ignore[reportUnknownVariableType]
     update_normals,  # pyright: ignore[reportUnknownVariableType]
 )
-
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
 
 
 class NormalUpdate:

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.kernels_field import LANES
@@ -39,10 +40,6 @@ from vistel.implicit.deformation.kernels_plan import (
 )
 from vistel.implicit.ghosts.ghost import GhostSource
 from vistel.implicit.meshes.embedding import Embedding
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 BONE = 20
 """Numbers per bone."""
@@ -123,14 +120,16 @@ class Planner(Deformer):
         place[-1] = -1  # a gap stays one
         spans = [fan[start[v] : start[v + 1]] for v in vertex]
         return Places(
-            vertex, block.astype(np.int32), lane.astype(np.int32), np.ascontiguousarray(calibration, np.float32),
-            self._arrays[table.OVERLAP].astype(np.float32), np.cumsum([0] + [len(s) for s in spans]).astype(np.int32),
+            vertex,
+            block.astype(np.int32),
+            lane.astype(np.int32),
+            np.ascontiguousarray(calibration, np.float32),
+            self._arrays[table.OVERLAP].astype(np.float32),
+            np.cumsum([0] + [len(s) for s in spans]).astype(np.int32),
             place[np.concatenate(spans)] if spans else np.zeros(0, np.int32),
-        )  # fmt: skip
+        )
 
-    def begin(
-        self, vertices: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None
-    ) -> I32:
+    def begin(self, vertices: F32, a: F64, b: F64, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None) -> I32:
         """List what may meet; a, b, ghosts as for `deform`. vertices: (V, 3) rigid, of which only `middles` need be
         right; displacement: as for `deform`.
         Returns the blocks (N,) that may be touched, whose vertices and normals `touch` reads."""
@@ -163,18 +162,19 @@ class Planner(Deformer):
         sections = [bones, self._blocks]
         if acting:
             sections += [
-                self._arrays[table.ROWS][:rows], self._arrays[table.SPHERE], self._pair_words[:pairs],
-                self._members[:members], self._arrays[table.CORNERS][: self._corner_count],
+                self._arrays[table.ROWS][:rows],
+                self._arrays[table.SPHERE],
+                self._pair_words[:pairs],
+                self._members[:members],
+                self._arrays[table.CORNERS][: self._corner_count],
                 self._arrays[table.PARAMETERS][: self._parameter_count],
-            ]  # fmt: skip
+            ]
         acts = acting > 0 or self._given is not None
         return FramePlan(self._pack(acts, sections), acts, self._given)
 
     def _write(self, vertices: F32) -> tuple[int, int, int]:
         words = self._pair_words
-        return write_frame(
-            self._table, self._looked, vertices, self._blocks, words, words.view(np.float32), self._members
-        )  # fmt: skip
+        return write_frame(self._table, self._looked, vertices, self._blocks, words, words.view(np.float32), self._members)
 
     def _pack(self, acts: bool, sections: Sequence[NDArray[np.generic]]) -> I32:
         """The sections one after the other, where each begins in the header."""
@@ -202,4 +202,3 @@ def _lay(section: NDArray[np.generic], out: I32) -> None:
         out[:, :2] = words
     else:
         out.reshape(-1)[: words.size] = words.reshape(-1)
-

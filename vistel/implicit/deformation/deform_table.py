@@ -76,7 +76,7 @@ from __future__ import annotations
     PAIR_ROOM,
     FLATTENS,  # 1 where a displacement lies on the skin, which others flatten before they touch it
     TABLE_LENGTH,
-) = range(64)  # fmt: skip
+) = range(64)
 
 WEIGHT, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD, CAL_ROWS = range(8)
 """Rows of a patch's calibration."""

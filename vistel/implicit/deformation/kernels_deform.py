@@ -33,7 +33,6 @@ LONE_ZONE = np.float32(27.0 / 4.0 * 0.6 * 0.5)
 several."""
 
 
-
 @fast
 def _forget(t):
     """Nothing has moved yet in this frame."""
@@ -93,9 +92,7 @@ def _evaluate_near(t, count, vertices, normals):
             todo[3 * c] = -1
             continue
         if gathered[b] == 0:
-            gather(
-                at(ints(t[table.INDEX]), b * LANES), vertices, normals, at(floats(t[table.BLOCK]), b * PATCHES * RAY_SIZE)
-            )
+            gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, at(floats(t[table.BLOCK]), b * PATCHES * RAY_SIZE))
             gathered[b] = 1
         for n in range(lo, hi):
             pair = at(pairs, n * table.PAIR)

@@ -12,16 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.implicit.deformation import deform_table as table
-from vistel.implicit.deformation.kernels_field import (
-    LANES,
-    ONE,
-    PATCHES,
-    RAY_SIZE,
-    WIDTH,
-    ZERO,
-    T,
-    load,
-)
+from vistel.implicit.deformation.kernels_field import LANES, ONE, PATCHES, RAY_SIZE, WIDTH, ZERO, T, load
 from vistel.implicit.deformation.kernels_meet import gather, union_at_rest
 from vistel.implicit.ghosts.ghost_effects import FADING
 from vistel.implicit.jit.addresses import floats, ints, longs
@@ -72,9 +63,18 @@ def pressed(t, vertices, normals, press):
                 for i in range(WIDTH):
                     room[i] = to[np.int64(index[patch * WIDTH + i])]
                 _press(
-                    start[k], start[k + 1], mask[n], kind, rows, corners, at(block, patch * RAY_SIZE), contact,
-                    quotient[k] < ZERO, work, room,
-                )  # fmt: skip
+                    start[k],
+                    start[k + 1],
+                    mask[n],
+                    kind,
+                    rows,
+                    corners,
+                    at(block, patch * RAY_SIZE),
+                    contact,
+                    quotient[k] < ZERO,
+                    work,
+                    room,
+                )
                 for i in range(WIDTH):
                     to[np.int64(index[patch * WIDTH + i])] = room[i]
 

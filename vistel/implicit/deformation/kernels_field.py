@@ -55,9 +55,8 @@ class Normals(NamedTuple):
 def load_normals(p):
     """A patch's positions and normals, six rows from p on."""
     return Normals(
-        load(p), load(at(p, WIDTH)), load(at(p, 2 * WIDTH)), load(at(p, 3 * WIDTH)), load(at(p, 4 * WIDTH)),
-        load(at(p, 5 * WIDTH)),
-    )  # fmt: skip
+        load(p), load(at(p, WIDTH)), load(at(p, 2 * WIDTH)), load(at(p, 3 * WIDTH)), load(at(p, 4 * WIDTH)), load(at(p, 5 * WIDTH))
+    )
 
 
 @inlined

@@ -56,7 +56,6 @@ them."""
 MIDDLES = 1 + PATCHES
 
 
-
 @fast
 def gather(index, vertices, normals, block):
     """Rigid positions and normals of a block's vertices, patch after patch."""
@@ -71,7 +70,7 @@ def gather(index, vertices, normals, block):
 def bound(kind, row, box, x, y, z, spread):
     """Most a primitive's field can be within `spread` of (x, y, z), and what it is there at least."""
     if kind != CONE_SPHERE:
-        away = max(box[0] - x, x - box[3], box[1] - y, y - box[4], box[2] - z, z - box[5])  # fmt: skip
+        away = max(box[0] - x, x - box[3], box[1] - y, y - box[4], box[2] - z, z - box[5])
         return ONE if away < spread else ZERO, ZERO
     wx, wy, wz = x - row[0], y - row[1], z - row[2]
     along = wx * row[3] + wy * row[4] + wz * row[5]
@@ -178,9 +177,7 @@ def patch_bound(t, b, k, vertices, mask, most):
         for j in range(start[k], start[k + 1]):
             bit = np.int64(1) << np.int64(j - start[k])
             if mask & bit:
-                f, _ = bound(
-                    kind[j], at(rows, j * ROW), at(box, 6 * j), p[v], p[v + 1], p[v + 2], spread[c]
-                )  # fmt: skip
+                f, _ = bound(kind[j], at(rows, j * ROW), at(box, 6 * j), p[v], p[v + 1], p[v + 2], spread[c])
                 if f > SPECK:
                     kept |= bit
                     total += (f * f) * (f * f)
@@ -224,9 +221,13 @@ def list_pairs(t, a, b, vertices, now, shown):
                     continue
                 box = at(group_box, 6 * k)
                 if (
-                    box[0] > x + reach or box[3] < x - reach or box[1] > y + reach or box[4] < y - reach
-                    or box[2] > z + reach or box[5] < z - reach
-                ):  # fmt: skip
+                    box[0] > x + reach
+                    or box[3] < x - reach
+                    or box[1] > y + reach
+                    or box[4] < y - reach
+                    or box[2] > z + reach
+                    or box[5] < z - reach
+                ):
                     continue
                 kind, overlap = table.COLLIDES, -1
                 if k < own:
@@ -270,8 +271,8 @@ def evaluate_pair(t, n, vertices, normals):
     cal = at(floats(t[table.CALIBRATION]), b * PATCHES * table.CAL_ROWS * WIDTH)
     shares = at(floats(t[table.OVERLAP]), max(0, pair[table.PAIR_OVERLAP]) * LANES)
     high = height_at_rest(
-        start[k], start[k + 1], mask, kind, rows, corners, block, cal, shares, pair[table.PAIR_RULE] == table.NEIGHBOUR, work,
-    )  # fmt: skip
+        start[k], start[k + 1], mask, kind, rows, corners, block, cal, shares, pair[table.PAIR_RULE] == table.NEIGHBOUR, work
+    )
     floats(t[table.HEIGHT])[n], floats(t[table.LOW])[n] = high, high
     if pair[table.PAIR_RULE] == table.COLLIDES:
         delta = floats(t[table.DELTA])

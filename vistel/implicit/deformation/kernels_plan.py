@@ -10,12 +10,7 @@ import numpy as np
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.kernels_deform import _evaluate_near, _forget, _set_zones
 from vistel.implicit.deformation.kernels_field import T
-from vistel.implicit.deformation.kernels_meet import (
-    evaluate_touching,
-    list_pairs,
-    own_mask,
-    threshold,
-)
+from vistel.implicit.deformation.kernels_meet import evaluate_touching, list_pairs, own_mask, threshold
 from vistel.implicit.deformation.kernels_pose import pose_body
 from vistel.implicit.jit.addresses import floats, ints, longs, octets
 from vistel.implicit.jit.kernel_jit import fast

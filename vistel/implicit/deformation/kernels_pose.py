@@ -16,9 +16,7 @@ from vistel.implicit.jit.pointers import at, pointer
 @fast
 def apart(a, b):
     """Whether two boxes (6 numbers each) do not meet."""
-    return (
-        a[0] > b[3] or b[0] > a[3] or a[1] > b[4] or b[1] > a[4] or a[2] > b[5] or b[2] > a[5]
-    )  # fmt: skip
+    return a[0] > b[3] or b[0] > a[3] or a[1] > b[4] or b[1] > a[4] or a[2] > b[5] or b[2] > a[5]
 
 
 @fast
@@ -100,9 +98,15 @@ def measure_rest(t, a, b):
         for k in range(groups):
             _shape(a, b, order[start[g]], order[start[k]], at(shape, 4 * (g * groups + k)))
     _bend_hinges(
-        a, b, order, ints(t[table.HINGES]), doubles(t[table.REST_BEND]), floats(t[table.SPHERE]),
-        octets(t[table.BENT]), t[table.HINGE_COUNT],
-    )  # fmt: skip
+        a,
+        b,
+        order,
+        ints(t[table.HINGES]),
+        doubles(t[table.REST_BEND]),
+        floats(t[table.SPHERE]),
+        octets(t[table.BENT]),
+        t[table.HINGE_COUNT],
+    )
 
 
 @fast
@@ -145,17 +149,21 @@ def pose_body(t, a, b):
     pose_rows(a, b, order, floats(t[table.FIT]), rows, box, t[table.OWN_PRIMITIVES])
     _group_boxes(ints(t[table.GROUP_START]), box, floats(t[table.GROUP_BOX]), t[table.OWN_GROUPS])
     _bend_hinges(
-        a, b, order, ints(t[table.HINGES]), doubles(t[table.REST_BEND]), floats(t[table.SPHERE]),
-        octets(t[table.BENT]), t[table.HINGE_COUNT],
-    )  # fmt: skip
+        a,
+        b,
+        order,
+        ints(t[table.HINGES]),
+        doubles(t[table.REST_BEND]),
+        floats(t[table.SPHERE]),
+        octets(t[table.BENT]),
+        t[table.HINGE_COUNT],
+    )
 
 
 @fast
 def pose_ghosts(t, a, b, rows, box):
     """The body's own rows (P, ROW) and boxes (P, 6), posed."""
-    pose_rows(
-        a, b, ints(t[table.ORDER]), floats(t[table.FIT]), pointer(rows), pointer(box), len(rows)
-    )  # fmt: skip
+    pose_rows(a, b, ints(t[table.ORDER]), floats(t[table.FIT]), pointer(rows), pointer(box), len(rows))
 
 
 @fast

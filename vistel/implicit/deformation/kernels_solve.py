@@ -33,14 +33,7 @@ from vistel.implicit.deformation.kernels_field import (
     union_add,
     union_end,
 )
-from vistel.implicit.deformation.kernels_ghost import (
-    add_neighbour,
-    add_rigid,
-    add_soft,
-    join_shown,
-    joint_field,
-    total_field,
-)
+from vistel.implicit.deformation.kernels_ghost import add_neighbour, add_rigid, add_soft, join_shown, joint_field, total_field
 from vistel.implicit.deformation.kernels_meet import evaluate, own_mask
 from vistel.implicit.ghosts.ghost_effects import COLLISION, THREE, contact_effect, nothing, own_effect
 from vistel.implicit.jit.addresses import floats, ints, longs, octets
@@ -116,9 +109,8 @@ def advance(f, g, at_):
     t = choose(halve, HALF * (low + high), least(most(t, low), high))
     sure = (absolute(f) <= NEAR) & (absolute(step) <= SHORT * at_.limit)
     return Search(
-        choose(open_, t, s), low, high, at_.limit, open_ & ~sure, ended, known_low, known_high, s, f,
-        choose(falls, rise, ZERO),
-    )  # fmt: skip
+        choose(open_, t, s), low, high, at_.limit, open_ & ~sure, ended, known_low, known_high, s, f, choose(falls, rise, ZERO)
+    )
 
 
 @inlined
@@ -297,9 +289,7 @@ def solve_patch(t, b, c, own_end, joint_end, acting, forces, count, result):
                 shown, shown_slope = join_shown(f, df, shown, shown_slope)
             if rule != table.SHOWN:
                 shares = at(overlap, act[table.ACT_OVERLAP] * LANES + c * WIDTH)
-                sums = add_group(
-                    rule, act[table.ACT_EFFECT], share[2 * n], share[2 * n + 1], p, shares, v, s, f, df, contact, sums
-                )
+                sums = add_group(rule, act[table.ACT_EFFECT], share[2 * n], share[2 * n + 1], p, shares, v, s, f, df, contact, sums)
         if forces:
             for n in range(acting):
                 act = at(acts, n * table.ACT)

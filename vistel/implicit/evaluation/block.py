@@ -105,8 +105,31 @@ def _add_leaf(table, scale, attribute, params, x, y, z, w, acc, channels, n, slo
 
 
 @row
-def block(leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
-          leaves, count, x, y, z, w, regs, live, channels, n, slope, leaf_box, layers, layer):  # fmt: skip
+def block(
+    leaf,
+    scale,
+    attribute,
+    params,
+    node_table,
+    nodes,
+    number,
+    child,
+    child_weight,
+    leaves,
+    count,
+    x,
+    y,
+    z,
+    w,
+    regs,
+    live,
+    channels,
+    n,
+    slope,
+    leaf_box,
+    layers,
+    layer,
+):
     """Evaluate n points (a multiple of 16) against `count` rising leaves; whether the root is more than far value.
 
     Where the points come in `layers` of `layer` points with one x each, and these in rows of ROW points with one y
@@ -133,8 +156,20 @@ def block(leaf, scale, attribute, params, node_table, nodes, number, child, chil
         for c in range(channels):
             fill(at(acc, c * LANES), n, ZERO)
         if row_[OP] != SUM:
-            combine(row_[OP], at(number, NUMBER_WORDS * node), node_table, number, at(child, a), b - a,
-                    live, regs, acc, channels, n, slope)  # fmt: skip
+            combine(
+                row_[OP],
+                at(number, NUMBER_WORDS * node),
+                node_table,
+                number,
+                at(child, a),
+                b - a,
+                live,
+                regs,
+                acc,
+                channels,
+                n,
+                slope,
+            )
             continue
         if start != ZERO:
             fill(acc, n, start)
@@ -147,8 +182,21 @@ def block(leaf, scale, attribute, params, node_table, nodes, number, child, chil
                     a0 += layer
                 while a1 > a0 and x[a1 - layer] > high:
                     a1 -= layer
-            _add_leaf(at(leaf, LEAF_WORDS * i), at(scale, 2 * i), at(attribute, wide * i), params, at(x, a0), at(y, a0),
-                      at(z, a0), w, at(acc, a0), channels, a1 - a0, slope, layers > 0)  # fmt: skip
+            _add_leaf(
+                at(leaf, LEAF_WORDS * i),
+                at(scale, 2 * i),
+                at(attribute, wide * i),
+                params,
+                at(x, a0),
+                at(y, a0),
+                at(z, a0),
+                w,
+                at(acc, a0),
+                channels,
+                a1 - a0,
+                slope,
+                layers > 0,
+            )
             done += 1
         for k in range(a, b):
             if live[child[k]] != 0:

@@ -11,14 +11,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.checks import ShapeError
 from vistel.implicit.graph.combine import Attributed, Combination, Complement, Diff, Extremum, Placed, Ricci, Sum
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.primitive import Primitive
 
-F64 = NDArray[np.float64]
 IDENTITY = np.eye(3, 4)
 
 

@@ -122,9 +122,7 @@ def evaluate_points(stamp, P, origin, points, out, slope):
     for done in range(0, total, CHUNK):
         many = min(CHUNK, total - done)
         for i in range(many):
-            fx[i], fy[i], fz[i] = (
-                F32(points[done + i, 0] - x0), F32(points[done + i, 1] - y0), F32(points[done + i, 2] - z0)
-            )  # fmt: skip
+            fx[i], fy[i], fz[i] = (F32(points[done + i, 0] - x0), F32(points[done + i, 1] - y0), F32(points[done + i, 2] - z0))
         find_cells(fx, fy, fz, cell_of, realm, side, many)
         for c in range(cells + 2):
             begin[c] = 0
@@ -157,9 +155,30 @@ def evaluate_points(stamp, P, origin, points, out, slope):
                     count = narrow(leaf_box, capsule, box, found, count, found)
                 # Lanes past n hold other cells' points: computed and dropped.
                 if count > 0 and block(
-                    leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
-                    leaves, count, x, y, z, w, regs, live, channels, (n + 15) & ~15, slope, leaf_box, 0, 0,
-                ):  # fmt: skip
+                    leaf,
+                    scale,
+                    attribute,
+                    params,
+                    node_table,
+                    nodes,
+                    number,
+                    child,
+                    child_weight,
+                    leaves,
+                    count,
+                    x,
+                    y,
+                    z,
+                    w,
+                    regs,
+                    live,
+                    channels,
+                    (n + 15) & ~15,
+                    slope,
+                    leaf_box,
+                    0,
+                    0,
+                ):
                     if channels > first_:
                         normalise(at(root, first_ * LANES), pointer(P.group), P.group.shape[0], n)
                     for c in range(channels):
@@ -224,10 +243,7 @@ def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
     child, child_weight, nodes = pointer(P.child), pointer(P.child_weight), P.node.shape[0]
     tree_box, tree_link, tree_order = pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order)
     channels, ny, nz = out_.shape[0], ys_.shape[0], zs_.shape[0]
-    regs_, rows_ = (
-        np.empty(P.registers * channels * LANES, np.float32),
-        np.empty((12 + (nz + DK - 1) // DK) * LANES, np.float32),
-    )
+    regs_, rows_ = (np.empty(P.registers * channels * LANES, np.float32), np.empty((12 + (nz + DK - 1) // DK) * LANES, np.float32))
     live_, box_ = np.zeros(nodes, np.uint8), np.empty(6, np.float32)
     room = P.leaf.shape[0] + 1
     found_ = np.empty(5 * room, np.int32)
@@ -273,10 +289,30 @@ def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
                                 n = across(x, y, at(xs, i), at(ys, j), di, dj, dk)
                             layer = dj * dk
                             if block(
-                                leaf, scale, attribute, params, node_table, nodes, number, child, child_weight,
-                                kept, count, x, y, at(z, k // DK * LANES), w, regs, live, channels, n, slope,
-                                leaf_box, di if dk == DK else 0, layer,
-                            ):  # fmt: skip
+                                leaf,
+                                scale,
+                                attribute,
+                                params,
+                                node_table,
+                                nodes,
+                                number,
+                                child,
+                                child_weight,
+                                kept,
+                                count,
+                                x,
+                                y,
+                                at(z, k // DK * LANES),
+                                w,
+                                regs,
+                                live,
+                                channels,
+                                n,
+                                slope,
+                                leaf_box,
+                                di if dk == DK else 0,
+                                layer,
+                            ):
                                 if channels > first_:
                                     normalise(at(root, first_ * LANES), pointer(P.group), P.group.shape[0], n)
                                 for c in range(channels):

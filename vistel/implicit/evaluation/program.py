@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vistel.arrays import F32, F64
 from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.evaluation.hierarchy import build
 from vistel.implicit.evaluation.layout import (
@@ -45,9 +46,6 @@ from vistel.implicit.graph.attributes import Layout
 from vistel.implicit.graph.combine import Complement, Diff, Extremum, Ricci, placed_box
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.kinds import KIND_INDEX, KINDS
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 THREADED = 1 << 16
 """Fewer points than this stay on the calling thread: waking others costs more than they save."""
@@ -93,12 +91,7 @@ class FieldProgram:
         return _kernels(), _stamp(), _kernels().Arrays(**self.arrays)
 
     def evaluate(
-        self,
-        points: ArrayLike,
-        *,
-        gradient: bool = False,
-        attributes: bool = False,
-        threads: int | None = None,
+        self, points: ArrayLike, *, gradient: bool = False, attributes: bool = False, threads: int | None = None
     ) -> Evaluation:
         """Field, and where asked gradient and attributes, at points (..., 3) [m], in one pass.
 
@@ -139,14 +132,7 @@ class FieldProgram:
         """Every attribute (..., k) at points (..., 3); zeros where nothing that carries it is in reach."""
         return self.evaluate(points, attributes=True, threads=threads).attributes
 
-    def grid(
-        self,
-        low: ArrayLike,
-        high: ArrayLike,
-        n: int | Sequence[int],
-        *,
-        threads: int | None = None,
-    ) -> F32:
+    def grid(self, low: ArrayLike, high: ArrayLike, n: int | Sequence[int], *, threads: int | None = None) -> F32:
         """Field (nx, ny, nz) on the lattice of n points along each axis from `low` to `high`, both included."""
         corners = np.asarray(low, np.float64), np.asarray(high, np.float64)
         counts = np.broadcast_to(np.asarray(n, np.int64), (3,))

@@ -73,6 +73,7 @@ def narrow(leaf_box, capsule, box, found, count, kept):
             m += 1
     return m
 
+
 @row
 def in_slab(leaf_box, axis, box, found, count, kept):
     """Of the first `count` leaves of `found` those whose boxes meet `box` along one axis."""

@@ -14,8 +14,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC
 from vistel.implicit.blend import THRESHOLD as T
 from vistel.implicit.checks import ShapeError, Vec3, positive, vector, within
@@ -29,7 +29,6 @@ from vistel.implicit.primitives.offset import Sphylinder
 if TYPE_CHECKING:
     from vistel.implicit.ghosts.deformable import Deformable
 
-F64 = NDArray[np.float64]
 SAMPLES = 33
 """Points of the axis at which crossings are looked for."""
 REACH = 0.4
@@ -158,18 +157,24 @@ class Constraint:
         axis = self.axis(a, b)
         reach_a, reach_b = self.reaches(a, b)
         whole_a, whole_b = self._in_one_piece(axis, a, b)
-        sides = (
-            (b, a, axis.origin_b, -axis.along, reach_a, whole_a),
-            (a, b, axis.origin_a, axis.along, reach_b, whole_b),
-        )
+        sides = ((b, a, axis.origin_b, -axis.along, reach_a, whole_a), (a, b, axis.origin_a, axis.along, reach_b, whole_b))
         return tuple(
             Pull(
-                owner.name, target.name, _three(origin), _three(along), reach, self.plateau, hold_level(self.hold),
-                strength * whole, since=self.since, until=self.until, priority=self.priority,
+                owner.name,
+                target.name,
+                _three(origin),
+                _three(along),
+                reach,
+                self.plateau,
+                hold_level(self.hold),
+                strength * whole,
+                since=self.since,
+                until=self.until,
+                priority=self.priority,
             )
             for owner, target, origin, along, reach, whole in sides
             if target.compliance > 0
-        )  # fmt: skip
+        )
 
     def _in_one_piece(self, axis: Axis, a: Deformable, b: Deformable) -> tuple[float, float]:
         """Strengths at which the bulges of a and of b are not torn off their bodies (E17): 1 as far as they hold.
@@ -193,8 +198,9 @@ class Constraint:
         start, end = a.to_room(self.point_a), b.to_room(self.point_b)
         line = start + np.linspace(0, 1, SAMPLES)[:, None] * (end - start)
         in_a, in_b = a.placed.field(line) >= T, b.placed.field(line) >= T
-        overlapping = bool((in_a & in_b).any() or (in_a.any() and in_b.any() and
-                           np.flatnonzero(in_a).max() > np.flatnonzero(in_b).min()))  # fmt: skip
+        overlapping = bool(
+            (in_a & in_b).any() or (in_a.any() and in_b.any() and np.flatnonzero(in_a).max() > np.flatnonzero(in_b).min())
+        )
         if not overlapping and np.linalg.norm(end - start) > 0:
             leaving = np.flatnonzero(in_a[:-1] & ~in_a[1:])
             entering = np.flatnonzero(~in_b[:-1] & in_b[1:])

@@ -17,8 +17,9 @@ from functools import cached_property
 from itertools import permutations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64
 from vistel.implicit.blend import THRESHOLD as T
 from vistel.implicit.checks import ShapeError, Vec3, finite, vector, within
 from vistel.implicit.contacts.penetration import penetration
@@ -30,7 +31,6 @@ from vistel.implicit.ghosts.ghost_nodes import Deficit, Ghosted, Raised
 from vistel.implicit.graph.combine import Extremum, Placed, Sum
 from vistel.implicit.graph.shape import Shape
 
-F64 = NDArray[np.float64]
 KAPPA = (0.02, 50.0)
 """Least and largest quotient of two bodies' compliances in a ghost."""
 SOFTEST = 50.0
@@ -106,16 +106,10 @@ class Imprint(Ghost):
 
 def collisions(bodies: Iterable[Deformable]) -> list[Collision]:
     """Every body against every other, where their realms meet and one of the two can give way."""
-    return [
-        Collision(a.name, b.name)
-        for a, b in permutations(bodies, 2)
-        if b.compliance > 0 and _overlap(a.placed, b.placed)
-    ]
+    return [Collision(a.name, b.name) for a, b in permutations(bodies, 2) if b.compliance > 0 and _overlap(a.placed, b.placed)]
 
 
-def deformed(
-    bodies: Sequence[Deformable], ghosts: Iterable[Ghost | Constraint], time: float = 0.0
-) -> dict[str, Shape]:
+def deformed(bodies: Sequence[Deformable], ghosts: Iterable[Ghost | Constraint], time: float = 0.0) -> dict[str, Shape]:
     """The field of every body under all ghosts that act at `time` [s]; bodies no ghost reaches keep theirs.
 
     Raises ShapeError for names that are no body's, and for two bodies of one name.
@@ -137,8 +131,7 @@ def deformed(
         depths: dict[frozenset[str], float] = {}
         level = [ghost for ghost in acting if ghost.priority == priority]
         fields = {
-            name: _under(body, by_name, fields, [g for g in level if g.target == name], depths)
-            for name, body in by_name.items()
+            name: _under(body, by_name, fields, [g for g in level if g.target == name], depths) for name, body in by_name.items()
         }
     return fields
 
@@ -150,9 +143,12 @@ def _known(bodies: Mapping[str, Deformable], *names: str) -> None:
 
 
 def _under(
-    body: Deformable, bodies: Mapping[str, Deformable], fields: Mapping[str, Shape], ghosts: Sequence[Ghost],
+    body: Deformable,
+    bodies: Mapping[str, Deformable],
+    fields: Mapping[str, Shape],
+    ghosts: Sequence[Ghost],
     depths: dict[frozenset[str], float],
-) -> Shape:  # fmt: skip
+) -> Shape:
     """The field of one body under ghosts of one priority."""
     own = fields[body.name]
     if body.compliance == 0 or not ghosts:
@@ -184,9 +180,8 @@ class _Contacts:
     """Everything that presses on or pulls at one body, combined by the rule for any number of bodies (E8)."""
 
     def __init__(
-        self, body: Deformable, bodies: Mapping[str, Deformable], fields: Mapping[str, Shape],
-        depths: dict[frozenset[str], float],
-    ) -> None:  # fmt: skip
+        self, body: Deformable, bodies: Mapping[str, Deformable], fields: Mapping[str, Shape], depths: dict[frozenset[str], float]
+    ) -> None:
         self.body, self.bodies, self.fields, self.depths = body, bodies, fields, depths
         self.cuts: list[Shape] = []
         self._others: list[tuple[float, Shape, Shape | None, float, float, float]] = []

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vistel.implicit.blend import THRESHOLD, Blend
 from vistel.implicit.checks import ShapeError, Vec3, finite, positive, vector, within
@@ -22,7 +21,6 @@ from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.offset import Sphere
 from vistel.implicit.primitives.primitive import unit_rows
 
-F64 = NDArray[np.float64]
 MOST = 0.9
 """Largest |A| of all forces on a body together."""
 

@@ -19,18 +19,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.contacts.contact_set import (
-    CONE_SPHERE,
-    ROUNDED_POLYGON,
-    SPHERE,
-    SUPERELLIPSOID,
-    PrimitiveSet,
-)
+from vistel.arrays import F32, F64, I32
+from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SPHERE, SUPERELLIPSOID, PrimitiveSet
 from vistel.implicit.deformation.kernels_field import ROW
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 T = 0.5
 INVERSE_T = float(np.sqrt(1.0 - np.sqrt(T)))
@@ -51,9 +42,7 @@ def zone(compliance: float, own_compliance: float, others: int, delta: float) ->
     return max(0.0, min(T / compliance, cap, BETA * delta / compliance))
 
 
-def collision(
-    own_compliance: float, deficits: Sequence[float], compliances: Sequence[float], zones: Sequence[float]
-) -> float:
+def collision(own_compliance: float, deficits: Sequence[float], compliances: Sequence[float], zones: Sequence[float]) -> float:
     """G_a from y_k = T - F_k, c_k > 0 and eta_e,k of every other body (the compliance form, any number of
     bodies)."""
     eta = [y / c for y, c in zip(deficits, compliances, strict=True)]
@@ -122,16 +111,19 @@ def ghosts_of(
             _superquadric_row(int(kind[i]), params, primitives.rotation[i], primitives.position[i], rows[i], box[i])
     starts = np.concatenate([[0], np.flatnonzero(np.diff(group)) + 1, [len(group)]]).astype(np.int32)
     if len(group) and np.diff(starts).max() > MOST_PRIMITIVES:
-        starts = np.array(
-            [n for a, b in pairwise(starts) for n in range(a, b, MOST_PRIMITIVES)] + [len(group)],
-            np.int32,
-        )
+        starts = np.array([n for a, b in pairwise(starts) for n in range(a, b, MOST_PRIMITIVES)] + [len(group)], np.int32)
     if len(group) == 0:
         starts = np.zeros(1, np.int32)
     return GhostSource(
-        rows, kind, box, np.concatenate(corners).astype(np.float32), starts,
-        np.full(len(starts) - 1, compliance, np.float32), np.full(len(starts) - 1, depth, np.float32), target,
-    )  # fmt: skip
+        rows,
+        kind,
+        box,
+        np.concatenate(corners).astype(np.float32),
+        starts,
+        np.full(len(starts) - 1, compliance, np.float32),
+        np.full(len(starts) - 1, depth, np.float32),
+        target,
+    )
 
 
 def _cone_row(kind: int, params: F64, rotation: F64, position: F64, row: F32, box: F32) -> None:

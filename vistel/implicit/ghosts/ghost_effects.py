@@ -73,36 +73,60 @@ def nothing():
 @inlined
 def add_raised(value, slope, sums):
     return Sums(
-        sums.raised + value, sums.raised_slope + slope, sums.least, sums.least_slope, sums.cut, sums.cut_slope, sums.soft,
+        sums.raised + value,
+        sums.raised_slope + slope,
+        sums.least,
+        sums.least_slope,
+        sums.cut,
+        sums.cut_slope,
+        sums.soft,
         sums.soft_slope,
-    )  # fmt: skip
+    )
 
 
 @inlined
 def add_least(value, slope, sums):
     lower = value < sums.least
     return Sums(
-        sums.raised, sums.raised_slope, choose(lower, value, sums.least), choose(lower, slope, sums.least_slope), sums.cut,
-        sums.cut_slope, sums.soft, sums.soft_slope,
-    )  # fmt: skip
+        sums.raised,
+        sums.raised_slope,
+        choose(lower, value, sums.least),
+        choose(lower, slope, sums.least_slope),
+        sums.cut,
+        sums.cut_slope,
+        sums.soft,
+        sums.soft_slope,
+    )
 
 
 @inlined
 def add_cut(value, slope, sums):
     lower = value < sums.cut
     return Sums(
-        sums.raised, sums.raised_slope, sums.least, sums.least_slope, choose(lower, value, sums.cut),
-        choose(lower, slope, sums.cut_slope), sums.soft, sums.soft_slope,
-    )  # fmt: skip
+        sums.raised,
+        sums.raised_slope,
+        sums.least,
+        sums.least_slope,
+        choose(lower, value, sums.cut),
+        choose(lower, slope, sums.cut_slope),
+        sums.soft,
+        sums.soft_slope,
+    )
 
 
 @inlined
 def add_shared(value, slope, sums):
     lower = value < sums.soft
     return Sums(
-        sums.raised, sums.raised_slope, sums.least, sums.least_slope, sums.cut, sums.cut_slope,
-        choose(lower, value, sums.soft), choose(lower, slope, sums.soft_slope),
-    )  # fmt: skip
+        sums.raised,
+        sums.raised_slope,
+        sums.least,
+        sums.least_slope,
+        sums.cut,
+        sums.cut_slope,
+        choose(lower, value, sums.soft),
+        choose(lower, slope, sums.soft_slope),
+    )
 
 
 @inlined

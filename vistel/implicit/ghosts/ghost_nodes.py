@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC, THRESHOLD
 from vistel.implicit.checks import ShapeError, Vec3, finite, vector, within
 from vistel.implicit.ghosts.ghost_terms import constraint_field, propagation
@@ -18,7 +19,6 @@ from vistel.implicit.graph.combine import Combination
 from vistel.implicit.graph.shape import Sample, Shape
 from vistel.implicit.primitives.primitive import Primitive
 
-F64 = NDArray[np.float64]
 CAP = 0.98
 """Ghosts stay below CAP times T, so that no surface appears where a body has no field of its own."""
 

@@ -7,11 +7,10 @@ of y hold for every blend and every combination of primitives, functions of x fo
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC, THRESHOLD, Blend
-
-F64 = NDArray[np.float64]
 
 
 def propagation_cubic(x: ArrayLike, width: float, *, blend: Blend = QUARTIC, threshold: float = THRESHOLD) -> F64:
@@ -19,9 +18,7 @@ def propagation_cubic(x: ArrayLike, width: float, *, blend: Blend = QUARTIC, thr
     return propagation_quartic(x, width, 0.0, blend=blend, threshold=threshold)
 
 
-def propagation_quartic(
-    x: ArrayLike, width: float, swell: float, *, blend: Blend = QUARTIC, threshold: float = THRESHOLD
-) -> F64:
+def propagation_quartic(x: ArrayLike, width: float, swell: float, *, blend: Blend = QUARTIC, threshold: float = THRESHOLD) -> F64:
     """k s (1 - s/w)^2 (1 + c s/w); the swell c in [-1, 1] sets how high the bulge gets and is always safe there."""
     t = float(blend.inverse(threshold))
     slope = -float(blend.derivative(t))

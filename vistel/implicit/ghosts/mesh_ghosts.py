@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vistel.implicit.checks import ShapeError, within
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -26,8 +26,6 @@ from vistel.implicit.ghosts.force_field import Directional, Radial, Shear
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 from vistel.implicit.ghosts.temporal import Memory
 from vistel.implicit.graph.combine import rotation_matrix
-
-F64 = NDArray[np.float64]
 
 
 def pulled(source: GhostSource, pulls: Sequence[Pull]) -> GhostSource:
@@ -47,9 +45,7 @@ def faded(source: GhostSource, share: float) -> GhostSource:
     return _with(source, effects.FADING, [within("faded", "share", share, 0.0, 1.0)])
 
 
-def dents(
-    memory: Memory, maker: str, body: Deformable, primitives: PrimitiveSet, time: float
-) -> list[GhostSource]:
+def dents(memory: Memory, maker: str, body: Deformable, primitives: PrimitiveSet, time: float) -> list[GhostSource]:
     """What a mesh remembers of a maker (`Memory`), as ghosts; primitives: the maker's, in its own frame.
 
     body: the mesh's body, for the frame the dents are kept in; its position and rotation are where it is now.
@@ -83,17 +79,25 @@ def blown(field: Directional | Shear | Radial, box: ArrayLike) -> GhostSource:
     else:
         effect, numbers = effects.RADIAL, [*field.centre, 1.0 / field.radius**2, max(field.strength, -0.49)]
     return GhostSource(
-        np.zeros((0, ROW), np.float32), np.zeros(0, np.int32), np.zeros((0, 6), np.float32),
-        np.zeros((0, 2), np.float32), np.zeros(2, np.int32), np.ones(1, np.float32), np.zeros(1, np.float32),
-        effect=np.array([effect], np.int32), parameters=np.array([*low, *high, *numbers], np.float32),
+        np.zeros((0, ROW), np.float32),
+        np.zeros(0, np.int32),
+        np.zeros((0, 6), np.float32),
+        np.zeros((0, 2), np.float32),
+        np.zeros(2, np.int32),
+        np.ones(1, np.float32),
+        np.zeros(1, np.float32),
+        effect=np.array([effect], np.int32),
+        parameters=np.array([*low, *high, *numbers], np.float32),
         parameter_start=np.array([0, 6 + len(numbers)], np.int32),
-    )  # fmt: skip
+    )
 
 
 def _with(source: GhostSource, effect: int, numbers: Sequence[float]) -> GhostSource:
     groups = len(source.compliance)
     start = np.arange(groups + 1, dtype=np.int32) * len(numbers)
     return replace(
-        source, effect=np.full(groups, effect, np.int32), parameters=np.tile(np.array(numbers, np.float32), groups),
+        source,
+        effect=np.full(groups, effect, np.int32),
+        parameters=np.tile(np.array(numbers, np.float32), groups),
         parameter_start=start,
-    )  # fmt: skip
+    )

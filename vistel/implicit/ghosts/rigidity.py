@@ -7,16 +7,13 @@ Compliances c say the same for any number of bodies, 2w = c_j / c_i; everywhere 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64
 from vistel.implicit.blend import THRESHOLD
 
-F64 = NDArray[np.float64]
 
-
-def ghosts_in_contact(
-    field_i: ArrayLike, field_j: ArrayLike, w: float, threshold: float = THRESHOLD
-) -> tuple[F64, F64]:
+def ghosts_in_contact(field_i: ArrayLike, field_j: ArrayLike, w: float, threshold: float = THRESHOLD) -> tuple[F64, F64]:
     """(G_i onto j, G_j onto i) where the two overlap, for a rigidity w; they meet where y_j = 2 w y_i (w <= 1/2)."""
     y_i, y_j = threshold - np.asarray(field_i, np.float64), threshold - np.asarray(field_j, np.float64)
     if w > 0.5:

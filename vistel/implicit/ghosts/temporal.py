@@ -18,7 +18,6 @@ from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vistel.implicit.checks import Vec3, positive
 from vistel.implicit.contacts.penetration import penetration
@@ -26,7 +25,6 @@ from vistel.implicit.ghosts.deformable import Deformable, Imprint
 from vistel.implicit.ghosts.ghost_terms import decay_exponential, decay_quartic, lag
 from vistel.implicit.graph.shape import Shape
 
-F64 = NDArray[np.float64]
 Quaternion = tuple[float, float, float, float]
 FADED = 1e-3
 """A dent with less than this share left is forgotten."""
@@ -191,9 +189,11 @@ def _product(p: Quaternion, q: Quaternion) -> Quaternion:
     px, py, pz, pw = p
     qx, qy, qz, qw = q
     return (
-        pw * qx + px * qw + py * qz - pz * qy, pw * qy - px * qz + py * qw + pz * qx,
-        pw * qz + px * qy - py * qx + pz * qw, pw * qw - px * qx - py * qy - pz * qz,
-    )  # fmt: skip
+        pw * qx + px * qw + py * qz - pz * qy,
+        pw * qy - px * qz + py * qw + pz * qx,
+        pw * qz + px * qy - py * qx + pz * qw,
+        pw * qw - px * qx - py * qy - pz * qz,
+    )
 
 
 def slerp(p: Quaternion, q: Quaternion, share: float) -> Quaternion:

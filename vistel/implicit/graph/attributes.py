@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vistel.arrays import F32, F64
 from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.graph.combine import Attributed, Combination, Placed
 from vistel.implicit.graph.shape import Shape
@@ -24,8 +25,6 @@ from vistel.implicit.primitives.primitive import Primitive
 if TYPE_CHECKING:
     from vistel.implicit.evaluation.lower import Leaf
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 Texture = Callable[[F64], Any]
 
 Masses = dict[str, tuple[F64, F64]]
@@ -47,9 +46,7 @@ def texture_values(texture: Texture, primitive: Primitive, points: F64) -> F64:
     values = np.asarray(texture(primitive.surface_point(points)), np.float64)
     values = values[:, None] if values.ndim == 1 else values
     if values.ndim != 2 or len(values) != len(points):
-        raise ShapeError(
-            f"attributes: a texture gave the form {values.shape} for {len(points)} points, expected (n, k)"
-        )
+        raise ShapeError(f"attributes: a texture gave the form {values.shape} for {len(points)} points, expected (n, k)")
     return values
 
 
@@ -64,11 +61,7 @@ def _masses(shape: Shape, points: F64, values: Mapping[str, Any], weights: Mappi
         field = np.maximum(shape.field(points), 0.0)
         found: Masses = {}
         for name, value in values.items():
-            rows = (
-                texture_values(value, shape, points)
-                if callable(value)
-                else np.broadcast_to(value, (len(points), len(value)))
-            )
+            rows = texture_values(value, shape, points) if callable(value) else np.broadcast_to(value, (len(points), len(value)))
             mass = field * weights.get(name, 1.0)
             found[name] = (mass[:, None] * rows, mass)
         return found
@@ -109,9 +102,7 @@ class Layout:
                 else:
                     size = len(value)
                 if sizes.setdefault(name, size) != size:
-                    raise ShapeError(
-                        f"attributes: {name!r} has {sizes[name]} numbers on one shape and {size} on another"
-                    )
+                    raise ShapeError(f"attributes: {name!r} has {sizes[name]} numbers on one shape and {size} on another")
         names: list[tuple[str, int, int]] = []
         first = 0
         for name, size in sizes.items():
@@ -158,9 +149,7 @@ class Layout:
                     mass = channels[..., channel]
                     reached = mass > 0
                     if reached.any():
-                        total[reached] += mass[reached][:, None] * self._texture(
-                            texture, leaf, np.asarray(points)[reached]
-                        )
+                        total[reached] += mass[reached][:, None] * self._texture(texture, leaf, np.asarray(points)[reached])
             mass = channels[..., first + size : first + size + 1]
             found[name] = np.divide(total, mass, out=np.zeros_like(total), where=mass > 0)
         return found

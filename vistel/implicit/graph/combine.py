@@ -14,13 +14,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import ShapeError, finite, positive, vector
 from vistel.implicit.graph.shape import Sample, Shape
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -221,9 +220,7 @@ class Placed(Shape):
         if m.shape == (4, 4) and np.allclose(m[3], (0, 0, 0, 1)):
             m = m[:3].copy()
         if m.shape != (3, 4) or not np.isfinite(m).all():
-            raise ShapeError(
-                f"Placed: matrix has the form {m.shape}, expected finite (3, 4), or (4, 4) with a last row 0 0 0 1"
-            )
+            raise ShapeError(f"Placed: matrix has the form {m.shape}, expected finite (3, 4), or (4, 4) with a last row 0 0 0 1")
         scale = np.linalg.norm(m[:, :3])
         if abs(np.linalg.det(m[:, :3])) <= 1e-9 * scale**3:
             raise ShapeError("Placed: matrix flattens space, expected one that can be inverted")
@@ -317,9 +314,7 @@ class Attributed(Shape):
                 continue
             numbers = np.atleast_1d(np.array(value, np.float64))
             if numbers.ndim != 1 or not np.isfinite(numbers).all():
-                raise ShapeError(
-                    f"with_attributes: {name} is {value!r}, expected finite numbers or a function of points"
-                )
+                raise ShapeError(f"with_attributes: {name} is {value!r}, expected finite numbers or a function of points")
             numbers.setflags(write=False)
             checked[name] = numbers
         for name, weight in weights.items():
@@ -396,9 +391,7 @@ def selective(shapes: Iterable[Shape], blends: Iterable[tuple[int, int]]) -> Sha
     near: list[set[int]] = [set() for _ in parts]
     for i, j in blends:
         if not (0 <= i < len(parts) and 0 <= j < len(parts)) or i == j:
-            raise ShapeError(
-                f"selective: blends has the pair ({i}, {j}), expected two different indices below {len(parts)}"
-            )
+            raise ShapeError(f"selective: blends has the pair ({i}, {j}), expected two different indices below {len(parts)}")
         near[i].add(j)
         near[j].add(i)
     groups = [total(*(parts[i] for i in sorted(group))) for group in _cliques(near)]

@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import query_points
 
 if TYPE_CHECKING:
     from vistel.implicit.graph.combine import Attributed, Placed
 
-F64 = NDArray[np.float64]
 Sample = tuple[F64, F64]
 """Values (n,) and gradients (n, 3) of a field at n points."""
 

@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vistel.implicit.blend import QUARTIC, Blend
 from vistel.implicit.checks import ShapeError, Vec3, within
@@ -20,7 +19,6 @@ from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.polyblob import Polyblob, inside_polyhedron
 from vistel.implicit.primitives.polyhedron import Polyhedron
 
-F64 = NDArray[np.float64]
 ENDS = 1e-3
 """Thresholds keep this far from 0 and 1, where the surface is the hull or the core itself and F is flat there."""
 
@@ -68,13 +66,7 @@ class ThresholdChange:
 
     @classmethod
     def between(
-        cls,
-        core: Polyhedron,
-        hull: Polyhedron,
-        *,
-        centre: Vec3 | None = None,
-        blend: Blend = QUARTIC,
-        margin: float = 0.7,
+        cls, core: Polyhedron, hull: Polyhedron, *, centre: Vec3 | None = None, blend: Blend = QUARTIC, margin: float = 0.7
     ) -> Self:
         """From `core` to `hull`; the core is shrunk about `centre` (the hull's middle) to `margin` of what fits."""
         middle = hull.bounds.mean(axis=0) if centre is None else np.asarray(centre, np.float64)

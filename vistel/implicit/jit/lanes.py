@@ -187,8 +187,7 @@ def choose(_context: Any, mask: Any, yes: Any, no: Any) -> Any:
 
     def codegen(_context: Any, builder: Any, signature_: Any, args: Any) -> Any:
         parts = (
-            _spread(builder, v, mask.width) if k == types.float32 else v
-            for v, k in zip(args[1:], signature_.args[1:], strict=True)
+            _spread(builder, v, mask.width) if k == types.float32 else v for v, k in zip(args[1:], signature_.args[1:], strict=True)
         )
         return builder.select(args[0], *parts)
 
@@ -262,9 +261,7 @@ def _estimate_inverse_roots(builder: Any, x: Any) -> Any:
     ]
     while len(parts) > 1:
         size = 2 * parts[0].type.count
-        parts = [
-            builder.shuffle_vector(a, b, _order(range(size))) for a, b in zip(parts[::2], parts[1::2], strict=True)
-        ]
+        parts = [builder.shuffle_vector(a, b, _order(range(size))) for a, b in zip(parts[::2], parts[1::2], strict=True)]
     return parts[0]
 
 

@@ -19,13 +19,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, diff, quartic, union
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 T = 0.5
 INVERSE_T = float(np.sqrt(1.0 - np.sqrt(T)))
@@ -129,9 +125,7 @@ def shape_weight(r_in: float, r_influence: float) -> float:
     return T / float(quartic(np.array(r_in / r_influence)))
 
 
-def embed(
-    vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None, normals: F32 | None = None
-) -> Embedding:
+def embed(vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None, normals: F32 | None = None) -> Embedding:
     """Embed a mesh at rest: vertices (V, 3) [m], limb (V,) the primitive each belongs to.
 
     fit: of another mesh of the same body, such as a finer one; its own by default. normals: (V, 3) unit; where they are
@@ -166,9 +160,21 @@ def embed(
             if k != g and len(rows) and (linked or fields[k][rows].max() > 0.8 * T):
                 overlap[g, k] = 1.0 - _smoothstep(fields[k][rows] / (0.8 * T))
     return Embedding(
-        p, limbs, fit, group, hinge, other, weight, offset, mu, alpha,
-        inward, outward, _contact(group, limbs, fields, list(overlap)), overlap,
-    )  # fmt: skip
+        p,
+        limbs,
+        fit,
+        group,
+        hinge,
+        other,
+        weight,
+        offset,
+        mu,
+        alpha,
+        inward,
+        outward,
+        _contact(group, limbs, fields, list(overlap)),
+        overlap,
+    )
 
 
 def _contact(group: I32, limbs: Limbs, fields: list[F64], overlapping: list[tuple[int, int]]) -> F64:
@@ -259,10 +265,7 @@ def group_fields(p: F64, embedding: Embedding, a: F64, b: F64) -> F64:
 
 
 def _group_fields(p: F64, limbs: Limbs, fit: Fit) -> list[F64]:
-    return [
-        union([primitive_field(p, limbs, fit, int(i)) for i in np.flatnonzero(limbs.group == g)])
-        for g in range(limbs.groups)
-    ]
+    return [union([primitive_field(p, limbs, fit, int(i)) for i in np.flatnonzero(limbs.group == g)]) for g in range(limbs.groups)]
 
 
 def _joints(p: F64, group: I32, limbs: Limbs, fit: Fit, fields: list[F64]) -> tuple[I32, I32, I32, F64, F64, F64]:

@@ -10,13 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.meshes.embedding import W_CAP, W_FLOOR, Embedding
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 EDGES = np.geomspace(W_FLOOR, W_CAP, 25)
 """Edges of the histogram's bins: as many below 1 as above."""
 
@@ -84,9 +82,7 @@ def fit_report(embedding: Embedding, names: Sequence[str] | None = None) -> FitR
     # Of its own group's primitives the nearest; other groups may be nearer where limbs touch at rest.
     limbs, fit, p = embedding.limbs, embedding.fit, np.asarray(embedding.vertices, np.float64)
     own = limbs.group[:, None] == embedding.group[None]
-    ratio = np.array(
-        [cone_sphere_ratio(p, limbs.a[i], limbs.b[i], fit.radius_a[i], fit.radius_b[i]) for i in range(count)]
-    )
+    ratio = np.array([cone_sphere_ratio(p, limbs.a[i], limbs.b[i], fit.radius_a[i], fit.radius_b[i]) for i in range(count)])
     primitive = np.where(own, ratio, np.inf).argmin(axis=0) if count else np.zeros(0, np.int64)
     weight = np.asarray(embedding.weight, np.float64)
     fits: list[PrimitiveFit] = []
@@ -96,11 +92,17 @@ def fit_report(embedding: Embedding, names: Sequence[str] | None = None) -> FitR
         low, middle, high = np.quantile(w, (0.05, 0.5, 0.95)) if len(w) else (1.0, 1.0, 1.0)
         fits.append(
             PrimitiveFit(
-                str(i) if names is None else names[i], len(w), float(fit.inner[i]), float(fit.outer[i]),
-                float(fit.weight[i]), float(fit.reach[i]), (float(low), float(middle), float(high)),
-                int(np.count_nonzero((w <= W_FLOOR * 1.0001) | (w >= W_CAP * 0.9999))), counts.astype(np.int64),
+                str(i) if names is None else names[i],
+                len(w),
+                float(fit.inner[i]),
+                float(fit.outer[i]),
+                float(fit.weight[i]),
+                float(fit.reach[i]),
+                (float(low), float(middle), float(high)),
+                int(np.count_nonzero((w <= W_FLOOR * 1.0001) | (w >= W_CAP * 0.9999))),
+                counts.astype(np.int64),
             )
-        )  # fmt: skip
+        )
     return FitReport(tuple(fits), primitive.astype(np.int64), weight)
 
 

@@ -16,11 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.implicit.jit.kernel_jit import compiled
 from vistel.implicit.meshes.embedding import Limbs
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 _FEWEST = 12
 """Vertices a part needs."""
@@ -320,9 +318,14 @@ def _placement(skin: _Skin, edges: I32, part: I32, cones: F64) -> Placement:
     pairs = part[edges]
     pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
     limbs = Limbs(
-        cones[:, :3].copy(), cones[:, 3:6].copy(), cones[:, 6].copy(), cones[:, 7].copy(),
-        np.arange(len(cones), dtype=np.int32), (), frozenset((int(g), int(k)) for g, k in pairs),
-    )  # fmt: skip
+        cones[:, :3].copy(),
+        cones[:, 3:6].copy(),
+        cones[:, 6].copy(),
+        cones[:, 7].copy(),
+        np.arange(len(cones), dtype=np.int32),
+        (),
+        frozenset((int(g), int(k)) for g, k in pairs),
+    )
     distance = np.empty(len(skin.p))
     for i, c in enumerate(cones):
         distance[part == i] = cone_feet(c, skin.p[part == i])[2]

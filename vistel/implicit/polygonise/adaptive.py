@@ -7,36 +7,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.polygonise.crossing import crossings, on_surface
 from vistel.implicit.polygonise.marching import Marched, Progress
 from vistel.implicit.polygonise.mesh import parts
 from vistel.implicit.polygonise.octree import Leaves, refine
 from vistel.implicit.polygonise.tables import EDGE_ENDS, FACES
-from vistel.implicit.polygonise.weave import (
-    CORNER_OFFSETS,
-    NONE,
-    cases,
-    edge_key,
-    fans,
-    find,
-    lines,
-    pack,
-    table_triangles,
-    unpack,
-)
+from vistel.implicit.polygonise.weave import CORNER_OFFSETS, NONE, cases, edge_key, fans, find, lines, pack, table_triangles, unpack
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 _STEP = np.array([(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1)])
 
 
 def adaptive(
-    program: FieldProgram, tolerance: float, threshold: float, residual: float, limit: int | None,
-    progress: Progress | None,
-) -> Marched:  # fmt: skip
+    program: FieldProgram, tolerance: float, threshold: float, residual: float, limit: int | None, progress: Progress | None
+) -> Marched:
     """The surface with cells as large as `tolerance` [m] allows; see `octree.refine`."""
     leaves = refine(program, tolerance, threshold, limit, progress)
     found = _Cells(leaves, threshold)
@@ -125,9 +112,7 @@ class _Cells:
         some = inside.any(axis=1) & ~inside.all(axis=1)
         return _Faces(within[some], beyond[some], points[some], inside[some])
 
-    def crossings(
-        self, program: FieldProgram, faces: _Faces, threshold: float, residual: float
-    ) -> tuple[I64, F64, F64, F64]:
+    def crossings(self, program: FieldProgram, faces: _Faces, threshold: float, residual: float) -> tuple[I64, F64, F64, F64]:
         """Numbers, sorted, of the crossed edges; crossings, normals and |F - T| on them."""
         a, b = faces.points, np.roll(faces.points, -1, axis=1)
         crossed = faces.inside != np.roll(faces.inside, -1, axis=1)
@@ -158,9 +143,16 @@ class _Cells:
         return plain
 
     def woven(
-        self, program: FieldProgram, faces: _Faces, edges: I64, points: F64, normals: F64, left: F64,
-        threshold: float, residual: float,
-    ) -> Marched:  # fmt: skip
+        self,
+        program: FieldProgram,
+        faces: _Faces,
+        edges: I64,
+        points: F64,
+        normals: F64,
+        left: F64,
+        threshold: float,
+        residual: float,
+    ) -> Marched:
         plain = self.regular()
         rows = np.flatnonzero(plain & self.mixed)
         by_table, _ = table_triangles(cases(self.inside[rows]), self.corner[rows])
@@ -180,6 +172,11 @@ class _Cells:
         every = np.concatenate([find(edges, by_table), triangles]).astype(np.int32)
         worst = float(np.concatenate([left, middle_left, [0.0]]).max())
         return Marched(
-            np.concatenate([points, middles]), np.concatenate([normals, middle_normals]).astype(np.float32),
-            np.zeros(0, np.int64), every, np.zeros(0, np.int64), worst, len(self.leaves.points),
-        )  # fmt: skip
+            np.concatenate([points, middles]),
+            np.concatenate([normals, middle_normals]).astype(np.float32),
+            np.zeros(0, np.int64),
+            every,
+            np.zeros(0, np.int64),
+            worst,
+            len(self.leaves.points),
+        )

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.checks import ShapeError, Vec3
 from vistel.implicit.polygonise.mesh import SurfaceMesh, parts
 from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
-
-F64 = NDArray[np.float64]
 
 ROUNDS = 400
 SLIVERS = 2e-3

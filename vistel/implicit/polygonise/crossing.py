@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.evaluation.program import FieldProgram
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 STEPS = 40
 
 

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.implicit.polygonise.mesh import SurfaceMesh
 
-F32 = NDArray[np.float32]
 Any_ = NDArray[Any]
 
 
@@ -80,9 +80,7 @@ def obj(mesh: SurfaceMesh) -> bytes:
 def ply(mesh: SurfaceMesh) -> bytes:
     """Stanford PLY, binary, little-endian."""
     vertex, triangles, normals = _split(mesh)
-    fields: list[tuple[str, Any_, str]] = [
-        (axis, mesh.vertices[vertex, k].astype("<f4"), "float") for k, axis in enumerate("xyz")
-    ]
+    fields: list[tuple[str, Any_, str]] = [(axis, mesh.vertices[vertex, k].astype("<f4"), "float") for k, axis in enumerate("xyz")]
     fields += [("n" + axis, normals[:, k].astype("<f4"), "float") for k, axis in enumerate("xyz")]
     colour, uv = _colour(mesh), mesh.attributes.get("uv")
     if colour is not None:
@@ -116,25 +114,32 @@ def glb(mesh: SurfaceMesh) -> bytes:
     views: list[dict[str, Any]] = []
     accessors: list[dict[str, Any]] = []
     for place, (name, values) in enumerate([*parts, ("indices", triangles.astype("<u4").ravel())]):
-        views.append({
-            "buffer": 0, "byteOffset": len(data), "byteLength": values.nbytes,
-            "target": 34963 if name == "indices" else 34962,
-        })  # fmt: skip
+        views.append(
+            {"buffer": 0, "byteOffset": len(data), "byteLength": values.nbytes, "target": 34963 if name == "indices" else 34962}
+        )
         kind = "SCALAR" if values.ndim == 1 else f"VEC{values.shape[-1]}"
         accessor: dict[str, Any] = {
-            "bufferView": place, "componentType": 5125 if name == "indices" else 5126, "count": len(values), "type": kind,
-        }  # fmt: skip
+            "bufferView": place,
+            "componentType": 5125 if name == "indices" else 5126,
+            "count": len(values),
+            "type": kind,
+        }
         if name == "POSITION":
             accessor |= {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
         accessors.append(accessor)
         data += values.tobytes()
     surface = {"attributes": {name: i for i, (name, _) in enumerate(parts)}, "indices": len(parts), "material": 0}
     scene = {
-        "asset": {"version": "2.0", "generator": "VISTEL"}, "scene": 0, "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}], "meshes": [{"primitives": [surface]}], "accessors": accessors, "bufferViews": views,
+        "asset": {"version": "2.0", "generator": "VISTEL"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [surface]}],
+        "accessors": accessors,
+        "bufferViews": views,
         "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.6}}],
         "buffers": [{"byteLength": len(data)}],
-    }  # fmt: skip
+    }
     text = json.dumps(scene).encode()
     text += b" " * (-len(text) % 4)
     data += b"\0" * (-len(data) % 4)
@@ -149,13 +154,22 @@ def usda(mesh: SurfaceMesh) -> bytes:
     corners = [v for face in faces for v in face]
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     lines = [
-        "#usda 1.0", "(", '    defaultPrim = "Surface"', "    metersPerUnit = 1", '    upAxis = "Y"', ")", "",
-        'def Mesh "Surface"', "{", '    uniform token subdivisionScheme = "none"', '    uniform token orientation = "rightHanded"',
+        "#usda 1.0",
+        "(",
+        '    defaultPrim = "Surface"',
+        "    metersPerUnit = 1",
+        '    upAxis = "Y"',
+        ")",
+        "",
+        'def Mesh "Surface"',
+        "{",
+        '    uniform token subdivisionScheme = "none"',
+        '    uniform token orientation = "rightHanded"',
         f"    float3[] extent = {_tuples(np.stack([low, high]))}",
         f"    int[] faceVertexCounts = [{', '.join(str(len(face)) for face in faces)}]",
         f"    int[] faceVertexIndices = [{', '.join(map(str, corners))}]",
         f"    point3f[] points = {_tuples(mesh.vertices)}",
-    ]  # fmt: skip
+    ]
     if mesh.normal_of is None:
         lines.append(f'    normal3f[] normals = {_tuples(mesh.normals)} (\n        interpolation = "vertex"\n    )')
     else:
@@ -163,9 +177,7 @@ def usda(mesh: SurfaceMesh) -> bytes:
         lines.append(f'    normal3f[] normals = {_tuples(flat)} (\n        interpolation = "faceVarying"\n    )')
     colour, uv = _colour(mesh), mesh.attributes.get("uv")
     if colour is not None:
-        lines.append(
-            f'    color3f[] primvars:displayColor = {_tuples(colour[:, :3])} (\n        interpolation = "vertex"\n    )'
-        )
+        lines.append(f'    color3f[] primvars:displayColor = {_tuples(colour[:, :3])} (\n        interpolation = "vertex"\n    )')
     if uv is not None:
         lines.append(f'    texCoord2f[] primvars:st = {_tuples(uv)} (\n        interpolation = "vertex"\n    )')
     return ("\n".join([*lines, "}"]) + "\n").encode()

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32, I64
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.evaluation.layout import CHILD0, CHILD1, OP
 from vistel.implicit.evaluation.lower import Leaf, lower
@@ -24,10 +25,6 @@ from vistel.implicit.polygonise.marching import BITS, OFFSET, Marched, cell_indi
 from vistel.implicit.polygonise.mesh import SurfaceMesh
 from vistel.implicit.polygonise.surface import RESIDUAL, RESOLUTION, finished, pointed
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 T = TypeVar("T", bound=np.generic)
 
 MOST = 0.7
@@ -49,9 +46,14 @@ class Polygonisation:
 
     @classmethod
     def of(
-        cls, shape: Shape | FieldProgram, *, resolution: int = RESOLUTION, lattice: Lattice | None = None,
-        threshold: float = THRESHOLD, residual: float = RESIDUAL,
-    ) -> Polygonisation:  # fmt: skip
+        cls,
+        shape: Shape | FieldProgram,
+        *,
+        resolution: int = RESOLUTION,
+        lattice: Lattice | None = None,
+        threshold: float = THRESHOLD,
+        residual: float = RESIDUAL,
+    ) -> Polygonisation:
         """The first mesh; arguments as for `polygonise`. Raises ShapeError."""
         program = shape if isinstance(shape, FieldProgram) else compile(shape)
         check_object(program, threshold)
@@ -75,8 +77,9 @@ class Polygonisation:
         check_object(program, self.threshold)
         boxes = changed(self.program, program, self._leaves)
         if boxes is not None and not len(boxes):
-            return Polygonisation(program, self.lattice, self.threshold, self.residual, self.marched, self.mesh,
-                                  np.zeros((0, 2, 3), np.int64))  # fmt: skip
+            return Polygonisation(
+                program, self.lattice, self.threshold, self.residual, self.marched, self.mesh, np.zeros((0, 2, 3), np.int64)
+            )
         regions = None if boxes is None else _disjoint([self._cells(box) for box in boxes])
         if regions is None or self._share(regions, program) > MOST:
             return self._fresh(program, self.lattice, self.threshold, self.residual)
@@ -135,16 +138,18 @@ class Polygonisation:
         triangles = slots.renumbered(faces.put(old.triangles, np.concatenate(where)))
         worst = max(old.residual, *(m.residual for m in news))
         marched = Marched(
-            slots.put(old.points, points), slots.put(mesh.normals, made(lambda m: m.normals, within)),
-            slots.put(old.edge, made(lambda m: m.edge, within)), triangles,
-            faces.put(old.cell, made(lambda m: m.cell, lambda p: p.rows)), worst, sum(m.blocks for m in news),
-        )  # fmt: skip
+            slots.put(old.points, points),
+            slots.put(mesh.normals, made(lambda m: m.normals, within)),
+            slots.put(old.edge, made(lambda m: m.edge, within)),
+            triangles,
+            faces.put(old.cell, made(lambda m: m.cell, lambda p: p.rows)),
+            worst,
+            sum(m.blocks for m in news),
+        )
         found = program.attributes(points) if program.layout.channels and len(points) else {}
         attributes = {name: slots.put(values, found.get(name, values[:0])) for name, values in mesh.attributes.items()}
         surface = SurfaceMesh(marched.points, triangles, pointed(marched), attributes=attributes, residual=worst)
-        return Polygonisation(
-            program, self.lattice, self.threshold, self.residual, marched, surface, np.array(regions)
-        )  # fmt: skip
+        return Polygonisation(program, self.lattice, self.threshold, self.residual, marched, surface, np.array(regions))
 
 
 @dataclass(frozen=True, eq=False)

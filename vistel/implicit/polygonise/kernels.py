@@ -36,6 +36,7 @@ BITS = 20
 """Bits of each index in the number of a lattice edge."""
 LOW16 = U64(0xFFFF)
 
+
 class Tables(NamedTuple):
     """Pointers to a program's arrays, see `vistel.implicit.evaluation.layout`; how many nodes, leaves and boxes there are."""
 
@@ -85,9 +86,30 @@ def _evaluate(P, leaves, count, x, y, z, w, regs, live, channels, n, slope, laye
     """`block` on a program's arrays."""
     apart()
     return block(
-        P.leaf, P.scale, P.attribute, P.params, P.node, P.nodes, P.number, P.child, P.child_weight,
-        leaves, count, x, y, z, w, regs, live, channels, n, slope, P.box, layers, layer,
-    )  # fmt: skip
+        P.leaf,
+        P.scale,
+        P.attribute,
+        P.params,
+        P.node,
+        P.nodes,
+        P.number,
+        P.child,
+        P.child_weight,
+        leaves,
+        count,
+        x,
+        y,
+        z,
+        w,
+        regs,
+        live,
+        channels,
+        n,
+        slope,
+        P.box,
+        layers,
+        layer,
+    )
 
 
 @nb.njit(nogil=True)
@@ -278,8 +300,32 @@ def _step(field, rate, start, level, tolerance, size, t, low, high, n, halve):
 
 
 @row
-def _refine(P, ring, lists, begin, xs, ys, zs, from_plane, to_plane, ny, nz, level, tolerance, far,
-            x, w, regs, live, box, found, ids, edges, points, normals):  # fmt: skip
+def _refine(
+    P,
+    ring,
+    lists,
+    begin,
+    xs,
+    ys,
+    zs,
+    from_plane,
+    to_plane,
+    ny,
+    nz,
+    level,
+    tolerance,
+    far,
+    x,
+    w,
+    regs,
+    live,
+    box,
+    found,
+    ids,
+    edges,
+    points,
+    normals,
+):
     """Bring the crossings of the blocks to F = level; the largest |F - level| left."""
     y, z = at(x, LANES), at(x, 2 * LANES)
     px, py, pz = at(x, 3 * LANES), at(x, 4 * LANES), at(x, 5 * LANES)
@@ -312,9 +358,7 @@ def _refine(P, ring, lists, begin, xs, ys, zs, from_plane, to_plane, ny, nz, lev
             box[1], box[4] = extent(y, n)
             box[2], box[5] = extent(z, n)
             box[3], box[4], box[5] = box[3] + hx, box[4] + hy, box[5] + hz
-            count = narrow(
-                leaf_box, capsule, box, at(pointer(lists), begin[column]), begin[column + 1] - begin[column], found
-            )
+            count = narrow(leaf_box, capsule, box, at(pointer(lists), begin[column]), begin[column + 1] - begin[column], found)
             for a in range(n, wide):
                 px[a], py[a], pz[a] = x[0], y[0], z[0]
             for step in range(STEPS):
@@ -332,11 +376,33 @@ def _refine(P, ring, lists, begin, xs, ys, zs, from_plane, to_plane, ny, nz, lev
                 halve = step > 8
                 going = _step(field, at(field, LANES), start, level, tolerance, hx, t, low, high, nx_, halve)
                 a = nx_
-                going += _step(at(field, a), at(field, 2 * LANES + a), at(start, a), level, tolerance, hy,
-                               at(t, a), at(low, a), at(high, a), ny_ - a, halve)  # fmt: skip
+                going += _step(
+                    at(field, a),
+                    at(field, 2 * LANES + a),
+                    at(start, a),
+                    level,
+                    tolerance,
+                    hy,
+                    at(t, a),
+                    at(low, a),
+                    at(high, a),
+                    ny_ - a,
+                    halve,
+                )
                 a = ny_
-                going += _step(at(field, a), at(field, 3 * LANES + a), at(start, a), level, tolerance, hz,
-                               at(t, a), at(low, a), at(high, a), n - a, halve)  # fmt: skip
+                going += _step(
+                    at(field, a),
+                    at(field, 3 * LANES + a),
+                    at(start, a),
+                    level,
+                    tolerance,
+                    hz,
+                    at(t, a),
+                    at(low, a),
+                    at(high, a),
+                    n - a,
+                    halve,
+                )
                 if going == 0:
                     break
             for i in range(n):
@@ -390,11 +456,15 @@ def _join(ring, from_plane, to_plane, ny, nz, table, many, triangles, cells, fac
                     active &= active - ONE_BIT
                     s = U64(bit)
                     case = (
-                        ((a >> s) & ONE_BIT) | (((c >> s) & ONE_BIT) << U64(1)) | (((b >> s) & ONE_BIT) << U64(2))
-                        | (((d >> s) & ONE_BIT) << U64(3)) | (((a1 >> s) & ONE_BIT) << U64(4))
-                        | (((c1 >> s) & ONE_BIT) << U64(5)) | (((b1 >> s) & ONE_BIT) << U64(6))
+                        ((a >> s) & ONE_BIT)
+                        | (((c >> s) & ONE_BIT) << U64(1))
+                        | (((b >> s) & ONE_BIT) << U64(2))
+                        | (((d >> s) & ONE_BIT) << U64(3))
+                        | (((a1 >> s) & ONE_BIT) << U64(4))
+                        | (((c1 >> s) & ONE_BIT) << U64(5))
+                        | (((b1 >> s) & ONE_BIT) << U64(6))
                         | (((d1 >> s) & ONE_BIT) << U64(7))
-                    )  # fmt: skip
+                    )
                     # The numbers of all twelve edges, crossed or not, and room for five triangles: no guesses for the
                     # processor to get wrong.
                     below = (ONE_BIT << s) - ONE_BIT
@@ -435,10 +505,13 @@ def march(stamp, P, xs_, ys_, zs_, level, tolerance, table_, many_, want_cells, 
     far = P.number[P.node.shape[0] - 1, FAR]
     blocks, words = (ny // DJ) * (nz // DK), nz // 64
     ring = Ring(
-        np.full(RING * ny * nz, far, np.float32), np.zeros(RING * ny * nz // 16, np.uint16),
-        np.zeros(RING * ny * words * 3, np.uint64), np.zeros(RING * ny * words * 3, np.int64),
-        np.zeros(2 * blocks, np.uint8), np.zeros(blocks, np.uint8),
-    )  # fmt: skip
+        np.full(RING * ny * nz, far, np.float32),
+        np.zeros(RING * ny * nz // 16, np.uint16),
+        np.zeros(RING * ny * words * 3, np.uint64),
+        np.zeros(RING * ny * words * 3, np.int64),
+        np.zeros(2 * blocks, np.uint8),
+        np.zeros(blocks, np.uint8),
+    )
     regs_, rows_ = np.empty(P.registers * CHANNELS * LANES, np.float32), np.empty(22 * LANES, np.float32)
     live_, box_ = np.zeros(P.node.shape[0], np.uint8), np.empty(6, np.float32)
     found_, ids_ = np.empty(2 * (P.leaf.shape[0] + 1), np.int32), np.empty(LANES, np.int64)
@@ -456,10 +529,23 @@ def march(stamp, P, xs_, ys_, zs_, level, tolerance, table_, many_, want_cells, 
     vertices = faces = sampled = 0
     worst = ZERO
     Q = Tables(
-        pointer(P.leaf), pointer(P.scale), pointer(P.box), pointer(P.capsule), pointer(P.attribute), pointer(P.params),
-        pointer(P.node), pointer(P.number), pointer(P.child), pointer(P.child_weight), pointer(P.tree_box),
-        pointer(P.tree_link), pointer(P.tree_order), P.node.shape[0], P.leaf.shape[0], P.tree_box.shape[0],
-    )  # fmt: skip
+        pointer(P.leaf),
+        pointer(P.scale),
+        pointer(P.box),
+        pointer(P.capsule),
+        pointer(P.attribute),
+        pointer(P.params),
+        pointer(P.node),
+        pointer(P.number),
+        pointer(P.child),
+        pointer(P.child_weight),
+        pointer(P.tree_box),
+        pointer(P.tree_link),
+        pointer(P.tree_order),
+        P.node.shape[0],
+        P.leaf.shape[0],
+        P.tree_box.shape[0],
+    )
     for slab in range(0, nx, DI):
         if progress[1] != 0:
             break
@@ -471,11 +557,36 @@ def march(stamp, P, xs_, ys_, zs_, level, tolerance, table_, many_, want_cells, 
         if vertices > points.shape[0]:
             points, normals, edges = _more(points, vertices), _more(normals, vertices), _more(edges, vertices)
         if vertices > old:
-            left = _refine(Q, ring, lists, begin, xs, ys, zs, from_plane, to_plane, ny, nz, level, tolerance, far,
-                           x, w, regs, live, box, found, ids, pointer(edges), pointer(points), pointer(normals))  # fmt: skip
+            left = _refine(
+                Q,
+                ring,
+                lists,
+                begin,
+                xs,
+                ys,
+                zs,
+                from_plane,
+                to_plane,
+                ny,
+                nz,
+                level,
+                tolerance,
+                far,
+                x,
+                w,
+                regs,
+                live,
+                box,
+                found,
+                ids,
+                pointer(edges),
+                pointer(points),
+                pointer(normals),
+            )
             worst = max(worst, left)
-        triangles, cells, faces = _join(ring, max(from_plane - 1, 0), to_plane - 1, ny, nz, table, many,
-                                        triangles, cells, faces, want_cells)  # fmt: skip
+        triangles, cells, faces = _join(
+            ring, max(from_plane - 1, 0), to_plane - 1, ny, nz, table, many, triangles, cells, faces, want_cells
+        )
         progress[0] = slab + DI
     keep(regs_, rows_, live_, box_, found_, ids_, begin_, lists, P)
     return points[:vertices], normals[:vertices], edges[:vertices], worst, triangles[:faces], cells[:faces], sampled

@@ -6,13 +6,11 @@ import os
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.checks import ShapeError
 from vistel.implicit.evaluation.program import FieldProgram
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 LIMIT = 1 << 19
 """Lattice points along an axis, from the origin, that the number of an edge has room for."""
 RIM = 2

@@ -13,16 +13,12 @@ from threading import Event, Thread
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32, I64
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.polygonise.lattice import Lattice, refuse_beyond
 from vistel.implicit.polygonise.tables import kernel_table
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 Progress = Callable[[float], None]
 
 BITS = 20
@@ -48,9 +44,16 @@ class Marched:
 
 
 def march(
-    program: FieldProgram, lattice: Lattice, span: I64, threshold: float, residual: float, *, cells: bool = False,
-    progress: Progress | None = None, limit: int | None = None,
-) -> Marched:  # fmt: skip
+    program: FieldProgram,
+    lattice: Lattice,
+    span: I64,
+    threshold: float,
+    residual: float,
+    *,
+    cells: bool = False,
+    progress: Progress | None = None,
+    limit: int | None = None,
+) -> Marched:
     """The surface in the span (2, 3) of a lattice, at whose rims the field must be far.
 
     residual: the largest |F - threshold| allowed. progress is called now and then with the share done; what it raises
@@ -63,18 +66,15 @@ def march(
     counts = -(-(span[1] - span[0]) // np.array([8, 4, 64])) * np.array([8, 4, 64])
     refuse_beyond(limit, 30.0 * SLAB * counts[1] * counts[2] + 8.0 * counts.sum(), f"a lattice of {_times(counts)} points")
     padded = np.stack([span[0], span[0] + counts])
-    axes = [
-        (a - o).astype(np.float32) for a, o in zip(lattice.axes(padded), program.origin, strict=True)
-    ]
+    axes = [(a - o).astype(np.float32) for a, o in zip(lattice.axes(padded), program.origin, strict=True)]
     table, many = kernel_table()
     machine = program._machine  # pyright: ignore[reportPrivateUsage]
     done = np.zeros(2, np.int64)
 
     def run() -> Any:
         return kernel(
-            _stamp(machine[1]), machine[2], *axes, np.float32(threshold), np.float32(residual), table.ravel(), many,
-            cells, done,
-        )  # fmt: skip
+            _stamp(machine[1]), machine[2], *axes, np.float32(threshold), np.float32(residual), table.ravel(), many, cells, done
+        )
 
     found = run() if progress is None else _watched(run, done, int(counts[0]), progress)
     points, normals, edge, worst, triangles, cell, blocks = found

@@ -12,15 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.polygonise.crossing import crossings
 from vistel.implicit.polygonise.lattice import Lattice, refuse_beyond
 from vistel.implicit.polygonise.marching import Progress
 from vistel.implicit.polygonise.tables import EDGE_ENDS
 from vistel.implicit.polygonise.weave import BITS, CORNER_OFFSETS, pack, unpack
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 COARSE = 8
 """Cells along the longest side of the bounds before any is cut."""
@@ -34,9 +32,7 @@ CAUTION = 0.7
 PER_CELL = 1500
 """Bytes that a cell on the surface takes while it is worked on."""
 
-_AROUND = np.array(
-    [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if 1 <= abs(x) + abs(y) + abs(z) <= 2]
-)
+_AROUND = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if 1 <= abs(x) + abs(y) + abs(z) <= 2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +56,7 @@ class Leaves:
         return self.origin + self.unit * index
 
 
-def refine(
-    program: FieldProgram, tolerance: float, threshold: float, limit: int | None, progress: Progress | None
-) -> Leaves:
+def refine(program: FieldProgram, tolerance: float, threshold: float, limit: int | None, progress: Progress | None) -> Leaves:
     """The cells whose surface is within about `tolerance` [m] of its mesh. Raises ShapeError for what does not fit."""
     low, high = program.bounds
     size = float((high - low).max()) / COARSE
@@ -101,9 +95,7 @@ def _features(program: FieldProgram) -> F64:
 class _Tree:
     """An octree in the making: at every level the sorted numbers of the cells that are cut."""
 
-    def __init__(
-        self, program: FieldProgram, origin: F64, size: float, depth: int, count: I64, threshold: float
-    ) -> None:
+    def __init__(self, program: FieldProgram, origin: F64, size: float, depth: int, count: I64, threshold: float) -> None:
         self.program, self.origin, self.depth, self.count, self.threshold = program, origin, depth, count, threshold
         self.unit = size / 2**depth
         self.cuts: list[I64] = [np.zeros(0, np.int64) for _ in range(depth)]
@@ -190,9 +182,7 @@ class _Tree:
         unique, place = np.unique(number, axis=0, return_inverse=True)
         at = self.origin + self.unit * unpack(unique)
         value = self.values[np.searchsorted(self.known, unique)]
-        crossed, normal, _ = crossings(
-            self.program, at[:, 0], at[:, 1], value[:, 0], value[:, 1], self.threshold, 1e-3
-        )
+        crossed, normal, _ = crossings(self.program, at[:, 0], at[:, 1], value[:, 0], value[:, 1], self.threshold, 1e-3)
         n, place = len(row), place.ravel()
         count = np.bincount(cell, minlength=n)
         mean, middle = np.zeros((n, 3)), np.zeros((n, 3))

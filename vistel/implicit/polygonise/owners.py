@@ -9,14 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.evaluation.layout import CHILD0, CHILD1, FAR, LEAF0, LEAF1, MAX, OP, SUM, UNION
 from vistel.implicit.evaluation.lower import Leaf, lower
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 NOBODY, SHARED = -1, -2
 """In `alone`: no primitive reaches the cell; several do, or one that has no polygons of its own."""
 

@@ -14,38 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.polygonise.crossing import crossings, on_surface
 from vistel.implicit.polygonise.earcut import triangulate
 from vistel.implicit.polygonise.lattice import Lattice, refuse_beyond
 from vistel.implicit.polygonise.mesh import SurfaceMesh
 from vistel.implicit.polygonise.owners import SHARED, Owner, alone, defining, owners
-from vistel.implicit.polygonise.sections import (
-    CORNER,
-    MIDDLE,
-    ON_LATTICE,
-    MeshEdges,
-    Sections,
-    crossed_planes,
-    on_mesh,
-    sections,
-)
+from vistel.implicit.polygonise.sections import CORNER, MIDDLE, ON_LATTICE, MeshEdges, Sections, crossed_planes, on_mesh, sections
 from vistel.implicit.polygonise.shading import auto_smooth
 from vistel.implicit.polygonise.tables import EDGE_ENDS, FACES
-from vistel.implicit.polygonise.weave import (
-    CORNER_OFFSETS,
-    cases,
-    edge_key,
-    fans,
-    find,
-    lines,
-    pack,
-    table_triangles,
-    unpack,
-)
+from vistel.implicit.polygonise.weave import CORNER_OFFSETS, cases, edge_key, fans, find, lines, pack, table_triangles, unpack
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 PER_CELL = 24
@@ -75,9 +55,7 @@ class Retained:
     """One polygonisation that keeps polygons. cells: (x, y, z) what each cell of the lattice is, see `owners.alone`;
     solids: the primitives that may keep polygons."""
 
-    def __init__(
-        self, program: FieldProgram, lattice: Lattice, threshold: float, residual: float, limit: int | None
-    ) -> None:
+    def __init__(self, program: FieldProgram, lattice: Lattice, threshold: float, residual: float, limit: int | None) -> None:
         self.program, self.threshold, self.residual, self.limit = program, threshold, residual, limit
         self.cell = lattice.cell
         span = lattice.span(program.bounds)
@@ -138,9 +116,12 @@ class Retained:
         met = [c.ends[c.ends & 3 == ON_LATTICE] >> 2 for c in self.cuts]
         who = [np.repeat(c.triangle, 2).reshape(-1, 2)[c.ends & 3 == ON_LATTICE] for c in self.cuts]
         pairs = np.unique(
-            np.concatenate([np.stack([m, w, np.full(len(m), k)], axis=1) for k, (m, w) in enumerate(zip(met, who, strict=True))]
-                           or [np.zeros((0, 3), np.int64)]), axis=0,
-        )  # fmt: skip
+            np.concatenate(
+                [np.stack([m, w, np.full(len(m), k)], axis=1) for k, (m, w) in enumerate(zip(met, who, strict=True))]
+                or [np.zeros((0, 3), np.int64)]
+            ),
+            axis=0,
+        )
         once, count = np.unique(pairs[:, 0], return_counts=True)
         bad = np.concatenate([np.setxor1d(once, expected), once[count > 1], self._pinched(shared)])
         return unpack(np.unique(bad) >> 2)
@@ -234,9 +215,7 @@ class Retained:
         ends = corner[row[first]][np.arange(len(first))[:, None], EDGE_ENDS[edge[first]]]
         f = field[np.searchsorted(points, ends)]
         world = self._world(unpack(ends))
-        crossed, _, _ = crossings(
-            self.program, world[:, 0], world[:, 1], f[:, 0], f[:, 1], self.threshold, self.residual
-        )
+        crossed, _, _ = crossings(self.program, world[:, 0], world[:, 1], f[:, 0], f[:, 1], self.threshold, self.residual)
         at = [(crossed - self.low) / self.cell]
         numbers = [keys << 2 | ON_LATTICE]
         for cut in self.cuts:
@@ -251,15 +230,20 @@ class Retained:
         world, base = self._world(middles), self._world(where[anchor])
         zero = np.zeros(len(anchor))
         moved, _, _ = on_surface(
-            self.program, world, np.full(len(world), 0.75 * self.cell), self.threshold, self.residual,
+            self.program,
+            world,
+            np.full(len(world), 0.75 * self.cell),
+            self.threshold,
+            self.residual,
             (base, np.zeros_like(base), zero),
-        )  # fmt: skip
+        )
         made = np.concatenate([unique, np.arange(len(middles)) << 2 | MIDDLE])
         every = np.concatenate([by_table, made[triangles]])
         return (
-            every, np.concatenate([keys << 2 | ON_LATTICE, made[len(unique) :]]),
+            every,
+            np.concatenate([keys << 2 | ON_LATTICE, made[len(unique) :]]),
             np.concatenate([(crossed - self.low) / self.cell, (moved - self.low) / self.cell]),
-        )  # fmt: skip
+        )
 
     def _rim_lines(self) -> tuple[I64, I64, I64]:
         """Cells, as numbers, and from where to where the cuts on their faces run."""
@@ -342,9 +326,15 @@ class Retained:
         return found
 
     def _clip(
-        self, solid: _Solid, t: int, directed: I64, cut: Sections, rows: I64,
-        rim_points: dict[int, list[tuple[float, int]]], boxed: Flags,
-    ) -> list[tuple[int, int, int]]:  # fmt: skip
+        self,
+        solid: _Solid,
+        t: int,
+        directed: I64,
+        cut: Sections,
+        rows: I64,
+        rim_points: dict[int, list[tuple[float, int]]],
+        boxed: Flags,
+    ) -> list[tuple[int, int, int]]:
         """Triangles of what is outside the boxes of one triangle."""
         corner = solid.triangles[t]
         origin, e1 = solid.x[corner[0]], solid.x[corner[1]] - solid.x[corner[0]]
@@ -395,4 +385,3 @@ def _loops(follows: dict[int, int]) -> list[list[int]]:
 
 def _only(cut: Sections, rows: Flags) -> Sections:
     return Sections(cut.axis[rows], cut.square[rows], cut.triangle[rows], cut.ends[rows], cut.at[rows])
-

@@ -9,12 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.polygonise.weave import edge_key, pack
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 ON_MESH, ON_LATTICE, CORNER, MIDDLE = range(4)
 """What a vertex is: on an edge of the polyhedron in a plane, on an edge of the lattice, the polyhedron's own, made in a
@@ -121,9 +118,12 @@ def _walk(axis: int, plane: I64, triangle: I64, number: I64, at: F64) -> tuple[I
     square = np.empty((len(from_), 3), np.int64)
     square[:, axis], square[:, u], square[:, v] = plane[row[from_]], here[from_, 0], here[from_, 1]
     return (
-        np.full(len(from_), axis), square, triangle[row[from_]],
-        np.stack([vertex[from_], vertex[to]], axis=1), np.stack([point[from_], point[to]], axis=1),
-    )  # fmt: skip
+        np.full(len(from_), axis),
+        square,
+        triangle[row[from_]],
+        np.stack([vertex[from_], vertex[to]], axis=1),
+        np.stack([point[from_], point[to]], axis=1),
+    )
 
 
 def _meet(low: F64, high: F64, axis: int, plane: I64) -> F64:

@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
+from vistel.arrays import F32, F64, I32
 
 SOFT = math.radians(40)
 """Faces at a smaller angle are shaded as one smooth surface."""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F32
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import ShapeError, positive, within
 from vistel.implicit.evaluation.program import FieldProgram, compile
@@ -14,9 +12,6 @@ from vistel.implicit.polygonise.lattice import Lattice, check_object, never_reac
 from vistel.implicit.polygonise.marching import PER_CELL, Marched, Progress, march
 from vistel.implicit.polygonise.mesh import SurfaceMesh, corner_normals
 from vistel.implicit.polygonise.retained import Retained
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 RESIDUAL = 1e-4
 """|F - T| allowed at a vertex."""
@@ -28,11 +23,17 @@ FREE = 256
 
 
 def polygonise(
-    shape: Shape | FieldProgram, *, resolution: int = RESOLUTION, tolerance: float | None = None,
-    keep_polygons: bool = False, threshold: float = THRESHOLD, lattice: Lattice | None = None,
-    residual: float = RESIDUAL, limit: int | None = None,
+    shape: Shape | FieldProgram,
+    *,
+    resolution: int = RESOLUTION,
+    tolerance: float | None = None,
+    keep_polygons: bool = False,
+    threshold: float = THRESHOLD,
+    lattice: Lattice | None = None,
+    residual: float = RESIDUAL,
+    limit: int | None = None,
     progress: Progress | None = None,
-) -> SurfaceMesh:  # fmt: skip
+) -> SurfaceMesh:
     """The surface F = threshold of a shape as one closed, manifold triangle mesh (Singh §3.3.4).
 
     resolution: cells along the longest side of the shape's bounds; parts thinner than a cell may be missed. lattice:

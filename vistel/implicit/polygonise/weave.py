@@ -12,10 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.polygonise.tables import CORNERS, EDGE_ENDS, case_table, face_runs
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 BITS = 20
 MASK = (1 << BITS) - 1
 NONE = -1

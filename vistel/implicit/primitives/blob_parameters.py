@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.primitives.kinds import KIND_INDEX
 from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.primitives.volume import farthest
 
 if TYPE_CHECKING:
     from vistel.implicit.primitives.pointblob import Pointblob
-
-F64 = NDArray[np.float64]
 
 
 def packed(blobs: Sequence[Pointblob], smoothing: float, printed: bool) -> F64:

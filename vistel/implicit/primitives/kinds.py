@@ -114,8 +114,7 @@ def _dispatcher(kinds: Sequence[tuple[int, Kind]]) -> Any:
     scope: dict[str, Any] = {}
     for place, (code, kind) in enumerate(kinds):
         scope[kind.kernel] = getattr(importlib.import_module(f"vistel.implicit.{kind.module}"), kind.kernel)
-        lines += [f"    {'elif' if place else 'if'} kind == {code}:",
-                  f"        {kind.kernel}(p, x, y, z, u, gx, gy, gz, n, slope)"]  # fmt: skip
+        lines += [f"    {'elif' if place else 'if'} kind == {code}:", f"        {kind.kernel}(p, x, y, z, u, gx, gy, gz, n, slope)"]
     exec("\n".join(lines), scope)
     return row(scope["dispatch"])
 

@@ -11,14 +11,14 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC, THRESHOLD, Blend
 from vistel.implicit.checks import ShapeError, Vec3, point_rows, positive, vector
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.primitive import Primitive, influence, unit_rows
 
-F64 = NDArray[np.float64]
 POINT = 1e-8
 """A segment shorter than this many radii is a point."""
 
@@ -160,14 +160,7 @@ class ConeSphere(Primitive):
 
     @classmethod
     def of_surface(
-        cls,
-        start: Vec3,
-        end: Vec3,
-        radius_start: float,
-        radius_end: float,
-        *,
-        threshold: float = THRESHOLD,
-        **options: Any,
+        cls, start: Vec3, end: Vec3, radius_start: float, radius_end: float, *, threshold: float = THRESHOLD, **options: Any
     ) -> Self:
         """The cone-sphere whose surface F = threshold has these radii; options: printed, weight, blend."""
         reach = influence_of("ConeSphere", threshold, options)
@@ -198,10 +191,7 @@ class ConeSphere(Primitive):
     def bounds(self) -> F64:
         a, b = np.array(self.start), np.array(self.end)
         return np.stack(
-            [
-                np.minimum(a - self.radius_start, b - self.radius_end),
-                np.maximum(a + self.radius_start, b + self.radius_end),
-            ]
+            [np.minimum(a - self.radius_start, b - self.radius_end), np.maximum(a + self.radius_start, b + self.radius_end)]
         )
 
     def _along(self, points: F64) -> tuple[F64, F64]:
@@ -279,9 +269,7 @@ class RoundedPolygon(Primitive):
     @classmethod
     def of_surface(cls, vertices: ArrayLike, radius: float, *, threshold: float = THRESHOLD, **options: Any) -> Self:
         """The rounded polygon whose surface F = threshold has this radius; options: weight, blend."""
-        return cls(
-            np.asarray(vertices, np.float64), radius * influence_of("RoundedPolygon", threshold, options), **options
-        )
+        return cls(np.asarray(vertices, np.float64), radius * influence_of("RoundedPolygon", threshold, options), **options)
 
     @cached_property
     def plane(self) -> tuple[F64, F64, F64]:

@@ -12,14 +12,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.blend import HERMITE, QUARTIC, THRESHOLD, Blend
 from vistel.implicit.checks import ShapeError, Vec3, point_rows, positive, within
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.primitives.primitive import Primitive, unit_rows
 from vistel.implicit.primitives.volume import Fan, Volume, checked_centre, ray_ratio
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,9 +55,8 @@ class Pointblob(Primitive):
         if len(reaches) != n:
             raise ShapeError(f"Pointblob: vertex_reaches has {len(reaches)} numbers for {n} vertices")
         object.__setattr__(
-            self, "vertex_reaches",
-            tuple(within("Pointblob", f"vertex_reaches[{i}]", x, 1e-3, 1.0) for i, x in enumerate(reaches)),
-        )  # fmt: skip
+            self, "vertex_reaches", tuple(within("Pointblob", f"vertex_reaches[{i}]", x, 1e-3, 1.0) for i, x in enumerate(reaches))
+        )
 
     @classmethod
     def of_surface(
@@ -195,9 +193,7 @@ class PointSetblob(Primitive):
         smoothing = 0.5 * gap if self.smoothing == 0 and n > 1 else self.smoothing or 1.0
         object.__setattr__(self, "smoothing", positive("PointSetblob", "smoothing", smoothing))
         if smoothing >= gap:
-            raise ShapeError(
-                f"PointSetblob: smoothing is {smoothing:g}, expected less than the least gap of two centres, {gap:g}"
-            )
+            raise ShapeError(f"PointSetblob: smoothing is {smoothing:g}, expected less than the least gap of two centres, {gap:g}")
         _ = self.blobs
 
     @cached_property
@@ -206,12 +202,7 @@ class PointSetblob(Primitive):
         rows = self.vertex_blends or (None,) * len(self.centres)
         return tuple(
             Pointblob.of_surface(
-                self.surface,
-                tuple(centre),
-                threshold=self.threshold,
-                vertex_blends=row,
-                blend=blend,
-                relaxed=self.relaxed,
+                self.surface, tuple(centre), threshold=self.threshold, vertex_blends=row, blend=blend, relaxed=self.relaxed
             )
             for centre, blend, row in zip(self.centres, self.blends, rows, strict=True)
         )

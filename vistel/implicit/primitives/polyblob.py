@@ -8,14 +8,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.checks import ShapeError
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.polyhedron import Polyhedron, listed
 from vistel.implicit.primitives.primitive import Primitive
 from vistel.implicit.primitives.volume import PAIRS
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -37,9 +35,7 @@ class Polyblob(Primitive):
                 raise ShapeError(f"Polyblob: {name} is {getattr(self, name)!r}, expected a Polyhedron")
         outside = np.flatnonzero(~inside_polyhedron(self.hull, self.core.vertices))
         if len(outside):
-            raise ShapeError(
-                f"Polyblob: core vertices {listed([int(v) for v in outside])} are not inside the hull; scale it down"
-            )
+            raise ShapeError(f"Polyblob: core vertices {listed([int(v) for v in outside])} are not inside the hull; scale it down")
 
     @cached_property
     def convex(self) -> bool:

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64, I64
 from vistel.implicit.checks import ShapeError, Vec3, point_rows
 from vistel.implicit.primitives.offset import plane_of
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +35,7 @@ class Polyhedron:
             if len(set(face)) != len(face) or len(face) < 3:
                 raise ShapeError(f"Polyhedron: face {number} is {face}, expected three or more different vertices")
             if min(face) < 0 or max(face) >= len(vertices):
-                raise ShapeError(
-                    f"Polyhedron: face {number} is {face}, expected vertex numbers 0 to {len(vertices) - 1}"
-                )
+                raise ShapeError(f"Polyhedron: face {number} is {face}, expected vertex numbers 0 to {len(vertices) - 1}")
         self._check_closed()
         for number, face in enumerate(faces):
             if len(face) > 3:
@@ -198,32 +194,32 @@ def sphere_mesh(radius: float = 1.0, rings: int = 12, sectors: int = 24, centre:
     polar = np.pi * np.arange(1, rings) / rings
     around = 2 * np.pi * np.arange(sectors) / sectors
     grid = np.stack(
-        [np.outer(np.sin(polar), np.cos(around)), np.outer(np.sin(polar), np.sin(around)),
-         np.repeat(np.cos(polar)[:, None], sectors, axis=1)], axis=-1,
-    )  # fmt: skip
+        [
+            np.outer(np.sin(polar), np.cos(around)),
+            np.outer(np.sin(polar), np.sin(around)),
+            np.repeat(np.cos(polar)[:, None], sectors, axis=1),
+        ],
+        axis=-1,
+    )
     vertices = np.concatenate([grid.reshape(-1, 3), [(0, 0, 1), (0, 0, -1)]]) * radius + np.asarray(centre)
     top, bottom = len(vertices) - 2, len(vertices) - 1
     faces: list[tuple[int, ...]] = []
     for j in range(sectors):
         k = (j + 1) % sectors
         faces.append((top, j, k))
-        faces += [
-            (i * sectors + j, (i + 1) * sectors + j, (i + 1) * sectors + k, i * sectors + k) for i in range(rings - 2)
-        ]
+        faces += [(i * sectors + j, (i + 1) * sectors + j, (i + 1) * sectors + k, i * sectors + k) for i in range(rings - 2)]
         faces.append((bottom, (rings - 2) * sectors + k, (rings - 2) * sectors + j))
     return Polyhedron(vertices, tuple(faces))
 
 
-def torus_mesh(
-    ring: float, tube: float, around: int = 24, across: int = 12, centre: Vec3 = (0.0, 0.0, 0.0)
-) -> Polyhedron:
+def torus_mesh(ring: float, tube: float, around: int = 24, across: int = 12, centre: Vec3 = (0.0, 0.0, 0.0)) -> Polyhedron:
     """A torus about the z axis of triangles, ring radius to the middle of the tube."""
     u = 2 * np.pi * np.arange(around) / around
     v = 2 * np.pi * np.arange(across) / across
     r = ring + tube * np.cos(v)
-    vertices = np.stack(
-        [np.outer(np.cos(u), r), np.outer(np.sin(u), r), np.tile(tube * np.sin(v), (around, 1))], axis=-1
-    ).reshape(-1, 3) + np.asarray(centre)
+    vertices = np.stack([np.outer(np.cos(u), r), np.outer(np.sin(u), r), np.tile(tube * np.sin(v), (around, 1))], axis=-1).reshape(
+        -1, 3
+    ) + np.asarray(centre)
     faces: list[tuple[int, ...]] = []
     for i in range(around):
         for j in range(across):

@@ -9,13 +9,12 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC, Blend
 from vistel.implicit.checks import ShapeError, finite, query_points
 from vistel.implicit.graph.shape import Sample, Shape
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

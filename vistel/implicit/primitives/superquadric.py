@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import ShapeError, Vec3, positive, vector, within
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.offset import influence_of
 from vistel.implicit.primitives.primitive import Primitive
 
-F64 = NDArray[np.float64]
 ROUND, SHARP = 0.1, 1.9
 """Exponents outside this range make fields too steep to evaluate."""
 
@@ -56,9 +55,8 @@ class Superellipsoid(Primitive):
 
     @classmethod
     def of_surface(
-        cls, centre: Vec3, sizes: Sequence[float], e1: float = 1.0, e2: float = 1.0,
-        *, threshold: float = THRESHOLD, **options: Any,
-    ) -> Self:  # fmt: skip
+        cls, centre: Vec3, sizes: Sequence[float], e1: float = 1.0, e2: float = 1.0, *, threshold: float = THRESHOLD, **options: Any
+    ) -> Self:
         """The superellipsoid whose surface F = threshold has these half axes; options: weight, blend."""
         reach = influence_of("Superellipsoid", threshold, options)
         a, b, c = vector("Superellipsoid", "sizes", sizes)
@@ -89,12 +87,7 @@ class Superellipsoid(Primitive):
         steep = _power(h, e1 / 2 - 1)
         ring = steep * _power(w, e2 / e1 - 1)
         slope = np.stack(
-            [
-                ring * _power(q[:, 0], 2 / e2 - 1),
-                ring * _power(q[:, 1], 2 / e2 - 1),
-                steep * _power(q[:, 2], 2 / e1 - 1),
-            ],
-            axis=1,
+            [ring * _power(q[:, 0], 2 / e2 - 1), ring * _power(q[:, 1], 2 / e2 - 1), steep * _power(q[:, 2], 2 / e1 - 1)], axis=1
         )
         return size * d, slope * np.sign(p) / a
 
@@ -122,15 +115,20 @@ class Supertoroid(Primitive):
         super().__post_init__()
         _checked("Supertoroid", self)
         if positive("Supertoroid", "alpha", self.alpha) < LEAST_ALPHA:
-            raise ShapeError(
-                f"Supertoroid: alpha is {self.alpha:g}, expected {LEAST_ALPHA:g} or more, and 1 for a smooth field"
-            )
+            raise ShapeError(f"Supertoroid: alpha is {self.alpha:g}, expected {LEAST_ALPHA:g} or more, and 1 for a smooth field")
 
     @classmethod
     def of_surface(
-        cls, centre: Vec3, sizes: Sequence[float], alpha: float, e1: float = 1.0, e2: float = 1.0,
-        *, threshold: float = THRESHOLD, **options: Any,
-    ) -> Self:  # fmt: skip
+        cls,
+        centre: Vec3,
+        sizes: Sequence[float],
+        alpha: float,
+        e1: float = 1.0,
+        e2: float = 1.0,
+        *,
+        threshold: float = THRESHOLD,
+        **options: Any,
+    ) -> Self:
         """The supertoroid whose surface has these tube radii about a ring of radii alpha a1, alpha a2.
 
         The ring stays and the tube grows to its influence radius.
@@ -157,9 +155,7 @@ class Supertoroid(Primitive):
         size = scaled.max(axis=1)
         unit = np.divide(scaled, size[:, None], out=np.zeros_like(scaled), where=size[:, None] > 0)
         w = _power(unit[:, 0], 2 / self.e2) + _power(unit[:, 1], 2 / self.e2)
-        slope = _power(w, self.e2 / 2 - 1)[:, None] * np.stack(
-            [_power(unit[:, k], 2 / self.e2 - 1) for k in (0, 1)], axis=1
-        )
+        slope = _power(w, self.e2 / 2 - 1)[:, None] * np.stack([_power(unit[:, k], 2 / self.e2 - 1) for k in (0, 1)], axis=1)
         return size * _power(w, self.e2 / 2), slope
 
     def closest(self, points: F64) -> F64:

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.checks import ShapeError, Vec3, vector
 from vistel.implicit.primitives.polyhedron import Polyhedron, listed
 from vistel.implicit.primitives.primitive import Primitive, unit_rows
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Volume = Polyhedron | Primitive
 PAIRS = 2_000_000
 """Point-triangle pairs looked at in one go."""

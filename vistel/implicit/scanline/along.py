@@ -53,7 +53,6 @@ def inner(function: Callable[..., Any]) -> Any:
     return nb.njit(nogil=True, error_model="numpy", fastmath={"contract"})(function)
 
 
-
 @inner
 def _clamp(x, low, high):
     return most(least(x, high), low)
@@ -235,9 +234,14 @@ def summit(p, corners, t, over_e2):
             ux, uy = corners[2 * i] - bx, corners[2 * i + 1] - by
             l2 = ux * ux + uy * uy
             wx, wy = fx - bx, fy - by
-            s, q = _segment_summit(ONE - k * (wx * wx + wy * wy + fz * fz), (-TWO * k) * (wx * gx + wy * gy + fz * gz),
-                                   -k * m2, (wx * ux + wy * uy) * (ONE / l2), (gx * ux + gy * uy) * (ONE / l2),
-                                   k * l2)  # fmt: skip
+            s, q = _segment_summit(
+                ONE - k * (wx * wx + wy * wy + fz * fz),
+                (-TWO * k) * (wx * gx + wy * gy + fz * gz),
+                -k * m2,
+                (wx * ux + wy * uy) * (ONE / l2),
+                (gx * ux + gy * uy) * (ONE / l2),
+                k * l2,
+            )
             found = _better(found, s, q)
         s, q = found
     store(at(t, SUMMIT), s)
@@ -260,8 +264,9 @@ def gradient(p, corners, t, ax, ay, ex, ey, s):
         x, y = _polygon_at(p, corners, x, y)
         over = spread(p[K])
     elif kind == CONE:
-        foot, _d2, over = _cone_at(p, load(t), load(at(t, WIDTH)), load(at(t, 2 * WIDTH)), load(at(t, 3 * WIDTH)),
-                                  load(at(t, 4 * WIDTH)), s)  # fmt: skip
+        foot, _d2, over = _cone_at(
+            p, load(t), load(at(t, WIDTH)), load(at(t, 2 * WIDTH)), load(at(t, 3 * WIDTH)), load(at(t, 4 * WIDTH)), s
+        )
         x, y, z = x - foot * p[U], y - foot * p[U + 1], z - foot * p[U + 2]
     else:
         over = spread(p[K])

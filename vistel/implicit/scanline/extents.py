@@ -262,8 +262,7 @@ def polygon_x(points, first, count, r, y, perspective):
         ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
         length = math.sqrt(ux * ux + uy * uy + uz * uz)
         over = 1.0 / length if length > 0.0 else 0.0
-        one = tapered_x(points[a, 0], points[a, 1], points[a, 2], ux * over, uy * over, uz * over, length, r, 0.0, y,
-                        perspective)  # fmt: skip
+        one = tapered_x(points[a, 0], points[a, 1], points[a, 2], ux * over, uy * over, uz * over, length, r, 0.0, y, perspective)
         found = _union(found, one)
     return found
 
@@ -277,8 +276,9 @@ def polygon_z(ox, oy, oz, dx, dy, dz, points, first, count, nx, ny, nz, r):
         ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
         length = math.sqrt(ux * ux + uy * uy + uz * uz)
         over = 1.0 / length if length > 0.0 else 0.0
-        one = tapered_z(ox, oy, oz, dx, dy, dz, points[a, 0], points[a, 1], points[a, 2], ux * over, uy * over,
-                        uz * over, length, r, 0.0)  # fmt: skip
+        one = tapered_z(
+            ox, oy, oz, dx, dy, dz, points[a, 0], points[a, 1], points[a, 2], ux * over, uy * over, uz * over, length, r, 0.0
+        )
         found = _union(found, one)
     down = dx * nx + dy * ny + dz * nz
     if down == 0.0:

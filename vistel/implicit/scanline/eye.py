@@ -27,7 +27,19 @@ from vistel.implicit.scanline.extents import (
 )
 
 FORM, PLACE, AXIS, LENGTH, RADIUS, GROWTH, FIRST, COUNT, EDGES, EDGE_COUNT, DEPTH, FACES, FACE_COUNT = (
-    0, 1, 4, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16
+    0,
+    1,
+    4,
+    7,
+    8,
+    9,
+    10,
+    11,
+    12,
+    13,
+    14,
+    15,
+    16,
 )
 FORM_WORDS = 17
 TAPERED, ROUNDED, MESH = 0.0, 1.0, 2.0
@@ -117,7 +129,7 @@ def to_eye(leaf, scale, params, outline, hull, frame, view, forms, points, table
 def _framed(m, frame, p, kind, out):
     """Row of a sphere, sphylinder or cone-sphere in a frame of its own: its axis stays there, its origin is where the
     frame takes it to (3 x 3 system by Cramer's rule)."""
-    det = (m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]))
+    det = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6])
     x = (p[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (p[1] * m[8] - m[5] * p[2]) + m[2] * (p[1] * m[7] - m[4] * p[2])) / det
     y = (m[0] * (p[1] * m[8] - m[5] * p[2]) - p[0] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * p[2] - p[1] * m[6])) / det
     z = (m[0] * (m[4] * p[2] - p[1] * m[7]) - m[1] * (m[3] * p[2] - p[1] * m[6]) + p[0] * (m[3] * m[7] - m[4] * m[6])) / det
@@ -143,8 +155,18 @@ def nearest(form, points):
 def y_extent(form, points, perspective):
     """Slopes (or lengths) of the rows that a form covers."""
     if form[FORM] == TAPERED:
-        return tapered_y(form[PLACE], form[PLACE + 1], form[PLACE + 2], form[AXIS], form[AXIS + 1], form[AXIS + 2],
-                         form[LENGTH], form[RADIUS], form[GROWTH], perspective)  # fmt: skip
+        return tapered_y(
+            form[PLACE],
+            form[PLACE + 1],
+            form[PLACE + 2],
+            form[AXIS],
+            form[AXIS + 1],
+            form[AXIS + 2],
+            form[LENGTH],
+            form[RADIUS],
+            form[GROWTH],
+            perspective,
+        )
     radius = form[RADIUS] if form[FORM] == ROUNDED else 0.0
     return edges_y(points, int(form[FIRST]), int(form[COUNT]), radius, perspective)
 
@@ -153,8 +175,19 @@ def y_extent(form, points, perspective):
 def x_extent(form, points, edges, y, perspective):
     """Slopes (or lengths) of the columns that a form covers in the row y."""
     if form[FORM] == TAPERED:
-        return tapered_x(form[PLACE], form[PLACE + 1], form[PLACE + 2], form[AXIS], form[AXIS + 1], form[AXIS + 2],
-                         form[LENGTH], form[RADIUS], form[GROWTH], y, perspective)  # fmt: skip
+        return tapered_x(
+            form[PLACE],
+            form[PLACE + 1],
+            form[PLACE + 2],
+            form[AXIS],
+            form[AXIS + 1],
+            form[AXIS + 2],
+            form[LENGTH],
+            form[RADIUS],
+            form[GROWTH],
+            y,
+            perspective,
+        )
     if form[FORM] == ROUNDED:
         return polygon_x(points, int(form[FIRST]), int(form[COUNT]), form[RADIUS], y, perspective)
     return mesh_x(points, edges, int(form[EDGES]), int(form[EDGE_COUNT]), y, perspective)
@@ -164,8 +197,23 @@ def x_extent(form, points, edges, y, perspective):
 def z_extent(form, points, triangles, ox, oy, oz, dx, dy, dz):
     """Least and most t of a form's realm along O + t D."""
     if form[FORM] == TAPERED:
-        return tapered_z(ox, oy, oz, dx, dy, dz, form[PLACE], form[PLACE + 1], form[PLACE + 2], form[AXIS],
-                         form[AXIS + 1], form[AXIS + 2], form[LENGTH], form[RADIUS], form[GROWTH])  # fmt: skip
+        return tapered_z(
+            ox,
+            oy,
+            oz,
+            dx,
+            dy,
+            dz,
+            form[PLACE],
+            form[PLACE + 1],
+            form[PLACE + 2],
+            form[AXIS],
+            form[AXIS + 1],
+            form[AXIS + 2],
+            form[LENGTH],
+            form[RADIUS],
+            form[GROWTH],
+        )
     first, count = int(form[FIRST]), int(form[COUNT])
     if form[FORM] == ROUNDED:
         ax, ay, az = points[first, 0], points[first, 1], points[first, 2]

@@ -115,5 +115,3 @@ def keep_nearer(depth, normal, other_depth, other_normal, dirty):
                         depth[y + 2, x] = other_depth[y + 2, x]
                         for k in range(3):
                             normal[k, y, x] = other_normal[k, y, x]
-
-

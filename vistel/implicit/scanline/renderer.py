@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, I64, U8
 from vistel.implicit.evaluation.program import FieldProgram, compile
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.scanline.along import LARGE
@@ -18,11 +19,6 @@ from vistel.implicit.scanline.view import View
 from vistel.implicit.scene import Scene, SceneError
 from vistel.implicit.trace import Tracer
 from vistel.implicit.trace.looks import ImplicitLook
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
-I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -111,8 +107,19 @@ class Scanline:
             thing = np.empty((height, width), np.int8)
         else:
             light, far, thing = self._last.light.copy(), self._last.depth.copy(), self._last.thing.copy()
-        shade(depth, normal, look, constants is not None, self.view.numbers, self._lamps,
-              np.array(self.scene.background, np.float32), dirty, light, far, thing)  # fmt: skip
+        shade(
+            depth,
+            normal,
+            look,
+            constants is not None,
+            self.view.numbers,
+            self._lamps,
+            np.array(self.scene.background, np.float32),
+            dirty,
+            light,
+            far,
+            thing,
+        )
         if self.scene.meshes:
             thing += (thing == 1) & (self._meshes.depth[:, :width] <= depth[2:, :width])
         self._last = Picture(light, far, thing, float(dirty.mean()))

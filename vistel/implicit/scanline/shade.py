@@ -10,16 +10,7 @@ from vistel.implicit.jit.lanes import bits, choose, inverse_root, most, store, w
 from vistel.implicit.jit.pointers import at, keep, pointer
 from vistel.implicit.scanline.along import LARGE, ONE, ZERO, F, inner
 from vistel.implicit.scanline.eye import DX, DY, OX, OY, OZ, PERSPECTIVE, X0, Y0
-from vistel.implicit.scanline.lanes import (
-    WIDTH,
-    exponent,
-    load,
-    mantissa,
-    power_of_two,
-    spread,
-    store_bytes,
-    store_three,
-)
+from vistel.implicit.scanline.lanes import WIDTH, exponent, load, mantissa, power_of_two, spread, store_bytes, store_three
 from vistel.implicit.scanline.sweep import kernel
 
 COLOUR, AMBIENT, DIFFUSE, SPECULAR, SHININESS = 0, 3, 4, 5, 6

@@ -9,29 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.implicit.evaluation.layout import (
-    CHILD0,
-    CHILD1,
-    FAMILY,
-    FRAME,
-    KIND,
-    LEAF0,
-    LEAF1,
-    MAX,
-    OP,
-    START,
-    SUM,
-    VALUE,
-)
+from vistel.arrays import F32, F64, I32
+from vistel.implicit.evaluation.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, START, SUM, VALUE
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.scanline import along, eye, sweep
 from vistel.implicit.scanline.polygons import cover_depths, keep_nearer
 from vistel.implicit.scanline.view import Outlines, View
 from vistel.implicit.trace import RayCaster
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 QUARTIC = 2
 PARTS = 8
 """A union of more sums than this is not drawn sum by sum."""
@@ -149,15 +134,26 @@ class Surface:
 
     def _planned(self, changed: NDArray[np.uint8], old: Plan | None) -> Plan:
         a, lines, n = self.program.arrays, self._outlines, len(changed)
-        kept = (old.rows, old.span_at, old.spans) if old else (
-            np.zeros((n, 2), np.int32), np.zeros(n + 1, np.int64), np.zeros((0, 2), np.int32)
-        )  # fmt: skip
+        kept = (
+            (old.rows, old.span_at, old.spans)
+            if old
+            else (np.zeros((n, 2), np.int32), np.zeros(n + 1, np.int64), np.zeros((0, 2), np.int32))
+        )
         return Plan(
             *sweep.plan(
-                a["leaf"], a["scale"], a["params"], lines.rows, lines.points, lines.edges, self.view.frame,
-                self.view.numbers, *self.view.size, changed, *kept
+                a["leaf"],
+                a["scale"],
+                a["params"],
+                lines.rows,
+                lines.points,
+                lines.edges,
+                self.view.frame,
+                self.view.numbers,
+                *self.view.size,
+                changed,
+                *kept,
             )
-        )  # fmt: skip
+        )
 
     def _before_the_eye(self) -> bool:
         """Whether all primitives lie in front of the eye: else roots behind it would have to be told apart."""
@@ -188,10 +184,21 @@ class Surface:
         order = np.arange(leaves.start, leaves.stop, dtype=np.int32)
         order = order[np.argsort(plan.table[leaves, along.NEAR], kind="stable")]
         sweep.sweep(
-            plan.table, self._corners, order, plan.rows, plan.span_at, plan.spans, self.view.numbers,
-            self.view.size[0], np.float32(self.threshold), np.float32(self._resolution), dirty, depth, normal,
-            self.counts
-        )  # fmt: skip
+            plan.table,
+            self._corners,
+            order,
+            plan.rows,
+            plan.span_at,
+            plan.spans,
+            self.view.numbers,
+            self.view.size[0],
+            np.float32(self.threshold),
+            np.float32(self._resolution),
+            dirty,
+            depth,
+            normal,
+            self.counts,
+        )
 
     @property
     def _corners(self) -> F32:
@@ -225,8 +232,9 @@ class Surface:
         width, height = view.size
         wanted = np.repeat(dirty != 0, 16, axis=1)[:, :width]
         near, far = np.empty((height, width)), np.empty((height, width))
-        cover_depths(plan.forms, plan.points, self._outlines.triangles, plan.rows, plan.span_at, plan.spans,
-                     view.numbers, wanted, near, far)  # fmt: skip
+        cover_depths(
+            plan.forms, plan.points, self._outlines.triangles, plan.rows, plan.span_at, plan.spans, view.numbers, wanted, near, far
+        )
         self._clear(dirty)
         rows, columns = np.nonzero(far >= np.maximum(near, 0.0))
         if not len(rows):

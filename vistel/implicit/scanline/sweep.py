@@ -18,20 +18,7 @@ from vistel.implicit.jit.kernel_jit import compiled
 from vistel.implicit.jit.lanes import absolute, bits, choose, largest, most, store
 from vistel.implicit.jit.pointers import at, keep, pointer
 from vistel.implicit.scanline.along import LARGE, NEAR, ONE, ROW, TERMS, WEIGHT, ZERO, F, gradient, inner, prepare
-from vistel.implicit.scanline.eye import (
-    DX,
-    DY,
-    FORM_WORDS,
-    OX,
-    OY,
-    OZ,
-    PERSPECTIVE,
-    X0,
-    Y0,
-    cover_columns,
-    cover_rows,
-    to_eye,
-)
+from vistel.implicit.scanline.eye import DX, DY, FORM_WORDS, OX, OY, OZ, PERSPECTIVE, X0, Y0, cover_columns, cover_rows, to_eye
 from vistel.implicit.scanline.lanes import WIDTH, lanes_of_bits, load, spread
 from vistel.implicit.scanline.solve import first_root
 
@@ -46,8 +33,7 @@ GROUPS, PAIRS = range(2)
 
 
 @kernel
-def plan(leaf, scale, params, outline, hull, edges, frame, view, width, height, changed, old_rows, old_at,
-         old_spans):  # fmt: skip
+def plan(leaf, scale, params, outline, hull, edges, frame, view, width, height, changed, old_rows, old_at, old_spans):
     """Primitives in eye space, the rows each covers (n, 2), and its columns in each: spans (k, 2) from span_at (n + 1).
 
     Spans of primitives that are not `changed` are taken over.
@@ -125,8 +111,7 @@ def _surface(table, corners, order, count, terms, ax, ay, ex, ey, s):
 
 
 @kernel
-def sweep(table_, corners_, order, rows, span_at, spans, view, width, threshold, resolution, dirty, depth_, normal_,
-          counts):  # fmt: skip
+def sweep(table_, corners_, order, rows, span_at, spans, view, width, threshold, resolution, dirty, depth_, normal_, counts):
     """Draw the dirty groups of a picture, and mark and draw those below groups whose depths change.
 
     order: (n,) leaves by least depth; dirty: (height, groups); depth: (height + 2, groups * WIDTH) depth from the

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32, I64
 from vistel.implicit.evaluation.layout import FRAME, KIND, START
 from vistel.implicit.evaluation.lower import Leaf, lower
 from vistel.implicit.evaluation.program import FieldProgram
@@ -17,10 +18,6 @@ from vistel.implicit.primitives.polyblob import Polyblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.primitives.polyhedron import box as solid_box
 from vistel.implicit.scene import Camera
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

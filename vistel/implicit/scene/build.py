@@ -10,17 +10,7 @@ import numpy as np
 
 import vistel.implicit.scene.entries as e
 from vistel.implicit.checks import ShapeError
-from vistel.implicit.graph.combine import (
-    Complement,
-    Diff,
-    Sum,
-    difference,
-    intersection,
-    selective,
-    subtract,
-    total,
-    union,
-)
+from vistel.implicit.graph.combine import Complement, Diff, Sum, difference, intersection, selective, subtract, total, union
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
 from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
@@ -89,8 +79,10 @@ class Builder:
     def _made(self, entry: Any, key: str) -> Shape:
         if isinstance(entry, e.PrimitiveEntry):
             return self._primitive(entry, key)
-        parts = [self.shape(p, f"{key}.of[{i}]") if isinstance(p, str) else self._shape(p, f"{key}.of[{i}]")
-                 for i, p in enumerate(entry.of)]  # fmt: skip
+        parts = [
+            self.shape(p, f"{key}.of[{i}]") if isinstance(p, str) else self._shape(p, f"{key}.of[{i}]")
+            for i, p in enumerate(entry.of)
+        ]
         match entry:
             case e.SumEntry():
                 return Sum(tuple(parts), tuple(entry.weights)) if entry.weights is not None else total(*parts)
@@ -142,9 +134,16 @@ class Builder:
                 return make(Pointblob, self._volume(p.volume, key), p.centre, relaxed=p.relaxed)
             case e.PointSetblobEntry():
                 return PointSetblob(
-                    self._volume(p.volume, key), np.array(p.centres), tuple(p.blends), p.smoothing,
-                    self.scene.threshold, p.printed, relaxed=p.relaxed, weight=p.weight, blend=p.blend,
-                )  # fmt: skip
+                    self._volume(p.volume, key),
+                    np.array(p.centres),
+                    tuple(p.blends),
+                    p.smoothing,
+                    self.scene.threshold,
+                    p.printed,
+                    relaxed=p.relaxed,
+                    weight=p.weight,
+                    blend=p.blend,
+                )
             case e.PolyblobEntry():
                 hull, core = self._solid(p.hull, f"{key}.hull"), self._solid(p.core, f"{key}.core")
                 return Polyblob(hull, core, weight=p.weight, blend=p.blend)

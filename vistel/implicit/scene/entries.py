@@ -85,8 +85,7 @@ def _by_key(**kinds: type[Entry]) -> Any:
 
 TextureEntry = Annotated[CheckerEntry | ImageEntry, _by_key(checker=CheckerEntry, image=ImageEntry)]
 BumpEntry = Annotated[
-    WavesEntry | RipplesEntry | ImageHeightEntry,
-    _by_key(waves=WavesEntry, ripples=RipplesEntry, image=ImageHeightEntry),
+    WavesEntry | RipplesEntry | ImageHeightEntry, _by_key(waves=WavesEntry, ripples=RipplesEntry, image=ImageHeightEntry)
 ]
 
 
@@ -323,11 +322,24 @@ class SelectiveEntry(CombinationEntry):
 
 
 AnyShape = Annotated[
-    SphereEntry | SphylinderEntry | ConeSphereEntry | RoundedPolygonEntry | SuperellipsoidEntry | SupertoroidEntry
-    | PointblobEntry | PointSetblobEntry | PolyblobEntry | SumEntry | UnionEntry | DifferenceEntry | SubtractEntry
-    | ComplementEntry | DiffEntry | SelectiveEntry,
+    SphereEntry
+    | SphylinderEntry
+    | ConeSphereEntry
+    | RoundedPolygonEntry
+    | SuperellipsoidEntry
+    | SupertoroidEntry
+    | PointblobEntry
+    | PointSetblobEntry
+    | PolyblobEntry
+    | SumEntry
+    | UnionEntry
+    | DifferenceEntry
+    | SubtractEntry
+    | ComplementEntry
+    | DiffEntry
+    | SelectiveEntry,
     Field(discriminator="kind"),
-]  # fmt: skip
+]
 
 
 class SceneEntry(Entry):

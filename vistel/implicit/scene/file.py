@@ -119,9 +119,9 @@ def _key(loc: tuple[int | str, ...]) -> str:
 
 
 def _of_pydantic(word: str) -> bool:
-    return not re.fullmatch(r"[\w .-]+", word) or word.startswith(("function-", "tagged-", "constrained-")) or word in (
-        "str", "float",
-    )  # fmt: skip
+    return (
+        not re.fullmatch(r"[\w .-]+", word) or word.startswith(("function-", "tagged-", "constrained-")) or word in ("str", "float")
+    )
 
 
 def _is_shape(before: tuple[int | str, ...]) -> bool:

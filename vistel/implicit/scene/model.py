@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64, I64
 from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import Vec3
 from vistel.implicit.evaluation.program import FieldProgram, compile
@@ -17,9 +18,6 @@ from vistel.implicit.graph.combine import Attributed
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.scene.surface import Material, Rgb
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 class SceneError(ValueError):

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.implicit.scene.model import SceneError
-
-U8 = NDArray[np.uint8]
 
 
 def encoded(light: NDArray[np.floating]) -> U8:

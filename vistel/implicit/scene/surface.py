@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.graph.combine import Attributed
 from vistel.implicit.graph.shape import Shape
 
-F64 = NDArray[np.float64]
 Rgb = tuple[float, float, float]
 Texture = Callable[[F64], F64]
 """Points (n, 3) in the primitive's frame to colours (n, 3) in 0..1, or to heights (n,) in metres."""

@@ -7,17 +7,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vistel.arrays import F64, I64
 from vistel.implicit.blend import QUARTIC, THRESHOLD
 from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.evaluation.layout import FAMILY, FRAME, KIND, OP, SUM
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.primitives.kinds import KIND_INDEX
 from vistel.implicit.trace.pieces import Pieces
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 METHODS = ("auto", "march", "analytic", "numeric")
 
@@ -63,9 +61,7 @@ class RayCaster:
         hits, count = self._cast(origins, directions, near, far, 1)
         return np.where(count > 0, hits[:, 0], np.inf)
 
-    def all(
-        self, origins: ArrayLike, directions: ArrayLike, near: ArrayLike = 0.0, far: ArrayLike = np.inf, most: int = 32
-    ) -> F64:
+    def all(self, origins: ArrayLike, directions: ArrayLike, near: ArrayLike = 0.0, far: ArrayLike = np.inf, most: int = 32) -> F64:
         """Distances (n, k) to every surface point on each ray, rising, filled up with infinity; at most `most`."""
         hits, count = self._cast(origins, directions, near, far, most)
         hits[np.arange(most) >= count[:, None]] = np.inf
@@ -125,8 +121,10 @@ class RayCaster:
             return "analytic"
         if self.method == "auto":
             return "numeric"
-        known = {"march": "one sum of spheres and sphylinders with the quartic blend",
-                 "analytic": "unions of sums of quartic spheres, sphylinders and star-shaped pointblobs"}  # fmt: skip
+        known = {
+            "march": "one sum of spheres and sphylinders with the quartic blend",
+            "analytic": "unions of sums of quartic spheres, sphylinders and star-shaped pointblobs",
+        }
         raise ShapeError(f"RayCaster: method {self.method!r} knows {known[self.method]}, this shape is another; use auto")
 
     @cached_property

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64, Bool
 from vistel.implicit.evaluation.lower import Leaf, lower
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.primitives.offset import Sphere, Sphylinder
@@ -25,9 +25,6 @@ from vistel.implicit.scene import Material, Mesh
 from vistel.implicit.trace.mesh_tree import BoxTree
 from vistel.implicit.trace.pieces import sums
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-Bool = NDArray[np.bool_]
 LEVELS = 5
 """An intersection box is cut in eight so many times, and parts where the surface cannot be are dropped."""
 MOST_CELLS = 1 << 16
@@ -186,9 +183,14 @@ def _material(values: Mapping[str, Any], inverse: F64) -> Material:
     ambient, diffuse, specular, shininess, reflection = map(float, values.get("finish", Material().finish))
     return Material(
         (0.8, 0.5, 0.4) if callable(colour) else (float(colour[0]), float(colour[1]), float(colour[2])),
-        ambient, diffuse, specular, shininess, reflection,
-        _framed(colour, inverse), _framed(bump, inverse),
-    )  # fmt: skip
+        ambient,
+        diffuse,
+        specular,
+        shininess,
+        reflection,
+        _framed(colour, inverse),
+        _framed(bump, inverse),
+    )
 
 
 def _overlaps(leaves: list[_Placed]) -> list[tuple[_Placed, _Placed]]:
@@ -219,12 +221,22 @@ def _solved(box: F64, both: list[_Placed], members: list[_Placed], reached: dict
     blends = [b.blend for m in near for b in _blobs(m.leaf.primitive) or (m.leaf.primitive,)]
     cells, met = np.empty((MOST_CELLS, 6)), np.zeros(len(cones), bool)
     kept = refine(
-        box.ravel(), cones, np.repeat(np.arange(len(of_blob)), counts), np.array([near.index(m) for m in of_blob]),
-        np.array([m.capsule for m in of_blob]), np.array([m.count > 0 for m in of_blob]),
+        box.ravel(),
+        cones,
+        np.repeat(np.arange(len(of_blob)), counts),
+        np.array([near.index(m) for m in of_blob]),
+        np.array([m.capsule for m in of_blob]),
+        np.array([m.count > 0 for m in of_blob]),
         np.array([m.is_ratio for m in of_blob]),
-        np.array([m.leaf.weight * m.leaf.primitive.weight for m in of_blob]), np.array([b.code for b in blends]),
-        np.array([b.warp for b in blends]), np.array([m in both for m in of_blob]), threshold, LEVELS, cells, met,
-    )  # fmt: skip
+        np.array([m.leaf.weight * m.leaf.primitive.weight for m in of_blob]),
+        np.array([b.code for b in blends]),
+        np.array([b.warp for b in blends]),
+        np.array([m in both for m in of_blob]),
+        threshold,
+        LEVELS,
+        cells,
+        met,
+    )
     for leaf, flags in zip(of_blob, np.split(met, np.cumsum(counts)[:-1]), strict=True):
         reached[id(leaf)] |= flags
     return cells[:kept].reshape(-1, 2, 3)

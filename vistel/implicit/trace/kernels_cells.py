@@ -20,8 +20,7 @@ def _f(family, warp, d):
 
 
 @fast
-def refine(box, cones, owner, leaf_of, capsule, has_cones, is_ratio, weight, family, warp, needed, threshold, levels, cells,
-           met):  # fmt: skip
+def refine(box, cones, owner, leaf_of, capsule, has_cones, is_ratio, weight, family, warp, needed, threshold, levels, cells, met):
     """Cells (k, 6) of a box (6,) in which all needed leaves reach and the sum may be the threshold; k, at most its room.
 
     A leaf is a blob or the mean of several: leaf_of (n,) says of which leaf each blob is, rising. cones: (m, 4, 4) of the

@@ -20,18 +20,7 @@ from vistel.implicit.evaluation.layout import KIND, LEAF_WORDS, START
 from vistel.implicit.jit.kernel_jit import fast, leaf, reduction
 from vistel.implicit.jit.pointers import at, keep, pointer
 from vistel.implicit.jit.wide import wide
-from vistel.implicit.trace.kernels_packet import (
-    F32,
-    NEVER,
-    ONE,
-    RAYS,
-    SMALL,
-    ZERO,
-    bound,
-    gather,
-    load,
-    total,
-)
+from vistel.implicit.trace.kernels_packet import F32, NEVER, ONE, RAYS, SMALL, ZERO, bound, gather, load, total
 
 TWO, FOUR, EIGHT, HALF = F32(2.0), F32(4.0), F32(8.0), F32(0.5)
 ROWS = 6
@@ -216,11 +205,19 @@ class Work(NamedTuple):
 def workspace(leaves):
     """Memory for a program of so many leaves; pages that no packet needs are never touched."""
     return Work(
-        np.empty(leaves + 1, np.int32), np.empty(leaves + 1, np.int32), np.empty(leaves * ROWS * RAYS + 1, np.float32),
-        np.empty(leaves * FACTS + 1, np.float32), np.zeros(6 * RAYS, np.float32), np.empty(2 * RAYS, np.float32),
-        np.empty(11, np.float32), np.empty(3, np.float32), np.empty(6, np.float32), np.zeros(9 * RAYS, np.float32),
-        np.zeros(2 * RAYS, np.float32), np.empty(4, np.float64),
-    )  # fmt: skip
+        np.empty(leaves + 1, np.int32),
+        np.empty(leaves + 1, np.int32),
+        np.empty(leaves * ROWS * RAYS + 1, np.float32),
+        np.empty(leaves * FACTS + 1, np.float32),
+        np.zeros(6 * RAYS, np.float32),
+        np.empty(2 * RAYS, np.float32),
+        np.empty(11, np.float32),
+        np.empty(3, np.float32),
+        np.empty(6, np.float32),
+        np.zeros(9 * RAYS, np.float32),
+        np.zeros(2 * RAYS, np.float32),
+        np.empty(4, np.float64),
+    )
 
 
 @fast
@@ -228,13 +225,18 @@ def reach(P, work):
     """Lines and facts of the leaves that the packet in `work` can meet (rays, span and shift are given); how many."""
     leaf_table, scale, capsule, params = pointer(P.leaf), pointer(P.scale), pointer(P.capsule), pointer(P.params)
     rays, start, cone, shift, frame = (
-        pointer(work.rays), pointer(work.span), pointer(work.cone), pointer(work.shift), pointer(work.frame)
-    )  # fmt: skip
+        pointer(work.rays),
+        pointer(work.span),
+        pointer(work.cone),
+        pointer(work.shift),
+        pointer(work.frame),
+    )
     end = at(start, RAYS)
     found, lines, facts = pointer(work.found), pointer(work.lines), pointer(work.facts)
     bound(rays, start, end, cone)
-    count = gather(pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order), P.tree_box.shape[0], capsule, shift,
-                   cone, found)  # fmt: skip
+    count = gather(
+        pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order), P.tree_box.shape[0], capsule, shift, cone, found
+    )
     kept = 0
     for c in range(count):
         k = found[c]
@@ -273,8 +275,12 @@ def solve(work, kept, n, base, level, hits, found_hits, first):
     end = at(start, RAYS)
     # Rows: F, F', M, goes on, arrived, distance, where the slab ends for it, most, M of the slab.
     goes, arrived, time, until, most = (
-        at(out, 3 * RAYS), at(out, 4 * RAYS), at(out, 5 * RAYS), at(out, 6 * RAYS), at(out, 7 * RAYS)
-    )  # fmt: skip
+        at(out, 3 * RAYS),
+        at(out, 4 * RAYS),
+        at(out, 5 * RAYS),
+        at(out, 6 * RAYS),
+        at(out, 7 * RAYS),
+    )
     sign, begun = pointer(work.state), at(pointer(work.state), RAYS)
     limit = hits.shape[1]
     t0, t1, chord = NEVER, -NEVER, ZERO

@@ -96,8 +96,7 @@ def cast(box, child, span, corner, edge1, edge2, origins, directions, near, far,
         if near[i] > far[i]:
             t[i], triangle[i] = np.inf, -1
             continue
-        best, which = nearest(box, child, span, corner, edge1, edge2, origins[i], directions[i], near[i],
-                              min(far[i], FAR), any_hit)  # fmt: skip
+        best, which = nearest(box, child, span, corner, edge1, edge2, origins[i], directions[i], near[i], min(far[i], FAR), any_hit)
         t[i], triangle[i] = (best if which >= 0 else np.inf), which
 
 

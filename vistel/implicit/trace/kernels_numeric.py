@@ -18,20 +18,7 @@ from vistel.implicit.evaluation.block import block
 from vistel.implicit.evaluation.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
 from vistel.implicit.jit.kernel_jit import fast
 from vistel.implicit.jit.pointers import at, keep, pointer
-from vistel.implicit.trace.kernels_packet import (
-    F32,
-    HALF,
-    NEVER,
-    ONE,
-    RAYS,
-    SMALL,
-    ZERO,
-    bound,
-    box_range,
-    gather,
-    load,
-    sort,
-)
+from vistel.implicit.trace.kernels_packet import F32, HALF, NEVER, ONE, RAYS, SMALL, ZERO, bound, box_range, gather, load, sort
 
 THREE, TWO = F32(3.0), F32(2.0)
 STEPS = 8
@@ -92,9 +79,14 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
     # Of each ray: last sample's distance, field and slope; then its bracket a, fa, da, b with fb, db read back.
     last = pointer(state_)
     last_f, last_d, a_, b_, fa_, fb_, kind = (
-        at(last, RAYS), at(last, 2 * RAYS), at(last, 3 * RAYS), at(last, 4 * RAYS), at(last, 5 * RAYS),
-        at(last, 6 * RAYS), at(last, 7 * RAYS),
-    )  # fmt: skip
+        at(last, RAYS),
+        at(last, 2 * RAYS),
+        at(last, 3 * RAYS),
+        at(last, 4 * RAYS),
+        at(last, 5 * RAYS),
+        at(last, 6 * RAYS),
+        at(last, 7 * RAYS),
+    )
     task = pointer(task_)
     far_value = number[NUMBER_WORDS * (nodes - 1) + FAR]
     root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * channels * LANES)
@@ -184,8 +176,31 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
                 now = until
                 continue
             evaluations += m
-            ok = block(leaf, scale, attribute, params, node_table, nodes, number, child, child_weight, near_list, some,
-                       x, y, z, w, regs, live, channels, (m + 15) & ~15, True, leaf_box, 0, 0)  # fmt: skip
+            ok = block(
+                leaf,
+                scale,
+                attribute,
+                params,
+                node_table,
+                nodes,
+                number,
+                child,
+                child_weight,
+                near_list,
+                some,
+                x,
+                y,
+                z,
+                w,
+                regs,
+                live,
+                channels,
+                (m + 15) & ~15,
+                True,
+                leaf_box,
+                0,
+                0,
+            )
             tasks = 0
             for j in range(m):
                 i = which[j]
@@ -194,8 +209,11 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
                 f = (root[j] if ok else far_value) - level
                 d = ZERO
                 if ok:
-                    d = (root[LANES + j] * rays[3 * RAYS + i] + root[2 * LANES + j] * rays[4 * RAYS + i]
-                         + root[3 * LANES + j] * rays[5 * RAYS + i])  # fmt: skip
+                    d = (
+                        root[LANES + j] * rays[3 * RAYS + i]
+                        + root[2 * LANES + j] * rays[4 * RAYS + i]
+                        + root[3 * LANES + j] * rays[5 * RAYS + i]
+                    )
                 t = time[j]
                 if last[i] != -NEVER and t > last[i]:
                     fa, da, h = last_f[i], last_d[i], t - last[i]
@@ -220,10 +238,41 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
             if tasks > 0:
                 done_until = until
                 evaluations += _close(
-                    leaf, scale, attribute, params, node_table, nodes, number, child, child_weight, found, kept, x, y, z,
-                    w, regs, live, channels, leaf_box, root, far_value, level, rays, shift, task, tasks, a_, b_, fa_, fb_,
-                    last_d, slope, kind, tiny,
-                )  # fmt: skip
+                    leaf,
+                    scale,
+                    attribute,
+                    params,
+                    node_table,
+                    nodes,
+                    number,
+                    child,
+                    child_weight,
+                    found,
+                    kept,
+                    x,
+                    y,
+                    z,
+                    w,
+                    regs,
+                    live,
+                    channels,
+                    leaf_box,
+                    root,
+                    far_value,
+                    level,
+                    rays,
+                    shift,
+                    task,
+                    tasks,
+                    a_,
+                    b_,
+                    fa_,
+                    fb_,
+                    last_d,
+                    slope,
+                    kind,
+                    tiny,
+                )
                 for k in range(tasks):
                     i = task[k]
                     t = b_[i]
@@ -242,15 +291,66 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
                         done_until = min(done_until, t)
                 until = done_until
             now = until
-    keep(regs_, rows_, live_, found_, near_list_, range_, points_, which_, time_, field_, slope_, rays_, inverse_, span_,
-         cone_, shift_, state_, task_)  # fmt: skip
+    keep(
+        regs_,
+        rows_,
+        live_,
+        found_,
+        near_list_,
+        range_,
+        points_,
+        which_,
+        time_,
+        field_,
+        slope_,
+        rays_,
+        inverse_,
+        span_,
+        cone_,
+        shift_,
+        state_,
+        task_,
+    )
     return evaluations
 
 
 @fast
-def _close(leaf, scale, attribute, params, node_table, nodes, number, child, child_weight, found, kept, x, y, z, w, regs,
-           live, channels, leaf_box, root, far_value, level, rays, shift, task, tasks, a_, b_, fa_, fb_, da_, db_, kind,
-           tiny):  # fmt: skip
+def _close(
+    leaf,
+    scale,
+    attribute,
+    params,
+    node_table,
+    nodes,
+    number,
+    child,
+    child_weight,
+    found,
+    kept,
+    x,
+    y,
+    z,
+    w,
+    regs,
+    live,
+    channels,
+    leaf_box,
+    root,
+    far_value,
+    level,
+    rays,
+    shift,
+    task,
+    tasks,
+    a_,
+    b_,
+    fa_,
+    fb_,
+    da_,
+    db_,
+    kind,
+    tiny,
+):
     """Close the brackets of the rays `task`; kind 2 (a maximum that may reach T) becomes 1 with a bracket or 0."""
     spent = 0
     next_ = np.empty(RAYS, np.float32)
@@ -283,8 +383,31 @@ def _close(leaf, scale, attribute, params, node_table, nodes, number, child, chi
             y[k] = rays[RAYS + i] + t * rays[4 * RAYS + i] - shift[1]
             z[k] = rays[2 * RAYS + i] + t * rays[5 * RAYS + i] - shift[2]
         spent += m
-        ok = block(leaf, scale, attribute, params, node_table, nodes, number, child, child_weight, found, kept,
-                   x, y, z, w, regs, live, channels, (m + 15) & ~15, True, leaf_box, 0, 0)  # fmt: skip
+        ok = block(
+            leaf,
+            scale,
+            attribute,
+            params,
+            node_table,
+            nodes,
+            number,
+            child,
+            child_weight,
+            found,
+            kept,
+            x,
+            y,
+            z,
+            w,
+            regs,
+            live,
+            channels,
+            (m + 15) & ~15,
+            True,
+            leaf_box,
+            0,
+            0,
+        )
         left = 0
         for k in range(m):
             i = open_[k]
@@ -292,8 +415,11 @@ def _close(leaf, scale, attribute, params, node_table, nodes, number, child, chi
             f = (root[k] if ok else far_value) - level
             d = ZERO
             if ok:
-                d = (root[LANES + k] * rays[3 * RAYS + i] + root[2 * LANES + k] * rays[4 * RAYS + i]
-                     + root[3 * LANES + k] * rays[5 * RAYS + i])  # fmt: skip
+                d = (
+                    root[LANES + k] * rays[3 * RAYS + i]
+                    + root[2 * LANES + k] * rays[4 * RAYS + i]
+                    + root[3 * LANES + k] * rays[5 * RAYS + i]
+                )
             a, b = a_[i], b_[i]
             if kind[i] == TWO:
                 sign = ONE if fa_[i] < ZERO else -ONE

@@ -27,9 +27,7 @@ def camera_rows(rays, start, end, norm, place, view, x0, y0, dx, dy, depth, flat
     """Rays through a block of SIDE x SIDE pixels. view: (9,) right, up, ahead; x0, y0: of the block's middle, in units of
     the view at 1 m; dx, dy: of one pixel; depth: of the base; flat: 1 for an orthographic view."""
     wide()
-    rx, ry, rz, ux, uy, uz, ax, ay, az = (
-        view[0], view[1], view[2], view[3], view[4], view[5], view[6], view[7], view[8]
-    )  # fmt: skip
+    rx, ry, rz, ux, uy, uz, ax, ay, az = (view[0], view[1], view[2], view[3], view[4], view[5], view[6], view[7], view[8])
     spread = ONE if flat else depth
     for i in range(RAYS):
         column, row = i & (SIDE - 1), i >> 3
@@ -159,8 +157,7 @@ def add_light(facing, shine, given, diffuse, specular):
 
 
 @fast
-def draw(P, origin, centre, radius, eye, view, step, flat, threshold, colour, finish, lamps, shadows, box, light,
-         distance, thing):  # fmt: skip
+def draw(P, origin, centre, radius, eye, view, step, flat, threshold, colour, finish, lamps, shadows, box, light, distance, thing):
     """Draw the pixels of box (x0, y0, x1, y1) into light (h, w, 3), distance and thing (h, w).
 
     view: (3, 3) right, up, ahead; step: (2,) of a pixel at 1 m; finish: (5,); lamps: (m, 8) kind (1 a lamp, 0 parallel),
@@ -172,9 +169,16 @@ def draw(P, origin, centre, radius, eye, view, step, flat, threshold, colour, fi
     rows_ = np.zeros(16 * RAYS, np.float32)
     norm = pointer(rows_)
     time, hit, points, slope, lift, facing, shine, given, spare = (
-        at(norm, RAYS), at(norm, 2 * RAYS), at(norm, 3 * RAYS), at(norm, 6 * RAYS), at(norm, 9 * RAYS),
-        at(norm, 10 * RAYS), at(norm, 11 * RAYS), at(norm, 12 * RAYS), at(norm, 14 * RAYS),
-    )  # fmt: skip
+        at(norm, RAYS),
+        at(norm, 2 * RAYS),
+        at(norm, 3 * RAYS),
+        at(norm, 6 * RAYS),
+        at(norm, 9 * RAYS),
+        at(norm, 10 * RAYS),
+        at(norm, 11 * RAYS),
+        at(norm, 12 * RAYS),
+        at(norm, 14 * RAYS),
+    )
     view_, place_, lamp_ = np.empty(9, np.float32), np.empty(3, np.float32), np.empty(8, np.float32)
     hits, found, hits2, found2 = np.empty((RAYS, 1)), np.zeros(RAYS, np.int64), np.empty((RAYS, 1)), np.zeros(RAYS, np.int64)
     for k in range(9):
@@ -197,8 +201,22 @@ def draw(P, origin, centre, radius, eye, view, step, flat, threshold, colour, fi
                 shift2[k] = shift[k]
                 place_[k] = F32(centre[k] - place[k])
             columns, rows = min(SIDE, box[2] - left), min(SIDE, box[3] - top)
-            camera_rows(rays, start, at(start, RAYS), norm, pointer(place_), pointer(view_), F32(x), F32(y), F32(step[0]),
-                        F32(-step[1]), F32(depth), flat, columns, rows)  # fmt: skip
+            camera_rows(
+                rays,
+                start,
+                at(start, RAYS),
+                norm,
+                pointer(place_),
+                pointer(view_),
+                F32(x),
+                F32(y),
+                F32(step[0]),
+                F32(-step[1]),
+                F32(depth),
+                flat,
+                columns,
+                rows,
+            )
             clip_to_ball(rays, place_[0], place_[1], place_[2], F32(radius), start, at(start, RAYS))
             if smallest(start) >= NEVER:
                 continue
@@ -238,8 +256,9 @@ def draw(P, origin, centre, radius, eye, view, step, flat, threshold, colour, fi
                     lamp_[k] = F32(lamps[m, k])
                 for k in range(3):
                     place_[k] = F32(lamps[m, 1 + k] - place[k]) if lamps[m, 0] > 0.5 else F32(lamps[m, 1 + k])
-                lamp_rows(rays, points, slope, lift, hit, pointer(lamp_), pointer(place_), rays2, start2, at(start2, RAYS),
-                          facing, shine)  # fmt: skip
+                lamp_rows(
+                    rays, points, slope, lift, hit, pointer(lamp_), pointer(place_), rays2, start2, at(start2, RAYS), facing, shine
+                )
                 if shadows and lamps[m, 7] > 0.5:
                     for k in range(3):
                         place_[k] = F32(centre[k] - place[k])
@@ -265,6 +284,3 @@ def draw(P, origin, centre, radius, eye, view, step, flat, threshold, colour, fi
                         for k in range(3):
                             light[v, u, k] += (given[i] * F32(colour[k]) + given[RAYS + i]) * lamp_[4 + k]
     keep(work, dark, rows_, view_, place_, lamp_)
-
-
-

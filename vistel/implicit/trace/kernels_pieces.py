@@ -179,8 +179,10 @@ def first_root(c, begin, b, stack):
         p0, p1, p2, p3, p4 = (
             (((p4 * begin + p3) * begin + p2) * begin + p1) * begin + p0,
             h * (((4 * p4 * begin + 3 * p3) * begin + 2 * p2) * begin + p1),
-            h * h * ((6 * p4 * begin + 3 * p3) * begin + p2), h * h * h * (4 * p4 * begin + p3), h * h * h * h * p4,
-        )  # fmt: skip
+            h * h * ((6 * p4 * begin + 3 * p3) * begin + p2),
+            h * h * h * (4 * p4 * begin + p3),
+            h * h * h * h * p4,
+        )
     stack[0, 0] = p0
     stack[0, 1] = p0 + p1 / 4
     stack[0, 2] = p0 + p1 / 2 + p2 / 6
@@ -237,8 +239,9 @@ def first_root(c, begin, b, stack):
 
 
 @fast
-def trace_pieces(P, origin, centre, radius, origins, directions, near, far, threshold, member, neighbours, first_triangle,
-                 hits, found_hits):  # fmt: skip
+def trace_pieces(
+    P, origin, centre, radius, origins, directions, near, far, threshold, member, neighbours, first_triangle, hits, found_hits
+):
     """As `kernels_numeric.trace_numeric`, for the union of sums of quartic spheres, sphylinders and pointblobs (these
     with quad2 too). member: (g, n) which leaves each sum has; several sums allow only the first hit from outside.
 
@@ -249,8 +252,11 @@ def trace_pieces(P, origin, centre, radius, origins, directions, near, far, thre
     branches, leaves = P.tree_box.shape[0], P.leaf.shape[0]
     found_ = np.empty(leaves + 1, np.int32)
     rays_, span_, cone_, shift_ = (
-        np.zeros(6 * RAYS, np.float32), np.empty(2 * RAYS, np.float32), np.empty(11, np.float32), np.empty(3, np.float32)
-    )  # fmt: skip
+        np.zeros(6 * RAYS, np.float32),
+        np.empty(2 * RAYS, np.float32),
+        np.empty(11, np.float32),
+        np.empty(3, np.float32),
+    )
     found, rays, start, cone, shift = pointer(found_), pointer(rays_), pointer(span_), pointer(cone_), pointer(shift_)
     end = at(start, RAYS)
     place = np.empty(4)
@@ -320,8 +326,17 @@ def trace_pieces(P, origin, centre, radius, origins, directions, near, far, thre
                         if s[1] <= t < s[15]:
                             leaf = int(s[0])
                             table = at(leaf_table, LEAF_WORDS * leaf)
-                            _piece(at(params, table[START]), table[KIND], table[FAMILY], float(scale[2 * leaf]), neighbours,
-                                   first_triangle[leaf], s, v, t)  # fmt: skip
+                            _piece(
+                                at(params, table[START]),
+                                table[KIND],
+                                table[FAMILY],
+                                float(scale[2 * leaf]),
+                                neighbours,
+                                first_triangle[leaf],
+                                s,
+                                v,
+                                t,
+                            )
                         upto = min(upto, s[1] if s[1] > t else upto)
                     swept += 1
                     h = upto - t

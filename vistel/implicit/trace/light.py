@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64, Bool
 from vistel.implicit.scene import Scene
 from vistel.implicit.scene.surface import AMBIENT, DIFFUSE, REFLECTION, SHININESS, SPECULAR
 from vistel.implicit.trace.caster import RayCaster
@@ -15,9 +16,6 @@ from vistel.implicit.trace.exact import Exact
 from vistel.implicit.trace.looks import ImplicitLook, Look, MeshLook, merged
 from vistel.implicit.trace.mesh_tree import BoxTree, MeshTree
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-Bool = NDArray[np.bool_]
 FAINT = 1 / 512
 """A mirror that gives back less than this is not followed."""
 
@@ -106,8 +104,9 @@ class Tracer:
             return None
         return one["colour"][0], one["finish"][0]
 
-    def draw(self, box: tuple[int, int, int, int], light: NDArray[np.float32], distance: NDArray[np.float32],
-             thing: NDArray[np.int8]) -> None:  # fmt: skip
+    def draw(
+        self, box: tuple[int, int, int, int], light: NDArray[np.float32], distance: NDArray[np.float32], thing: NDArray[np.int8]
+    ) -> None:
         """Draw the pixels of box (x0, y0, x1, y1) of a `plain` scene into whole pictures; the same as `seen` gives."""
         from vistel.implicit.trace.kernels_picture import draw  # noqa: PLC0415 - brings Numba
 
@@ -116,8 +115,21 @@ class Tracer:
         height, width = thing.shape
         half = camera.half_extent((width, height))
         step = np.array([2 * half[0] / width, 2 * half[1] / height])
-        draw(*self.caster.ball, np.array(camera.position, np.float64), camera.frame, step, camera.height is not None,
-             scene.threshold, *self.plain, self._lamps, self.shadows, np.array(box), light, distance, thing)  # fmt: skip
+        draw(
+            *self.caster.ball,
+            np.array(camera.position, np.float64),
+            camera.frame,
+            step,
+            camera.height is not None,
+            scene.threshold,
+            *self.plain,
+            self._lamps,
+            self.shadows,
+            np.array(box),
+            light,
+            distance,
+            thing,
+        )
 
     @cached_property
     def _lamps(self) -> F64:

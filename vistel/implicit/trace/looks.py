@@ -7,14 +7,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.scene import Mesh
 from vistel.implicit.scene.surface import Material
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 LIFT = 1e-3
 """Rays that leave the surface F = T start where F has fallen by about this much."""
 
@@ -114,9 +112,7 @@ class MeshLook:
     @cached_property
     def _smooth(self) -> F64:
         """(m, 3, 3) normals at the corners."""
-        parts = [
-            m.vertex_normals[m.triangles] if m.smooth else np.zeros((len(m.triangles), 3, 3)) for m in self.meshes
-        ]
+        parts = [m.vertex_normals[m.triangles] if m.smooth else np.zeros((len(m.triangles), 3, 3)) for m in self.meshes]
         smooth = np.concatenate(parts)
         flat = ~np.repeat([m.smooth for m in self.meshes], [len(m.triangles) for m in self.meshes])
         smooth[flat] = self._flat[flat][:, None]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
+from vistel.arrays import F64, I64
+
 BOTTOM = 4
 """Triangles in a box at the bottom of the tree."""
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import I32, I64
 from vistel.implicit.blend import QUAD2, QUARTIC
 from vistel.implicit.evaluation.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, SUM
 from vistel.implicit.evaluation.lower import Leaf, lower
@@ -16,8 +17,6 @@ from vistel.implicit.primitives.pointblob import Pointblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
 
 MOST_MEMBERS = 10_000_000
-I64 = NDArray[np.int64]
-I32 = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import I64
 from vistel.implicit.scene import Scene
 from vistel.implicit.trace.light import Tracer
 
-I64 = NDArray[np.int64]
 Box = tuple[int, int, int, int]
 BLOCK = 8
 """A packet of rays is a square of so many pixels."""
@@ -95,11 +95,7 @@ def _rounded(edge: float) -> int:
 
 def _tiles(width: int, height: int, edge: int) -> list[Box]:
     """x0, y0, x1, y1 of every tile."""
-    return [
-        (x, y, min(x + edge, width), min(y + edge, height))
-        for y in range(0, height, edge)
-        for x in range(0, width, edge)
-    ]
+    return [(x, y, min(x + edge, width), min(y + edge, height)) for y in range(0, height, edge) for x in range(0, width, edge)]
 
 
 def _blocked(box: Box) -> I64:
@@ -126,9 +122,7 @@ def _rough(light: NDArray[np.float32], thing: NDArray[np.int8], most: float) -> 
     return pixels[differs[pixels[:, 1], pixels[:, 0]]]
 
 
-def _in_tiles(
-    run: Callable[[Any], int], tiles: Iterable[Any], total: int, workers: int, progress: Callable[[float], None]
-) -> None:
+def _in_tiles(run: Callable[[Any], int], tiles: Iterable[Any], total: int, workers: int, progress: Callable[[float], None]) -> None:
     done = 0
     if workers == 1:
         for piece in tiles:

@@ -76,6 +76,3 @@ def _most(shape: Shape) -> float:
         else:
             bound[id(node)] = (-np.inf, np.inf)
     return bound[id(shape)][1]
-
-
-

@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-import numpy as np
-from numpy.typing import NDArray
-
-F64 = NDArray[np.float64]
+from vistel.arrays import F64
 
 
 class Refused(Exception):  # noqa: N818 - said to a person, no error
@@ -287,6 +284,30 @@ class Reset:
 
 
 Action = (
-    Select | Move | MoveBy | Place | Turn | Scale | Bend | Twist | Paint | Harden | Copy | Create | Delete | Grip | Release
-    | Attach | Detach | Undo | Redo | Stop | Reset | Sharpen | Dent | Hide | Show | Align
-)  # fmt: skip
+    Select
+    | Move
+    | MoveBy
+    | Place
+    | Turn
+    | Scale
+    | Bend
+    | Twist
+    | Paint
+    | Harden
+    | Copy
+    | Create
+    | Delete
+    | Grip
+    | Release
+    | Attach
+    | Detach
+    | Undo
+    | Redo
+    | Stop
+    | Reset
+    | Sharpen
+    | Dent
+    | Hide
+    | Show
+    | Align
+)

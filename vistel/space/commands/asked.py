@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.commands.actions import Refused, Which
 from vistel.space.commands.history import Change, Stood
@@ -21,9 +21,6 @@ from vistel.space.room import Room
 from vistel.space.state import State
 from vistel.space.things.solids import Solids, outline
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
-
 
 
 @dataclass(frozen=True)
@@ -128,12 +125,15 @@ def exchanged(state: State, s: Solids, before: Sequence[int], after: Sequence[St
     m = Motions(
         np.concatenate([m.position[kept], np.array([x.position for x in added]).reshape(-1, 3)]),
         np.concatenate([m.rotation[kept], np.array([x.rotation for x in added]).reshape(-1, 4)]),
-        np.concatenate([m.velocity[kept], zero]), np.concatenate([m.spin[kept], zero]),
+        np.concatenate([m.velocity[kept], zero]),
+        np.concatenate([m.spin[kept], zero]),
         np.concatenate([m.mode[kept], np.full(len(added), FREE, np.int64)]),
         np.concatenate([m.still[kept], np.zeros(len(added), np.int64)]),
-    )  # fmt: skip
+    )
     state = replace(
-        state, things=(*things, *(x.thing for x in added)), motions=m,
+        state,
+        things=(*things, *(x.thing for x in added)),
+        motions=m,
         dents=(
             *(d for d in state.dents if d.thing not in gone | reshaped),
             *(d for x in after if x.thing.id in reshaped for d in x.dents),
@@ -141,7 +141,7 @@ def exchanged(state: State, s: Solids, before: Sequence[int], after: Sequence[St
         bonds=tuple(b for b in state.bonds if b.thing not in gone | reshaped),
         glides=tuple(g for g in state.glides if g.thing not in gone | new.keys()),
         selected=tuple((who, tuple(t for t in ids if t not in gone)) for who, ids in state.selected),
-    )  # fmt: skip
+    )
     for x in after:
         state = _stood(state, x)
     return state
@@ -162,9 +162,8 @@ def changed(asked: Asked, before: Sequence[int], after: Sequence[Stood]) -> Stat
     """The same, remembered as the speaker's doing."""
     as_before = {id(x.thing) for x in after}
     was = tuple(
-        asked.stood(n) if id(asked.state.things[n]) in as_before else replace(asked.stood(n), dents=asked.dents(n))
-        for n in before
-    )  # fmt: skip
+        asked.stood(n) if id(asked.state.things[n]) in as_before else replace(asked.stood(n), dents=asked.dents(n)) for n in before
+    )
     state = exchanged(asked.state, asked.solids, before, after)
     return replace(state, history=state.history.with_change(Change(asked.who, was, tuple(after))))
 

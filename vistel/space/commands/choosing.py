@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
@@ -18,8 +17,6 @@ from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
 from vistel.space.hands import holding, ownership
 from vistel.space.state import State
-
-F64 = NDArray[np.float64]
 
 NEAR = 0.03
 """A hand that is asked to take hold is no further off than this [m]."""

@@ -6,23 +6,26 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.reference import COLOURS, name_of_colour
 from vistel.space.room import Z_UP
 from vistel.space.things.things import Axis, Primitive, Thing
 
-F64 = NDArray[np.float64]
-
 SIZES = 0.005, 0.3
 """Half of the largest extent of a new thing [m]."""
 DENSITY = 400.0
 """Of new things [kg/m^3]."""
 OWN_COLOUR = {
-    "ball": "yellow", "box": "blue", "cylinder": "green", "cone": "orange", "ring": "violet", "bar": "red", "lump": "brown",
+    "ball": "yellow",
+    "box": "blue",
+    "cylinder": "green",
+    "cone": "orange",
+    "ring": "violet",
+    "bar": "red",
+    "lump": "brown",
     "tile": "white",
-}  # fmt: skip
+}
 SHAPES = tuple(OWN_COLOUR)
 """What can be made."""
 

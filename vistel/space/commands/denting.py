@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact import find_contacts
@@ -19,8 +19,6 @@ from vistel.space.commands.reshape import extent
 from vistel.space.memory.dents import MOST, Dent, deepest, imprints
 from vistel.space.things.solids import outline
 from vistel.space.things.things import Matter, Primitive
-
-F64 = NDArray[np.float64]
 
 SOFT = 0.15
 """Compliance from which a thing can be dented."""
@@ -46,9 +44,7 @@ def dent(asked: Asked, action: ask.Dent) -> Answer:
         at = asked.stood(n)
         shape, depth = _pressed(asked, at, action.depth)
         matter = thing.matter if thing.matter.material != "elastic" else _plastic(thing.matter)
-        new = Dent(
-            number, thing.id, "", 0, shape, depth, left_ns=max(1, asked.state.t_ns), fade_ns=round(matter.recovery * 1e9)
-        )  # fmt: skip
+        new = Dent(number, thing.id, "", 0, shape, depth, left_ns=max(1, asked.state.t_ns), fade_ns=round(matter.recovery * 1e9))
         number += 1
         after.append(replace(at, thing=replace(thing, matter=matter), dents=deepest((*asked.dents(n), new), MOST)))
     state = changed(asked, rows, after)

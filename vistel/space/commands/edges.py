@@ -89,5 +89,8 @@ def _tip(p: Primitive, by: float) -> Primitive:
 
 
 _HOW: dict[str, Callable[[Primitive, float], Primitive]] = {
-    "sphere": _ball, "superellipsoid": _superquadric, "supertoroid": _superquadric, "cone_sphere": _tip,
-}  # fmt: skip
+    "sphere": _ball,
+    "superellipsoid": _superquadric,
+    "supertoroid": _superquadric,
+    "cone_sphere": _tip,
+}

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F64
 from vistel.space.memory.dents import Dent
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
 
 MOST = 12
 """Changes remembered for each person."""

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
@@ -16,8 +16,6 @@ from vistel.space.commands.placing import GAP, glide, is_free, table_edge
 from vistel.space.hands import holding
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
 from vistel.space.things.solids import outline
-
-F64 = NDArray[np.float64]
 
 LEAST_GAP = 2.0 * GAP
 _ASIDE = (0.0, *(sign * k * 0.03 for k in range(1, 9) for sign in (1.0, -1.0)))

@@ -44,9 +44,10 @@ def obey(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[St
 def forgotten(state: State, participant: str) -> State:
     """After somebody has left: what they chose and did is theirs no longer."""
     return replace(
-        state, history=state.history.without(participant),
+        state,
+        history=state.history.without(participant),
         selected=tuple(chosen for chosen in state.selected if chosen[0] != participant),
-    )  # fmt: skip
+    )
 
 
 def _done(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[State, tuple[str, ...]]:
@@ -71,11 +72,30 @@ def _numbers(action: ask.Action) -> Iterable[float]:
 
 
 _HOW: dict[type[Any], Callable[[Asked, Any], Answer]] = {
-    ask.Move: placing.move, ask.MoveBy: placing.move_by, ask.Place: placing.place, ask.Turn: placing.turn,
-    ask.Scale: shaping.scale, ask.Bend: shaping.bend, ask.Twist: shaping.twist, ask.Paint: shaping.paint,
-    ask.Harden: shaping.harden, ask.Copy: shaping.copy, ask.Create: shaping.create, ask.Delete: shaping.delete,
-    ask.Attach: shaping.attach, ask.Detach: shaping.detach, ask.Select: choosing.select, ask.Grip: choosing.grip,
-    ask.Release: choosing.release, ask.Undo: choosing.undo, ask.Redo: choosing.redo, ask.Stop: choosing.stop,
-    ask.Reset: choosing.reset, ask.Hide: choosing.hide, ask.Show: choosing.show, ask.Align: lining.align,
-    ask.Dent: denting.dent, ask.Sharpen: edges.sharpen,
-}  # fmt: skip
+    ask.Move: placing.move,
+    ask.MoveBy: placing.move_by,
+    ask.Place: placing.place,
+    ask.Turn: placing.turn,
+    ask.Scale: shaping.scale,
+    ask.Bend: shaping.bend,
+    ask.Twist: shaping.twist,
+    ask.Paint: shaping.paint,
+    ask.Harden: shaping.harden,
+    ask.Copy: shaping.copy,
+    ask.Create: shaping.create,
+    ask.Delete: shaping.delete,
+    ask.Attach: shaping.attach,
+    ask.Detach: shaping.detach,
+    ask.Select: choosing.select,
+    ask.Grip: choosing.grip,
+    ask.Release: choosing.release,
+    ask.Undo: choosing.undo,
+    ask.Redo: choosing.redo,
+    ask.Stop: choosing.stop,
+    ask.Reset: choosing.reset,
+    ask.Hide: choosing.hide,
+    ask.Show: choosing.show,
+    ask.Align: lining.align,
+    ask.Dent: denting.dent,
+    ask.Sharpen: edges.sharpen,
+}

@@ -19,10 +19,16 @@ from vistel.space.commands.reference import COLOURS
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 LONGER = {
-    "longer": (1.5, Along.LONGEST), "shorter": (1 / 1.5, Along.LONGEST), "taller": (1.5, Along.UP), "lower": (1 / 1.5, Along.UP),
-    "wider": (1.5, Along.ACROSS), "narrower": (1 / 1.5, Along.ACROSS), "deeper": (1.5, Along.AHEAD),
-    "larger": (1.5, None), "smaller": (1 / 1.5, None),
-}  # fmt: skip
+    "longer": (1.5, Along.LONGEST),
+    "shorter": (1 / 1.5, Along.LONGEST),
+    "taller": (1.5, Along.UP),
+    "lower": (1 / 1.5, Along.UP),
+    "wider": (1.5, Along.ACROSS),
+    "narrower": (1 / 1.5, Along.ACROSS),
+    "deeper": (1.5, Along.AHEAD),
+    "larger": (1.5, None),
+    "smaller": (1 / 1.5, None),
+}
 USAGE = """\
 move WHICH right|left|up|down|ahead|back [LENGTH]     put WHICH here|there
 turn WHICH DEGREES [up|across|ahead|longest]          scale WHICH FACTOR [longest|up|across|ahead]
@@ -159,15 +165,33 @@ def _length(words: list[str], default: float) -> tuple[list[str], float]:
 
 
 _READ: dict[str, Callable[[list[str]], Action]] = {
-    "move": _move, "put": _put, "turn": _turn, "scale": _scale, "bend": _bend, "twist": _twist,
-    "straighten": lambda w: ask.Bend(_which(w), 0.0), "paint": _paint, "soften": lambda w: ask.Harden(_which(w), 0.3),
+    "move": _move,
+    "put": _put,
+    "turn": _turn,
+    "scale": _scale,
+    "bend": _bend,
+    "twist": _twist,
+    "straighten": lambda w: ask.Bend(_which(w), 0.0),
+    "paint": _paint,
+    "soften": lambda w: ask.Harden(_which(w), 0.3),
     "harden": lambda w: ask.Harden(_which(w), 1.0),
-    "sharpen": lambda w: ask.Sharpen(_which(w), 0.6), "round": lambda w: ask.Sharpen(_which(w), -0.6),
-    "dent": lambda w: ask.Dent(_which(w)), "align": lambda w: ask.Align(_which(w)), "hide": lambda w: ask.Hide(_which(w)),
-    "show": lambda w: ask.Show(_which(w)), "copy": lambda w: ask.Copy(_which(w)),
-    "delete": lambda w: ask.Delete(_which(w)), "create": _create, "select": _select,
-    "take": lambda w: ask.Grip(_which(w)), "snatch": lambda w: ask.Grip(_which(w), True),
-    "release": lambda w: ask.Release(_which(w)), "attach": _attach,
-    "detach": lambda w: ask.Detach(_which(w)), "undo": lambda w: ask.Undo(), "redo": lambda w: ask.Redo(),
-    "stop": lambda w: ask.Stop(), "reset": lambda w: ask.Reset(),
-}  # fmt: skip
+    "sharpen": lambda w: ask.Sharpen(_which(w), 0.6),
+    "round": lambda w: ask.Sharpen(_which(w), -0.6),
+    "dent": lambda w: ask.Dent(_which(w)),
+    "align": lambda w: ask.Align(_which(w)),
+    "hide": lambda w: ask.Hide(_which(w)),
+    "show": lambda w: ask.Show(_which(w)),
+    "copy": lambda w: ask.Copy(_which(w)),
+    "delete": lambda w: ask.Delete(_which(w)),
+    "create": _create,
+    "select": _select,
+    "take": lambda w: ask.Grip(_which(w)),
+    "snatch": lambda w: ask.Grip(_which(w), True),
+    "release": lambda w: ask.Release(_which(w)),
+    "attach": _attach,
+    "detach": lambda w: ask.Detach(_which(w)),
+    "undo": lambda w: ask.Undo(),
+    "redo": lambda w: ask.Redo(),
+    "stop": lambda w: ask.Stop(),
+    "reset": lambda w: ask.Reset(),
+}

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -22,8 +22,6 @@ from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
 from vistel.space.things.glide import Glide, on_way
 from vistel.space.things.solids import outline
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
 
 HIGHEST = 3.0
 """Things are put no higher above the floor [m]."""
@@ -73,9 +71,10 @@ def glide(asked: Asked, rows: Sequence[int], way: Callable[[int], tuple[F64, F64
     moved = {g.thing for g in glides}
     change = Change(asked.who, tuple(asked.stood(n) for n in rows), tuple(after))
     state = replace(
-        state, glides=tuple(g for g in state.glides if g.thing not in moved) + tuple(glides),
+        state,
+        glides=tuple(g for g in state.glides if g.thing not in moved) + tuple(glides),
         history=state.history.with_change(change),
-    )  # fmt: skip
+    )
     return state, tuple(x.thing.id for x in after)
 
 

@@ -9,23 +9,30 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX
 from vistel.space.commands.actions import Along, Refused, Shown, Size, Towards, Which
 from vistel.space.people import Posed
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
 from vistel.space.things.things import Thing
 
-F64 = NDArray[np.float64]
-
 WITHIN = math.radians(12.0)
 """What is pointed or looked at lies this near the line, seen from finger or eyes."""
 PARTS = ("proximal", "intermediate", "distal")
 COLOURS = {
-    "red": 0xC23B32FF, "orange": 0xE0762BFF, "yellow": 0xE8B923FF, "green": 0x3F9C5AFF, "blue": 0x2F6DB5FF,
-    "violet": 0x8A56B0FF, "pink": 0xE08BAEFF, "brown": 0x7A5230FF, "white": 0xE6E3DAFF, "grey": 0x8A8A8AFF, "black": 0x222222FF,
-}  # fmt: skip
+    "red": 0xC23B32FF,
+    "orange": 0xE0762BFF,
+    "yellow": 0xE8B923FF,
+    "green": 0x3F9C5AFF,
+    "blue": 0x2F6DB5FF,
+    "violet": 0x8A56B0FF,
+    "pink": 0xE08BAEFF,
+    "brown": 0x7A5230FF,
+    "white": 0xE6E3DAFF,
+    "grey": 0x8A8A8AFF,
+    "black": 0x222222FF,
+}
 """Colours that have a name, 0xRRGGBBAA."""
 
 
@@ -69,9 +76,13 @@ class Speaker:
         """(3,) unit vector in the room."""
         ahead, right = self.ahead, self.right
         return {
-            Towards.UP: np.array([0.0, 1.0, 0.0]), Towards.DOWN: np.array([0.0, -1.0, 0.0]), Towards.RIGHT: right,
-            Towards.LEFT: -right, Towards.AHEAD: ahead, Towards.BACK: -ahead,
-        }[towards]  # fmt: skip
+            Towards.UP: np.array([0.0, 1.0, 0.0]),
+            Towards.DOWN: np.array([0.0, -1.0, 0.0]),
+            Towards.RIGHT: right,
+            Towards.LEFT: -right,
+            Towards.AHEAD: ahead,
+            Towards.BACK: -ahead,
+        }[towards]
 
     def axis(self, along: Along) -> F64:
         """(3,) unit vector in the room of an axis that does not depend on the thing."""
@@ -134,9 +145,7 @@ class Speaker:
         raise Refused("you point at no place in the room")
 
 
-def meant(
-    which: Which, speaker: Speaker, things: Sequence[Thing], positions: F64, radii: F64
-) -> list[int]:  # fmt: skip
+def meant(which: Which, speaker: Speaker, things: Sequence[Thing], positions: F64, radii: F64) -> list[int]:
     """Rows of the things meant; positions (N, 3), radii (N,) of all. Raises Refused for none, or for several where one was
     asked for."""
     if which.is_this:
@@ -215,8 +224,9 @@ def _narrowed(rows: list[int], speaker: Speaker, things: Sequence[Thing], positi
 
 def _shown(shown: Shown, speaker: Speaker, things: Sequence[Thing], positions: F64, radii: F64) -> list[int]:
     by_list: dict[Shown, Callable[[], tuple[str, ...]]] = {
-        Shown.SELECTED: lambda: speaker.selected, Shown.HELD: lambda: speaker.held,
-    }  # fmt: skip
+        Shown.SELECTED: lambda: speaker.selected,
+        Shown.HELD: lambda: speaker.held,
+    }
     if shown in by_list:
         named = by_list[shown]()
         return [n for n, t in enumerate(things) if t.id in named]

@@ -12,15 +12,13 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.commands.actions import Refused
 from vistel.space.things.arc import Arc
 from vistel.space.things.solids import Solids, outline
 from vistel.space.things.things import Axis, Curve, Look, Part, Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 SMALLEST, LARGEST = 0.004, 0.8
 """Radius about its centre that a thing may have [m]."""
@@ -136,15 +134,28 @@ def joined(a: Thing, at: tuple[F64, F64], b: Thing, b_at: tuple[F64, F64]) -> tu
         for p in thing.primitives:
             own = inner @ matrix_from_quaternion(p.rotation)
             primitives.append(
-                replace(p, position=offset + inner @ p.position, colour=p.colour or thing.colour,
-                        rotation=quaternion_from_matrix(np.ascontiguousarray(own)))
-            )  # fmt: skip
+                replace(
+                    p,
+                    position=offset + inner @ p.position,
+                    colour=p.colour or thing.colour,
+                    rotation=quaternion_from_matrix(np.ascontiguousarray(own)),
+                )
+            )
     axes = tuple(replace(axis, point=axis.point + parts[0].position) for axis in a.axes)
     whole = replace(
-        a, name=f"{a.name} with {b.name}", shape="group", primitives=tuple(primitives), mass=mass, axes=axes,
-        compliance=min(a.compliance, b.compliance), parts=tuple(parts), curve=None, looks=tuple(looks), inertia=None,
+        a,
+        name=f"{a.name} with {b.name}",
+        shape="group",
+        primitives=tuple(primitives),
+        mass=mass,
+        axes=axes,
+        compliance=min(a.compliance, b.compliance),
+        parts=tuple(parts),
+        curve=None,
+        looks=tuple(looks),
+        inertia=None,
         hidden=a.hidden and b.hidden,
-    )  # fmt: skip
+    )
     return whole, centre
 
 
@@ -224,9 +235,12 @@ def _stretched(p: Primitive, factor: float, along: F64) -> Primitive:
     q = p.params
     if p.kind == "sphere":
         return replace(
-            p, kind="superellipsoid", params=(q[0], q[0], q[0] * factor, 1.0, 1.0), position=position,
+            p,
+            kind="superellipsoid",
+            params=(q[0], q[0], q[0] * factor, 1.0, 1.0),
+            position=position,
             rotation=quaternion_from_matrix(np.ascontiguousarray(_with_z(along))),
-        )  # fmt: skip
+        )
     if p.kind == "cone_sphere":
         a, b = np.array(q[:3]), np.array(q[3:6])
         new_a, new_b = _pulled(a, factor, u), _pulled(b, factor, u)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
@@ -21,8 +20,6 @@ from vistel.space.dynamics.dynamics import HELD
 from vistel.space.hands import grasp as hands
 from vistel.space.hands import holding
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
 
 MOST_THINGS = 600
 NEAR = 0.03
@@ -134,10 +131,12 @@ def attach(asked: Asked, action: ask.Attach) -> Answer:
     state, posed = asked.state, asked.speaker.posed
     if posed is not None:  # who holds one of them now holds both
         pose = centre, x.rotation
-        state = replace(state, grasps=tuple(
-            hands.renamed(g, posed, whole.id, pose) if g.thing in (x.thing.id, y.thing.id) else g
-            for g in state.grasps
-        ))  # fmt: skip
+        state = replace(
+            state,
+            grasps=tuple(
+                hands.renamed(g, posed, whole.id, pose) if g.thing in (x.thing.id, y.thing.id) else g for g in state.grasps
+            ),
+        )
     after = Stood(whole, centre, x.rotation)
     out = exchanged(state, asked.solids, (a, b), (after,))
     m = out.motions.copy()

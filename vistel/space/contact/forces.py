@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.patch_kernels import (
@@ -28,7 +29,6 @@ from vistel.space.contact.patch_kernels import (
     patch,  # pyright: ignore[reportUnknownVariableType]
 )
 
-F64 = NDArray[np.float64]
 STIFFEST = 0.02
 """Compliance that stands for a rigid body here: pressure needs some give."""
 
@@ -89,9 +89,16 @@ _STILL = Motion(np.zeros(3), np.zeros(3), np.zeros(3))
 
 
 def contact_patches(
-    a: PrimitiveSet, b: PrimitiveSet, compliance_a: float = 1.0, compliance_b: float = 1.0, *,
-    motion_a: Motion = _STILL, motion_b: Motion = _STILL, surface: Surface | None = None, angles: int = ANGLES,
-) -> list[Patch]:  # fmt: skip
+    a: PrimitiveSet,
+    b: PrimitiveSet,
+    compliance_a: float = 1.0,
+    compliance_b: float = 1.0,
+    *,
+    motion_a: Motion = _STILL,
+    motion_b: Motion = _STILL,
+    surface: Surface | None = None,
+    angles: int = ANGLES,
+) -> list[Patch]:
     """Every patch that two posed bodies share, in order of primitives; empty where they do not overlap.
 
     surface: how they push and rub; by default of pressure 1 and without friction, so that forces are in field units.
@@ -109,17 +116,42 @@ def contact_patches(
         r = np.zeros(RESULT)
         i, j = int(found.a[k]), int(found.b[k])
         patch(
-            i, j, whole_a, whole_b, c_a, c_b, arrays_a, arrays_b, found.point[k], found.normal[k],
-            _size(a, i, b, j), s.pressure, s.friction, s.damping, s.creep, moving_a, moving_b, angles, r,
-        )  # fmt: skip
+            i,
+            j,
+            whole_a,
+            whole_b,
+            c_a,
+            c_b,
+            arrays_a,
+            arrays_b,
+            found.point[k],
+            found.normal[k],
+            _size(a, i, b, j),
+            s.pressure,
+            s.friction,
+            s.damping,
+            s.creep,
+            moving_a,
+            moving_b,
+            angles,
+            r,
+        )
         if r[AREA] > 0.0:
             out.append(
                 Patch(
-                    i, j, r[CENTRE].copy(), r[NORMAL].copy(), float(r[AREA]), float(r[NORMAL_FORCE]),
-                    s.pressure * float(r[MEAN]), s.pressure * float(r[GREATEST]), r[FORCE].copy(), r[FRICTION].copy(),
+                    i,
+                    j,
+                    r[CENTRE].copy(),
+                    r[NORMAL].copy(),
+                    float(r[AREA]),
+                    float(r[NORMAL_FORCE]),
+                    s.pressure * float(r[MEAN]),
+                    s.pressure * float(r[GREATEST]),
+                    r[FORCE].copy(),
+                    r[FRICTION].copy(),
                     r[TORQUE].copy(),
                 )
-            )  # fmt: skip
+            )
     return out
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_search import place  # pyright: ignore[reportUnknownVariableType]
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -21,15 +22,10 @@ from vistel.space.contact.near_kernels import (
     find_with_things,  # pyright: ignore[reportUnknownVariableType]
 )
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-
 ROOM_FOR = 64
 """Contacts of each body for which there is room at first."""
 
-NONE = ContactArray(
-    np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
-)
+NONE = ContactArray(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
 """No contacts."""
 
 
@@ -68,9 +64,22 @@ class Bodies:
         while True:
             pairs, rows = np.empty((room, 2), np.int32), np.empty((room, 8))
             count: Any = find_with_things(
-                self._first, self._cones, self._boxes, self._hull, p.kind, p.start, p.params, p.rotation, p.position,
-                things.cones, things.boxes, margin, pairs, rows, ends,
-            )  # fmt: skip
+                self._first,
+                self._cones,
+                self._boxes,
+                self._hull,
+                p.kind,
+                p.start,
+                p.params,
+                p.rotation,
+                p.position,
+                things.cones,
+                things.boxes,
+                margin,
+                pairs,
+                rows,
+                ends,
+            )
             if count <= room:
                 break
             room = int(count)

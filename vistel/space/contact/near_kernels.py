@@ -30,8 +30,8 @@ def boxes_of(cones, first, boxes, hull):
 
 @compiled
 def find_with_things(
-    first, cones, boxes, hull, kind, start, params, rotation, position, thing_cones, thing_boxes, margin, pairs, rows, ends,
-):  # fmt: skip
+    first, cones, boxes, hull, kind, start, params, rotation, position, thing_cones, thing_boxes, margin, pairs, rows, ends
+):
     """All contacts of bodies with placed primitives of things; returns their number, which may exceed what `pairs` holds.
 
     Contacts of body b are ends[b - 1] : ends[b]; its primitives are counted from 0.

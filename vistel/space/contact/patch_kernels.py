@@ -18,10 +18,30 @@ from vistel.implicit.jit.kernel_jit import compiled
 
 T = 0.5
 INVERSE_T = math.sqrt(1.0 - math.sqrt(T))
-NODES = np.array([0.0198550717512319, 0.1016667612931866, 0.2372337950418355, 0.4082826787521751,
-                  0.5917173212478249, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681])  # fmt: skip
-WEIGHTS = np.array([0.0506142681451881, 0.1111905172266872, 0.1568533229389436, 0.1813418916891810,
-                    0.1813418916891810, 0.1568533229389436, 0.1111905172266872, 0.0506142681451881])  # fmt: skip
+NODES = np.array(
+    [
+        0.0198550717512319,
+        0.1016667612931866,
+        0.2372337950418355,
+        0.4082826787521751,
+        0.5917173212478249,
+        0.7627662049581645,
+        0.8983332387068134,
+        0.9801449282487681,
+    ]
+)
+WEIGHTS = np.array(
+    [
+        0.0506142681451881,
+        0.1111905172266872,
+        0.1568533229389436,
+        0.1813418916891810,
+        0.1813418916891810,
+        0.1568533229389436,
+        0.1111905172266872,
+        0.0506142681451881,
+    ]
+)
 """Gauss and Legendre's on [0, 1]."""
 ANGLES = 24
 RESULT = 24
@@ -37,9 +57,13 @@ def value(x, i, kind, start, params, rotation, position, seen):
     r = rotation[i]
     dx, dy, dz = x[0] - position[i, 0], x[1] - position[i, 1], x[2] - position[i, 2]
     surface(
-        r[0, 0] * dx + r[1, 0] * dy + r[2, 0] * dz, r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz,
-        r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz, kind[i], params[start[i] : start[i + 1]], seen,
-    )  # fmt: skip
+        r[0, 0] * dx + r[1, 0] * dy + r[2, 0] * dz,
+        r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz,
+        r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz,
+        kind[i],
+        params[start[i] : start[i + 1]],
+        seen,
+    )
     u = min(1.0, (seen[4] * INVERSE_T) ** 2)
     return (1.0 - u) * (1.0 - u)
 
@@ -183,9 +207,26 @@ def _owned(x, i, first, last, s, seen):
 
 @compiled
 def patch(
-    i, j, range_a, range_b, c_a, c_b, a, b, point, normal, size, pressure, friction, damping, creep, motion_a, motion_b,
-    angles, result,
-):  # fmt: skip
+    i,
+    j,
+    range_a,
+    range_b,
+    c_a,
+    c_b,
+    a,
+    b,
+    point,
+    normal,
+    size,
+    pressure,
+    friction,
+    damping,
+    creep,
+    motion_a,
+    motion_b,
+    angles,
+    result,
+):
     """The contact of primitive i of body a with primitive j of body b, into `result` (RESULT,); its area.
 
     a, b: (kind, start, params, rotation, position) of all primitives; range: first and end of a body's; c: compliances;

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.contacts.contact_surface import surface
 from vistel.implicit.jit.kernel_jit import compiled
 from vistel.space.things.things import Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 MANY = 200
 """Probes beyond which a thing is felt by fewer, spread over it."""
@@ -135,9 +134,7 @@ def _profile(e: float) -> list[tuple[float, float]]:
     """(outwards, up) points of the profile from below to above."""
     half = (10.0, 45.0, 80.0) if e < 0.5 else (0.0, 30.0, 60.0, 85.0)
     angles = sorted({s * a for a in half for s in (-1.0, 1.0)})
-    return [
-        (_signed_power(math.cos(math.radians(a)), e), _signed_power(math.sin(math.radians(a)), e)) for a in angles
-    ]
+    return [(_signed_power(math.cos(math.radians(a)), e), _signed_power(math.sin(math.radians(a)), e)) for a in angles]
 
 
 def _signed_power(x: float, e: float) -> float:

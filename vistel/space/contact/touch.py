@@ -7,15 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.space.people import Posed
 from vistel.space.things.solids import Solids
 from vistel.space.view import ContactView, GhostView
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 FLESH = 1.5e5
 """Pressure per unit of field overlap [Pa]: makes a fingertip pressed in by 3 mm push with about a newton."""
@@ -56,9 +53,13 @@ class _Overlaps:
 
 
 def touches(
-    posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], rest: Mapping[str, ContactArray],
-    near: Mapping[str, ContactArray], s: Solids, most: int,
-) -> tuple[tuple[ContactView, ...], tuple[GhostView, ...]]:  # fmt: skip
+    posed: Mapping[str, Posed],
+    skin: Mapping[tuple[str, str], ContactArray],
+    rest: Mapping[str, ContactArray],
+    near: Mapping[str, ContactArray],
+    s: Solids,
+    most: int,
+) -> tuple[tuple[ContactView, ...], tuple[GhostView, ...]]:
     """What is told of everybody's contacts, no more than `most` of them, and the ghosts that deform people and things.
 
     skin: contacts of every two people who touch, by their names in order; rest: with fixed things, by their primitive among
@@ -87,9 +88,11 @@ def touches(
 
 
 def _parts(
-    people: list[Posed], skin: Mapping[tuple[str, str], ContactArray], rest: Mapping[str, ContactArray],
+    people: list[Posed],
+    skin: Mapping[tuple[str, str], ContactArray],
+    rest: Mapping[str, ContactArray],
     near: Mapping[str, ContactArray],
-) -> list[_Part]:  # fmt: skip
+) -> list[_Part]:
     """Whose contacts there are, in the order in which they are told."""
     met: dict[str, list[str]] = {}
     for name, other in sorted(skin):
@@ -124,11 +127,17 @@ def _overlaps(people: list[Posed], parts: list[_Part], s: Solids) -> _Overlaps:
     force = FLESH * 0.5 * np.maximum(0.0, field_depth) * math.pi * radius[limbs] * depth
     rows = deep[order]
     return _Overlaps(
-        [*first.tolist(), len(order)], part[order[first]].tolist(), thing[order[first]].tolist(), a[order].tolist(),
-        b[order].tolist(), np.concatenate([p.contacts.point for p in parts])[rows],
-        np.concatenate([p.contacts.normal for p in parts])[rows], depth[order].tolist(), field_depth[order].tolist(),
+        [*first.tolist(), len(order)],
+        part[order[first]].tolist(),
+        thing[order[first]].tolist(),
+        a[order].tolist(),
+        b[order].tolist(),
+        np.concatenate([p.contacts.point for p in parts])[rows],
+        np.concatenate([p.contacts.normal for p in parts])[rows],
+        depth[order].tolist(),
+        field_depth[order].tolist(),
         force[order].tolist(),
-    )  # fmt: skip
+    )
 
 
 def _deepest(depth: list[float], i: int, j: int) -> list[int] | range:

@@ -10,11 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.space.contact.forces import Patch, Surface
 
-F64 = NDArray[np.float64]
 Key = tuple[int, int, int, int]
 """Bodies a and b, then the primitives of each that touch."""
 
@@ -36,9 +35,7 @@ class Grip:
     bristle: Bristle
 
 
-def grip(
-    patch: Patch, before: Bristle | None, slide: F64, turn: F64, mass: float, h: float, surface: Surface
-) -> Grip:
+def grip(patch: Patch, before: Bristle | None, slide: F64, turn: F64, mass: float, h: float, surface: Surface) -> Grip:
     """Friction of one contact over a substep h [s].
 
     slide: velocity (3,) of b against a at the point; turn: spin of b against a (3,); mass: reduced mass [kg].

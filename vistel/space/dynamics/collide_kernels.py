@@ -134,10 +134,33 @@ def _with_pair(out, count, a, b, n, position, reach):
 
 @compiled
 def detect(
-    first, kind, start, params, rotation, position_p, probe_first, probe, probe_radius, radius, bound, body_r, centre,
-    position, velocity, spin, mode, still, push_thing, push_point, push_normal, push_gap, push_velocity, dt, pairs,
+    first,
+    kind,
+    start,
+    params,
+    rotation,
+    position_p,
+    probe_first,
+    probe,
+    probe_radius,
+    radius,
+    bound,
+    body_r,
+    centre,
+    position,
+    velocity,
+    spin,
+    mode,
+    still,
+    push_thing,
+    push_point,
+    push_normal,
+    push_gap,
+    push_velocity,
+    dt,
+    pairs,
     contacts,
-):  # fmt: skip
+):
     n = len(mode)
     count = 0
     woken = False
@@ -181,8 +204,10 @@ def detect(
                             r[0, 0] * x + r[1, 0] * y + r[2, 0] * z,
                             r[0, 1] * x + r[1, 1] * y + r[2, 1] * z,
                             r[0, 2] * x + r[1, 2] * y + r[2, 2] * z,
-                            kind[p], params[start[p] : start[p + 1]], seen,
-                        )  # fmt: skip
+                            kind[p],
+                            params[start[p] : start[p + 1]],
+                            seen,
+                        )
                         gap = seen[0] - probe_radius[q]
                         if not gap < margin:
                             continue
@@ -226,5 +251,3 @@ def detect(
             if count > before:
                 contacts[before, 18:21] = v
     return count, woken
-
-

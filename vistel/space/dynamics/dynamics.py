@@ -11,15 +11,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.dynamics.collide_kernels import PUSHER, WIDTH, detect  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.kernels import matrices, solve  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.things.solids import Solids, pose_solids
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 FIXED, FREE, ASLEEP, HELD = range(4)
 """What moves a thing: nothing; forces; nothing until it is touched; a hand."""
@@ -42,9 +39,8 @@ class Motions:
 
     def copy(self) -> Motions:
         return Motions(
-            self.position.copy(), self.rotation.copy(), self.velocity.copy(), self.spin.copy(), self.mode.copy(),
-            self.still.copy(),
-        )  # fmt: skip
+            self.position.copy(), self.rotation.copy(), self.velocity.copy(), self.spin.copy(), self.mode.copy(), self.still.copy()
+        )
 
     def matrices(self) -> F64:
         """(N, 3, 3) rotations, thing to room."""
@@ -109,17 +105,48 @@ def _advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions,
     posed: PrimitiveSet = pose_solids(s, rotation, out.position)
     for _ in range(3):  # who is woken may wake the next
         count, woken = detect(  # pyright: ignore[reportUnknownVariableType]
-            s.first, posed.kind, posed.start, posed.params, posed.rotation, posed.position, s.probe_first, s.probe,
-            s.probe_radius, s.radius, s.bound, rotation, s.centre, out.position, out.velocity, out.spin,
-            out.mode, out.still, pushes.thing, pushes.point, pushes.normal, pushes.gap, pushes.velocity, dt, pairs,
+            s.first,
+            posed.kind,
+            posed.start,
+            posed.params,
+            posed.rotation,
+            posed.position,
+            s.probe_first,
+            s.probe,
+            s.probe_radius,
+            s.radius,
+            s.bound,
+            rotation,
+            s.centre,
+            out.position,
+            out.velocity,
+            out.spin,
+            out.mode,
+            out.still,
+            pushes.thing,
+            pushes.point,
+            pushes.normal,
+            pushes.gap,
+            pushes.velocity,
+            dt,
+            pairs,
             contacts,
-        )  # fmt: skip
+        )
         if not woken:
             break
     solve(
-        s.inverse_mass, s.inverse_inertia, out.position, out.rotation, out.velocity, out.spin, out.mode, out.still,
-        pairs[:count], contacts[:count], dt,
-    )  # fmt: skip
+        s.inverse_mass,
+        s.inverse_inertia,
+        out.position,
+        out.rotation,
+        out.velocity,
+        out.spin,
+        out.mode,
+        out.still,
+        pairs[:count],
+        contacts[:count],
+        dt,
+    )
     between = pairs[:count, 1] != PUSHER
     c, p = contacts[:count][between], pairs[:count][between]
     return out, Touches(p[:, 0], p[:, 1], p[:, 2], c[:, 0:3], c[:, 3:6], c[:, 21], c[:, 22] / dt)

@@ -59,9 +59,7 @@ def pose(owner, local_r, local_p, body_r, body_p, out_r, out_p):
             for j in range(3):
                 out_p[k, i] += body_r[n, i, j] * local_p[k, j]
                 out_r[k, i, j] = (
-                    body_r[n, i, 0] * local_r[k, 0, j]
-                    + body_r[n, i, 1] * local_r[k, 1, j]
-                    + body_r[n, i, 2] * local_r[k, 2, j]
+                    body_r[n, i, 0] * local_r[k, 0, j] + body_r[n, i, 1] * local_r[k, 1, j] + body_r[n, i, 2] * local_r[k, 2, j]
                 )
 
 

@@ -15,8 +15,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.implicit.blend import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -34,7 +34,6 @@ from vistel.space.dynamics.bristles import Bristle, Key, grip
 from vistel.space.things.solids import Solids, solids
 from vistel.space.things.things import Thing
 
-F64 = NDArray[np.float64]
 SUBSTEP, SHORTEST = 1.0 / 240.0, 1.0 / 4000.0
 """Longest substep [s]; the shortest, however stiff a body is."""
 ANGLES = 12
@@ -69,19 +68,28 @@ class SoftRoom:
 
     @staticmethod
     def of(
-        things: Sequence[Thing], *, velocity: Mapping[str, Sequence[float]] | None = None,
-        constraints: Iterable[Constraint] = (), materials: Mapping[str, Material] | None = None,
-        gravity: tuple[float, float, float] = (0.0, -9.81, 0.0), surface: Surface | None = None,
-    ) -> SoftRoom:  # fmt: skip
+        things: Sequence[Thing],
+        *,
+        velocity: Mapping[str, Sequence[float]] | None = None,
+        constraints: Iterable[Constraint] = (),
+        materials: Mapping[str, Material] | None = None,
+        gravity: tuple[float, float, float] = (0.0, -9.81, 0.0),
+        surface: Surface | None = None,
+    ) -> SoftRoom:
         """Things where they begin; velocity: of some of them, by id [m/s]. Things of mass 0 stay where they are."""
         s = solids(tuple(things))
         moving = velocity or {}
         return SoftRoom(
-            s, np.array([t.position for t in things]), np.array([t.rotation for t in things]),
-            np.array([moving.get(t.id, (0.0, 0.0, 0.0)) for t in things], np.float64), np.zeros((len(things), 3)),
-            gravity=gravity, surface=surface or Surface(), constraints=tuple(constraints),
+            s,
+            np.array([t.position for t in things]),
+            np.array([t.rotation for t in things]),
+            np.array([moving.get(t.id, (0.0, 0.0, 0.0)) for t in things], np.float64),
+            np.zeros((len(things), 3)),
+            gravity=gravity,
+            surface=surface or Surface(),
+            constraints=tuple(constraints),
             memory=Memory(materials or {}),
-        )  # fmt: skip
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -96,10 +104,16 @@ class SoftRoom:
         for k in range(count):
             strayed |= state.substep(dt / count, self.time + k * dt / count)
         moved = replace(
-            self, position=state.position, rotation=state.rotation, velocity=state.velocity(), spin=state.spin(),
-            time=self.time + dt, patches=tuple(state.patches), strayed=tuple(sorted(strayed)),
+            self,
+            position=state.position,
+            rotation=state.rotation,
+            velocity=state.velocity(),
+            spin=state.spin(),
+            time=self.time + dt,
+            patches=tuple(state.patches),
+            strayed=tuple(sorted(strayed)),
             bristles=state.bristles,
-        )  # fmt: skip
+        )
         bodies = moved.bodies()
         if self.constraints:
             by_name = {b.name: b for b in bodies}
@@ -117,9 +131,7 @@ class SoftRoom:
 
     def bodies(self) -> list[Deformable]:
         """The bodies as they take and give ghosts, where they are."""
-        return [
-            _shape_of(t).at(self.position[n], self.rotation[n]) for n, t in enumerate(self.solids.things)
-        ]  # fmt: skip
+        return [_shape_of(t).at(self.position[n], self.rotation[n]) for n, t in enumerate(self.solids.things)]
 
     def shapes(self, extra: Iterable[Ghost] = ()) -> dict[str, Shape]:
         """Every body's field under collisions, constraints, dents and `extra` ghosts."""
@@ -198,9 +210,15 @@ class _State:
         for a, b in self._near():
             motions = [Motion(velocity[n], spin[n], self.position[n]) for n in (a, b)]
             for patch in contact_patches(
-                posed[a], posed[b], things[a].compliance, things[b].compliance, motion_a=motions[0],
-                motion_b=motions[1], surface=smooth, angles=ANGLES,
-            ):  # fmt: skip
+                posed[a],
+                posed[b],
+                things[a].compliance,
+                things[b].compliance,
+                motion_a=motions[0],
+                motion_b=motions[1],
+                surface=smooth,
+                angles=ANGLES,
+            ):
                 self.patches.append((a, b, patch))
                 speeds = [velocity[n] + np.cross(spin[n], patch.point - self.position[n]) for n in (a, b)]
                 key = (a, b, patch.a, patch.b)
@@ -245,9 +263,16 @@ class _State:
         return [(int(a), int(b)) for a, b in np.argwhere(np.triu(close, 1))]
 
     def _tension(
-        self, c: Constraint, pair: tuple[int, int], turns: Sequence[F64], posed: Sequence[PrimitiveSet],
-        velocity: F64, spin: F64, time: float, h: float,
-    ) -> tuple[F64, F64, F64] | None:  # fmt: skip
+        self,
+        c: Constraint,
+        pair: tuple[int, int],
+        turns: Sequence[F64],
+        posed: Sequence[PrimitiveSet],
+        velocity: F64,
+        spin: F64,
+        time: float,
+        h: float,
+    ) -> tuple[F64, F64, F64] | None:
         """Where a constraint holds both bodies (3,), (3,), and the force on a (3,) [N]; None where it is slack.
 
         The pressure is the ghosts' own at Q, falling to nothing where they fall short: c(y) / compliance.

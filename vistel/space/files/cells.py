@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
+from vistel.arrays import F64, I32, I64
 
 ALONG = 40
 """Cells along a mesh's longest side."""

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 from vistel.space.commands.reshape import painted
 from vistel.space.files.cells import cells_of
@@ -21,7 +21,6 @@ from vistel.space.files.place import FromFile, lying, put_into
 from vistel.space.room import Extra, Seat
 from vistel.space.things.things import Matter, Thing
 
-F64 = NDArray[np.float64]
 Changed = tuple[Interior, str]
 
 USAGE = """\
@@ -121,10 +120,17 @@ def _add(interior: Interior, words: list[str]) -> Changed:
         out, ids = put_into(interior, new)
         return out, f"added {', '.join(ids)}"
     extra = Extra(
-        name, given.get("name", name), given.get("shape", "ball"), _number(given.get("size", "0.04"), 0.005, 0.15),
-        0.2 if mass is None else mass, 0.3 if rigidity is None else rigidity, colour or 0xB5A48FFF, x, z,
+        name,
+        given.get("name", name),
+        given.get("shape", "ball"),
+        _number(given.get("size", "0.04"), 0.005, 0.15),
+        0.2 if mass is None else mass,
+        0.3 if rigidity is None else rigidity,
+        colour or 0xB5A48FFF,
+        x,
+        z,
         _matter(Matter(), given.get("elasticity", "elastic")),
-    )  # fmt: skip
+    )
     thing = lying(extra.thing(), interior)
     return interior.with_things((*interior.room.things, thing)), f"added {name} at {_spot(thing.position)}"
 
@@ -156,8 +162,12 @@ def _seat(interior: Interior, words: list[str]) -> Changed:
 
 
 _VERBS: dict[str, Callable[[Interior, list[str]], Changed]] = {
-    "set": _set, "move": _move, "add": _add, "remove": _remove, "seat": _seat,
-}  # fmt: skip
+    "set": _set,
+    "move": _move,
+    "add": _add,
+    "remove": _remove,
+    "seat": _seat,
+}
 
 
 def _mass(t: Thing, value: str, interior: Interior) -> Thing:

@@ -12,17 +12,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from vistel.arrays import F64, I32, I64
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.files.cells import Cells, cells_of
 from vistel.space.files.superellipsoids import Shape, gap, shape_of
 from vistel.space.things.things import Primitive
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 
 MOST_PARTS = 14
 GOOD = 0.06

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.making.files.source import Source
 from vistel.space.files.cells import Cells
 from vistel.space.files.faults import RoomFileError
@@ -18,8 +19,6 @@ from vistel.space.files.fit import MOST_PARTS, fitted
 from vistel.space.files.model import Bulk, Model, bulk_of_cells, bulk_of_mesh
 from vistel.space.files.model_of import colour_of, in_metres, model_of
 from vistel.space.things.things import Look, Thing
-
-F64 = NDArray[np.float64]
 
 DENSITY = 600.0
 """Of what says nothing of its weight: wood [kg/m^3]."""
@@ -31,10 +30,39 @@ HEAVIEST = 50.0
 FURNITURE_PARTS = 24
 """Primitives at most of what stands fixed."""
 SHAPES = (
-    "table", "desk", "chair", "stool", "sofa", "bench", "shelf", "cabinet", "curtain", "wall", "floor", "ceiling", "window",
-    "door", "lamp", "rug", "carpet", "cup", "mug", "saucer", "plate", "bowl", "teapot", "pot", "lid", "bottle", "box", "ball",
-    "book", "can", "vase", "tool",
-)  # fmt: skip
+    "table",
+    "desk",
+    "chair",
+    "stool",
+    "sofa",
+    "bench",
+    "shelf",
+    "cabinet",
+    "curtain",
+    "wall",
+    "floor",
+    "ceiling",
+    "window",
+    "door",
+    "lamp",
+    "rug",
+    "carpet",
+    "cup",
+    "mug",
+    "saucer",
+    "plate",
+    "bowl",
+    "teapot",
+    "pot",
+    "lid",
+    "bottle",
+    "box",
+    "ball",
+    "book",
+    "can",
+    "vase",
+    "tool",
+)
 _FIXED = frozenset(SHAPES[:17])
 _FLAT = ("floor", "rug", "carpet")
 
@@ -111,7 +139,7 @@ def unused(name: str, taken: set[str]) -> str:
 
 def _made(
     source: Source, points: F64, faces: NDArray[np.bool_], name: str, said: Said, fixed: bool | None, ids: set[str]
-) -> Made | None:  # fmt: skip
+) -> Made | None:
     notes: list[str] = []
     model = model_of(source, points, faces, notes)
     if not len(model.triangles) or float(np.ptp(model.vertices, axis=0).max()) < 1e-4:
@@ -135,9 +163,17 @@ def _made(
     moved = model.moved(-centre)
     primitives = () if flat else tuple(replace(p, position=p.position - centre) for p in fit.primitives)
     thing = Thing(
-        unused(leaf, ids), leaf.replace("_", " ").replace("-", " ").strip().lower(), shape, primitives, mass, 0.0,
-        colour_of(model), centre, looks=(Look(moved.digest),), inertia=None if fixed else bulk.inertia,
-    )  # fmt: skip
+        unused(leaf, ids),
+        leaf.replace("_", " ").replace("-", " ").strip().lower(),
+        shape,
+        primitives,
+        mass,
+        0.0,
+        colour_of(model),
+        centre,
+        looks=(Look(moved.digest),),
+        inertia=None if fixed else bulk.inertia,
+    )
     return Made(thing, moved, fit.mean, tuple(notes))
 
 
@@ -155,4 +191,3 @@ def _bulk(model: Model, vertices: F64, cells: Cells, axes: F64, notes: list[str]
     inside = cells.middles if not cells.border.all() else cells.points
     rough = bulk_of_cells(inside @ axes.T, cells.size)
     return replace(rough, volume=float(cells.filled.sum()) * cells.size**3)
-

@@ -48,9 +48,10 @@ class _Writer(Binary):
             turn = [0.0, float(np.sin(half)), 0.0, float(np.cos(half))]
             nodes.append({"name": f"seat_{n}", "translation": seat.position.tolist(), "rotation": turn})
         tree: dict[str, Any] = {
-            "asset": {"version": "2.0", "generator": "VISTEL"}, "scene": 0,
+            "asset": {"version": "2.0", "generator": "VISTEL"},
+            "scene": 0,
             "scenes": [{"name": "room", "nodes": list(range(len(nodes)))} if nodes else {"name": "room"}],
-        }  # fmt: skip
+        }
         for name, rows in (("nodes", nodes), ("meshes", self.meshes), ("materials", self.materials), ("images", self.images)):
             if rows:
                 tree[name] = rows

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.cache_folder import default_cache
 from vistel.figure.making.files.read_gltf import read_gltf
 from vistel.figure.making.files.read_obj import read_obj
@@ -32,8 +32,6 @@ from vistel.space.files.usd_read import own_room, read_room, read_seats
 from vistel.space.files.usd_write import USD_ENDINGS, save_usd
 from vistel.space.room import Room, Seat
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
 
 GLTF_ENDINGS = (".gltf", ".glb")
 ENDINGS = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")

@@ -7,12 +7,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32, I64
 from vistel.figure.making.files.source import Material, Source
 from vistel.space.files.model import Model
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 
 MOST_TRIANGLES = 120_000
 """Of one thing; a finer one is made coarser."""
@@ -52,9 +49,13 @@ def model_of(source: Source, points: F64, faces: NDArray[np.bool_], notes: list[
     numbers, number = np.unique(material, return_inverse=True)
     materials = tuple(source.materials[n] for n in numbers)
     return Model(
-        vertices.astype(np.float32), triangles.astype(np.int32), places.astype(np.float32), uv_triangles.astype(np.int32),
-        number.reshape(-1).astype(np.int32), materials,
-    )  # fmt: skip
+        vertices.astype(np.float32),
+        triangles.astype(np.int32),
+        places.astype(np.float32),
+        uv_triangles.astype(np.int32),
+        number.reshape(-1).astype(np.int32),
+        materials,
+    )
 
 
 def colour_of(model: Model) -> int:
@@ -100,9 +101,7 @@ def _used(uv: F64, uv_triangles: I32) -> tuple[F64, I64]:
     return places, to[uv_triangles]
 
 
-def _coarser(
-    vertices: F64, triangles: I64, uv: F64, uv_triangles: I64, material: I32
-) -> tuple[F64, I64, F64, I64, I32]:  # fmt: skip
+def _coarser(vertices: F64, triangles: I64, uv: F64, uv_triangles: I64, material: I32) -> tuple[F64, I64, F64, I64, I32]:
     """Vertices in one cell of a grid made one, the grid as coarse as it must be (Rossignac & Borrel 1993); a place in the
     picture stays apart from those far from it."""
     longest = float(np.ptp(vertices, axis=0).max())

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 from vistel.space.commands.reshape import painted
 from vistel.space.files.interior import Interior
@@ -16,8 +16,6 @@ from vistel.space.files.load import load_things
 from vistel.space.files.surfaces import height_at, in_room, pieces_of
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -54,11 +52,14 @@ def put_into(interior: Interior, new: FromFile) -> tuple[Interior, tuple[str, ..
         alone = len(found.room.things) == 1
         spot = turn @ (t.position - middle - (0.0, low[1], 0.0)) + (x, floor, z)
         placed = replace(
-            t, id=new.id if alone else f"{new.id}-{t.id}", name=(new.name or new.id) if alone else f"{new.name} {t.name}".strip(),
-            position=spot, rotation=quaternion_from_matrix(np.ascontiguousarray(turn @ matrix_from_quaternion(t.rotation))),
+            t,
+            id=new.id if alone else f"{new.id}-{t.id}",
+            name=(new.name or new.id) if alone else f"{new.name} {t.name}".strip(),
+            position=spot,
+            rotation=quaternion_from_matrix(np.ascontiguousarray(turn @ matrix_from_quaternion(t.rotation))),
             mass=t.mass if new.mass is None or t.fixed else new.mass,
             compliance=t.compliance if new.rigidity is None else 1.0 - new.rigidity,
-        )  # fmt: skip
+        )
         out.append(placed if new.colour is None else painted(placed, new.colour))
     whole = interior.with_things((*interior.room.things, *out), found.models)
     notes = (*interior.notes, *(f"{new.id}: {note}" for note in found.notes))

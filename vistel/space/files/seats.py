@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.space.room import Seat
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
 
 _CALLED = re.compile(r"^(seat|spawn|sit)(?![a-z])", re.IGNORECASE)
 _CHAIRS = ("chair", "stool")

@@ -9,17 +9,14 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.rotation import quaternion_from_matrix
 from vistel.implicit.contacts.contact_set import SUPERELLIPSOID
 from vistel.implicit.contacts.contact_surface import surface
 from vistel.implicit.jit.kernel_jit import compiled
 from vistel.space.files.cells import Cells
 from vistel.space.things.things import Primitive
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 UNSEEN = 0x80808000
 """Colour of a primitive that is felt and not drawn."""

@@ -9,17 +9,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, U8
 from vistel.figure.making.files.source import Finish
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.files.model import Model
 from vistel.space.things.tessellate import Surface3, tessellate_thing
 from vistel.space.things.things import Look, Thing
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-U8 = NDArray[np.uint8]
 
 CREASE = math.cos(math.radians(42.0))
 """Faces that meet at more than this angle have an edge between them."""
@@ -52,9 +48,7 @@ def pieces_of(thing: Thing, models: Mapping[str, Model], detail: float = 0.7) ->
     out: list[Piece] = []
     if any(p.seen for p in drawn.primitives):
         surfaces = tessellate_thing(thing, detail)
-        out += [
-            Piece(s, rgb(p.colour or thing.colour)) for s, p in zip(surfaces, drawn.primitives, strict=True) if p.seen
-        ]
+        out += [Piece(s, rgb(p.colour or thing.colour)) for s, p in zip(surfaces, drawn.primitives, strict=True) if p.seen]
     for look in thing.looks:
         out += [_bent(p, thing) for p in _look_pieces(look, models[look.model])]
     return out
@@ -113,9 +107,7 @@ def _look_pieces(look: Look, model: Model) -> list[Piece]:
         normals = corners[rows].reshape(-1, 3)[first] @ lean.T
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         triangles = back.reshape(-1, 3).astype(np.int32)
-        surface = Surface3(
-            vertices.astype(np.float32), normals.astype(np.float32), triangles[:, ::-1] if mirrored else triangles
-        )
+        surface = Surface3(vertices.astype(np.float32), normals.astype(np.float32), triangles[:, ::-1] if mirrored else triangles)
         uv = model.uv[np.maximum(places, 0).ravel()[first]] if shown is not None else None
         colour = rgb(look.colour) if look.colour else material.colour or GREY
         out.append(Piece(surface, colour, uv, shown, True, material.finish or PLAIN))

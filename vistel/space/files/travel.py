@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import U8
 from vistel.figure.making.files.source import Finish, Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
-
-U8 = NDArray[np.uint8]
 
 MOST_UNPACKED = 256 << 20
 """Bytes that a polymesh may have in memory; a picture as many texels as a quarter of it."""
@@ -38,9 +37,7 @@ def picture_digest(picture: U8) -> str:
 
 def pack_model(model: Model) -> bytes:
     """A polymesh without its pictures."""
-    told = [
-        [m.name, m.colour, "" if m.picture is None else picture_digest(m.picture), *finish_told(m)] for m in model.materials
-    ]  # fmt: skip
+    told = [[m.name, m.colour, "" if m.picture is None else picture_digest(m.picture), *finish_told(m)] for m in model.materials]
     out = io.BytesIO()
     arrays = {name: getattr(model, name) for name in _ARRAYS}
     np.savez_compressed(out, materials=np.frombuffer(json.dumps(told).encode(), np.uint8), **arrays)
@@ -68,7 +65,7 @@ def unpack_model(data: bytes, digest: str, pictures: Mapping[str, U8]) -> Model:
     materials = tuple(
         Material(name, None if colour is None else (colour[0], colour[1], colour[2]), pictures[which] if which else None, finish)
         for name, colour, which, finish in _materials(arrays)
-    )  # fmt: skip
+    )
     a = {name: np.ascontiguousarray(arrays[name]) for name in _ARRAYS}
     model = Model(a["vertices"], a["triangles"], a["uv"], a["uv_triangles"], a["material"], materials)
     if model.digest != digest:
@@ -76,10 +73,17 @@ def unpack_model(data: bytes, digest: str, pictures: Mapping[str, U8]) -> Model:
     # Whoever made it could also have named one that no picture can be made of.
     faces, places = model.triangles, model.uv_triangles
     sound = (
-        len(faces) and len(places) == len(faces) == len(model.material) and faces.min() >= 0 and faces.max() < len(model.vertices)
-        and places.min() >= -1 and places.max() < len(model.uv) and model.material.min() >= 0
-        and model.material.max() < len(materials) and np.isfinite(model.vertices).all() and np.isfinite(model.uv).all()
-    )  # fmt: skip
+        len(faces)
+        and len(places) == len(faces) == len(model.material)
+        and faces.min() >= 0
+        and faces.max() < len(model.vertices)
+        and places.min() >= -1
+        and places.max() < len(model.uv)
+        and model.material.min() >= 0
+        and model.material.max() < len(materials)
+        and np.isfinite(model.vertices).all()
+        and np.isfinite(model.uv).all()
+    )
     if not sound:
         raise ValueError("polymesh: faces of vertices that are not there")
     return model

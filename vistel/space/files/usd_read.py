@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.making.files.source import MakingError, Material
 from vistel.figure.making.pictures import decode
 from vistel.space.files.faults import RoomFileError
@@ -21,8 +22,6 @@ from vistel.space.files.usd_write import FORMAT
 from vistel.space.room import Room, Seat
 from vistel.space.things.json_values import from_thing, to_thing
 from vistel.space.things.things import BEARS, Axis, Look, Matter, Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 OWN_LARGEST = 8192
 """Texels along a side of a picture of ours, which is kept as it is: 200 MB at most."""
@@ -86,12 +85,21 @@ class _Reader:
             inertia = _get(prim, "inertia", None)
             looks = [child for child in prim.GetChildren() if child.HasAttribute("vistel:model")]
             thing = Thing(
-                str(_get(prim, "id")), str(_get(prim, "name")), str(_get(prim, "shape")), self._primitives(prim),
-                float(_get(prim, "mass")), compliance, _colour(_get(prim, "colour")), _position(prim), _rotation(prim),
-                _axes(prim), matter, looks=tuple(self._look(child) for child in looks),
+                str(_get(prim, "id")),
+                str(_get(prim, "name")),
+                str(_get(prim, "shape")),
+                self._primitives(prim),
+                float(_get(prim, "mass")),
+                compliance,
+                _colour(_get(prim, "colour")),
+                _position(prim),
+                _rotation(prim),
+                _axes(prim),
+                matter,
+                looks=tuple(self._look(child) for child in looks),
                 inertia=None if inertia is None else np.array(inertia, np.float64).reshape(3, 3),
                 hidden=UsdGeom.Imageable(prim).GetVisibilityAttr().Get() == UsdGeom.Tokens.invisible,
-            )  # fmt: skip
+            )
             made = _get(prim, "made", None)
             return to_thing(from_thing(thing) | json.loads(made)) if made else thing
         except (ValueError, TypeError, KeyError) as fault:

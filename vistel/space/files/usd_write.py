@@ -1,12 +1,12 @@
 """Rooms in USD that usdview and Blender open, with all that the world needs as attributes, numbers kept exactly.
 
-    /Room                Xform, kind assembly; vistel:format, vistel:shell
-    /Room/Seats/seat_N   Xform: where somebody sits, facing its +Z
-    /Room/Things/ID      Xform, kind component: a thing where it starts. vistel:... say what it is, UsdPhysics its mass
-    /Room/Things/ID/Look_N   Mesh: what is drawn for it, with texture coordinates (st)
-    /Room/Things/ID/Body     Mesh: its own primitives, for programs that know none
-    /Room/Materials      UsdPreviewSurface, for every face: colours, and pictures in the folder NAME_textures beside the file
-                         (inside a .usdz)
+/Room                Xform, kind assembly; vistel:format, vistel:shell
+/Room/Seats/seat_N   Xform: where somebody sits, facing its +Z
+/Room/Things/ID      Xform, kind component: a thing where it starts. vistel:... say what it is, UsdPhysics its mass
+/Room/Things/ID/Look_N   Mesh: what is drawn for it, with texture coordinates (st)
+/Room/Things/ID/Body     Mesh: its own primitives, for programs that know none
+/Room/Materials      UsdPreviewSurface, for every face: colours, and pictures in the folder NAME_textures beside the file
+                     (inside a .usdz)
 """
 
 # pyright: basic, reportAttributeAccessIssue=false

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.things.things import Axis, Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 MOST = 24
 """Axes looked at for one thing."""
@@ -51,10 +49,11 @@ def _own(p: Primitive, across: F64) -> list[Axis]:
         return [
             Axis(
                 np.array([q[0] * q[3] * math.cos(t), q[1] * q[3] * math.sin(t), 0.0]),
-                _unit(np.array([-q[0] * math.sin(t), q[1] * math.cos(t), 0.0])), tube,
+                _unit(np.array([-q[0] * math.sin(t), q[1] * math.cos(t), 0.0])),
+                tube,
             )
             for t in turns
-        ]  # fmt: skip
+        ]
     corners = np.array(q[1:]).reshape(-1, 3)
     edges = np.roll(corners, -1, axis=0) - corners
     return [Axis(c + 0.5 * e, _unit(e), q[0]) for c, e in zip(corners, edges, strict=True)]  # a plate is taken by its rim

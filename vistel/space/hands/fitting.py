@@ -13,15 +13,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.posture.solve import FINGER_LIMITS
 from vistel.figure.skeleton import JOINT_INDEX, finger_joints
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.people import DIGITS, HAND_JOINT, PALM, SIDES, THUMB, Build
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 PRESS = 0.0004
 """How far a finger's surface, before it gives, goes into what it touches [m]."""
@@ -42,10 +40,16 @@ _LEVEL = np.tile([0, 0, 1, 2], 5)
 """Which digit an angle moves, and from which of its bones on."""
 _BEND = np.array([4, 6, 7, 8, 10, 11, 12, 14, 15, 16, 18, 19])
 """Angles that bend the four fingers."""
-_OPEN_THUMBS = np.radians([
-    [35.0, 45.0, -10.0, -10.0], [70.0, 55.0, -20.0, -20.0], [0.0, 55.0, -20.0, -20.0], [-20.0, 30.0, -20.0, -20.0],
-    [100.0, 45.0, -20.0, -20.0], [100.0, 0.0, -20.0, -20.0],
-])  # fmt: skip
+_OPEN_THUMBS = np.radians(
+    [
+        [35.0, 45.0, -10.0, -10.0],
+        [70.0, 55.0, -20.0, -20.0],
+        [0.0, 55.0, -20.0, -20.0],
+        [-20.0, 30.0, -20.0, -20.0],
+        [100.0, 45.0, -20.0, -20.0],
+        [100.0, 0.0, -20.0, -20.0],
+    ]
+)
 _OPEN_FINGER = np.radians([-15.0, 0.0, 0.0])
 
 
@@ -95,8 +99,6 @@ class Hand:
         return depth, normal
 
 
-
-
 def hand_of(build: Build, right: bool) -> Hand:
     """One hand of a body."""
     rows = np.flatnonzero((build.digit >= 0) & (build.digit // DIGITS == int(right)))
@@ -105,9 +107,7 @@ def hand_of(build: Build, right: bool) -> Hand:
     return Hand(build, right, rows, build.digit[rows] % DIGITS, np.array(level))
 
 
-def fit(
-    build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thing: PrimitiveSet, *, to_palm: bool
-) -> Fit:
+def fit(build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thing: PrimitiveSet, *, to_palm: bool) -> Fit:
     """How the hand, its fingers at (20,) angles, holds a thing that lies in the hand joint's frame as `thing` does.
 
     engaged: which of the four fingers are to touch it, as the thumb is; to_palm: the palm is to touch it too. Where a bone

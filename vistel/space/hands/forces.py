@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.forces import STIFFEST, Surface
@@ -30,8 +31,6 @@ from vistel.space.people import DIGITS, HAND_JOINT, Posed
 from vistel.space.things.solids import Solids
 from vistel.space.view import DigitTouch, HandForce
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Hand = tuple[str, bool]
 """Participant; whether it is the right hand."""
 Holding = tuple[str, bool, str]
@@ -76,9 +75,15 @@ class _Felt:
 
 
 def hand_forces(
-    posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], reached: Mapping[str, Reached],
-    s: Solids, m: Motions, held: Iterable[Holding], let_go: Iterable[Holding] = (), due: Container[str] | None = None,
-) -> tuple[HandForce, ...]:  # fmt: skip
+    posed: Mapping[str, Posed],
+    skin: Mapping[tuple[str, str], ContactArray],
+    reached: Mapping[str, Reached],
+    s: Solids,
+    m: Motions,
+    held: Iterable[Holding],
+    let_go: Iterable[Holding] = (),
+    due: Container[str] | None = None,
+) -> tuple[HandForce, ...]:
     """What every hand that touches something feels, by participant, the left one first.
 
     skin: contacts of every two people who touch, by their names in order; reached: what is known of each figure's other contacts;
@@ -118,9 +123,8 @@ def _hands_on_things(people: list[Posed], loose: PrimitiveSet) -> list[ContactAr
 
 
 def _of_things(
-    people: list[Posed], reached: Mapping[str, Reached], s: Solids, m: Motions, sticks: frozenset[Holding],
-    free: frozenset[Holding],
-) -> _Felt | None:  # fmt: skip
+    people: list[Posed], reached: Mapping[str, Reached], s: Solids, m: Motions, sticks: frozenset[Holding], free: frozenset[Holding]
+) -> _Felt | None:
     """What the hands of some people feel of things: of fixed ones, then of loose ones as they lie now."""
     loose = s.loose(m.matrices(), m.position)
     near = [k for k, p in enumerate(people) if _hand_near(p, reached[p.name].near)]
@@ -171,9 +175,7 @@ def _of_things(
     return _Felt(_feel(found, [len(side.contacts) for side in sides], soft, bodies, velocity, motion), found.depth, sides)
 
 
-def _of_people(
-    posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], asked: frozenset[str]
-) -> _Felt | None:
+def _of_people(posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], asked: frozenset[str]) -> _Felt | None:
     """What hands feel of other people, of every two that touch each other: both sides of one contact."""
     parts: list[tuple[Posed, Posed, ContactArray]] = []
     for two, c in sorted(skin.items(), key=lambda item: item[0]):
@@ -205,17 +207,28 @@ def _of_people(
 
 
 def _feel(
-    found: ContactArray, sizes: list[int], soft: list[float], bodies: tuple[PrimitiveSet, PrimitiveSet], velocity: F64,
-    motion: F64,
-) -> F64:  # fmt: skip
+    found: ContactArray, sizes: list[int], soft: list[float], bodies: tuple[PrimitiveSet, PrimitiveSet], velocity: F64, motion: F64
+) -> F64:
     """(N, FELT) rows of the contacts. sizes: of the groups one after the other, soft: of the b of each."""
     compliance = np.array([[max(FLESH_COMPLIANCE, STIFFEST), max(c, STIFFEST)] for c in soft])
     pairs = np.stack([found.a, found.b], axis=1).astype(np.int64)
     out = np.zeros((len(found), FELT))
     feel(
-        np.cumsum([0, *sizes]), pairs, found.point, found.normal, found.field_depth, compliance, _arrays(bodies[0]),
-        _arrays(bodies[1]), SKIN.pressure, SKIN.friction, SKIN.creep, velocity, motion, out,
-    )  # fmt: skip
+        np.cumsum([0, *sizes]),
+        pairs,
+        found.point,
+        found.normal,
+        found.field_depth,
+        compliance,
+        _arrays(bodies[0]),
+        _arrays(bodies[1]),
+        SKIN.pressure,
+        SKIN.friction,
+        SKIN.creep,
+        velocity,
+        motion,
+        out,
+    )
     return out
 
 
@@ -239,9 +252,15 @@ def _whole(felt: list[_Felt], posed: Mapping[str, Posed]) -> list[HandForce]:
         return []
     sums, moment = np.zeros((len(slots), 13)), np.zeros((len(hands), 3))
     gather(
-        np.array(row), np.array(slot), np.array(hand_of), np.array(sign), np.concatenate([f.rows for f in felt]),
-        np.concatenate([f.depth for f in felt]), sums, moment,
-    )  # fmt: skip
+        np.array(row),
+        np.array(slot),
+        np.array(hand_of),
+        np.array(sign),
+        np.concatenate([f.rows for f in felt]),
+        np.concatenate([f.depth for f in felt]),
+        sums,
+        moment,
+    )
     touches: dict[Hand, list[DigitTouch]] = {hand: [] for hand in hands}
     force = np.zeros((len(hands), 3))
     for (hand, digit, body), k in sorted(slots.items()):
@@ -252,9 +271,7 @@ def _whole(felt: list[_Felt], posed: Mapping[str, Posed]) -> list[HandForce]:
         thrust = math.sqrt(float(s[6] * s[6] + s[7] * s[7] + s[8] * s[8]))
         force[hands[hand]] += s[0:3]
         touches[hand].append(
-            DigitTouch(
-                digit, body, s[3:6] / load, s[6:9] / max(thrust, 1e-12), s[0:3], thrust, area, load / area, peak, depth
-            )
+            DigitTouch(digit, body, s[3:6] / load, s[6:9] / max(thrust, 1e-12), s[0:3], thrust, area, load / area, peak, depth)
         )
     out: list[HandForce] = []
     for hand in sorted(hands):
@@ -273,9 +290,11 @@ def _joined(parts: list[ContactArray], first_a: list[int], first_b: list[int]) -
     return ContactArray(
         np.concatenate([c.a + k for c, k in zip(parts, first_a, strict=True)]),
         np.concatenate([c.b + k for c, k in zip(parts, first_b, strict=True)]),
-        np.concatenate([c.point for c in parts]), np.concatenate([c.normal for c in parts]),
-        np.concatenate([c.depth for c in parts]), np.concatenate([c.field_depth for c in parts]),
-    )  # fmt: skip
+        np.concatenate([c.point for c in parts]),
+        np.concatenate([c.normal for c in parts]),
+        np.concatenate([c.depth for c in parts]),
+        np.concatenate([c.field_depth for c in parts]),
+    )
 
 
 def _contacts(c: ContactArray, rows: I64) -> ContactArray:

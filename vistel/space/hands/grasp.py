@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, slerp
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -22,9 +22,6 @@ from vistel.space.hands.fitting import fit
 from vistel.space.hands.reach_kernels import REACHED, reached  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion, flexion_of
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 MARGIN = 0.030
 """How far from a thing digits are watched [m]."""
@@ -135,9 +132,21 @@ def reaches(posed: Posed, near: ContactArray, owner: I64, right: bool) -> list[R
     build, out = posed.build, np.empty((len(near), REACHED))
     a, b, normal, depth = (np.ascontiguousarray(x) for x in (near.a, near.b, near.normal, near.depth))
     count: Any = reached(
-        a, b, normal, depth, owner, build.digit, build.body.joint, posed.joints.rotation, DIGITS if right else 0,
-        _touching(posed, right), OPPOSED, ASIDE, VOLAR, out,
-    )  # fmt: skip
+        a,
+        b,
+        normal,
+        depth,
+        owner,
+        build.digit,
+        build.body.joint,
+        posed.joints.rotation,
+        DIGITS if right else 0,
+        _touching(posed, right),
+        OPPOSED,
+        ASIDE,
+        VOLAR,
+        out,
+    )
     return [
         Reach(int(thing), (one > 0, two > 0, three > 0, four > 0), opposed > 0, palm > 0, nearest, around > 0)
         for thing, one, two, three, four, opposed, palm, nearest, around in out[:count].tolist()

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.hands.fitting import hand_of
@@ -20,15 +20,11 @@ from vistel.space.people import DIGITS, Posed
 from vistel.space.state import State
 from vistel.space.things.solids import Solids
 
-F64 = NDArray[np.float64]
-
 FURTHEST, MOST_TURN = 0.06, 0.7
 """A hand is seen no further than this from where it is [m, rad]."""
 
 
-def seen(
-    state: State, solids: Solids, posed: Mapping[str, Posed], near: Mapping[str, ContactArray]
-) -> Mapping[str, ContactArray]:
+def seen(state: State, solids: Solids, posed: Mapping[str, Posed], near: Mapping[str, ContactArray]) -> Mapping[str, ContactArray]:
     """The contacts of figures with loose things, those of hands with what they hold as they are seen."""
     if not state.grasps:
         return near
@@ -72,9 +68,11 @@ def _with_hand(state: State, solids: Solids, p: Posed, near: ContactArray, g: Gr
     b = np.concatenate([near.b[kept], solids.first[n] + found.b])
     order = np.lexsort((b, a))
     return replace(
-        near, a=a[order].astype(np.int32), b=b[order].astype(np.int32),
+        near,
+        a=a[order].astype(np.int32),
+        b=b[order].astype(np.int32),
         point=np.concatenate([near.point[kept], found.point])[order],
         normal=np.concatenate([near.normal[kept], found.normal])[order],
         depth=np.concatenate([near.depth[kept], found.depth])[order],
         field_depth=np.concatenate([near.field_depth[kept], found.field_depth])[order],
-    )  # fmt: skip
+    )

@@ -8,8 +8,8 @@ from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions, wake_around
@@ -20,8 +20,6 @@ from vistel.space.hands.grasp import Grasp
 from vistel.space.people import Posed
 from vistel.space.state import LetGo, State
 from vistel.space.things.solids import Solids
-
-F64 = NDArray[np.float64]
 
 LET_GO_GAP = 0.015
 """A hand that let go pushes the thing again once it was this far off it [m]..."""
@@ -69,9 +67,7 @@ def drop(state: State, gone: Callable[[Grasp], bool]) -> State:
     ended = tuple(LetGo(g.participant, g.right, g.thing, state.step) for g in dropped)
     hands_off = {g.key for g in dropped}
     # The hand must close anew, from how open it is now, to take hold again.
-    figures = tuple(
-        f.opened_now(tuple((f.name, right) in hands_off for right in (False, True))) for f in state.figures
-    )
+    figures = tuple(f.opened_now(tuple((f.name, right) in hands_off for right in (False, True))) for f in state.figures)
     return replace(state, grasps=kept, motions=m, let_go=state.let_go + ended, figures=figures)
 
 
@@ -141,7 +137,7 @@ def carry(
         n = state.rows[thing]
         back = anchors.get(thing, ())
         if len(holds) == 1 and not back:
-            (g, p), = holds
+            ((g, p),) = holds
             position, rotation = hands.out_of_hand(p, g.right, g.lie(state.t_ns))
         else:
             position, rotation = sharing.balance(holds, state.t_ns, back)

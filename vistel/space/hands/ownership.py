@@ -80,9 +80,7 @@ def settled(before: State, state: State, heard: Set[str]) -> tuple[State, tuple[
             events.append(ClaimEvent(What.RELEASED, last.owner, thing, leads, until))
         if claim is not None and (last is None or last.owner != leads):
             events.append(ClaimEvent(What.GRANTED, leads, thing, leads, until))
-        events += [
-            ClaimEvent(What.REJECTED, who, thing, leads, until) for who in now if who != leads and (who, thing) not in was
-        ]
+        events += [ClaimEvent(What.REJECTED, who, thing, leads, until) for who in now if who != leads and (who, thing) not in was]
     known = {(e.participant, e.thing) for e in state.told}
     # What was told as it happened says more than that somebody has let go.
     told = [_of_now(e, claims) for e in state.told]

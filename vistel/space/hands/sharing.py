@@ -11,15 +11,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.dynamics.kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.hands.grasp import Grasp, out_of_hand
 from vistel.space.people import HAND_JOINT, PALM, Posed
 from vistel.space.view import DigitTouch, HandForce
-
-F64 = NDArray[np.float64]
 
 STIFFNESS = 1200.0
 """Of a hand's hold [N/m]."""
@@ -100,9 +98,12 @@ def with_pulls(felt: Sequence[HandForce], drawn: Sequence[Pull], posed: Mapping[
         new = replace(old, force=old.force + pull.force, normal_force=old.normal_force + size)
         others = [t for t in h.touches if (t.digit, t.body) != (pull.digit, pull.thing)]
         out[hand] = replace(
-            h, force=h.force + pull.force, torque=h.torque + np.cross(pull.point - joint, pull.force),
-            touches=tuple(sorted([*others, new], key=lambda t: (t.digit, t.body))), pull=h.pull + pull.force,
-        )  # fmt: skip
+            h,
+            force=h.force + pull.force,
+            torque=h.torque + np.cross(pull.point - joint, pull.force),
+            touches=tuple(sorted([*others, new], key=lambda t: (t.digit, t.body))),
+            pull=h.pull + pull.force,
+        )
     return tuple(out.values())
 
 

@@ -12,11 +12,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.space.things.things import Thing
-
-F64 = NDArray[np.float64]
 
 MOST, MOST_IN_ALL = 8, 16
 """Bonds one thing keeps at a time with one body, and with all."""
@@ -115,9 +113,16 @@ class Stuck:
 
 
 def stick(
-    old: Sequence[Bond], thing: str, glue: Callable[[Bond], Glue], frame: Frame, grips: Iterable[Grip],
-    frame_of: Callable[[str, int], Frame | None], next_number: int, t_ns: int, dt: float,
-) -> Stuck:  # fmt: skip
+    old: Sequence[Bond],
+    thing: str,
+    glue: Callable[[Bond], Glue],
+    frame: Frame,
+    grips: Iterable[Grip],
+    frame_of: Callable[[str, int], Frame | None],
+    next_number: int,
+    t_ns: int,
+    dt: float,
+) -> Stuck:
     """The bonds of one thing at `t_ns`, `dt` [s] after the last time. glue: of each; frame: the thing's; frame_of: that of the
     joint of a body's primitive or of a thing, None when the body has gone."""
     now = {(g.body, g.primitive): g for g in grips}

@@ -13,7 +13,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vistel.figure.rotation import matrix_from_quaternion, slerp
 from vistel.implicit.contacts.contact import find_contacts
@@ -21,8 +20,6 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost_terms import decay_quartic
 from vistel.implicit.ghosts.temporal import FADED
 from vistel.space.things.things import Matter, Primitive
-
-F64 = NDArray[np.float64]
 
 LEAST = 0.01
 """Overlap below which nothing stays [field]."""
@@ -68,9 +65,15 @@ class Dent:
 
 
 def remember(
-    old: Sequence[Dent], thing: str, matter: Matter, body: PrimitiveSet, presses: Iterable[Press], next_number: int,
-    t_ns: int, dt: float,
-) -> tuple[tuple[Dent, ...], int]:  # fmt: skip
+    old: Sequence[Dent],
+    thing: str,
+    matter: Matter,
+    body: PrimitiveSet,
+    presses: Iterable[Press],
+    next_number: int,
+    t_ns: int,
+    dt: float,
+) -> tuple[tuple[Dent, ...], int]:
     """The dents of one thing at `t_ns`, dt seconds after `old`, and the next free number. body: the thing's primitives in
     its own frame; presses: what overlaps it now, in order."""
     now = {(p.maker, p.primitive): p for p in presses}
@@ -114,10 +117,11 @@ def deepest(dents: Sequence[Dent], most: int) -> tuple[Dent, ...]:
 def imprints(shapes: Sequence[Primitive]) -> PrimitiveSet:
     """Shapes as a set, in the frame they are given in."""
     return PrimitiveSet.of_kinds(
-        [p.kind for p in shapes], [p.params for p in shapes],
+        [p.kind for p in shapes],
+        [p.params for p in shapes],
         np.array([matrix_from_quaternion(p.rotation) for p in shapes]).reshape(-1, 3, 3),
         np.array([p.position for p in shapes]).reshape(-1, 3),
-    )  # fmt: skip
+    )
 
 
 def _left(d: Dent, t_ns: int, fade_ns: int) -> Dent:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space.memory.bonds import NEAR, Bond, Frame, Grip, Torn, glue_of, same_to_others, stick
@@ -18,7 +19,6 @@ from vistel.space.state import State
 from vistel.space.things.solids import Solids
 from vistel.space.things.things import Primitive
 
-F64 = NDArray[np.float64]
 REACH, LEAST_REACH, MOST_REACH = 0.75, 0.012, 0.02
 """What a bond deforms round it: a share of the limb's two radii, at least so much [m]; of things at most so much."""
 
@@ -43,9 +43,16 @@ def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -
         if thing.matter.sticky > 0.0:
             held = [b for b in state.bonds if b.thing == thing.id]
             stuck = stick(
-                held, thing.id, lambda b, t=thing, size=float(s.radius[n]): glue_of(t, size, b.reach), frame, grips,
-                lambda body, primitive: frame_of(state, posed, body, primitive), number, state.t_ns, dt,
-            )  # fmt: skip
+                held,
+                thing.id,
+                lambda b, t=thing, size=float(s.radius[n]): glue_of(t, size, b.reach),
+                frame,
+                grips,
+                lambda body, primitive: frame_of(state, posed, body, primitive),
+                number,
+                state.t_ns,
+                dt,
+            )
             number, bonds, torn = stuck.next_number, [*bonds, *stuck.bonds], [*torn, *stuck.torn]
     state = replace(state, dents=deepest(dents, MOST_IN_ROOM), bonds=tuple(bonds), marks=number)
     return relieved(state, posed, frozenset(x for t in torn for x in (t.thing, t.body))), tuple(torn)
@@ -67,9 +74,7 @@ def _told(old: Dent | Bond | None, mark: Dent | Bond) -> bool:
     return old is mark
 
 
-def _touches(
-    n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame: Frame
-) -> tuple[list[Press], list[Grip]]:
+def _touches(n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame: Frame) -> tuple[list[Press], list[Grip]]:
     """What overlaps thing n: as shapes in its frame, and where limbs touch it."""
     rotation, position = frame
     body = s.part(n).moved(rotation, position)
@@ -121,5 +126,3 @@ def _seen_from(p: Primitive, turn: F64, at: F64, frame: Frame) -> Primitive:
 def _far(state: State, m: int, n: int) -> float:
     d = state.motions.position[m] - state.motions.position[n]
     return float(np.sqrt(d @ d))
-
-

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.dynamics.dynamics import ASLEEP, FREE, Motions
 from vistel.space.dynamics.kernels import GRAVITY
@@ -23,8 +23,6 @@ from vistel.space.memory.bonds import Bond, Frame, Glue, ends, glue_of
 from vistel.space.people import DIGITS, Posed
 from vistel.space.state import State
 from vistel.space.things.solids import Solids
-
-F64 = NDArray[np.float64]
 
 DAMPING = 0.4
 """Of what swings on a bond, of twice the critical."""
@@ -89,9 +87,7 @@ def anchors(drawn: list[Draw], state: State, s: Solids) -> dict[str, list[Anchor
     held = {g.thing for g in state.grasps}
     out: dict[str, list[Anchor]] = {}
     for d in drawn:
-        for thing, here, there, body in (
-            (d.n, d.at_thing, d.at_body, d.bond.body), (d.other, d.at_body, d.at_thing, d.bond.thing),
-        ):  # fmt: skip
+        for thing, here, there, body in ((d.n, d.at_thing, d.at_body, d.bond.body), (d.other, d.at_body, d.at_thing, d.bond.thing)):
             if thing < 0 or s.things[thing].id not in held or (s.things[thing].id, body) in holders:
                 continue
             off = there - here

@@ -7,11 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_rotvec
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +72,14 @@ class Arc:
             forward = r @ self.along + np.cross(spin, off)
             sides = r @ self._frame[:, 1], r @ self._frame[:, 2]
             jacobian = np.stack([forward, *sides], axis=1) @ self._frame.T
-            cofactor = np.stack([np.cross(jacobian[:, 1], jacobian[:, 2]), np.cross(jacobian[:, 2], jacobian[:, 0]),
-                                 np.cross(jacobian[:, 0], jacobian[:, 1])], axis=1)  # fmt: skip
+            cofactor = np.stack(
+                [
+                    np.cross(jacobian[:, 1], jacobian[:, 2]),
+                    np.cross(jacobian[:, 2], jacobian[:, 0]),
+                    np.cross(jacobian[:, 0], jacobian[:, 1]),
+                ],
+                axis=1,
+            )
             m = cofactor @ n
             turned[i] = m / max(1e-12, float(np.sqrt(m @ m)))
         return out, turned

@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
-
-F64 = NDArray[np.float64]
 
 SPEED, SPIN = 0.5, 3.0
 """Means over a way [m/s], [rad/s]."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.space.things.arc import Arc
 from vistel.space.things.things import BEARS, Axis, Curve, Look, Matter, Part, Primitive, Thing
-
-F64 = NDArray[np.float64]
 
 
 def from_thing(t: Thing) -> dict[str, Any]:
@@ -24,14 +22,20 @@ def from_thing(t: Thing) -> dict[str, Any]:
     if t.hidden:
         own["hidden"] = True
     return own | {
-        "id": t.id, "name": t.name, "shape": t.shape, "primitives": [from_primitive(p) for p in t.primitives],
-        "mass": t.mass, "compliance": t.compliance, "colour": t.colour, "position": t.position.tolist(),
+        "id": t.id,
+        "name": t.name,
+        "shape": t.shape,
+        "primitives": [from_primitive(p) for p in t.primitives],
+        "mass": t.mass,
+        "compliance": t.compliance,
+        "colour": t.colour,
+        "position": t.position.tolist(),
         "rotation": t.rotation.tolist(),
         "axes": [[a.point.tolist(), a.direction.tolist(), a.radius] for a in t.axes],
         "matter": [m.material, m.recovery, m.sticky] + ([m.bears] if m.bears != BEARS else []),
         "parts": [[from_thing(p.thing), p.position.tolist(), p.rotation.tolist()] for p in t.parts],
         "curve": t.curve and [from_thing(t.curve.straight), *_from_arc(t.curve.arc)],
-    }  # fmt: skip
+    }
 
 
 def to_thing(d: Any) -> Thing:
@@ -39,8 +43,15 @@ def to_thing(d: Any) -> Thing:
     material, recovery, sticky, *bears = d["matter"]
     curve, inertia = d["curve"], d.get("inertia")
     return Thing(
-        str(d["id"]), str(d["name"]), str(d["shape"]), tuple(to_primitive(p) for p in d["primitives"]), float(d["mass"]),
-        float(d["compliance"]), int(d["colour"]), _numbers(d["position"], 3), _numbers(d["rotation"], 4),
+        str(d["id"]),
+        str(d["name"]),
+        str(d["shape"]),
+        tuple(to_primitive(p) for p in d["primitives"]),
+        float(d["mass"]),
+        float(d["compliance"]),
+        int(d["colour"]),
+        _numbers(d["position"], 3),
+        _numbers(d["rotation"], 4),
         tuple(Axis(_numbers(p, 3), _numbers(u, 3), float(r)) for p, u, r in d["axes"]),
         Matter(str(material), float(recovery), float(sticky), *map(float, bears)),
         tuple(Part(to_thing(t), _numbers(p, 3), _numbers(q, 4)) for t, p, q in d["parts"]),
@@ -48,7 +59,7 @@ def to_thing(d: Any) -> Thing:
         tuple(Look(str(k), _numbers(m, 9).reshape(3, 3), _numbers(o, 3), int(c)) for k, m, o, c in d.get("looks", ())),
         None if inertia is None else _numbers(inertia, 9).reshape(3, 3),
         bool(d.get("hidden", False)),
-    )  # fmt: skip
+    )
 
 
 def _from_arc(a: Arc) -> list[Any]:

@@ -6,12 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.inputs import FURTHEST, PropInput
-
-F64 = NDArray[np.float64]
 
 SILENT_NS = 500_000_000
 """A thing whose tracker has said nothing for so long is an ordinary thing again."""

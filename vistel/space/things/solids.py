@@ -8,16 +8,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.near import Placed, placed
 from vistel.space.contact.probes import probes_of
 from vistel.space.dynamics.kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.things.things import Primitive, Thing
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 YIELD = 0.2
 """Share of its size that a thing as soft as flesh gives way before it moves, if it takes dents."""
@@ -112,9 +109,7 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
     bound = np.array([b[1] for b in bounds], np.float64)
     probes = [probes_of(thing) for thing in things]
     count = [len(radii) for _, radii in probes]
-    shapes = PrimitiveSet.of_kinds(
-        [p.kind for _, p in primitives], [p.params for _, p in primitives], rotation, position
-    )
+    shapes = PrimitiveSet.of_kinds([p.kind for _, p in primitives], [p.params for _, p in primitives], rotation, position)
     reach = np.sqrt((centre * centre).sum(axis=1)) + bound
     out = Solids(
         things=things,
@@ -138,9 +133,8 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
             out.inverse_inertia[n] = np.linalg.inv(thing.mass * thing.inertia)
         elif not thing.fixed:
             unit: Any = inertia(  # pyright: ignore[reportUnknownVariableType]
-                shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1],
-                out.radius[n], GRID,
-            )  # fmt: skip
+                shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1], out.radius[n], GRID
+            )
             out.inverse_inertia[n] = np.linalg.inv(thing.mass * np.asarray(unit, np.float64))
     return out
 
@@ -163,9 +157,7 @@ def _rows(s: PrimitiveSet, rows: I64) -> PrimitiveSet:
     start = np.zeros(len(rows) + 1, np.int32)
     start[1:] = np.cumsum([len(p) for p in params])
     flat = np.concatenate(params) if params else np.zeros(0)
-    return PrimitiveSet(
-        s.kind[rows], start, flat, np.ascontiguousarray(s.rotation[rows]), np.ascontiguousarray(s.position[rows])
-    )
+    return PrimitiveSet(s.kind[rows], start, flat, np.ascontiguousarray(s.rotation[rows]), np.ascontiguousarray(s.position[rows]))
 
 
 def _matrices(quaternions: list[F64]) -> F64:

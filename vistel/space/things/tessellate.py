@@ -15,12 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.things.things import Primitive, Thing
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -88,9 +85,7 @@ def _divided(s: Surface3, longest: float) -> Surface3:
     return Surface3(both[:, :3], normals, triangles)
 
 
-def finer(
-    columns: NDArray[Any], triangles: I32, longest: float, most: int = 1 << 31, times: int = 12
-) -> tuple[NDArray[Any], I32]:  # fmt: skip
+def finer(columns: NDArray[Any], triangles: I32, longest: float, most: int = 1 << 31, times: int = 12) -> tuple[NDArray[Any], I32]:
     """Triangles with every edge longer than `longest` [m] halved, again and again, while there are no more than `most`. columns:
     (n, 3 and more), places and whatever else vertices have, of which new ones have the mean."""
     for _ in range(times):
@@ -248,8 +243,9 @@ def _rounded_polygon(r: float, corners: F64, rings: int) -> Surface3:
         fan = np.stack((np.full(count, count), ring, (ring + 1) % count), axis=1)
         points = np.vstack((corners, centre)) + sign * r * normal
         face = Surface3(
-            points.astype(np.float32), np.tile((sign * normal).astype(np.float32), (count + 1, 1)),
+            points.astype(np.float32),
+            np.tile((sign * normal).astype(np.float32), (count + 1, 1)),
             (fan if sign > 0 else fan[:, ::-1]).astype(np.int32),
-        )  # fmt: skip
+        )
         parts.append(face)
     return join(parts)

@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.implicit.contacts.contact_set import KIND_CODES
 from vistel.space.things.arc import Arc
-
-F64 = NDArray[np.float64]
 
 MAX_POLYGON = 16
 """Most vertices a rounded polygon of a thing may have."""
@@ -62,14 +60,17 @@ class Primitive:
         if len(self.params) != _PARAMS[self.kind]:
             want = _PARAMS[self.kind]
             raise ValueError(f"params of {self.kind}: expected {want} numbers, got {len(self.params)}")
-        sizes = {"sphere": self.params, "cone_sphere": self.params[6:], "superellipsoid": self.params[:3],
-                 "supertoroid": self.params[:3]}[self.kind]  # fmt: skip
+        sizes = {
+            "sphere": self.params,
+            "cone_sphere": self.params[6:],
+            "superellipsoid": self.params[:3],
+            "supertoroid": self.params[:3],
+        }[self.kind]
         if min(sizes) <= 0:
             raise ValueError(f"params of {self.kind}: sizes must be above 0, got {self.params}")
         exponents = {"superellipsoid": self.params[3:], "supertoroid": self.params[4:]}.get(self.kind, (1.0,))
         if min(exponents) < 0.1 or max(exponents) > 1.9:
             raise ValueError(f"params of {self.kind}: exponents must lie in 0.1 to 1.9, got {exponents}")
-
 
     @property
     def seen(self) -> bool:

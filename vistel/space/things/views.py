@@ -34,9 +34,15 @@ class ThingViews:
         out: list[ThingView] = list(self._last) if follows else [_NOTHING] * len(now.things)
         for n in np.flatnonzero(fresh).tolist():
             out[n] = ThingView(
-                now.things[n].id, m.position[n], m.rotation[n], m.velocity[n], m.spin[n], held.get(now.things[n].id, ()),
-                int(m.mode[n]) in (FIXED, ASLEEP), bool(moved[n]),
-            )  # fmt: skip
+                now.things[n].id,
+                m.position[n],
+                m.rotation[n],
+                m.velocity[n],
+                m.spin[n],
+                held.get(now.things[n].id, ()),
+                int(m.mode[n]) in (FIXED, ASLEEP),
+                bool(moved[n]),
+            )
         self._last, self._moved, self._of = tuple(out), moved, now.motions
         return self._last
 

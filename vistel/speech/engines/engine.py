@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import I16
 from vistel.speech.grammar import Grammar, Language
 
-I16 = NDArray[np.int16]
 
 class EngineError(RuntimeError):
     """An engine cannot be used; one line: what, where, how to mend it."""

@@ -74,10 +74,16 @@ class Whisper:
         sound = np.concatenate([*self._said, np.zeros(_SHORTEST, np.int16)])[: max(_SHORTEST, sum(map(len, self._said)))]
         self._said = []
         segments = self._model.transcribe(
-            sound.astype(np.float32) / np.float32(32768.0), language=self._language, initial_prompt=self._prompt,
-            no_context=True, single_segment=True, suppress_blank=True, temperature=0.0, temperature_inc=0.0,
+            sound.astype(np.float32) / np.float32(32768.0),
+            language=self._language,
+            initial_prompt=self._prompt,
+            no_context=True,
+            single_segment=True,
+            suppress_blank=True,
+            temperature=0.0,
+            temperature_inc=0.0,
             extract_probability=True,
-        )  # fmt: skip
+        )
         text = " ".join(str(s.text).strip() for s in segments).strip()
         sure = [float(s.probability) for s in segments if math.isfinite(float(s.probability))]
         return [Transcript(text, min(sure, default=1.0))] if text else []

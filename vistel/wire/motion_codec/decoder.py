@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import I64, U8
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.motion_codec import kernels as k
 from vistel.wire.motion_codec.encoder import MOST_BYTES
@@ -18,9 +18,6 @@ from vistel.wire.motion_codec.layout import NUMBERS, PARTS, PLACES, scale
 from vistel.wire.motion_codec.lists import ListKey, parts_of, read_key, well_formed
 from vistel.wire.motion_codec.model import VERSIONS, table
 from vistel.wire.motion_codec.sample import BITS, MASKS, THERE, MotionSample, sample_of
-
-U8 = NDArray[np.uint8]
-I64 = NDArray[np.int64]
 
 KEYS_KEPT = 8
 OLDEST_KEY_NS = 1_000_000_000
@@ -39,9 +36,21 @@ class MotionFrame:
     """
 
     __slots__ = (
-        "_change", "_data", "_grain", "_mask", "_reference", "_span", "_stale", "_values", "_version", "_whole", "_work", "seq",
-        "t_ns", "waiting",
-    )  # fmt: skip
+        "_change",
+        "_data",
+        "_grain",
+        "_mask",
+        "_reference",
+        "_span",
+        "_stale",
+        "_values",
+        "_version",
+        "_whole",
+        "_work",
+        "seq",
+        "t_ns",
+        "waiting",
+    )
 
     def __init__(self, seq: int, t_ns: int, data: U8, work: I64, reference: MotionFrame | None) -> None:
         """data: the bytes; work: what `kernels.begin_frame` has left; reference: the key frame, None for a full frame."""
@@ -93,9 +102,7 @@ class MotionFrame:
         if reference is not None and reference._values is not None:
             before, change = reference._values, reference._change
             self._work[k.SPAN] = reference._span
-        whole = k.decode_frame(
-            self._data, self._work, values, before, change, THERE[self._mask], table(self._version, self._grain)
-        )
+        whole = k.decode_frame(self._data, self._work, values, before, change, THERE[self._mask], table(self._version, self._grain))
         self._whole = bool(whole) and (reference is None or reference._whole)
         if reference is not None and self._work[k.KEEP]:
             self._change = values - before

@@ -6,17 +6,14 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.motion_codec import kernels as k
 from vistel.wire.motion_codec.layout import NUMBERS, USUAL_GRAIN, scale
 from vistel.wire.motion_codec.model import NEWEST, table
 from vistel.wire.motion_codec.references import PLANS, Losses, kept
 from vistel.wire.motion_codec.sample import ALL_STALE, THERE, MotionSample, flat
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 FULL_INTERVAL_NS = 400_000_000
 """From one full key frame to the next, at most."""
@@ -47,9 +44,7 @@ class MotionEncoder:
     anew.
     """
 
-    def __init__(
-        self, *, grain: int = USUAL_GRAIN, losses: Losses = "rare", hold: float = HOLD, repeats: int = 0
-    ) -> None:
+    def __init__(self, *, grain: int = USUAL_GRAIN, losses: Losses = "rare", hold: float = HOLD, repeats: int = 0) -> None:
         """grain: index of `GRAINS_TENTHS`, finer or coarser steps as a whole. losses: how often single frames are expected
         to be lost; the more, the less each loss costs and the larger the frames. hold: see HOLD. repeats: how many of the
         frames before it each message carries once more."""

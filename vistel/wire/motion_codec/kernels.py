@@ -188,17 +188,22 @@ def _numbers(s, data, encode, values, reference, change, kind, distance, span, t
     """The numbers of every part that the frame has, in order; `values` is read or written. there: a bit for each part."""
     n, n_groups, n_models, width = table[0], table[1], table[2], table[3]
     at = SIZES
-    part, group, low, high = table[at:at + n], table[at + n:at + 2 * n], table[at + 2 * n:at + 3 * n], table[at + 3 * n:at + 4 * n]
+    part, group, low, high = (
+        table[at : at + n],
+        table[at + n : at + 2 * n],
+        table[at + 2 * n : at + 3 * n],
+        table[at + 3 * n : at + 4 * n],
+    )
     at += 4 * n
-    mean, partner, go_on = table[at:at + n], table[at + n:at + 2 * n], table[at + 2 * n:at + 3 * n]
+    mean, partner, go_on = table[at : at + n], table[at + n : at + 2 * n], table[at + 2 * n : at + 3 * n]
     at += 3 * n
-    follow, bias = table[at + kind * n:at + (kind + 1) * n], table[at + (3 + kind) * n:at + (4 + kind) * n]
+    follow, bias = table[at + kind * n : at + (kind + 1) * n], table[at + (3 + kind) * n : at + (4 + kind) * n]
     at += 6 * n
-    age = table[at + kind * n_groups * AGES:at + (kind + 1) * n_groups * AGES]
+    age = table[at + kind * n_groups * AGES : at + (kind + 1) * n_groups * AGES]
     at += 3 * n_groups * AGES
-    weights = table[at + kind * n_groups * FEATURES:at + (kind + 1) * n_groups * FEATURES]
+    weights = table[at + kind * n_groups * FEATURES : at + (kind + 1) * n_groups * FEATURES]
     at += 3 * n_groups * FEATURES
-    logs, shifts = table[at:at + LOGS], table[at + LOGS:at + LOGS + n_models]
+    logs, shifts = table[at : at + LOGS], table[at + LOGS : at + LOGS + n_models]
     at += LOGS + n_models
     left = np.zeros(n, np.int64)  # what the partner's rule did not foresee, with sign
     sizes = np.zeros(n, np.int64)  # what no rule foresaw
@@ -224,18 +229,22 @@ def _numbers(s, data, encode, values, reference, change, kind, distance, span, t
             expected += _scaled(left[p], abs(follow[c]), 256) * (1 if follow[c] >= 0 else -1)
         expected = min(max(expected, np.int64(low[c])), np.int64(high[c]))
         g = group[c]
-        w = weights[g * FEATURES:(g + 1) * FEATURES]
+        w = weights[g * FEATURES : (g + 1) * FEATURES]
         about = (
-            bias[c] + age[g * AGES + far] + w[NEAR] * _log(near, logs) + w[NEAR_2] * _log(near_2, logs)
-            + w[GROUP] * _log(groups[g] >> 4, logs) + w[ALL] * _log(everything >> 4, logs)
-        )  # fmt: skip
+            bias[c]
+            + age[g * AGES + far]
+            + w[NEAR] * _log(near, logs)
+            + w[NEAR_2] * _log(near_2, logs)
+            + w[GROUP] * _log(groups[g] >> 4, logs)
+            + w[ALL] * _log(everything >> 4, logs)
+        )
         if kind == AFTER_CHANGE:
             about += w[CHANGE] * _log(abs(_scaled(change[c], reach, span)), logs)
         if with_partner:
             about += w[PARTNER] * _log(sizes[p], logs)
         model = min(max(about >> 9, 0), n_models - 1)
         row = at + model * width
-        r = _residual(s, data, encode, values[c] - expected, table[row:row + width], np.int64(shifts[model]))
+        r = _residual(s, data, encode, values[c] - expected, table[row : row + width], np.int64(shifts[model]))
         if not encode:
             values[c] = min(max(expected + r, np.int64(low[c])), np.int64(high[c]))
         left[c] = values[c] - base
@@ -263,8 +272,6 @@ def _header(s, data, encode, header):
         header[STALE] = _bits(s, data, encode, header[STALE], 12)
     else:
         header[STALE] = SAME
-
-
 
 
 @_compiled

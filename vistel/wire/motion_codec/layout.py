@@ -8,10 +8,8 @@ from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
+from vistel.arrays import F64, I64
 
 DEGREE = float(np.pi / 180)
 PI = float(np.pi)
@@ -68,17 +66,20 @@ MOTION_FIELDS: tuple[MotionField, ...] = (
     _angles("body", "spine rotation", 3, 0.06, 0),
     MotionField("body", "spine shift", 3, "m", -1.0, 1.0, 0.00025, 0),
     _angles("body", "neck", 3, 0.18, 1),
-    *_arm("left"), *_arm("right"),
-    *_hand("left"), *_hand("right"),
+    *_arm("left"),
+    *_arm("right"),
+    *_hand("left"),
+    *_hand("right"),
     MotionField("stance", "position", 3, "m", -100.0, 100.0, 0.00025, 4),
     _angles("stance", "heading", 1, 0.06, 4),
     _angles("gaze", "yaw, pitch", 2, 0.15, 5),
     MotionField("face", "13 marks x (x, y)", 26, "m", -0.25, 0.25, 0.0007, 6),
     MotionField("lids", "left, right opening", 2, "1", 0.0, 2.0, 0.04, 7),
-    *_leg("left"), *_leg("right"),
+    *_leg("left"),
+    *_leg("right"),
     _angles("collars", "left, right collar bone", 6, 0.07, 8),
     _angles("jaw", "jaw", 3, 0.2, 8),
-)  # fmt: skip
+)
 """Order, unit, range and step of every number of a Motion; what lies outside the range is sent as its end.
 
 The steps are finer where an error moves much: chosen so that after forward kinematics the errors of all joints

@@ -8,12 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64, I64
 from vistel.v1.motion_pb2 import Motion
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 DEGREE = float(np.pi / 180)
 PI = float(np.pi)

@@ -12,12 +12,9 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import I32, I64
 from vistel.wire.motion_codec.layout import GRAINS_TENTHS, GROUP_OF, PART_OF, USUAL_GRAIN, Scale, scale
-
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 
 NEWEST = 1
 """The version that is sent."""
@@ -57,10 +54,28 @@ def packed(model: Model, ends: Scale) -> I32:
     ends of symbols), then part, group, low, high, mean, partner and go_on of each number; by kind follow, bias, age and
     weights; logs, shifts, cumulative."""
     sizes = np.array((len(model.mean), model.age.shape[1], *model.cumulative.shape))
-    return np.concatenate([np.ravel(part) for part in (
-        sizes, PART_OF, GROUP_OF, ends.low, ends.high, model.mean, model.partner, model.go_on, model.follow, model.bias,
-        model.age, model.weights.transpose(0, 2, 1), model.logs, model.shifts, model.cumulative,
-    )]).astype(np.int32)  # fmt: skip
+    return np.concatenate(
+        [
+            np.ravel(part)
+            for part in (
+                sizes,
+                PART_OF,
+                GROUP_OF,
+                ends.low,
+                ends.high,
+                model.mean,
+                model.partner,
+                model.go_on,
+                model.follow,
+                model.bias,
+                model.age,
+                model.weights.transpose(0, 2, 1),
+                model.logs,
+                model.shifts,
+                model.cumulative,
+            )
+        ]
+    ).astype(np.int32)
 
 
 def from_numbers(numbers: dict[str, Any]) -> Model:
@@ -74,6 +89,4 @@ def at_grain(model: Model, grain: int) -> Model:
     sign, size = np.sign(model.mean), np.abs(model.mean)
     # What is left shrinks by half an octave a grain; what is expected from the numbers before shrinks with them.
     own = 1024 - np.minimum(1024, 16 * model.weights.sum(1))[:, GROUP_OF]
-    return model._replace(
-        mean=sign * (size * 10 // tenths), bias=model.bias - (grain - USUAL_GRAIN) * (own // 2)
-    )
+    return model._replace(mean=sign * (size * 10 // tenths), bias=model.bias - (grain - USUAL_GRAIN) * (own // 2))

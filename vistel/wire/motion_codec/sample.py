@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from enum import IntFlag
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.wire.motion_codec.layout import COUNTS, NUMBERS, OPTIONAL, PARTS, PLACES
-
-F64 = NDArray[np.float64]
 
 
 class StalePart(IntFlag):
@@ -85,11 +83,16 @@ def flat(sample: MotionSample) -> tuple[F64, int]:
 def sample_of(seq: int, t_ns: int, numbers: F64, mask: int, stale: int) -> MotionSample:
     """The other way: numbers (NUMBERS,), of which `mask` tells what is there."""
     return MotionSample(
-        seq, t_ns, numbers[PLACES["body"]], numbers[PLACES["hands"]].reshape(2, 20), numbers[PLACES["stance"]],
-        numbers[PLACES["gaze"]] if mask & _GAZE else None, numbers[PLACES["face"]] if mask & _FACE else None,
+        seq,
+        t_ns,
+        numbers[PLACES["body"]],
+        numbers[PLACES["hands"]].reshape(2, 20),
+        numbers[PLACES["stance"]],
+        numbers[PLACES["gaze"]] if mask & _GAZE else None,
+        numbers[PLACES["face"]] if mask & _FACE else None,
         StalePart(stale & ALL_STALE) if stale else NOTHING_STALE,
         numbers[PLACES["lids"]] if mask & _LIDS else None,
         numbers[PLACES["legs"]].reshape(8, 3) if mask & _LEGS else None,
         numbers[PLACES["collars"]].reshape(2, 3) if mask & _COLLARS else None,
         numbers[PLACES["jaw"]] if mask & _JAW else None,
-    )  # fmt: skip
+    )

@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from operator import add
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F64
 from vistel.v1.world_pb2 import WorldDetail
 from vistel.wire.world.codec.bits import FrameError
 from vistel.wire.world.codec.detail import HOLD_STEPS, read_detail
 from vistel.wire.world.codec.frame import Book
 from vistel.wire.world.codec.poses import Pose, place
-
-F64 = NDArray[np.float64]
 
 AHEAD = 16
 """Details kept whose frames have not come yet."""

@@ -14,16 +14,14 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.v1.world_pb2 import Bond, Dent, Grasp, Thing, WorldDetail, WorldSnapshot, WorldState
 from vistel.wire.world.codec.bits import FrameError
 from vistel.wire.world.codec.frame import Book, Said, Step, is_key, read_changes, read_key
 from vistel.wire.world.codec.poses import place
 from vistel.wire.world.codec.touches import force_of
 from vistel.wire.world.detail import Details
-
-F64 = NDArray[np.float64]
 
 STEP_NS = 16_666_667
 """Between two steps of the world."""
@@ -64,9 +62,7 @@ class RoomNow:
         return tuple(dict.fromkeys(g.participant for g in self.grasps if g.thing == thing))
 
 
-def check_of(
-    things: int, marks: int, book: Book, grasps: Iterable[Grasp], participants: Iterable[str]
-) -> int:
+def check_of(things: int, marks: int, book: Book, grasps: Iterable[Grasp], participants: Iterable[str]) -> int:
     """What `WorldState.check` says of a room. things, marks: `crc_of` the things in order, and of dents and bonds."""
     numbers = array("q", (things, marks, book.step, *book.moving))
     for track in book.tracks:
@@ -213,9 +209,16 @@ class WorldDecoder:
         grasps = tuple(message.grasps) if said.grasps else before.grasps
         moving = moving if names == moving else names
         return replace(
-            before, things=things, participants=people, touches=touches, dents=dents, bonds=bonds, moving=moving, grasps=grasps,
+            before,
+            things=things,
+            participants=people,
+            touches=touches,
+            dents=dents,
+            bonds=bonds,
+            moving=moving,
+            grasps=grasps,
             selected=_selected(message, before),
-        )  # fmt: skip
+        )
 
     def _things(self, message: WorldState, whole: bool) -> Mapping[str, Thing]:
         if not (message.things or message.order):
@@ -269,11 +272,18 @@ class WorldDecoder:
         force = {(c.body_a, c.body_b): c.force for c in m.contacts}
         dents, bonds = self._marks(m, m.key)
         self.now = RoomNow(
-            m.step, m.header.t_ns, {t.id: t for t in m.things} if m.key and m.things else before.things, poses,
+            m.step,
+            m.header.t_ns,
+            {t.id: t for t in m.things} if m.key and m.things else before.things,
+            poses,
             frozenset(s.id for s in m.states if not s.resting),
             tuple(Touch(g.target, g.source, tuple(g.target_primitives), force.get((g.target, g.source), 0.0)) for g in m.ghosts),
-            tuple(m.grasps), tuple(m.participants), dents, bonds, _selected(m, before),
-        )  # fmt: skip
+            tuple(m.grasps),
+            tuple(m.participants),
+            dents,
+            bonds,
+            _selected(m, before),
+        )
         return [self.now]
 
 

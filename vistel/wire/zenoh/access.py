@@ -22,9 +22,14 @@ _ASK = ["declare_subscriber", "query", "declare_liveliness_subscriber", "livelin
 
 
 def access_rules(
-    conference: str, sites: Sequence[str], *, observers: Sequence[str] = (), worlds: Sequence[str] = (),
-    world: str = WORLD_NAME, hub: str = HUB_NAME,
-) -> dict[str, Any]:  # fmt: skip
+    conference: str,
+    sites: Sequence[str],
+    *,
+    observers: Sequence[str] = (),
+    worlds: Sequence[str] = (),
+    world: str = WORLD_NAME,
+    hub: str = HUB_NAME,
+) -> dict[str, Any]:
     """The `access_control` section of a Zenoh router's configuration.
 
     sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the
@@ -61,18 +66,12 @@ def access_rules(
     allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site)
     for observer in observers:
         allow(observer, [])
-    return {
-        "enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies,
-    }  # fmt: skip
+    return {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}
 
 
 def _keys(publisher: Publisher, conference: str, site: str, *only: str) -> list[str]:
     """Key expressions of what `publisher` may say, one per topic."""
-    return [
-        t.pattern(conference, site=site)
-        for t in TOPICS
-        if t.publisher is publisher and (not only or t.name in only)
-    ]
+    return [t.pattern(conference, site=site) for t in TOPICS if t.publisher is publisher and (not only or t.name in only)]
 
 
 def _rule(name: str, flow: str, messages: list[str], keys: list[str]) -> dict[str, Any]:

@@ -74,9 +74,12 @@ class Router:
 
     @staticmethod
     def open(
-        listen: str | Sequence[str] | None = None, *, tls: TlsFiles | tuple[str, str, str] | None = None,
-        access: Json | None = None, connect: Sequence[str] = (),
-    ) -> Router:  # fmt: skip
+        listen: str | Sequence[str] | None = None,
+        *,
+        tls: TlsFiles | tuple[str, str, str] | None = None,
+        access: Json | None = None,
+        connect: Sequence[str] = (),
+    ) -> Router:
         """Listen on `listen` ("tcp/host:port", "tls/host:port"), by default on a free port of the loopback interface.
 
         access: who may publish what (`vistel.wire.zenoh.access`). connect: further routers to join. Raises
@@ -103,9 +106,15 @@ class ZenohBus:
     """
 
     def __init__(
-        self, session: zenoh.Session, conference: str, site: str, clock: Clock, *,
-        loop: asyncio.AbstractEventLoop, stale_after_ns: int | None = STALE_AFTER_NS,
-    ) -> None:  # fmt: skip
+        self,
+        session: zenoh.Session,
+        conference: str,
+        site: str,
+        clock: Clock,
+        *,
+        loop: asyncio.AbstractEventLoop,
+        stale_after_ns: int | None = STALE_AFTER_NS,
+    ) -> None:
         self.conference = conference
         self.site = site
         self.counters = BusCounters()
@@ -123,10 +132,15 @@ class ZenohBus:
 
     @staticmethod
     async def open(
-        *, conference: str, site: str, clock: Clock, endpoints: Sequence[str],
-        tls: TlsFiles | tuple[str, str, str] | None = None, connect_s: float = 10.0,
+        *,
+        conference: str,
+        site: str,
+        clock: Clock,
+        endpoints: Sequence[str],
+        tls: TlsFiles | tuple[str, str, str] | None = None,
+        connect_s: float = 10.0,
         stale_after_ns: int | None = STALE_AFTER_NS,
-    ) -> ZenohBus:  # fmt: skip
+    ) -> ZenohBus:
         """Connect to the first router of `endpoints` that answers within `connect_s`. Raises BusError.
 
         tls: (ca, certificate, key) files. stale_after_ns: None shows late motion too (for a reader of the
@@ -169,14 +183,18 @@ class ZenohBus:
             raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
         held: list[Any] = []
         inbox = Inbox(
-            topic, self.counters, self._loop, queue_all=queue_all, polled=polled,
-            stale_after_ns=self._stale_after_ns, on_close=lambda: _undeclare(held), fence=self.fence,
-        )  # fmt: skip
+            topic,
+            self.counters,
+            self._loop,
+            queue_all=queue_all,
+            polled=polled,
+            stale_after_ns=self._stale_after_ns,
+            on_close=lambda: _undeclare(held),
+            fence=self.fence,
+        )
         pattern = topic.pattern(self.conference, **names)
         if topic.delivery is Delivery.RELIABLE:
-            reader = ReliableReader(
-                self._session, pattern, inbox, loop=self._loop, clock=self._clock, counters=self.counters
-            )
+            reader = ReliableReader(self._session, pattern, inbox, loop=self._loop, clock=self._clock, counters=self.counters)
             self._readers.append(reader)
             held.append(reader)
             return inbox
@@ -206,10 +224,12 @@ class ZenohBus:
             key,
             zenoh.handlers.Callback(reply, lambda: wake(self._loop, lambda: settle(None))),
             payload=request.SerializeToString() if request is not None else None,
-            target=zenoh.QueryTarget.ALL, consolidation=zenoh.ConsolidationMode.NONE,
-            congestion_control=zenoh.CongestionControl.DROP, priority=zenoh.Priority.INTERACTIVE_HIGH,
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.INTERACTIVE_HIGH,
             timeout=timeout_s,
-        )  # fmt: skip
+        )
         try:
             return await asyncio.wait_for(answered, timeout_s)
         except TimeoutError:
@@ -232,9 +252,7 @@ class ZenohBus:
                 with contextlib.suppress(zenoh.ZError):  # the one who asked has gone
                     query.reply(key, message.SerializeToString())
 
-        self._held.append(
-            self._session.declare_queryable(key, lambda query: wake(self._loop, lambda: on_loop(query)))
-        )
+        self._held.append(self._session.declare_queryable(key, lambda query: wake(self._loop, lambda: on_loop(query))))
 
     def announce(self, token: str) -> None:
         key = f"vistel/{self.conference}/alive/{self.site}/{token}"
@@ -297,9 +315,7 @@ class ZenohBus:
 
 
 class _ZenohPublication:
-    def __init__(
-        self, session: zenoh.Session, topic: Topic, key: str, epoch: int, verbatim: bool, fence: Fence
-    ) -> None:
+    def __init__(self, session: zenoh.Session, topic: Topic, key: str, epoch: int, verbatim: bool, fence: Fence) -> None:
         self._fence = fence if topic.publisher is Publisher.WORLD else None
         self.key = key
         self.topic = topic
@@ -313,9 +329,7 @@ class _ZenohPublication:
         priority = zenoh.Priority.DATA
         if self._cache is not None:
             priority = zenoh.Priority.DATA_LOW if topic.name in _BULK else zenoh.Priority.INTERACTIVE_HIGH
-        self._publisher = session.declare_publisher(
-            key, congestion_control=zenoh.CongestionControl.DROP, priority=priority
-        )
+        self._publisher = session.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP, priority=priority)
         self._queryable = session.declare_queryable(key, self._repeat) if self._cache is not None else None
 
     def undeclare(self) -> None:

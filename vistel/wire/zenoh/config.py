@@ -83,12 +83,9 @@ def _common(tls: TlsFiles | None, listens: bool) -> Json:
             "keep_alive": 4,
             "queue": {
                 "size": {"data": 8, "data_low": 8, "real_time": 8, "interactive_high": 8},
-                "congestion_control": {
-                    "drop": {"wait_before_drop": 1000},
-                    "block": {"wait_before_close": 200_000},
-                },
+                "congestion_control": {"drop": {"wait_before_drop": 1000}, "block": {"wait_before_close": 200_000}},
             },
-        },
+        }
     }
     if tls:
         link["protocols"] = ["tls"]
@@ -103,11 +100,7 @@ def _common(tls: TlsFiles | None, listens: bool) -> Json:
             link["tls"] |= {"listen_certificate": str(tls.certificate), "listen_private_key": str(tls.key)}
     return {
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-        "transport": {
-            "unicast": {"max_links": 1, "max_sessions": 1000},
-            "shared_memory": {"enabled": False},
-            "link": link,
-        },
+        "transport": {"unicast": {"max_links": 1, "max_sessions": 1000}, "shared_memory": {"enabled": False}, "link": link},
     }
 
 

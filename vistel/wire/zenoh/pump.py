@@ -25,9 +25,7 @@ BURST = 512
 class Pump:
     """Subscribes to `pattern` and calls `deliver` with lists of samples, in order, on a thread of its own."""
 
-    def __init__(
-        self, session: zenoh.Session, pattern: str, capacity: int, deliver: Callable[[list[zenoh.Sample]], None]
-    ) -> None:
+    def __init__(self, session: zenoh.Session, pattern: str, capacity: int, deliver: Callable[[list[zenoh.Sample]], None]) -> None:
         self._deliver = deliver
         ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
         self._subscriber = session.declare_subscriber(pattern, ring)

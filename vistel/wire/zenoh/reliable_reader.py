@@ -32,9 +32,15 @@ class ReliableReader:
     """Feeds an inbox with the messages of `pattern`, each once and in the order of its sender."""
 
     def __init__(
-        self, session: zenoh.Session, pattern: str, inbox: Inbox, *, loop: asyncio.AbstractEventLoop, clock: Clock,
+        self,
+        session: zenoh.Session,
+        pattern: str,
+        inbox: Inbox,
+        *,
+        loop: asyncio.AbstractEventLoop,
+        clock: Clock,
         counters: BusCounters,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._session = session
         self._pattern = pattern
         self._loop = loop
@@ -131,10 +137,12 @@ class ReliableReader:
         self._session.get(
             selector,
             zenoh.handlers.Callback(reply, lambda: wake(self._loop, done.set)),
-            target=zenoh.QueryTarget.ALL, consolidation=zenoh.ConsolidationMode.NONE,
-            congestion_control=zenoh.CongestionControl.DROP, priority=zenoh.Priority.INTERACTIVE_HIGH,
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.INTERACTIVE_HIGH,
             timeout=timeout_s,
-        )  # fmt: skip
+        )
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(done.wait(), timeout_s + 0.5)
 

@@ -38,24 +38,36 @@ def assemble(
             whole = making.assemble(file, step=tell)
             blended = time.perf_counter()
             made = make_avatar(
-                whole.source, name=name or whole.name, height=whole.height, primitives=primitives,
+                whole.source,
+                name=name or whole.name,
+                height=whole.height,
+                primitives=primitives,
                 step=lambda text: tell(f"fitting: {text}"),
-            )  # fmt: skip
+            )
     except MakingError as fault:
         fail(str(fault) if str(fault).startswith(str(file)) else f"{file}: {fault}", USAGE)
     except OSError as fault:
         fail(f"{fault.filename or file}: cannot be read: {fault.strerror or fault}", USAGE)
     save(made.avatar, output, not as_json)
     joints = [
-        {"between": list(j.between), "radius_m": round(j.radius, 4), "zone_m": round(j.zone, 4), "gap_m": round(j.gap, 4),
-         "triangles": j.triangles}
+        {
+            "between": list(j.between),
+            "radius_m": round(j.radius, 4),
+            "zone_m": round(j.zone, 4),
+            "gap_m": round(j.gap, 4),
+            "triangles": j.triangles,
+        }
         for j in whole.joints
-    ]  # fmt: skip
+    ]
     told = {
-        "output": str(output), **facts(made.avatar), "joints_blended": len(joints), "open_edges": made.sound.border,
+        "output": str(output),
+        **facts(made.avatar),
+        "joints_blended": len(joints),
+        "open_edges": made.sound.border,
         "mean_distance_mm": round(1e3 * made.fit.mean_distance, 2),
-        "assemble_seconds": round(blended - began, 2), "seconds": round(time.perf_counter() - began, 2),
-    }  # fmt: skip
+        "assemble_seconds": round(blended - began, 2),
+        "seconds": round(time.perf_counter() - began, 2),
+    }
     if as_json:
         told |= {"joints": joints, "notes": list(made.notes)}
     else:

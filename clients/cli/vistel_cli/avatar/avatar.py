@@ -125,9 +125,14 @@ def import_(
         fitting = time.perf_counter()
         with busy("fitting", not as_json) as status:
             made = make_avatar(
-                source, name=name or output.stem, unit=unit, up=up.upper() if up else None, height=height,
-                primitives=primitives, step=lambda text: status.update(f"fitting: {text}") if status else None,
-            )  # fmt: skip
+                source,
+                name=name or output.stem,
+                unit=unit,
+                up=up.upper() if up else None,
+                height=height,
+                primitives=primitives,
+                step=lambda text: status.update(f"fitting: {text}") if status else None,
+            )
         fitted = time.perf_counter() - fitting
     except MakingError as fault:
         fail(str(fault) if "/" in str(fault).partition(": ")[0] else f"{file}: {fault}", USAGE)
@@ -137,10 +142,15 @@ def import_(
         fail(f"{file}: {fault}", USAGE)
     save(made.avatar, output, not as_json)
     said = {
-        "output": str(output), **facts(made.avatar), "joints_from": made.skeleton_from, "weights_from": made.weights_from,
-        "arms_below_horizontal_deg": round(math.degrees(made.pose_angle), 1), **_fit_facts(made.fit),
-        "fit_seconds": round(fitted, 2), "seconds": round(time.perf_counter() - began, 2),
-    }  # fmt: skip
+        "output": str(output),
+        **facts(made.avatar),
+        "joints_from": made.skeleton_from,
+        "weights_from": made.weights_from,
+        "arms_below_horizontal_deg": round(math.degrees(made.pose_angle), 1),
+        **_fit_facts(made.fit),
+        "fit_seconds": round(fitted, 2),
+        "seconds": round(time.perf_counter() - began, 2),
+    }
     if as_json:
         said |= {"joint_names": dict(made.joint_of), "unknown_joints": list(made.unknown), "notes": list(made.notes)}
     else:

@@ -83,10 +83,14 @@ def save(avatar: Avatar, output: Path, show: bool) -> None:
 def facts(avatar: Avatar) -> dict[str, Any]:
     """What an avatar consists of."""
     return {
-        "name": avatar.name, "height_m": round(avatar.skeleton.height, 3), "vertices": len(avatar.mesh.vertices),
-        "triangles": len(avatar.mesh.triangles), "eyeballs": len(avatar.eyeballs), "levels": 1 + len(avatar.coarser),
+        "name": avatar.name,
+        "height_m": round(avatar.skeleton.height, 3),
+        "vertices": len(avatar.mesh.vertices),
+        "triangles": len(avatar.mesh.triangles),
+        "eyeballs": len(avatar.eyeballs),
+        "levels": 1 + len(avatar.coarser),
         "primitives": len(avatar.body),
-    }  # fmt: skip
+    }
 
 
 def report(as_json: bool, facts: dict[str, Any]) -> None:

@@ -51,18 +51,17 @@ def layers(
         fail(f"--posture: is {posture!r}, expected one of {', '.join(postures)}", USAGE)
     avatar = load_or_make(file)
     kinds: dict[Shown, tuple[Layer, ...]] = {
-        Shown.skin: ("skin", "joints", "muscles", "bones", "veins"), Shown.muscles: ("bones", "muscles", "tendons"),
+        Shown.skin: ("skin", "joints", "muscles", "bones", "veins"),
+        Shown.muscles: ("bones", "muscles", "tendons"),
         Shown.bones: ("bones",),
-    }  # fmt: skip
+    }
     with busy("building the layers", not as_json):
         joints = pose_joints(avatar.skeleton, postures[posture])
         model = layered_model(avatar, Anatomy.of(Places(avatar)), joints, physical=physical)
         low, high = joints.position.min(axis=0), joints.position.max(axis=0)
         middle = 0.5 * (low + high)
         away = 1.05 * float(max((high - low).max(), avatar.skeleton.height))
-        text = scene_text(
-            model, kinds[show], blended=show is Shown.skin, eye=middle + away * np.array(_FROM), target=middle
-        )
+        text = scene_text(model, kinds[show], blended=show is Shown.skin, eye=middle + away * np.array(_FROM), target=middle)
     try:
         output.write_text(text)
     except OSError as fault:

@@ -43,8 +43,11 @@ def islands(
         return
     for i in found[:most]:
         how = kept.get(i.number)
-        moved = "" if how is None else (
-            f"  moved {how.move[0]:g},{how.move[1]:g} turned {math.degrees(how.turn):g} scaled {how.scale:g}")
+        moved = (
+            ""
+            if how is None
+            else (f"  moved {how.move[0]:g},{how.move[1]:g} turned {math.degrees(how.turn):g} scaled {how.scale:g}")
+        )
         box = " ".join(f"{x:.3f}" for x in i.box)
         out.print(f"{i.number:4} {i.part:24} {1e4 * i.area:8.1f} cm2 {i.triangles:6} triangles  uv {box}{moved}", soft_wrap=True)
     if len(found) > most:

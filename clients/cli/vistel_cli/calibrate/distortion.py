@@ -9,11 +9,9 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel_cli.terminal import USAGE, fail, out
-
-F64 = NDArray[np.float64]
 
 POSITION, ROTATION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
 
@@ -69,10 +67,14 @@ def distortion(
         fail(f"{output}: cannot be written: {e.strerror}")
     better = report.after_m < 0.7 * report.before_m
     found: dict[str, Any] = {
-        "points": report.points, "before_mm": round(1e3 * report.before_m, 2), "after_mm": round(1e3 * report.after_m, 2),
-        "before_deg": round(math.degrees(report.before_rad), 3), "after_deg": round(math.degrees(report.after_rad), 3),
-        "file": str(output), "verdict": "good" if better else "of no use",
-    }  # fmt: skip
+        "points": report.points,
+        "before_mm": round(1e3 * report.before_m, 2),
+        "after_mm": round(1e3 * report.after_m, 2),
+        "before_deg": round(math.degrees(report.before_rad), 3),
+        "after_deg": round(math.degrees(report.after_rad), 3),
+        "file": str(output),
+        "verdict": "good" if better else "of no use",
+    }
     if as_json:
         out.print_json(data=found)
         return
@@ -130,6 +132,8 @@ def recorded_points(log: Path, device: str, station: int, count: int) -> tuple[F
     except MoveError as e:
         fail(str(e))
     if len(position) != count:
-        fail(f"{log}: station {station} of {device} was held still {len(position)} times, the file has {count} points; "
-             "hold it for two seconds on each, and move it by 3 cm or more between them")  # fmt: skip
+        fail(
+            f"{log}: station {station} of {device} was held still {len(position)} times, the file has {count} points; "
+            "hold it for two seconds on each, and move it by 3 cm or more between them"
+        )
     return position, rotation

@@ -44,9 +44,9 @@ def face(
 
     drawn = FacePicture(device_seed(seed, f"{name}-face"))
     frames = [
-        picture for _, picture in
-        shown(person.face, clip, seconds, lambda k: drawn.draw(rest_face(), k, View(gains=light_at(k / 30))))
-    ]  # fmt: skip
+        picture
+        for _, picture in shown(person.face, clip, seconds, lambda k: drawn.draw(rest_face(), k, View(gains=light_at(k / 30))))
+    ]
     path = output or Path(f"{name}-face.json")
     try:
         found = calibrate_face(frames[:: max(1, len(frames) // _MOST)], mirrored=person.face.mirrored)
@@ -56,10 +56,15 @@ def face(
     except OSError as e:
         fail(f"{path}: cannot be written: {e.strerror}")
     if as_json:
-        out.print_json(data={
-            "file": str(path), "pictures": len(frames), "wander_px": round(found.wander_px, 3),
-            "misfit_mm": round(found.misfit_mm, 3), "contrast": round(found.key.contrast(), 1),
-        })  # fmt: skip
+        out.print_json(
+            data={
+                "file": str(path),
+                "pictures": len(frames),
+                "wander_px": round(found.wander_px, 3),
+                "misfit_mm": round(found.misfit_mm, 3),
+                "contrast": round(found.key.contrast(), 1),
+            }
+        )
         return
     out.print(f"marks moved by {found.wander_px:.2f} px while the face was to be still")
     out.print(f"they lie {found.misfit_mm:.1f} mm off those of a standard face")

@@ -78,19 +78,22 @@ def gaze(
             openings.append(reading.opening_px)
     path = output or Path(f"{name}-eye.json")
     try:
-        found = calibrate_gaze(
-            [np.array(p).reshape(-1, 2) for p in pupils], targets, size, float(np.median(openings or [0.0]))
-        )
+        found = calibrate_gaze([np.array(p).reshape(-1, 2) for p in pupils], targets, size, float(np.median(openings or [0.0])))
         write_gaze(path, found)
     except CalibrationError as e:
         fail(f"{clip or person.eye.source}: {e}")
     except OSError as e:
         fail(f"{path}: cannot be written: {e.strerror}")
     if as_json:
-        out.print_json(data={
-            "file": str(path), "points": sum(len(p) > 0 for p in pupils), "residual_deg": round(found.residual_deg, 3),
-            "left_out_deg": round(found.left_out_deg, 3), "open_px": round(found.open_px, 1),
-        })  # fmt: skip
+        out.print_json(
+            data={
+                "file": str(path),
+                "points": sum(len(p) > 0 for p in pupils),
+                "residual_deg": round(found.residual_deg, 3),
+                "left_out_deg": round(found.left_out_deg, 3),
+                "open_px": round(found.open_px, 1),
+            }
+        )
         return
     out.print(f"residual on the points {found.residual_deg:.2f} degrees; on points left out {found.left_out_deg:.2f}")
     if found.left_out_deg > _GOOD_DEG:

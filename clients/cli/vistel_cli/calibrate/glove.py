@@ -89,9 +89,9 @@ def glove(
     verdict = "good" if not found.notes else "fair" if len(found.notes) < 4 else "poor"
     if as_json:
         unrest = {hand: round(v, 2) for hand, v in found.unrest_deg.items()}
-        out.print_json(data={
-            "device": device, "verdict": verdict, "residuals_deg": unrest, "notes": list(found.notes), "file": str(target),
-        })  # fmt: skip
+        out.print_json(
+            data={"device": device, "verdict": verdict, "residuals_deg": unrest, "notes": list(found.notes), "file": str(target)}
+        )
         return
     rows = Table("hand", "held to within")
     for hand, degrees in found.unrest_deg.items():

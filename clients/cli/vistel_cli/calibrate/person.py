@@ -24,10 +24,15 @@ Json = Annotated[bool, typer.Option("--json", help="Print what was found as JSON
 
 
 def tracker(
-    file: File, participant: Who,
+    file: File,
+    participant: Who,
     output: Annotated[Path | None, typer.Option("--out", help="Default: PARTICIPANT-tracker.json.")] = None,
-    log: Log = None, begin: Begin = None, speak: Speak = False, anyway: Anyway = False, as_json: Json = False,
-) -> None:  # fmt: skip
+    log: Log = None,
+    begin: Begin = None,
+    speak: Speak = False,
+    anyway: Anyway = False,
+    as_json: Json = False,
+) -> None:
     """Find where a tracker's transmitter stands and how its receivers sit on the participant.
 
     Six moves of some seconds each, asked for one by one. Name the file in the conference file:
@@ -48,8 +53,9 @@ def tracker(
         _write(lambda: save_tracker(TrackerSetup(found.position, found.heading, found.mounts), target), target)
     table = _verdict(found) | {
         "transmitter_position_m": [round(float(v), 3) for v in found.position],
-        "transmitter_heading_deg": round(math.degrees(found.heading), 1), "file": str(target) if written else None,
-    }  # fmt: skip
+        "transmitter_heading_deg": round(math.degrees(found.heading), 1),
+        "file": str(target) if written else None,
+    }
     x, y, z = table["transmitter_position_m"]
     text = (
         f"The transmitter stands {_along(x, 'to the left', 'to the right')}, {_along(y, 'up', 'down')} and "
@@ -59,14 +65,19 @@ def tracker(
 
 
 def body(
-    file: File, participant: Who,
+    file: File,
+    participant: Who,
     output: Annotated[Path | None, typer.Option("--out", help="Default: PARTICIPANT-body.json.")] = None,
     height: Annotated[float | None, typer.Option(help="Standing, metres; default: the conference file's.")] = None,
     forearm: Annotated[
         bool, typer.Option(help="Learn too how the arms are carried: two more moves, a receiver on the forearm.")
     ] = False,
-    log: Log = None, begin: Begin = None, speak: Speak = False, anyway: Anyway = False, as_json: Json = False,
-) -> None:  # fmt: skip
+    log: Log = None,
+    begin: Begin = None,
+    speak: Speak = False,
+    anyway: Anyway = False,
+    as_json: Json = False,
+) -> None:
     """Measure a participant, once: arms, shoulders, neck, spine, and with --forearm how they carry their elbows.
 
     Name the file in the conference file: body = "aiko-body.json" of the participant.
@@ -91,8 +102,10 @@ def body(
         "upper_arm_cm": [round(100 * s.length(f"{side}_upper_arm", f"{side}_lower_arm"), 1) for side in sides],
         "forearm_cm": [round(100 * s.length(f"{side}_lower_arm", f"{side}_hand"), 1) for side in sides],
         "shoulders_cm": round(100 * s.length("left_upper_arm", "right_upper_arm"), 1),
-        "spine_cm": round(100 * s.spine, 1), "collar_shortening": s.collar_shortening, "arms_learnt": sorted(comfort),
-    }  # fmt: skip
+        "spine_cm": round(100 * s.spine, 1),
+        "collar_shortening": s.collar_shortening,
+        "arms_learnt": sorted(comfort),
+    }
     table = _verdict(found) | measures | {"file": str(target) if written else None}
     rows = Table("measure", "left", "right")
     for name, key in (("upper arm", "upper_arm_cm"), ("forearm", "forearm_cm")):
@@ -104,9 +117,16 @@ def body(
 
 
 def _calibrated(
-    file: Path, name: str, log: Path | None, begin: float | None, speak: bool, *, own_body: bool, forearm: bool,
+    file: Path,
+    name: str,
+    log: Path | None,
+    begin: float | None,
+    speak: bool,
+    *,
+    own_body: bool,
+    forearm: bool,
     height: float | None = None,
-) -> tuple[Any, dict[str, Any]]:  # fmt: skip
+) -> tuple[Any, dict[str, Any]]:
     """Gather and fit; the end of the command with one line where the moves cannot be used."""
     from vistel.figure.calibration.arms import fit_comfort, samples_of  # noqa: PLC0415
     from vistel.figure.calibration.files import CalibrationFileError, load_body  # noqa: PLC0415
@@ -123,9 +143,7 @@ def _calibrated(
         known = load_body(person.body).skeleton if own_body and person.body else None
         moves = from_log(log, conference, name, steps, begin) if log else live(conference, name, steps, speak)
         found = calibrate(moves, height or person.height, known)
-        comfort = {
-            side: fit_comfort(samples_of(moves[f"{side}_forearm"], side, found)) for side in ("left", "right") if forearm
-        }
+        comfort = {side: fit_comfort(samples_of(moves[f"{side}_forearm"], side, found)) for side in ("left", "right") if forearm}
     except (MoveError, CalibrationFileError) as e:
         fail(str(e))
     return found, comfort
@@ -136,9 +154,7 @@ def _judged(found: Any, anyway: bool) -> bool:
 
 
 def _verdict(found: Any) -> dict[str, Any]:
-    return {
-        "residuals_mm": {name: round(1e3 * r, 2) for name, r in found.residuals.items()}, "verdicts": found.verdicts(),
-    }  # fmt: skip
+    return {"residuals_mm": {name: round(1e3 * r, 2) for name, r in found.residuals.items()}, "verdicts": found.verdicts()}
 
 
 def _write(save: Any, target: Path) -> None:

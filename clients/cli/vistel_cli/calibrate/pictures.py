@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.progress import track
 
+from vistel.arrays import U8
 from vistel.conference.devices import EyeConfig, FaceConfig
 from vistel.conference.model import Participant
 from vistel_cli.people import person_of
@@ -19,7 +19,6 @@ from vistel_cli.terminal import err, fail, load_conference
 if TYPE_CHECKING:
     from vistel_services.devices.camera_transport import CameraSource
 
-U8 = NDArray[np.uint8]
 
 SIMULATED_HZ = 30
 

@@ -96,9 +96,7 @@ async def running(conference: Conference, services: Sequence[ModuleType]) -> Asy
         for site in conference.sites:
             bus = network.bus(conference.name, site.name, clock, None)
             for service in services:
-                session.tasks.append(
-                    asyncio.create_task(service.run(service.configure(conference, site, paths), bus, clock))
-                )
+                session.tasks.append(asyncio.create_task(service.run(service.configure(conference, site, paths), bus, clock)))
         try:
             yield session
         finally:

@@ -16,9 +16,7 @@ from vistel_cli.terminal import out
 from vistel_services import glove, tracker
 
 _SHOWN_HZ = 5.0
-_STATES = {
-    DeviceStatus.STATE_STREAMING: "green", DeviceStatus.STATE_FAULT: "red", DeviceStatus.STATE_STALLED: "yellow",
-}  # fmt: skip
+_STATES = {DeviceStatus.STATE_STREAMING: "green", DeviceStatus.STATE_FAULT: "red", DeviceStatus.STATE_STALLED: "yellow"}
 
 
 class Board:
@@ -38,12 +36,16 @@ class Board:
         """One for each device, by name."""
         return [
             {
-                "device": name, "state": DeviceStatus.State.Name(s.state).removeprefix("STATE_").lower(), "about": s.detail,
-                "rate_hz": round(s.rate_hz, 1), "bytes_skipped": s.bytes_skipped, "reconnects": s.reconnects,
+                "device": name,
+                "state": DeviceStatus.State.Name(s.state).removeprefix("STATE_").lower(),
+                "about": s.detail,
+                "rate_hz": round(s.rate_hz, 1),
+                "bytes_skipped": s.bytes_skipped,
+                "reconnects": s.reconnects,
                 "values": _values(self.frames.get(name)),
             }
             for name, s in sorted(self.status.items())
-        ]  # fmt: skip
+        ]
 
     def table(self) -> Table:
         table = Table("device", "state", "Hz", "about")

@@ -21,16 +21,21 @@ from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder, VrpnGloveDec
 from vistel_services.tracker import FastrakDecoder, LibertyDecoder, VmcDecoder, VrpnDecoder
 
 _Decoder = (
-    FastrakDecoder | LibertyDecoder | CyberGloveDecoder | FiveDtDecoder | LiveLinkDecoder | CameraDecoder | VmcDecoder
-    | VrpnDecoder | VrpnGloveDecoder
-)  # fmt: skip
+    FastrakDecoder
+    | LibertyDecoder
+    | CyberGloveDecoder
+    | FiveDtDecoder
+    | LiveLinkDecoder
+    | CameraDecoder
+    | VmcDecoder
+    | VrpnDecoder
+    | VrpnGloveDecoder
+)
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "face", "command", "voice"),
     "motion": ("participant", "motion", "prop", "command", "voice"),
-    "recorded": (
-        "participant", "motion", "world_detail", "world_state", "world_key", "hand_force", "command_result", "voice",
-    ),
+    "recorded": ("participant", "motion", "world_detail", "world_state", "world_key", "hand_force", "command_result", "voice"),
 }
 LIVE_SERVICES: dict[str, tuple[str, ...]] = {
     "devices": ("posture", "world", "renderer", "audio"),

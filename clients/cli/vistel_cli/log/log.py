@@ -70,10 +70,17 @@ def info(
     length = (reader.end_ns - reader.begin_ns) * 1e-9
     if as_json:
         rows = [
-            {"key": k, "topic": c.topic, "messages": c.messages, "bytes": c.bytes, "rate_hz": round(c.rate_hz, 2),
-             "kbit_s": round(c.kbit_s, 2), "longest_gap_s": round(c.longest_gap_s, 3)}
+            {
+                "key": k,
+                "topic": c.topic,
+                "messages": c.messages,
+                "bytes": c.bytes,
+                "rate_hz": round(c.rate_hz, 2),
+                "kbit_s": round(c.kbit_s, 2),
+                "longest_gap_s": round(c.longest_gap_s, 3),
+            }
             for k, c in sorted(channels.items())
-        ]  # fmt: skip
+        ]
         out.print_json(data={"seconds": round(length, 3), "damage": reader.damage, "channels": rows})
         return
     table = Table("key", box=None)

@@ -69,9 +69,7 @@ def replay(
     ] = Source.MOTION,
     site: Annotated[list[str] | None, typer.Option(help="Only this site's picture; may be given again.")] = None,
     output: Annotated[Path, typer.Option("--out", help="Folder for videos.")] = Path("out/replay"),
-    verify: Annotated[
-        bool, typer.Option("--verify", help="Re-run the world and compare every state bit for bit.")
-    ] = False,
+    verify: Annotated[bool, typer.Option("--verify", help="Re-run the world and compare every state bit for bit.")] = False,
     render: Annotated[
         bool, typer.Option("--render", help="Draw the recorded conference picture by picture, whatever each takes.")
     ] = False,

@@ -40,10 +40,13 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
     end_ns = reader.begin_ns + round(min(end_s or length, length) * 1e9)
     try:
         count = write_usd(
-            output, _shown(reader, conference, begin_ns, end_ns, rate), rate, interior_of(conference.room),
+            output,
+            _shown(reader, conference, begin_ns, end_ns, rate),
+            rate,
+            interior_of(conference.room),
             partial(load_avatar_of, files=files_of(conference), parcel=_parcel),
             [(site.name, site.participants[0].name) for site in conference.sites],
-        )  # fmt: skip
+        )
     except (ValueError, RoomFileError) as e:
         fail(str(e), FAILED)
     except OSError as e:

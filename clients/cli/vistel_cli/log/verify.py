@@ -5,8 +5,7 @@ from __future__ import annotations
 from vistel.wire.log import LogReader
 from vistel_cli.terminal import FAILED, err, out
 
-VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "world_detail",
-                   "hand_force")  # fmt: skip
+VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "world_detail", "hand_force")
 
 
 def verify_log(reader: LogReader, as_json: bool) -> int:
@@ -15,10 +14,16 @@ def verify_log(reader: LogReader, as_json: bool) -> int:
 
     report = verify((r.topic.name, r.names, r.message, r.log_ns) for r in reader.records(topics=VERIFIED_TOPICS))
     if as_json:
-        out.print_json(data={
-            "steps": report.steps, "hand_forces": report.hand_forces, "equal": report.equal, "difference": report.difference,
-            "skipped": report.skipped, "skipped_because": report.skipped_because,
-        })  # fmt: skip
+        out.print_json(
+            data={
+                "steps": report.steps,
+                "hand_forces": report.hand_forces,
+                "equal": report.equal,
+                "difference": report.difference,
+                "skipped": report.skipped,
+                "skipped_because": report.skipped_because,
+            }
+        )
     elif report.equal:
         felt = f" and {report.hand_forces} hand forces" if report.hand_forces else ""
         out.print(f"{report.steps} world states{felt} re-run and compared: every one is equal, bit for bit")

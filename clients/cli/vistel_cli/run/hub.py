@@ -28,18 +28,11 @@ def endpoint_of(conference: Conference, given: str | None) -> str:
         return given
     if conference.bus.endpoints:
         return conference.bus.endpoints[0]
-    fail(
-        'no router: name one with --hub tcp/HOST:7447, or in the file: [bus] mode = "routed", endpoints = [...]', USAGE
-    )
+    fail('no router: name one with --hub tcp/HOST:7447, or in the file: [bus] mode = "routed", endpoints = [...]', USAGE)
 
 
 def run_processes(
-    conference: Conference,
-    plans: list[ProcessPlan],
-    hub: str,
-    output: Path,
-    seconds: float,
-    simulate: str | None = None,
+    conference: Conference, plans: list[ProcessPlan], hub: str, output: Path, seconds: float, simulate: str | None = None
 ) -> int:
     """Supervise `plans`, and the simulated devices of site `simulate`. Returns the exit code.
 
@@ -49,12 +42,7 @@ def run_processes(
 
 
 async def _run(
-    conference: Conference,
-    plans: list[ProcessPlan],
-    hub: str,
-    output: Path,
-    seconds: float,
-    simulate: str | None = None,
+    conference: Conference, plans: list[ProcessPlan], hub: str, output: Path, seconds: float, simulate: str | None = None
 ) -> int:
     stop = asyncio.Event()
     for signum in (signal.SIGINT, signal.SIGTERM):

@@ -20,8 +20,7 @@ _STOP_RANK = {"sim": 4, "renderer": 3, "world": 2, "recorder": 0}
 
 def host_spec(plan: ProcessPlan, file: Path, hub: str, paths: RunPaths, clock: str = "system") -> ProcessSpec:
     """How to run one process of services."""
-    arguments = (str(file), plan.node, "--hub", hub, "--run", str(paths.run), "--out", str(paths.out),
-                 "--clock", clock)  # fmt: skip
+    arguments = (str(file), plan.node, "--hub", hub, "--run", str(paths.run), "--out", str(paths.out), "--clock", clock)
     rank = min(_STOP_RANK.get(s, 3) for s in plan.services)
     return _spec(plan.node, "vistel_services.process.host", arguments, rank, grace_s=10.0)
 

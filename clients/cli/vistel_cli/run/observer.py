@@ -86,8 +86,11 @@ class Observer:
 
     def missing(self) -> list[str]:
         """What is not running yet, in words."""
-        out = [f"device {d}" for d in self.expected_devices
-               if d not in self.devices or self.devices[d].state != DeviceStatus.STATE_STREAMING]  # fmt: skip
+        out = [
+            f"device {d}"
+            for d in self.expected_devices
+            if d not in self.devices or self.devices[d].state != DeviceStatus.STATE_STREAMING
+        ]
         people = {p.name for s in self._conference.sites for p in s.participants}
         for site in self._conference.sites:
             seen = {s.participant for s in self.images[site.name].streams} if site.name in self.images else set()
@@ -129,11 +132,14 @@ class Observer:
         devices = {
             name: {
                 "state": DeviceStatus.State.Name(d.state).removeprefix("STATE_").lower(),
-                "rate_hz": round(d.rate_hz, 2), "frames": d.frames, "bytes_skipped": d.bytes_skipped,
-                "reconnects": d.reconnects, "detail": d.detail,
+                "rate_hz": round(d.rate_hz, 2),
+                "frames": d.frames,
+                "bytes_skipped": d.bytes_skipped,
+                "reconnects": d.reconnects,
+                "detail": d.detail,
             }
             for name, d in sorted(self.devices.items())
-        }  # fmt: skip
+        }
         w = self._world
         world = {
             "steps": w.last_step - w.first_step,

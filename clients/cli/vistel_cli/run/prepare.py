@@ -100,8 +100,13 @@ def _compile_figures(conference: Conference) -> None:
     one, other = Figure(avatar), Figure(avatar)
     posed = one.pose(standing()).posed
     kinds = ("sphere", "cone_sphere", "rounded_polygon", "superellipsoid", "supertoroid")
-    params = ((0.1,), (0, 0, 0, 0.1, 0, 0, 0.1, 0.1), (0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1, 0), (0.1, 0.1, 0.1, 1, 1),
-              (0.1, 0.1, 0.1, 2, 1, 1))  # fmt: skip
+    params = (
+        (0.1,),
+        (0, 0, 0, 0.1, 0, 0, 0.1, 0.1),
+        (0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1, 0),
+        (0.1, 0.1, 0.1, 1, 1),
+        (0.1, 0.1, 0.1, 2, 1, 1),
+    )
     things = PrimitiveSet.of_kinds(kinds, params, np.tile(np.eye(3), (5, 1, 1)), np.tile((0.0, 1.2, 0.1), (5, 1)))
     other.pose(Posture(), [one.ghosts(posed), ghosts_of(things, compliance=0.0)])
     PostureSolver(avatar.skeleton).solve(0.0, {})

@@ -70,7 +70,7 @@ def _kept(plan: RoomPlan) -> Path:
 
     if len(plan.seats) > MOST_SEATS or not all(
         math.isfinite(v) for s in plan.seats for v in (s.position.x, s.position.y, s.position.z, s.heading)
-    ):  # fmt: skip
+    ):
         raise ValueError("the world tells of seats that cannot be")
     seats = tuple(Seat(np.array([s.position.x, s.position.y, s.position.z]), s.heading) for s in plan.seats)
     name = hashlib.sha256(repr([(s.position.tolist(), s.heading) for s in seats]).encode() + bytes([plan.shell])).hexdigest()[:32]

@@ -20,9 +20,7 @@ app = typer.Typer(help="Take part in a conference across machines.", no_args_is_
 def join(
     file: Annotated[Path, typer.Argument(help="Conference file, the same at every site.")],
     site: Annotated[str, typer.Argument(help="Which of its sites this machine is.")],
-    hub: Annotated[
-        str | None, typer.Option(help="Router, e.g. tls/hub.example.org:7447; default from the file.")
-    ] = None,
+    hub: Annotated[str | None, typer.Option(help="Router, e.g. tls/hub.example.org:7447; default from the file.")] = None,
     output: Annotated[Path, typer.Option("--out", help="Folder for video and logs.")] = Path("out"),
     seconds: Annotated[float, typer.Option(help="Leave after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
@@ -69,9 +67,7 @@ def world(
 @app.command()
 def router(
     file: Annotated[Path, typer.Argument(help="Conference file.")],
-    listen: Annotated[
-        str, typer.Option(help="Where to listen; tls/ needs [bus.tls] in the file.")
-    ] = "tcp/127.0.0.1:7447",
+    listen: Annotated[str, typer.Option(help="Where to listen; tls/ needs [bus.tls] in the file.")] = "tcp/127.0.0.1:7447",
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
     """Be the router of a conference and keep its time; nothing else needs to be installed.

@@ -34,9 +34,7 @@ START_LIMIT_S = 120.0
 
 def up(
     file: Annotated[Path | None, typer.Argument(help="Conference file; without one, a three-site demo.")] = None,
-    seconds: Annotated[
-        float, typer.Option(help="How long, counted from when all see each other; 0: until Ctrl-C.")
-    ] = 0.0,
+    seconds: Annotated[float, typer.Option(help="How long, counted from when all see each other; 0: until Ctrl-C.")] = 0.0,
     output: Annotated[Path, typer.Option("--out", help="Folder for videos, log and report.")] = Path("out"),
     motion: Annotated[
         str | None, typer.Option(help="What the simulated devices feel: a .bvh file or a folder of 6-DOF recordings.")
@@ -156,12 +154,8 @@ class _Run:
         supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
         started = time.monotonic()
         if not self.as_json:
-            out.print(
-                f"[bold]{self.title}[/bold]: {len(conference.sites)} sites, {len(specs)} processes, bus {endpoint}"
-            )
-            out.print(
-                f"pictures, log and report will be in [bold]{self.out}[/bold]; process logs in {self.out / 'logs'}"
-            )
+            out.print(f"[bold]{self.title}[/bold]: {len(conference.sites)} sites, {len(specs)} processes, bus {endpoint}")
+            out.print(f"pictures, log and report will be in [bold]{self.out}[/bold]; process logs in {self.out / 'logs'}")
         ready_s: float | None = None
         cpu = CpuUse(supervisor)
         try:
@@ -191,11 +185,7 @@ class _Run:
                 observer.poll()
                 missing = observer.missing()
                 shown = ", ".join(missing[:2]) + (f" and {len(missing) - 2} more" if len(missing) > 2 else "")
-                bar.update(
-                    task,
-                    completed=everything - len(missing),
-                    description=f"waiting for {shown}" if missing else "ready",
-                )
+                bar.update(task, completed=everything - len(missing), description=f"waiting for {shown}" if missing else "ready")
                 if not missing:
                     return time.monotonic() - started
                 if time.monotonic() - started > START_LIMIT_S:
@@ -218,13 +208,7 @@ class _Run:
                 await _wait(self.stop, 0.1)
 
     def _finish(
-        self,
-        observer: Observer,
-        supervisor: Supervisor,
-        codes: dict[str, int],
-        cpu: CpuUse,
-        paths: RunPaths,
-        ready_s: float | None,
+        self, observer: Observer, supervisor: Supervisor, codes: dict[str, int], cpu: CpuUse, paths: RunPaths, ready_s: float | None
     ) -> int:
         report: dict[str, Any] = {"conference": self.conference.name, "ready_after_s": ready_s and round(ready_s, 2)}
         report |= observer.report()

@@ -73,14 +73,21 @@ def polygonise(
     finally:
         bar.close()
     report: dict[str, Any] = {
-        "output": str(output), "vertices": len(mesh.vertices), "triangles": len(mesh.triangles),
-        "retained_polygons": mesh.retained, "residual": mesh.residual,
-    }  # fmt: skip
+        "output": str(output),
+        "vertices": len(mesh.vertices),
+        "triangles": len(mesh.triangles),
+        "retained_polygons": mesh.retained,
+        "residual": mesh.residual,
+    }
     if stats:
         report |= {
-            "area_m2": mesh.area, "volume_m3": mesh.volume, "euler": mesh.euler, "watertight": mesh.watertight,
-            "manifold": mesh.manifold, "seconds": took,
-        }  # fmt: skip
+            "area_m2": mesh.area,
+            "volume_m3": mesh.volume,
+            "euler": mesh.euler,
+            "watertight": mesh.watertight,
+            "manifold": mesh.manifold,
+            "seconds": took,
+        }
     if as_json:
         print(json.dumps(report))
         return
@@ -89,15 +96,18 @@ def polygonise(
         out.print(f"{name.replace('_', ' '):18} {shown}")
 
 
-def _made(
-    read: Any, resolution: int | None, tolerance: float | None, keep_polygons: bool, residual: float, bar: _Bar
-) -> Any:
+def _made(read: Any, resolution: int | None, tolerance: float | None, keep_polygons: bool, residual: float, bar: _Bar) -> Any:
     from vistel.implicit.polygonise import polygonise as make  # noqa: PLC0415
 
     return make(
-        read.program, resolution=resolution or 128, tolerance=tolerance, keep_polygons=keep_polygons,
-        threshold=read.threshold, residual=residual, progress=bar,
-    )  # fmt: skip
+        read.program,
+        resolution=resolution or 128,
+        tolerance=tolerance,
+        keep_polygons=keep_polygons,
+        threshold=read.threshold,
+        residual=residual,
+        progress=bar,
+    )
 
 
 class _Bar:

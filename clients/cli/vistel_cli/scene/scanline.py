@@ -59,4 +59,3 @@ def scanline(
         print(json.dumps(facts))
     else:
         out.print(f"{escape(str(output))}: {width} x {height} in {seconds:.2f} s", soft_wrap=True)
-

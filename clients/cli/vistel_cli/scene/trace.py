@@ -57,9 +57,16 @@ def trace(
         with _bar() as bar:
             task = bar.add_task(f"tracing {escape(scene.name)}", total=1.0)
             picture = render(
-                read, size=pixels, depth=depth, shadows=shadows, antialias=antialias, method=method, samples=samples,
-                threads=threads, progress=lambda part: bar.update(task, completed=part),
-            )  # fmt: skip
+                read,
+                size=pixels,
+                depth=depth,
+                shadows=shadows,
+                antialias=antialias,
+                method=method,
+                samples=samples,
+                threads=threads,
+                progress=lambda part: bar.update(task, completed=part),
+            )
         seconds, cpu = time.perf_counter() - began, time.process_time() - cpu
         write_png(output, picture.light)
     facts = {

@@ -19,7 +19,7 @@ from rich.markup import escape
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --help` need not
-    from vistel.speech.features import F32
+    from vistel.arrays import F32
     from vistel.speech.grammar import Grammar, Language
     from vistel.speech.heard import Heard, Recogniser
     from vistel_services.audio.inputs import CardInput
@@ -104,10 +104,14 @@ def _show_meaning(known: Grammar, text: str) -> None:
 @app.command("try")
 def try_(
     sound: Annotated[str, typer.Argument(help='A recording, "default" for the microphone, or a part of its name.')] = "default",
-    language: Tongue = "ja", extra: Extra = None, voice: Voice = None, accept: Accept = 0.5,
-    engine: Engine = "own", model: Model = None,
+    language: Tongue = "ja",
+    extra: Extra = None,
+    voice: Voice = None,
+    accept: Accept = 0.5,
+    engine: Engine = "own",
+    model: Model = None,
     seconds: Annotated[float, typer.Option(help="How long to listen to a microphone; 0: until Ctrl-C.", min=0.0)] = 0.0,
-) -> None:  # fmt: skip
+) -> None:
     """Listen, and show what was understood.
 
     [bold]Examples[/bold]
@@ -203,10 +207,14 @@ class Score:
 @app.command("test")
 def test_(
     folder: Annotated[Path, typer.Argument(help="Recordings; NAME.txt says what NAME.wav says, or the name itself does.")],
-    language: Tongue = "ja", extra: Extra = None, voice: Voice = None, accept: Accept = 0.5,
-    engine: Engine = "own", model: Model = None,
+    language: Tongue = "ja",
+    extra: Extra = None,
+    voice: Voice = None,
+    accept: Accept = 0.5,
+    engine: Engine = "own",
+    model: Model = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per recording, and one for all.")] = False,
-) -> None:  # fmt: skip
+) -> None:
     """Score a folder of recordings: right, and right and accepted. A text that is no sentence of the grammar is other talk:
     right is to accept nothing of it.
 
@@ -222,10 +230,12 @@ def test_(
     commands = [s for s in scores if s.said]
     others = [s for s in scores if not s.said]
     total = {
-        "commands": len(commands), "right": sum(s.right for s in commands),
+        "commands": len(commands),
+        "right": sum(s.right for s in commands),
         "right_and_accepted": sum(s.right and s.accepted for s in commands),
-        "other_talk": len(others), "false_accepts": sum(s.accepted for s in others),
-    }  # fmt: skip
+        "other_talk": len(others),
+        "false_accepts": sum(s.accepted for s in others),
+    }
     if as_json:
         for s in scores:
             print(json.dumps(asdict(s), ensure_ascii=False))
@@ -254,9 +264,7 @@ def _scored(path: Path, known: Grammar, hears: Recogniser, tongue: Language, acc
     accepted = confidence >= accept
     same = understood is not None and said is not None and asked_for(understood.means) == asked_for(said.means)
     right = same if said is not None else not accepted
-    return Score(
-        path.name, said.text if said else "", understood.text if understood else "", round(confidence, 3), right, accepted
-    )  # fmt: skip
+    return Score(path.name, said.text if said else "", understood.text if understood else "", round(confidence, 3), right, accepted)
 
 
 @app.command()

@@ -59,9 +59,11 @@ def unmute(file: File, who: Who = None, hub: Hub = None) -> None:
 
 @app.command()
 def talk(
-    file: File, who: Who = None, hub: Hub = None,
+    file: File,
+    who: Who = None,
+    hub: Hub = None,
     seconds: Annotated[float, typer.Option(help="How long the button is held; 0: until Ctrl-C.")] = 0.0,
-) -> None:  # fmt: skip
+) -> None:
     """Push to talk: the microphone is open while this runs, and closed afterwards.
 
     [bold]Example[/bold]
@@ -132,10 +134,7 @@ def equipment(
 
 
 @app.command()
-def watch(
-    file: File, hub: Hub = None,
-    seconds: Annotated[float, typer.Option(help="How long; 0: until Ctrl-C.")] = 0.0,
-) -> None:  # fmt: skip
+def watch(file: File, hub: Hub = None, seconds: Annotated[float, typer.Option(help="How long; 0: until Ctrl-C.")] = 0.0) -> None:
     """Levels, delays, skew and faults of all sites' sound, live.
 
     [bold]Example[/bold]
@@ -192,17 +191,13 @@ def _device_line(status: EquipmentStatus) -> str:
     return f"  {status.equipment:14} {state}{delay} {escape(status.detail)}"
 
 
-def _set(
-    file: Path, who: str | None, hub: str | None, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]
-) -> None:
+def _set(file: Path, who: str | None, hub: str | None, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]) -> None:
     conference = load_conference(file)
     participant, site = _person(conference, who)
     _joined(conference, site, hub, lambda bus: _agreed(bus, participant, wish, done))
 
 
-async def _agreed(
-    bus: Bus, participant: str, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]
-) -> None:
+async def _agreed(bus: Bus, participant: str, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]) -> None:
     """Ask, and wait until the site says that it is so."""
     statuses = bus.subscribe(BY_NAME["sound_status"], site=bus.site)
     wish.participant = participant

@@ -13,9 +13,12 @@ from vistel.wire.topics import BY_NAME
 
 _SHOWN_NS = 5_000_000_000
 _MARKS = {
-    Utterance.STATE_SENT: "…", Utterance.STATE_DONE: "✓", Utterance.STATE_REFUSED: "✗", Utterance.STATE_QUESTION: "?",
+    Utterance.STATE_SENT: "…",
+    Utterance.STATE_DONE: "✓",
+    Utterance.STATE_REFUSED: "✗",
+    Utterance.STATE_QUESTION: "?",
     Utterance.STATE_REJECTED: "?",
-}  # fmt: skip
+}
 
 
 def caption(message: Utterance) -> str:
@@ -95,9 +98,10 @@ class SoundWatch:
                 "microphones": {m.participant: m.detail or m.source for m in status.microphones},
                 "equipment": {
                     name: EquipmentStatus.State.Name(d.state).removeprefix("STATE_").lower() + (f": {d.detail}" if d.detail else "")
-                    for (where, name), d in sorted(self._devices.items()) if where == site
+                    for (where, name), d in sorted(self._devices.items())
+                    if where == site
                 },
-            }  # fmt: skip
+            }
         return out
 
 
@@ -114,8 +118,11 @@ def _figures(voice: _Voice) -> dict[str, Any]:
         "target_s_median": _share(voice.target_s, 0.5) if voice.target_s else None,
         "mouth_to_ear_s_median": _share(voice.to_ear_s, 0.5) if voice.to_ear_s else None,
         "skew_s_median": _share(voice.skew_s, 0.5) if voice.skew_s else None,
-        "skew_s_p1": early, "skew_s_p99": late, "frames": voice.frames, "concealed": voice.concealed,
-    }  # fmt: skip
+        "skew_s_p1": early,
+        "skew_s_p99": late,
+        "frames": voice.frames,
+        "concealed": voice.concealed,
+    }
 
 
 def _share(values: list[float], share: float) -> float:

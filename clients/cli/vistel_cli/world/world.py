@@ -178,19 +178,28 @@ def _row(t: Thing, interior: Interior) -> dict[str, Any]:
     models = [interior.models[k.model] for k in t.looks if k.model in interior.models]
     pictures = sum(m.picture is not None for model in models for m in model.materials)
     return {
-        "id": t.id, "name": t.name, "shape": t.shape, "fixed": t.fixed, "mass_kg": round(t.mass, 4),
-        "rigidity": round(1.0 - t.compliance, 4), "elasticity": t.matter.material, "colour": f"#{t.colour >> 8:06x}",
-        "position_m": [round(v, 4) for v in t.position.tolist()], "primitives": len(t.primitives),
-        "triangles": sum(len(m.triangles) for m in models), "pictures": pictures,
-    }  # fmt: skip
+        "id": t.id,
+        "name": t.name,
+        "shape": t.shape,
+        "fixed": t.fixed,
+        "mass_kg": round(t.mass, 4),
+        "rigidity": round(1.0 - t.compliance, 4),
+        "elasticity": t.matter.material,
+        "colour": f"#{t.colour >> 8:06x}",
+        "position_m": [round(v, 4) for v in t.position.tolist()],
+        "primitives": len(t.primitives),
+        "triangles": sum(len(m.triangles) for m in models),
+        "pictures": pictures,
+    }
 
 
 def _facts(interior: Interior) -> dict[str, Any]:
     return {
         "things": [_row(t, interior) for t in interior.room.things],
         "seats": [{"position_m": s.position.tolist(), "heading_rad": s.heading} for s in interior.room.seats],
-        "built_in_walls": interior.room.shell, "notes": list(interior.notes),
-    }  # fmt: skip
+        "built_in_walls": interior.room.shell,
+        "notes": list(interior.notes),
+    }
 
 
 def _table(interior: Interior) -> None:
@@ -203,9 +212,13 @@ def _table(interior: Interior) -> None:
         matter = "" if t.matter.material == "elastic" else f" {t.matter.material}"
         drawn = f"{row['triangles']} tri" + (f", {row['pictures']} pic" if row["pictures"] else "") if t.looks else row["colour"]
         table.add_row(
-            escape(t.id), "fixed" if t.fixed else f"{t.mass:.3g} kg", f"{row['rigidity']:g}{matter}",
-            " ".join(f"{v:.2f}" for v in t.position.tolist()), f"{len(t.primitives)} prim", str(drawn),
-        )  # fmt: skip
+            escape(t.id),
+            "fixed" if t.fixed else f"{t.mass:.3g} kg",
+            f"{row['rigidity']:g}{matter}",
+            " ".join(f"{v:.2f}" for v in t.position.tolist()),
+            f"{len(t.primitives)} prim",
+            str(drawn),
+        )
     out.print(table)
     loose = [t for t in interior.room.things if not t.fixed]
     out.print(f"{len(interior.room.things)} things, {len(loose)} of them loose; {len(interior.room.seats)} seats")

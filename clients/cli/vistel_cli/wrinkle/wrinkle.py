@@ -187,6 +187,9 @@ def _write(path: Path, picture: Any) -> None:
 
 def _facts(shape: Shape) -> dict[str, Any]:
     return {
-        "name": shape.name, "material": shape.material, "about": shape.about, "branches": len(shape.branches),
+        "name": shape.name,
+        "material": shape.material,
+        "about": shape.about,
+        "branches": len(shape.branches),
         "control_points": sum(len(b.points) for b in shape.branches),
-    }  # fmt: skip
+    }

@@ -14,8 +14,8 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.conference.avatar_files import kept_parcel
 from vistel.space.files.interior import Interior
 from vistel.v1.world_pb2 import WorldState
@@ -27,8 +27,6 @@ from vistel_services.renderer.ready import decor_of
 from vistel_services.renderer.service import Config
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio
-
-U8 = NDArray[np.uint8]
 
 TOPICS = ("participant", "motion", "world_state", "world_key", "world_detail", "voice")
 """What of a log a film is made of."""
@@ -46,9 +44,14 @@ class Picture:
 
 
 def film(
-    config: Config, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float, finer: int = 1,
+    config: Config,
+    records: Iterable[LogRecord],
+    begin_ns: int,
+    end_ns: int,
+    rate: float,
+    finer: int = 1,
     voices: FilmSound | None = None,
-) -> Iterator[Picture]:  # fmt: skip
+) -> Iterator[Picture]:
     """`rate` pictures a second from `begin_ns` to `end_ns`, in order. records: of TOPICS, from some time before `begin_ns` on,
     in the order of their arrival. finer: every pixel is the mean of so many by so many. voices: who hears them.
     There is time: where the view leaves the light open, it is fine.

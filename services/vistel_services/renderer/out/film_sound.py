@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F32
 from vistel.audio.mixer import Panning
 from vistel.audio.opus import FRAME, FRAME_NS, Encoder
 from vistel.audio.spatial import Head, Place, place_of
@@ -16,8 +16,6 @@ from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.v1.audio_pb2 import Voice
 from vistel_services.renderer.camera import overview
 from vistel_services.renderer.stage import Instant, PersonNow
-
-F32 = NDArray[np.float32]
 
 _BITRATE = 96_000
 _HEAD = JOINT_INDEX["head"]

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
-import numpy as np
-from numpy.typing import NDArray
 from prometheus_client import Counter
 
+from vistel.arrays import U8
 from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import PictureWriter
 from vistel_services.renderer.out.stream import Stream
@@ -22,7 +21,6 @@ from vistel_services.renderer.out.virtual_camera import FileDevice, NoCameraErro
 
 log = logging.getLogger("vistel.renderer")
 
-U8 = NDArray[np.uint8]
 
 _LEFT_OUT = Counter("vistel_renderer_video_left_out_total", "Pictures the video encoder had no time for", ["site"])
 

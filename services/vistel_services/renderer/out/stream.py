@@ -14,10 +14,9 @@ import socket
 from importlib import import_module, resources
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
 from prometheus_client import Counter, Gauge
 
+from vistel.arrays import U8
 from vistel.wire.clock import Clock
 from vistel_services.renderer.out.stream_address import StreamAddress, answered
 from vistel_services.renderer.out.stream_encoder import SOUND, StreamEncoder, message
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("vistel.renderer")
 
-U8 = NDArray[np.uint8]
 
 _READERS = Gauge("vistel_renderer_stream_readers", "Browsers that watch", ["site"])
 _LEFT_OUT = Counter("vistel_renderer_stream_left_out_total", "Pictures readers did not keep up with", ["site"])
@@ -127,9 +125,11 @@ class Stream:
             drawn = self._drawn - self._told_drawn
             self._told_drawn = self._drawn
             state = {
-                "kind": "state", "rate": drawn / _STATE_S, "motion_age_ms": round(self._age_ns * 1e-6),
+                "kind": "state",
+                "rate": drawn / _STATE_S,
+                "motion_age_ms": round(self._age_ns * 1e-6),
                 "readers": len(self._readers),
-            }  # fmt: skip
+            }
             for reader in self._readers:
                 reader.tell(json.dumps(state | {"left_out": reader.left_out}))
 

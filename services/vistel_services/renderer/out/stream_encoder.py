@@ -11,19 +11,17 @@ from fractions import Fraction
 
 import av
 import cv2
-import numpy as np
 from av.error import FFmpegError
 from av.video.codeccontext import VideoCodecContext
 from av.video.frame import PictureType
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel_services.renderer.out.planes import Planes
 from vistel_services.renderer.out.stream_reader import Picture
 
 log = logging.getLogger("vistel.renderer")
 
-U8 = NDArray[np.uint8]
 
 PICTURE, KEY_PICTURE, SOUND = 0, 1, 2
 """What a binary message holds: its first byte."""
@@ -123,4 +121,3 @@ class StreamEncoder:
 def _jpeg(rgba: U8) -> bytes:
     bgr = cv2.cvtColor(cv2.flip(rgba, 0), cv2.COLOR_RGBA2BGR)
     return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
-

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats import usd as avatar_usd
 from vistel.figure.posture.posture import JointPose, pose_joints
@@ -31,8 +31,6 @@ from vistel.space.files.usd_write import save_usd
 from vistel.space.things.things import Thing
 from vistel_services.renderer.camera import SeatCamera
 from vistel_services.renderer.stage import About, Instant
-
-F64 = NDArray[np.float64]
 
 APERTURE = 24.0
 """Height of the cameras' film [tenths of a unit, as USD has it]."""
@@ -47,9 +45,13 @@ class _Kept:
 
 
 def write_usd(
-    path: Path, shown: Iterable[Instant], rate: float, decor: Interior, avatar_of: Callable[[About], Avatar],
+    path: Path,
+    shown: Iterable[Instant],
+    rate: float,
+    decor: Interior,
+    avatar_of: Callable[[About], Avatar],
     viewers: Sequence[tuple[str, str]],
-) -> int:  # fmt: skip
+) -> int:
     """Write `shown`, `rate` instants a second, as `path` (.usda, .usdc or .usd) and a folder beside it; how many there were.
 
     decor: the room as it begins; viewers: site and participant of each camera. Raises OSError; ValueError for an avatar that

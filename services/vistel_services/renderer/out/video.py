@@ -13,18 +13,16 @@ from pathlib import Path
 
 import av
 import cv2
-import numpy as np
 from av.error import FFmpegError
 from av.video.frame import PictureType
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel_services.renderer.out.planes import Planes
 from vistel_services.renderer.out.sound_track import SoundTrack
 
 log = logging.getLogger("vistel.renderer")
 
-U8 = NDArray[np.uint8]
 
 _TIME_BASE = Fraction(1, 90_000)
 _KEY_EVERY = 90_000
@@ -50,9 +48,7 @@ class VideoWriter:
     A disk that fails ends the video with one line, not the renderer.
     """
 
-    def __init__(
-        self, path: Path, width: int, height: int, rate: float, sound: bool = False, quality: Quality = LIVE
-    ) -> None:
+    def __init__(self, path: Path, width: int, height: int, rate: float, sound: bool = False, quality: Quality = LIVE) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path = _free(path)
         width, height = width - width % 2, height - height % 2

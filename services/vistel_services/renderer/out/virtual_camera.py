@@ -12,11 +12,11 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+
+from vistel.arrays import U8
 
 log = logging.getLogger("vistel.renderer")
 
-U8 = NDArray[np.uint8]
 
 _DEVICES = Path("/sys/class/video4linux")
 # linux/videodev2.h
@@ -97,10 +97,22 @@ def set_format(device: Device, width: int, height: int) -> None:
             raise NoCameraError(f"it is a camera of {whose}, and takes no pictures; {NO_DEVICE}")
         data = bytearray(
             _FORMAT.pack(
-                _BUF_TYPE_VIDEO_OUTPUT, 0, width, height, _YUV420, _FIELD_NONE, width, width * height * 3 // 2,
-                _COLORSPACE_SMPTE170M, 0, 0, 0, 0, 0,
+                _BUF_TYPE_VIDEO_OUTPUT,
+                0,
+                width,
+                height,
+                _YUV420,
+                _FIELD_NONE,
+                width,
+                width * height * 3 // 2,
+                _COLORSPACE_SMPTE170M,
+                0,
+                0,
+                0,
+                0,
+                0,
             )
-        )  # fmt: skip
+        )
         device.ioctl(_S_FMT, data)
     except OSError as e:
         raise NoCameraError(f"it is no camera to write to ({e.strerror}); {NO_DEVICE}") from e

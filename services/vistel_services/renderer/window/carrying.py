@@ -8,14 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel_services.renderer.camera import Pinhole
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane
 from vistel_services.renderer.window.wishes import Carry, LetGo
-
-F64 = NDArray[np.float64]
 
 NOTCH = 0.06
 """A notch of the wheel moves a thing by so much of its distance."""

@@ -13,8 +13,8 @@ from types import MappingProxyType
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Which
 from vistel.space.files.model import Model
@@ -36,7 +36,6 @@ from vistel_services.renderer.window.wishes import Ask, Draw, Record, Wish
 
 log = logging.getLogger("vistel.renderer")
 
-F64 = NDArray[np.float64]
 
 CLICK = 4.0
 """A mouse that moved no further than this while its button was down clicked [pixels]."""
@@ -74,9 +73,18 @@ class Desk:
     stereo: both eyes' pictures are in it; models: what things look like."""
 
     def __init__(
-        self, ctx: moderngl.Context, window: Window, participant: str, choices: Choices, title: str, models: Mapping[str, Model],
-        *, walled: bool = False, stereo: bool = False, panel: Callable[[moderngl.Context], Panel | None] = open_panel,
-    ) -> None:  # fmt: skip
+        self,
+        ctx: moderngl.Context,
+        window: Window,
+        participant: str,
+        choices: Choices,
+        title: str,
+        models: Mapping[str, Model],
+        *,
+        walled: bool = False,
+        stereo: bool = False,
+        panel: Callable[[moderngl.Context], Panel | None] = open_panel,
+    ) -> None:
         self._window, self._participant, self._title, self._models = window, participant, title, models
         self.choices = choices
         self.facts = Facts()
@@ -161,9 +169,17 @@ class Desk:
         if self._panel is None or not all(size):
             return
         shown = Shown(
-            self.facts, instant.people, instant.now_ns, hertz, drawn, self._title, self._stereo, self._walled,
-            self._name(self._hit.thing if self._hit else ""), ", ".join(self._name(t) for t in self._selected(instant)),
-        )  # fmt: skip
+            self.facts,
+            instant.people,
+            instant.now_ns,
+            hertz,
+            drawn,
+            self._title,
+            self._stereo,
+            self._walled,
+            self._name(self._hit.thing if self._hit else ""),
+            ", ".join(self._name(t) for t in self._selected(instant)),
+        )
         scale = max(0.8, min(2.0, size[1] / 800.0))
         self._chosen(self._panel.draw(shown, self.choices, size, 1.0 / max(1.0, hertz or 30.0), scale))
         for deed in self._panel.deeds:

@@ -8,11 +8,9 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel_services.renderer.camera import ROOM_FIELD_OF_VIEW, Camera, look_at
-
-F64 = NDArray[np.float64]
 
 WALK, RUN = 1.4, 3.5
 """How fast one goes, and with shift [m/s]."""
@@ -31,9 +29,13 @@ MOST_S = 0.1
 """A picture that took longer than this moves one no further."""
 
 _WAYS: Mapping[str, tuple[float, float, float]] = {
-    "w": (0.0, 0.0, -1.0), "s": (0.0, 0.0, 1.0), "a": (-1.0, 0.0, 0.0), "d": (1.0, 0.0, 0.0), "e": (0.0, 1.0, 0.0),
+    "w": (0.0, 0.0, -1.0),
+    "s": (0.0, 0.0, 1.0),
+    "a": (-1.0, 0.0, 0.0),
+    "d": (1.0, 0.0, 0.0),
+    "e": (0.0, 1.0, 0.0),
     "q": (0.0, -1.0, 0.0),
-}  # fmt: skip
+}
 """Right, up and back, as the camera's axes are."""
 _TURNS: Mapping[str, tuple[float, float]] = {"left": (1.0, 0.0), "right": (-1.0, 0.0), "up": (0.0, 1.0), "down": (0.0, -1.0)}
 
@@ -96,9 +98,10 @@ class Walker:
     def turned(self, heading: float, pitch: float) -> Walker:
         """Having turned to the left and upwards [rad]."""
         return replace(
-            self, heading=math.remainder(self.heading + heading, 2.0 * math.pi),
+            self,
+            heading=math.remainder(self.heading + heading, 2.0 * math.pi),
             pitch=max(-STEEPEST, min(STEEPEST, self.pitch + pitch)),
-        )  # fmt: skip
+        )
 
     def zoomed(self, notches: float) -> Walker:
         """Seeing less, and that larger, for positive `notches`."""

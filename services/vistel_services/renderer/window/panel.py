@@ -65,18 +65,39 @@ class Shown:
 
 
 KEYS = (
-    ("W A S D, Q E", "walk, down and up; with shift, run"), ("arrows, right button", "look about; wheel: nearer"),
-    ("1  2  3", "own seat, free, overview"), ("F", "through the next person's eyes"), ("click", "select; on nothing: no more"),
-    ("drag", "move a thing; wheel: to and fro; R: turn"), ("G  L", "own hand takes hold, lets go"), ("U  Y", "take back, do again"),
-    ("F1", "this panel"), ("F9", "record, or no longer"),
-)  # fmt: skip
+    ("W A S D, Q E", "walk, down and up; with shift, run"),
+    ("arrows, right button", "look about; wheel: nearer"),
+    ("1  2  3", "own seat, free, overview"),
+    ("F", "through the next person's eyes"),
+    ("click", "select; on nothing: no more"),
+    ("drag", "move a thing; wheel: to and fro; R: turn"),
+    ("G  L", "own hand takes hold, lets go"),
+    ("U  Y", "take back, do again"),
+    ("F1", "this panel"),
+    ("F9", "record, or no longer"),
+)
 """What keys and buttons do, in the order in which it is told."""
 
 _IMGUI_KEYS = {
-    "tab": "tab", "left": "left_arrow", "right": "right_arrow", "up": "up_arrow", "down": "down_arrow", "home": "home",
-    "end": "end", "delete": "delete", "backspace": "backspace", "space": "space", "enter": "enter", "escape": "escape",
-    "a": "a", "c": "c", "v": "v", "x": "x", "y": "y", "z": "z",
-}  # fmt: skip
+    "tab": "tab",
+    "left": "left_arrow",
+    "right": "right_arrow",
+    "up": "up_arrow",
+    "down": "down_arrow",
+    "home": "home",
+    "end": "end",
+    "delete": "delete",
+    "backspace": "backspace",
+    "space": "space",
+    "enter": "enter",
+    "escape": "escape",
+    "a": "a",
+    "c": "c",
+    "v": "v",
+    "x": "x",
+    "y": "y",
+    "z": "z",
+}
 
 
 def open_panel(ctx: moderngl.Context) -> Panel | None:
@@ -205,10 +226,15 @@ class Panel:
         notes: list[str] = []
         for site in shown.facts.sites:
             state = site.state(shown.now_ns)
-            rows.append([
-                (site.name, None), (", ".join(site.people), _DIM), (f"{site.rate:.0f}" if site.rate else "-", None),
-                (f"{site.delay * 1e3:.0f}" if site.delay else "-", None), (state, _GOOD if state == "well" else _BAD),
-            ])  # fmt: skip
+            rows.append(
+                [
+                    (site.name, None),
+                    (", ".join(site.people), _DIM),
+                    (f"{site.rate:.0f}" if site.rate else "-", None),
+                    (f"{site.delay * 1e3:.0f}" if site.delay else "-", None),
+                    (state, _GOOD if state == "well" else _BAD),
+                ]
+            )
             notes += [f"{site.name}: {fault}" for fault in site.faults]
         self._table("sites", ("site", "people", "1/s", "ms", "is"), rows)
         for note in notes[:4]:
@@ -223,11 +249,15 @@ class Panel:
             late = t.holding or t.age_ns * 1e-9 > _LATE_S
             skew = shown.facts.skew.get(name)
             off = skew is not None and abs(skew) > _SKEWED_S
-            rows.append([
-                (person.about.display_name, None), (f"{t.delay_ns * 1e-6:.0f}", None),
-                (f"{t.age_ns * 1e-6:.0f}", _BAD if late else None), (f"{t.jitter_ns * 1e-6:.0f}", None),
-                ("-" if skew is None else f"{skew * 1e3:+.0f}", _BAD if off else None),
-            ])  # fmt: skip
+            rows.append(
+                [
+                    (person.about.display_name, None),
+                    (f"{t.delay_ns * 1e-6:.0f}", None),
+                    (f"{t.age_ns * 1e-6:.0f}", _BAD if late else None),
+                    (f"{t.jitter_ns * 1e-6:.0f}", None),
+                    ("-" if skew is None else f"{skew * 1e3:+.0f}", _BAD if off else None),
+                ]
+            )
         self._table("people", ("who", "delay", "age", "jitter", "voice"), rows)
         delays = [p.timing.delay_ns for p in shown.people]
         apart = f"; {(max(delays) - min(delays)) * 1e-6:.0f} ms between people" if len(delays) > 1 else ""
@@ -295,7 +325,7 @@ class Panel:
 
     def _table(
         self, name: str, heads_: Sequence[str], rows: Sequence[Sequence[tuple[str, Colour | None]]], heads: bool = True
-    ) -> None:  # fmt: skip
+    ) -> None:
         imgui = self._imgui
         if not rows:
             self._say("nobody yet", _DIM)
@@ -341,12 +371,19 @@ def _looks(imgui: Any) -> None:
     imgui.style_colors_dark()
     style = imgui.get_style()
     style.window_rounding, style.frame_rounding = 6.0, 4.0
-    colours: Mapping[Any, tuple[float, float, float, float]] = MappingProxyType({
-        imgui.Col_.window_bg: (0.06, 0.07, 0.09, 0.90), imgui.Col_.title_bg_active: (0.10, 0.20, 0.28, 1.0),
-        imgui.Col_.title_bg: (0.08, 0.12, 0.16, 1.0), imgui.Col_.header: (0.16, 0.24, 0.31, 1.0),
-        imgui.Col_.header_hovered: (0.20, 0.32, 0.42, 1.0), imgui.Col_.button: (0.18, 0.30, 0.40, 1.0),
-        imgui.Col_.check_mark: (0.55, 0.90, 0.62, 1.0), imgui.Col_.frame_bg: (0.15, 0.19, 0.24, 1.0),
-        imgui.Col_.table_row_bg_alt: (1.0, 1.0, 1.0, 0.03), imgui.Col_.table_header_bg: (0.10, 0.13, 0.16, 1.0),
-    })  # fmt: skip
+    colours: Mapping[Any, tuple[float, float, float, float]] = MappingProxyType(
+        {
+            imgui.Col_.window_bg: (0.06, 0.07, 0.09, 0.90),
+            imgui.Col_.title_bg_active: (0.10, 0.20, 0.28, 1.0),
+            imgui.Col_.title_bg: (0.08, 0.12, 0.16, 1.0),
+            imgui.Col_.header: (0.16, 0.24, 0.31, 1.0),
+            imgui.Col_.header_hovered: (0.20, 0.32, 0.42, 1.0),
+            imgui.Col_.button: (0.18, 0.30, 0.40, 1.0),
+            imgui.Col_.check_mark: (0.55, 0.90, 0.62, 1.0),
+            imgui.Col_.frame_bg: (0.15, 0.19, 0.24, 1.0),
+            imgui.Col_.table_row_bg_alt: (1.0, 1.0, 1.0, 0.03),
+            imgui.Col_.table_header_bg: (0.10, 0.13, 0.16, 1.0),
+        }
+    )
     for which, colour in colours.items():
         style.set_color_(which, imgui.ImVec4(*colour))

@@ -7,13 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.rotation import matrix_from_quaternion
 from vistel.space.things.tessellate import Surface3
 from vistel_services.renderer.screens import Sight
-
-F64 = NDArray[np.float64]
 
 FURTHEST = 12.0
 """Nothing further than this is pointed at [m]."""

@@ -19,10 +19,23 @@ from vistel_services.renderer.window.events import Button, Event, Key, Lost, Poi
 log = logging.getLogger("vistel.renderer")
 
 _NAMED = {
-    "SPACE": "space", "ESCAPE": "escape", "ENTER": "enter", "TAB": "tab", "BACKSPACE": "backspace", "DELETE": "delete",
-    "LEFT": "left", "RIGHT": "right", "UP": "up", "DOWN": "down", "HOME": "home", "END": "end", "LEFT_SHIFT": "shift",
-    "RIGHT_SHIFT": "shift", "LEFT_CONTROL": "control", "RIGHT_CONTROL": "control",
-}  # fmt: skip
+    "SPACE": "space",
+    "ESCAPE": "escape",
+    "ENTER": "enter",
+    "TAB": "tab",
+    "BACKSPACE": "backspace",
+    "DELETE": "delete",
+    "LEFT": "left",
+    "RIGHT": "right",
+    "UP": "up",
+    "DOWN": "down",
+    "HOME": "home",
+    "END": "end",
+    "LEFT_SHIFT": "shift",
+    "RIGHT_SHIFT": "shift",
+    "LEFT_CONTROL": "control",
+    "RIGHT_CONTROL": "control",
+}
 
 
 class NoWindowError(RuntimeError):
@@ -93,11 +106,17 @@ class Window:
         glfw.default_window_hints()
         monitor = self._monitor(pane)
         for hint, value in (
-            (glfw.CONTEXT_VERSION_MAJOR, 3), (glfw.CONTEXT_VERSION_MINOR, 3),
-            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE), (glfw.OPENGL_FORWARD_COMPAT, True), (glfw.STEREO, stereo),
-            (glfw.DECORATED, monitor is None), (glfw.AUTO_ICONIFY, False), (glfw.FOCUS_ON_SHOW, number == 0),
-            (glfw.SAMPLES, 0), (glfw.DEPTH_BITS, 0),
-        ):  # fmt: skip
+            (glfw.CONTEXT_VERSION_MAJOR, 3),
+            (glfw.CONTEXT_VERSION_MINOR, 3),
+            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+            (glfw.OPENGL_FORWARD_COMPAT, True),
+            (glfw.STEREO, stereo),
+            (glfw.DECORATED, monitor is None),
+            (glfw.AUTO_ICONIFY, False),
+            (glfw.FOCUS_ON_SHOW, number == 0),
+            (glfw.SAMPLES, 0),
+            (glfw.DEPTH_BITS, 0),
+        ):
             glfw.window_hint(hint, value)
         width, height, at = pane.width, pane.height, pane.at
         if monitor is not None:

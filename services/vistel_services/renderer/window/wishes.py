@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vistel.arrays import F64
 from vistel.space.commands.actions import Action
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
+from vistel.arrays import F64
 from vistel.figure.making.assembly.colour import coloured
 from vistel.figure.making.assembly.file import Assembly, read_assembly
 from vistel.figure.making.assembly.joint import ZONES, End, Frame, blended, frame_of
@@ -19,8 +19,6 @@ from vistel.figure.making.assembly.piece import Piece, closed, joined, loops
 from vistel.figure.making.files.read import Extras, read_source
 from vistel.figure.making.files.source import MakingError, Material, Source
 from vistel.figure.making.parts import soundness, weld
-
-F64 = NDArray[np.float64]
 
 WELD = 1e-6
 """Vertices of cuts that are one lie no further apart [m]."""
@@ -133,9 +131,12 @@ def _piece(source: Source, points: F64, first_group: int, first_material: int, n
         uv[has] = source.uv[source.uv_triangles[has]]
     keep = (triangles != np.roll(triangles, -1, axis=1)).all(axis=1)
     piece = Piece(
-        points, triangles.astype(np.int64), uv, source.material.astype(np.int64) + first_material,
+        points,
+        triangles.astype(np.int64),
+        uv,
+        source.material.astype(np.int64) + first_material,
         source.group.astype(np.int64) + first_group,
-    ).of_faces(keep)  # fmt: skip
+    ).of_faces(keep)
     if soundness(piece.triangles.astype(np.int32), len(points)).branching:
         raise MakingError(f"part {name}: three or more faces meet at an edge; make the scan manifold")
     return _outwards(piece)
@@ -229,15 +230,23 @@ def _check(body: Piece, names: list[str], path: Path) -> None:
         raise MakingError(f"{path}: the surface is not closed ({found.border} open edges, {found.branching} with three faces)")
 
 
-def _source(
-    body: Piece, groups: list[str], materials: list[Material], assembly: Assembly, notes: list[str], path: Path
-) -> Source:
+def _source(body: Piece, groups: list[str], materials: list[Material], assembly: Assembly, notes: list[str], path: Path) -> Source:
     flat = body.uv.reshape(-1, 2)
     bare = ~np.isfinite(body.uv).all(axis=(1, 2))
     index = np.arange(len(flat), dtype=np.int32).reshape(-1, 3)
     index[bare] = -1
     return Source(
-        path.stem, body.points, body.triangles.astype(np.int32), np.where(np.isfinite(flat), flat, 0.0), index,
-        body.part.astype(np.int32), tuple(groups), body.material.astype(np.int32), tuple(materials), None, 1.0, assembly.up,
+        path.stem,
+        body.points,
+        body.triangles.astype(np.int32),
+        np.where(np.isfinite(flat), flat, 0.0),
+        index,
+        body.part.astype(np.int32),
+        tuple(groups),
+        body.material.astype(np.int32),
+        tuple(materials),
+        None,
+        1.0,
+        assembly.up,
         tuple(notes),
-    )  # fmt: skip
+    )

@@ -8,18 +8,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
 
+from vistel.arrays import F64, I64, U8
 from vistel.figure.making.assembly.piece import Piece, closest, loops
 from vistel.figure.making.files.source import MakingError, Material
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-U8 = NDArray[np.uint8]
 
 TEXELS = 320
 """Along a side of the picture of one joint."""

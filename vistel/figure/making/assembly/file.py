@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from vistel.arrays import F64
 from vistel.figure.making.files.source import MakingError
-
-F64 = NDArray[np.float64]
 
 Triple = tuple[float, float, float]
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_\-]*$")]

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from vistel.arrays import F64, I64
 from vistel.figure.making.assembly.piece import Piece, at_vertices, closed, closest, connected, cut, loops
 from vistel.figure.making.files.source import MakingError
 from vistel.implicit.blend import QUARTIC, THRESHOLD
@@ -27,9 +28,6 @@ from vistel.implicit.polygonise.owners import SHARED
 from vistel.implicit.polygonise.retained import Retained
 from vistel.implicit.primitives.pointblob import PointSetblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 REACH = 0.8
 """Distance ratio at which a limb's own field has the threshold: its influence ends a quarter further out."""
@@ -174,12 +172,8 @@ def blended(
             raise MakingError(f"{names}: the blend reaches beyond what there is of a limb; set a smaller zone at this joint")
         kept.append(_textured(mesh.vertices, triangles[outside[real]], source[real], collar.piece, corner))
     new = triangles[boxed]
-    blank = Piece(
-        mesh.vertices, new, np.full((len(new), 3, 2), np.nan), np.zeros(len(new), np.int64), np.full(len(new), -1)
-    )
-    both = Piece(
-        mesh.vertices, *(np.concatenate([getattr(k, n) for k in kept]) for n in ("triangles", "uv", "material", "part"))
-    )
+    blank = Piece(mesh.vertices, new, np.full((len(new), 3, 2), np.nan), np.zeros(len(new), np.int64), np.full(len(new), -1))
+    both = Piece(mesh.vertices, *(np.concatenate([getattr(k, n) for k in kept]) for n in ("triangles", "uv", "material", "part")))
     back = [rests[0], _flipped(rests[1])]
     points = _as_scanned(mesh.vertices, (first, second), frame)
     both, blank = replace(both, points=points), replace(blank, points=points)
@@ -307,9 +301,12 @@ def _drawn_out(piece: Piece, ring: I64, z: float) -> tuple[Piece, I64]:
     faces = np.concatenate([np.stack([ring, after, new_after], axis=1), np.stack([ring, new_after, new], axis=1)])
     uv = np.tile(np.stack([uv_of[ring]] * 3, axis=1), (2, 1, 1))
     return Piece(
-        np.concatenate([piece.points, above]), np.concatenate([piece.triangles, faces]), np.concatenate([piece.uv, uv]),
-        np.concatenate([piece.material, np.tile(material_of[ring], 2)]), np.concatenate([piece.part, np.tile(part_of[ring], 2)]),
-    ), new  # fmt: skip
+        np.concatenate([piece.points, above]),
+        np.concatenate([piece.triangles, faces]),
+        np.concatenate([piece.uv, uv]),
+        np.concatenate([piece.material, np.tile(material_of[ring], 2)]),
+        np.concatenate([piece.part, np.tile(part_of[ring], 2)]),
+    ), new
 
 
 def _compact(piece: Piece) -> Piece:

@@ -13,8 +13,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
+from vistel.arrays import F64, I64
+
 Mask = NDArray[np.bool_]
 
 SNAP = 0.05
@@ -36,9 +36,7 @@ class Piece:
 
     def of_faces(self, keep: Mask) -> Piece:
         """These faces only; points stay."""
-        return replace(
-            self, triangles=self.triangles[keep], uv=self.uv[keep], material=self.material[keep], part=self.part[keep]
-        )
+        return replace(self, triangles=self.triangles[keep], uv=self.uv[keep], material=self.material[keep], part=self.part[keep])
 
     def moved(self, matrix: F64) -> Piece:
         """Under an affine map (3, 4)."""
@@ -60,9 +58,12 @@ def joined(pieces: Sequence[Piece], within: float) -> Piece:
     triangles = to[triangles]
     keep = (triangles != np.roll(triangles, -1, axis=1)).all(axis=1)
     whole = Piece(
-        points[used[one]], triangles, np.concatenate([p.uv for p in pieces]), np.concatenate([p.material for p in pieces]),
+        points[used[one]],
+        triangles,
+        np.concatenate([p.uv for p in pieces]),
+        np.concatenate([p.material for p in pieces]),
         np.concatenate([p.part for p in pieces]),
-    )  # fmt: skip
+    )
     return whole.of_faces(keep)
 
 
@@ -139,8 +140,9 @@ def cut(piece: Piece, level: F64) -> tuple[Piece, F64]:
         np.concatenate([piece.points, np.array(points).reshape(-1, 3)]),
         np.concatenate([tri[keep], np.array(faces, np.int64).reshape(-1, 3)]),
         np.concatenate([piece.uv[keep], np.array(uvs).reshape(-1, 3, 2)]),
-        np.concatenate([piece.material[keep], piece.material[source]]), np.concatenate([piece.part[keep], piece.part[source]]),
-    )  # fmt: skip
+        np.concatenate([piece.material[keep], piece.material[source]]),
+        np.concatenate([piece.part[keep], piece.part[source]]),
+    )
     return whole, np.concatenate([level, levels])
 
 
@@ -175,11 +177,12 @@ def closed(piece: Piece, loop: I64, part: int | None = None) -> Piece:
     jumps = np.abs(uv - middle).max(axis=(1, 2)) > 0.25  # over a seam of the texture: one place of it
     uv[jumps] = uv[jumps, :1]
     return Piece(
-        np.concatenate([piece.points, piece.points[loop].mean(axis=0)[None]]), np.concatenate([piece.triangles, new]),
+        np.concatenate([piece.points, piece.points[loop].mean(axis=0)[None]]),
+        np.concatenate([piece.triangles, new]),
         np.concatenate([piece.uv, uv]),
         np.concatenate([piece.material, material_of[ring]]),
         np.concatenate([piece.part, part_of[ring] if part is None else np.full(len(ring), part)]),
-    )  # fmt: skip
+    )
 
 
 def at_vertices(piece: Piece) -> tuple[F64, I64, I64]:

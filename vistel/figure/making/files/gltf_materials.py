@@ -8,28 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.making.colours import srgb
 from vistel.figure.making.files.gltf import Document
 from vistel.figure.making.files.source import Finish, MakingError, Material
-from vistel.figure.making.maps import (
-    CLAMP,
-    MIRROR,
-    REPEAT,
-    Lying,
-    laid,
-    occluded,
-    scaled,
-    steeper,
-    times,
-    tinted,
-    together,
-)
+from vistel.figure.making.maps import CLAMP, MIRROR, REPEAT, Lying, laid, occluded, scaled, steeper, times, tinted, together
 from vistel.figure.making.pictures import LARGEST, alpha_of, decoded
-
-U8 = NDArray[np.uint8]
 
 _WRAPS = {33071: CLAMP, 33648: MIRROR}
 _PLAIN = 64
@@ -112,9 +98,17 @@ class GltfMaterials:
         looks = Finish.of(rough, metal) or Finish(1.0, 0.0)
         cutoff = float(row.get("alphaCutoff", 0.5)) if mode == "MASK" else 0.5
         return Patch(
-            roughness=looks.roughness, metallic=looks.metallic, finish=finish, normal=normal, glow=(r, g, b), glow_picture=glow,
-            opacity=opacity, cutoff=min(1.0, max(0.004, cutoff)), blend=mode == "BLEND", both_sides=both,
-        )  # fmt: skip
+            roughness=looks.roughness,
+            metallic=looks.metallic,
+            finish=finish,
+            normal=normal,
+            glow=(r, g, b),
+            glow_picture=glow,
+            opacity=opacity,
+            cutoff=min(1.0, max(0.004, cutoff)),
+            blend=mode == "BLEND",
+            both_sides=both,
+        )
 
     def _laid(self, info: Any, like: Lying, name: str) -> U8 | None:
         """A picture as it lies on what shows the colour."""
@@ -179,8 +173,11 @@ def layout(row: dict[str, Any]) -> dict[str, Any]:
     """The texture as which all of a material's lie: that of its colour, else the first it has."""
     pbr = row.get("pbrMetallicRoughness", {})
     others = (
-        row.get("normalTexture"), pbr.get("metallicRoughnessTexture"), row.get("occlusionTexture"), row.get("emissiveTexture"),
-    )  # fmt: skip
+        row.get("normalTexture"),
+        pbr.get("metallicRoughnessTexture"),
+        row.get("occlusionTexture"),
+        row.get("emissiveTexture"),
+    )
     return next((i for i in (colour_texture(row), *others) if isinstance(i, dict) and "index" in i), {})
 
 

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.making.files.gltf import Document
 from vistel.figure.making.files.source import MakingError
 from vistel.figure.rotation import matrix_from_quaternion
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 
 class Nodes:

@@ -124,9 +124,7 @@ def _without(source: Source, vertices: NDArray[np.int64]) -> Source:
     return source.of_faces(~np.asarray(gone[source.triangles].all(axis=1), np.bool_))
 
 
-def _joined(
-    source: Source, worn: Source, bound: tuple[NDArray[np.int64], NDArray[np.float64]] | None = None
-) -> Source:
+def _joined(source: Source, worn: Source, bound: tuple[NDArray[np.int64], NDArray[np.float64]] | None = None) -> Source:
     """Both meshes as one; what is worn takes no part in finding unit and joints. bound: the vertices of `source` that each
     of the worn ones follows, and how much; otherwise the skin next to it."""
     points, uvs = len(source.points), len(source.uv)
@@ -136,13 +134,18 @@ def _joined(
         rig = replace(rig, weight=np.vstack([rig.weight, _shared(rig.weight, at, share)]))
     uv = np.where(worn.uv_triangles >= 0, worn.uv_triangles + uvs, -1).astype(np.int32)
     return replace(
-        source, points=np.vstack([source.points, worn.points]), uv=np.vstack([source.uv, worn.uv]), rig=rig,
+        source,
+        points=np.vstack([source.points, worn.points]),
+        uv=np.vstack([source.uv, worn.uv]),
+        rig=rig,
         triangles=np.vstack([source.triangles, worn.triangles + points]).astype(np.int32),
-        uv_triangles=np.vstack([source.uv_triangles, uv]), group=np.append(source.group, worn.group + len(source.groups)),
+        uv_triangles=np.vstack([source.uv_triangles, uv]),
+        group=np.append(source.group, worn.group + len(source.groups)),
         groups=(*source.groups, *(f"{WORN}{g or worn.name}" for g in worn.groups)),
         material=np.append(source.material, worn.material + len(source.materials)),
-        materials=(*source.materials, *worn.materials), notes=(*source.notes, *worn.notes),
-    )  # fmt: skip
+        materials=(*source.materials, *worn.materials),
+        notes=(*source.notes, *worn.notes),
+    )
 
 
 def _nearest_skin(source: Source, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -12,15 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.making.expressions import joined, named, vrm_expressions
 from vistel.figure.making.files.gltf import Document, read_document
 from vistel.figure.making.files.gltf_materials import GltfMaterials, layout
 from vistel.figure.making.files.gltf_nodes import Nodes, influences, parents_within
 from vistel.figure.making.files.source import MakingError, Material, Rig, Source, SourceTarget
 from vistel.figure.making.files.vrm import humanoid, version
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 _MOST_WEIGHTS = 300_000_000
 _STRIP, _FAN, _TRIANGLES = 5, 6, 4
@@ -89,11 +87,21 @@ class _Reader:
         bare = np.concatenate([np.full(len(p.triangles), p.uv is None) for p in parts])
         counts = [len(p.triangles) for p in parts]
         return Source(
-            path.stem, points, triangles, np.nan_to_num(uv), np.where(bare[:, None], np.int32(-1), triangles),
-            np.repeat([p.group for p in parts], counts).astype(np.int32), tuple(self.groups),
-            np.repeat([p.material for p in parts], counts).astype(np.int32), tuple(self.materials), self._rig(parts),
-            1.0, "Y", tuple(self.notes), joined([(start, p.targets) for p, start in zip(parts, starts, strict=False)]),
-        )  # fmt: skip
+            path.stem,
+            points,
+            triangles,
+            np.nan_to_num(uv),
+            np.where(bare[:, None], np.int32(-1), triangles),
+            np.repeat([p.group for p in parts], counts).astype(np.int32),
+            tuple(self.groups),
+            np.repeat([p.material for p in parts], counts).astype(np.int32),
+            tuple(self.materials),
+            self._rig(parts),
+            1.0,
+            "Y",
+            tuple(self.notes),
+            joined([(start, p.targets) for p, start in zip(parts, starts, strict=False)]),
+        )
 
     def _rig(self, parts: Sequence[_Part]) -> Rig | None:
         if not self.joints:

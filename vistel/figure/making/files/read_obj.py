@@ -66,10 +66,17 @@ def read_obj(path: Path) -> Source:
     if any(len(p) != 3 for p in points) or any(len(t) != 2 for t in uv):
         raise MakingError(f"{path}: a vertex with fewer numbers than it needs; the file seems cut short, export it again")
     return Source(
-        path.stem, np.array(points, np.float64), np.array(faces, np.int32), np.array(uv, np.float64).reshape(-1, 2),
-        np.array(uv_faces, np.int32), np.array(group, np.int32), tuple(groups), np.array(material, np.int32),
-        tuple(materials.get(name, Material(name)) for name in order), notes=tuple(notes),
-    )  # fmt: skip
+        path.stem,
+        np.array(points, np.float64),
+        np.array(faces, np.int32),
+        np.array(uv, np.float64).reshape(-1, 2),
+        np.array(uv_faces, np.int32),
+        np.array(group, np.int32),
+        tuple(groups),
+        np.array(material, np.int32),
+        tuple(materials.get(name, Material(name)) for name in order),
+        notes=tuple(notes),
+    )
 
 
 def _corner(word: str, points: int, uvs: int) -> tuple[int, int]:

@@ -11,18 +11,31 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from vistel.arrays import F64
 from vistel.figure.making.files.source import MakingError, Material, Source
 from vistel.figure.making.pictures import read_picture
-
-F64 = NDArray[np.float64]
 
 TEXELS = 1024
 """Along a side of the picture made of colours at vertices."""
 _LARGEST = 512 * 1024 * 1024
 _KINDS = {
-    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2", "uint16": "u2",
-    "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
-}  # fmt: skip
+    "char": "i1",
+    "int8": "i1",
+    "uchar": "u1",
+    "uint8": "u1",
+    "short": "i2",
+    "int16": "i2",
+    "ushort": "u2",
+    "uint16": "u2",
+    "int": "i4",
+    "int32": "i4",
+    "uint": "u4",
+    "uint32": "u4",
+    "float": "f4",
+    "float32": "f4",
+    "double": "f8",
+    "float64": "f8",
+}
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -71,10 +84,17 @@ def read_ply(path: Path) -> Source:
         notes.append("colours at vertices painted round the longest axis; where two places coincide the outer counts")
     count = len(triangles)
     return Source(
-        path.stem, points, triangles.astype(np.int32), uv if uv is not None else np.zeros((0, 2)),
-        (index if index is not None else np.full((count, 3), -1)).astype(np.int32), np.zeros(count, np.int32), ("",),
-        np.zeros(count, np.int32), (Material(path.stem, None, picture),), notes=tuple(notes),
-    )  # fmt: skip
+        path.stem,
+        points,
+        triangles.astype(np.int32),
+        uv if uv is not None else np.zeros((0, 2)),
+        (index if index is not None else np.full((count, 3), -1)).astype(np.int32),
+        np.zeros(count, np.int32),
+        ("",),
+        np.zeros(count, np.int32),
+        (Material(path.stem, None, picture),),
+        notes=tuple(notes),
+    )
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], str, int]:
@@ -144,9 +164,12 @@ def _fans(faces: list[list[int]]) -> tuple[NDArray[np.int64], list[tuple[int, in
 
 
 def _coordinates(
-    columns: dict[str, F64], corners: list[list[float]], faces: list[list[int]], triangles: NDArray[np.int64],
+    columns: dict[str, F64],
+    corners: list[list[float]],
+    faces: list[list[int]],
+    triangles: NDArray[np.int64],
     source: list[tuple[int, int]],
-) -> tuple[F64 | None, NDArray[np.int64] | None]:  # fmt: skip
+) -> tuple[F64 | None, NDArray[np.int64] | None]:
     """Texture coordinates at vertices or at corners of faces, whichever there are."""
     for u, v in (("s", "t"), ("u", "v"), ("texture_u", "texture_v")):
         if {u, v} <= columns.keys():

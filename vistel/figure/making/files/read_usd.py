@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64, I32
 from vistel.figure.making.files.source import MakingError, Rig, Source
 from vistel.figure.making.files.usd_materials import Materials
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 USD_ENDINGS = (".usda", ".usdc", ".usd", ".usdz")
 
@@ -83,8 +81,9 @@ class _Stage:
         if len(self.rigs) > 1:
             self.notes.append(f"{len(self.rigs)} skeletons: taken as one, joints of one name as one joint")
         counts = [len(p.triangles) for p in parts]
-        starts, uv_starts = (np.cumsum([0, *(len(a) for a in arrays)]) for arrays in (
-            [p.points for p in parts], [p.uv for p in parts]))  # fmt: skip
+        starts, uv_starts = (
+            np.cumsum([0, *(len(a) for a in arrays)]) for arrays in ([p.points for p in parts], [p.uv for p in parts])
+        )
         points = np.vstack([p.points for p in parts])
         if not np.isfinite(points).all():
             raise MakingError(f"{self.path}: points that are not finite; repair the mesh")
@@ -92,13 +91,20 @@ class _Stage:
         unit = UsdGeom.GetStageMetersPerUnit(self.stage) if UsdGeom.StageHasAuthoredMetersPerUnit(self.stage) else None
         up = str(UsdGeom.GetStageUpAxis(self.stage)).upper() if self.stage.HasAuthoredMetadata("upAxis") else None
         return Source(
-            self.path.stem, points,
+            self.path.stem,
+            points,
             np.vstack([p.triangles + s for p, s in zip(parts, starts, strict=False)]).astype(np.int32),
-            np.nan_to_num(np.vstack([p.uv for p in parts])), np.vstack(uv).astype(np.int32),
-            np.repeat(np.arange(len(parts)), counts).astype(np.int32), tuple(p.name for p in parts),
-            np.concatenate([p.material for p in parts]).astype(np.int32), self.materials.all(), self._rig(parts),
-            unit, up, tuple(self.notes),
-        )  # fmt: skip
+            np.nan_to_num(np.vstack([p.uv for p in parts])),
+            np.vstack(uv).astype(np.int32),
+            np.repeat(np.arange(len(parts)), counts).astype(np.int32),
+            tuple(p.name for p in parts),
+            np.concatenate([p.material for p in parts]).astype(np.int32),
+            self.materials.all(),
+            self._rig(parts),
+            unit,
+            up,
+            tuple(self.notes),
+        )
 
     def _shown(self, mesh: Any) -> bool:
         from pxr import UsdGeom  # noqa: PLC0415

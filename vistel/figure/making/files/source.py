@@ -9,12 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F32, F64, I32, U8
 from vistel.figure.avatar.patch import Patch
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-U8 = NDArray[np.uint8]
 
 
 class MakingError(ValueError):
@@ -97,6 +93,18 @@ class Source:
     def of_faces(self, keep: NDArray[np.bool_]) -> Source:
         """The part with these faces only; points stay as they are."""
         return Source(
-            self.name, self.points, self.triangles[keep], self.uv, self.uv_triangles[keep], self.group[keep],
-            self.groups, self.material[keep], self.materials, self.rig, self.unit, self.up, self.notes, self.targets,
-        )  # fmt: skip
+            self.name,
+            self.points,
+            self.triangles[keep],
+            self.uv,
+            self.uv_triangles[keep],
+            self.group[keep],
+            self.groups,
+            self.material[keep],
+            self.materials,
+            self.rig,
+            self.unit,
+            self.up,
+            self.notes,
+            self.targets,
+        )

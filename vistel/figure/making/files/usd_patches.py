@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.making.files.source import Finish
 from vistel.figure.making.maps import CLAMP, MIRROR, REPEAT, Lying, laid, times, together
-
-U8 = NDArray[np.uint8]
 
 _WRAPS = {"repeat": REPEAT, "mirror": MIRROR}
 _CHANNELS = {"r": 0, "g": 1, "b": 2}
@@ -45,10 +43,16 @@ def patch_read(shader: Any, read: Inputs, like: Lying, finish: Finish | None) ->
         glow = _scale(shader.GetInput("emissiveColor"))
     normal = _colours(shader, "normal", read, like)
     return Patch(
-        roughness=rough, metallic=metal, finish=together([occlusion, green, blue], (255, round(255 * rough), round(255 * metal))),
-        normal=normal, glow=glow, glow_picture=glow_picture, opacity=opacity, cutoff=min(1.0, cutoff) or 0.5,
+        roughness=rough,
+        metallic=metal,
+        finish=together([occlusion, green, blue], (255, round(255 * rough), round(255 * metal))),
+        normal=normal,
+        glow=glow,
+        glow_picture=glow_picture,
+        opacity=opacity,
+        cutoff=min(1.0, cutoff) or 0.5,
         blend=opacity is not None and cutoff <= 0.0,
-    )  # fmt: skip
+    )
 
 
 def texture_reader(source: Any) -> Any:

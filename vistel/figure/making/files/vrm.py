@@ -14,10 +14,11 @@ from vistel.figure.skeleton import JOINT_INDEX
 TRUNK = {"spine": "spine_1", "chest": "spine_4", "upperChest": "spine_7"}
 """VRM's three joints of the trunk among the house's eight."""
 REQUIRED = (
-    "hips", "spine", "head",
-    *(f"{side}{bone}" for side in ("left", "right") for bone in (
-        "UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand")),
-)  # fmt: skip
+    "hips",
+    "spine",
+    "head",
+    *(f"{side}{bone}" for side in ("left", "right") for bone in ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand")),
+)
 """Bones without which a VRM 1.0 file is none."""
 
 

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from operator import add, sub
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.wire.world.codec.bits import BitReader, BitWriter, FrameError
 
-F64 = NDArray[np.float64]
 Pose = tuple[int, ...]
 """Position x, y, z in units of POSITION_STEP, quaternion x, y, z, w in units of ROTATION_STEP."""
 
@@ -49,10 +48,7 @@ def place(pose: Pose) -> tuple[F64, F64]:
     """Position (3,) [m] and unit quaternion (4,)."""
     x, y, z, i, j, k, w = pose
     size = math.sqrt(i * i + j * j + k * k + w * w) or 1.0
-    return (
-        np.array((x * POSITION_STEP, y * POSITION_STEP, z * POSITION_STEP)),
-        np.array((i / size, j / size, k / size, w / size)),
-    )
+    return (np.array((x * POSITION_STEP, y * POSITION_STEP, z * POSITION_STEP)), np.array((i / size, j / size, k / size, w / size)))
 
 
 class Track:

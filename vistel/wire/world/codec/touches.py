@@ -39,9 +39,7 @@ def force_of(level: int) -> float:
     return (1.25 * low - 1.0) * FORCE_STEP if level else 0.0
 
 
-def write_touches(
-    out: BitWriter, before: dict[Pair, Touch], now: Mapping[Pair, Touch], most: int = MOST_PAIRS
-) -> bool:
+def write_touches(out: BitWriter, before: dict[Pair, Touch], now: Mapping[Pair, Touch], most: int = MOST_PAIRS) -> bool:
     """What has changed; `before` becomes `now`, but for what goes beyond `most` pairs and has to wait: those that begin or end
     go first. Returns whether anything has changed."""
     changed = sorted(pair for pair in before.keys() | now.keys() if before.get(pair) != now.get(pair))

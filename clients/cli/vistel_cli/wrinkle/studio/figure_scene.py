@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy.ndimage import distance_transform_edt
 
+from vistel.arrays import F32, F64, I64, U8, U32
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.rules import builtin_rules
@@ -24,12 +25,6 @@ from vistel.wrinkle.region import Tube
 from vistel.wrinkle.texture import encoded, linear, shading
 from vistel.wrinkle.worn import FINEST, LIGHT, TEXELS, Worn, WornSet
 from vistel_cli.wrinkle.studio.bends import actions_of, expression_of, posture_of
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-U8 = NDArray[np.uint8]
-U32 = NDArray[np.uint32]
 
 PLAIN = 128
 """A texel of the light that is as bright as without wrinkles."""
@@ -71,9 +66,9 @@ class FigureScene:
         self._beside: I64 = np.asarray(np.ravel_multi_index(tuple(nearest.reshape(2, -1)[:, edge]), covered.shape), np.int64)
         meshes = (of.mesh, *of.eyeballs)
         starts = np.cumsum([0, *(len(m.uv) for m in meshes)])
-        self.triangles: U32 = np.concatenate(
-            [m.corner_triangles + start for m, start in zip(meshes, starts, strict=False)]
-        ).astype(np.uint32)
+        self.triangles: U32 = np.concatenate([m.corner_triangles + start for m, start in zip(meshes, starts, strict=False)]).astype(
+            np.uint32
+        )
         self.uv: F32 = np.concatenate([m.uv for m in meshes]).astype(np.float32)
         self._corners = [m.corner_vertex for m in meshes]
         self._planes: dict[tuple[str, tuple[int, ...]], U8] = {}
@@ -113,9 +108,10 @@ class FigureScene:
         )
         triangles = np.concatenate([m.corner_triangles + start for m, start in zip(meshes, starts, strict=False)])
         return {
-            "triangles": triangles.astype(np.uint32), "positions": positions.astype(np.float32),
+            "triangles": triangles.astype(np.uint32),
+            "positions": positions.astype(np.float32),
             "normals": normals.astype(np.float32),
-        }  # fmt: skip
+        }
 
     def light(self, worn: Worn, weights: F64) -> U8:
         """(H, W) brightness of the texture in linear light, in steps of 1 / PLAIN."""

@@ -35,8 +35,9 @@ def laid_out(avatar: Avatar) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     found = islands(bare)[:MOST_ISLANDS]
     head = {
         "islands": [{"number": i.number, "part": i.part, "box": i.box} for i in found],
-        "texture": texture_of(avatar), "size": [avatar.albedo.shape[1], avatar.albedo.shape[0]],
-    }  # fmt: skip
+        "texture": texture_of(avatar),
+        "size": [avatar.albedo.shape[1], avatar.albedo.shape[0]],
+    }
     uv = np.concatenate([mesh.uv for mesh in (bare.mesh, *bare.eyeballs)]).astype(np.float32)
     return head, {"uv": uv, "island": np.concatenate(island_of(bare)).astype(np.uint32)}
 

@@ -40,8 +40,10 @@ MOST_BYTES = 64 << 20
 """Of a request: photographs come in one."""
 _SAFE = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; frame-ancestors 'none'",
-    "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-store",
-}  # fmt: skip
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
 
 
 class RefusedError(Exception):
@@ -133,15 +135,21 @@ class Studio:
                 self._sessions.popitem(last=False)
             mesh = {"triangles": scene.triangles, "uv": scene.uv}
             return {
-                "session": key, "revision": revision, "name": scene.avatar.name, "source": self._opened.source,
-                "saves": self._opened.path.name, "readable": self._opened.readable.name,
+                "session": key,
+                "revision": revision,
+                "name": scene.avatar.name,
+                "source": self._opened.source,
+                "saves": self._opened.path.name,
+                "readable": self._opened.readable.name,
                 "form": {**form, "texture": texture_of(scene.avatar), "pins": [], "base": 0},
-                "height": round(scene.avatar.skeleton.height, 3), "regions": session.regions(),
+                "height": round(scene.avatar.skeleton.height, 3),
+                "regions": session.regions(),
                 "shapes": {name: shape.model_dump(mode="json") for name, shape in builtin_shapes().items()},
                 "bends": [_of(bend, "name", "label", "group", "low", "high", "start", "unit", "action") for bend in BENDS],
-                "joints": driving_joints(), "actions": driving_actions(),
+                "joints": driving_joints(),
+                "actions": driving_actions(),
                 "albedo": [scene.albedo.shape[1], scene.albedo.shape[0]],
-            }, mesh  # fmt: skip
+            }, mesh
 
         head, arrays = await self._do(page, opened)
         log.info("event=page_opened session=%s pages=%d", head["session"], len(self._sessions))

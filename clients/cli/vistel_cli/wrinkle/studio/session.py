@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import U8
 from vistel.figure.avatar.avatar import Avatar
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.instance import Instance
@@ -20,7 +21,6 @@ from vistel_cli.wrinkle.studio.document import Checked, Fault, check
 from vistel_cli.wrinkle.studio.figure_scene import FigureScene, Seen
 from vistel_cli.wrinkle.studio.photograph import PictureError, laid_out, lying, photographed, texture_of
 
-U8 = NDArray[np.uint8]
 BATCH = 4
 """Sets that are laid without a word."""
 
@@ -103,11 +103,12 @@ class Session:
         seen = self.scene.seen(self.worn, values, held)
         head: dict[str, Any] = {
             "faults": [vars(fault) for fault in dict.fromkeys((*faults, *self.left_out, *self._unfit()))],
-            "bends": values, "sets": [
+            "bends": values,
+            "sets": [
                 {"set": numbers[id(s.what)], "side": s.side, "weight": round(w, 4), "driven": round(d, 4)}
                 for s, w, d in zip(self.worn.sets, seen.weights.tolist(), seen.driven, strict=True)
             ],
-        }  # fmt: skip
+        }
         arrays: dict[str, NDArray[Any]] = {"positions": seen.positions, "normals": seen.normals, "uv": seen.uv}
         self._lit(seen, int(asked.get("have") or 0), head, arrays)
         self._plane(_table(asked.get("plane")), head, arrays)
