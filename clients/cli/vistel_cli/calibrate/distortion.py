@@ -38,13 +38,7 @@ def distortion(
       vistel calibrate distortion points.csv --from out/conference.mcap --device aiko-tracker --station 3
     """
     # Loads what only this command needs.
-    from vistel.figure.calibration.distortion import (  # noqa: PLC0415
-        DistortionError,
-        fit_distortion,
-        judge,
-        pose_errors,
-        save_distortion,
-    )
+    from vistel.figure.calibration.distortion import DistortionError, fit_distortion, judge, pose_errors, save_distortion  # noqa: PLC0415
 
     if not 0.01 <= step <= 1.0:
         fail(f"--step {step}: expected 0.01 to 1 m", USAGE)
