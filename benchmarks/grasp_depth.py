@@ -72,7 +72,7 @@ def _depths(p: Primitive, points: F64) -> F64:
 
 
 def _ratio(p: Primitive, x: F64) -> F64:
-    """(N,) 1 on the surface, less inside (spec_maths §1.3)."""
+    """(N,) 1 on the surface, less inside (mathematics M1.5)."""
     q = p.params
     if p.kind == "sphere":
         return np.linalg.norm(x, axis=1) / q[0]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 import shlex
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -60,3 +62,46 @@ def test_the_conference_file_reference_shows_a_valid_file_with_every_default() -
         {"sites": [{"name": "tokyo", "participants": [{"name": "aiko", "display_name": "Aiko"}], "props": [{"thing": "baton"}]}]}
     )
     assert conference == bare
+
+
+NAMES = re.compile(r"`((?:vistel|vistel_services|vistel_sim|vistel_cli)(?:\.\w+)+)`")
+EXPLAINED = ("docs/explanation/mathematics.md", "docs/reference/words.md")
+
+
+@pytest.mark.parametrize("page", EXPLAINED)
+def test_every_name_of_the_code_on_the_page_exists(page: str) -> None:
+    for name in sorted(set(NAMES.findall((ROOT / page).read_text("utf-8")))):
+        pkgutil.resolve_name(name)
+
+
+def _sources() -> dict[str, str]:
+    """Text of every file of the repository, by path."""
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    found: dict[str, str] = {}
+    for name in filter(None, listed.split("\0")):
+        data = (ROOT / name).read_bytes() if (ROOT / name).is_file() else b"\0"
+        if b"\0" not in data:
+            found[name] = data.decode("utf-8")
+    return found
+
+
+def test_every_citation_of_the_mathematics_has_a_target() -> None:
+    page = (ROOT / "docs/explanation/mathematics.md").read_text("utf-8")
+    equations = re.findall(r"^\*\*M(\d+)\.(\d+) ", page, re.MULTILINE)
+    sections = re.findall(r"^## M(\d+) ", page, re.MULTILINE)
+    numbers = [(int(section), int(equation)) for section, equation in equations]
+    assert numbers == sorted(set(numbers))
+    targets = {f"M{section}.{equation}" for section, equation in numbers} | {f"M{section}" for section in sections}
+    lost = {
+        (path, cited)
+        for path, text in _sources().items()
+        for citation in re.findall(r"mathematics((?:[\s,#/]|and|to|M\d+(?:\.\d+)?)*)", text)
+        for cited in re.findall(r"M\d+(?:\.\d+)?", citation)
+        if cited not in targets
+    }
+    assert lost == set()
+
+
+def test_nothing_cites_what_is_not_in_the_repository() -> None:
+    elsewhere = re.compile("spec" + r"_maths|\bspec §|\(E\d+\)|\berrat(um|a) E\d")
+    assert [path for path, text in _sources().items() if elsewhere.search(text)] == []

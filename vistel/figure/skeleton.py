@@ -22,7 +22,7 @@ _DIGITS: dict[str, tuple[str, ...]] = dict.fromkeys(FINGERS, ("proximal", "inter
 _DIGITS["thumb"] = ("metacarpal", "proximal", "distal")
 
 COLLAR_SHORTENING = 0.18
-"""Share of the collar bone's length lost with the arm overhead, in people not measured (spec_maths §6.5)."""
+"""Share of the collar bone's length lost with the arm overhead, in people not measured (mathematics M8.5)."""
 REFERENCE_HEIGHT = 1.75
 """Height in metres of the person whose proportions `_REFERENCE` holds."""
 

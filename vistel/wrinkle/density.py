@@ -1,9 +1,9 @@
-"""Offset density round wrinkles (Singh §5.2.2; spec_maths §5), rasterised segment by segment.
+"""Offset density round wrinkles (Singh §5.2.2; mathematics M9.1), rasterised segment by segment.
 
 The nearest point Q of a branch gives its intensity i_Q and radius r_Q, blended by the Hermite cubic between control points,
 so that they are level at each of them. Beside the curve a layer adds i_Q f(|P - Q| / r); beyond an end that tapers,
 i_Q f(d_x) f(d_y) with the intercepts X(y) = l h(|y| / r), Y(x) = r h(x / l), where h is the Hermite blend. Both agree, with
-their first derivatives, where the cap begins (erratum E30): Y(0) = r, Y'(0) = 0 and i_Q is level there.
+their first derivatives, where the cap begins (mathematics M9.2): Y(0) = r, Y'(0) = 0 and i_Q is level there.
 Of the branches of one wrinkle the highest counts, and the deepest.
 """
 

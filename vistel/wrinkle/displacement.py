@@ -72,7 +72,7 @@ def slopes(of: Map) -> tuple[F32, F32]:
 
 
 def bump_normals(of: Map) -> F32:
-    """(H, W, 3) unit normals of the displaced plane, right, up and out: unit(n - D_u T_u - D_v T_v) (spec_maths §5)."""
+    """(H, W, 3) unit normals of the displaced plane, right, up and out: unit(n - D_u T_u - D_v T_v) (mathematics M2.6)."""
     du, dv = slopes(of)
     out = np.stack((-du, -dv, np.ones_like(du)), axis=2)
     return out / np.linalg.norm(out, axis=2, keepdims=True)

@@ -60,7 +60,7 @@ def test_bones_keep_their_length_in_every_posture(seed: int) -> None:
     dofs[5:8] = 0.0
     pose = pose_joints(SKELETON, Posture(dofs, rng.normal(scale=0.3, size=(2, 20)), Stance(rng.normal(size=3), 1.0)))
     for j, name in enumerate(JOINTS):
-        # The spine bends by chords, collars shorten with the raised arm (spec_maths §6.2, §6.5).
+        # The spine bends by chords, collars shorten with the raised arm (mathematics M8.2, M8.5).
         if j == 0 or name.startswith(("spine", "neck")) or name.endswith(("shoulder", "upper_arm")):
             continue
         length = np.linalg.norm(pose.position[j] - pose.position[PARENTS[j]])

@@ -173,7 +173,7 @@ def test_the_bulge_grows_from_nothing_as_the_bodies_come_together():
 
 
 def test_the_skin_is_smooth_across_the_contact_circle():
-    """C1 (spec_maths §2.2): along the rod's top line the slope does not jump where the contact begins."""
+    """C1 (mathematics M3.3): along the rod's top line the slope does not jump where the contact begins."""
     limbs = capsule_limbs((0, 0, 0), (0.4, 0, 0), 0.04)
     x = np.linspace(0.1, 0.3, 801)
     p = np.stack([x, np.full_like(x, 0.04), 0 * x], axis=1).astype(np.float32)

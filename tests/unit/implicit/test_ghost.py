@@ -74,7 +74,7 @@ def test_propagation_never_reaches_the_deficit(y, ye):
 
 @given(st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=5), st.lists(st.floats(0.05, 2), min_size=5, max_size=5))
 def test_no_point_lies_in_two_deformed_bodies_and_none_in_a_void(deficits, compliances):
-    """Points that were inside some body stay in exactly one, whatever the compliances (spec_maths §2.4)."""
+    """Points that were inside some body stay in exactly one, whatever the compliances (mathematics M3.5)."""
     inside = []
     c = compliances[: len(deficits)]
     for a, y_a in enumerate(deficits):

@@ -1,4 +1,4 @@
-"""Golden group `ray` (Singh §3.3.2, spec §3.6): polynomials along rays and first hits."""
+"""Golden group `ray` (Singh §3.3.2, mathematics M10.1): polynomials along rays and first hits."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def test_a_map_is_the_densities_of_its_definition(turn: float, unit: float, thic
 
 @pytest.mark.parametrize("end", ["round", "taper", "vanish"])
 def test_a_wrinkle_is_smooth_where_its_end_begins(end: Any) -> None:
-    # Texels of a thousandth of the radius round the line across the end (1, 0): slopes must not jump (erratum E30).
+    # Texels of a thousandth of the radius round the line across the end (1, 0): slopes must not jump (mathematics M9.2).
     instance = placed(straight(start=end, end=end), at=(-0.395, 0.05), unit=0.4, thickness=0.1)
     of = displacement_map([instance], (0.01, 0.1), 1000)
     slope = np.diff(of.height.astype(np.float64), axis=1) / of.step

@@ -32,7 +32,7 @@ FASTEST = 10.0
 CURVATURE, ECCENTRIC = 0.25, 1.4
 """Of f_v; and its limit for a muscle that is drawn out."""
 GAIN, MOST_RATIO = 0.35, 0.85
-"""Of the blend function: x* = t (1 + GAIN A), at most MOST_RATIO (spec_maths §4.1)."""
+"""Of the blend function: x* = t (1 + GAIN A), at most MOST_RATIO (mathematics M7.5)."""
 
 
 def force_length(length: ArrayLike) -> F64:

@@ -1,8 +1,8 @@
 """The arm from its wrist: seven degrees of freedom, six known, the seventh the elbow's swivel (Singh §6.2.3).
 
 Everything here is in the chest's frame with the collar joint as origin [m, rad]; `side` is +1 for the left arm, -1
-for the right. The swivel is found by energy minimisation (spec_maths §6.6) relative to where the elbow was, so that
-no direction is singular, and the collar bone's length by a fixed point (spec_maths §6.5).
+for the right. The swivel is found by energy minimisation (mathematics M8.7) relative to where the elbow was, so that
+no direction is singular, and the collar bone's length by a fixed point (mathematics M8.5).
 """
 
 from __future__ import annotations

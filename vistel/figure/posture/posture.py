@@ -54,7 +54,7 @@ SHOULDER = {"left": slice(11, 14), "right": slice(18, 21)}
 ELBOW = {"left": 14, "right": 21}
 WRIST = {"left": slice(15, 18), "right": slice(22, 25)}
 
-# Share of the spine's swing and twist that each segment takes, base to top (spec_maths §6.2).
+# Share of the spine's swing and twist that each segment takes, base to top (mathematics M8.2).
 SWING_INCREMENTS = np.array([0.18, 0.17, 0.15, 0.13, 0.11, 0.10, 0.09, 0.07])
 TWIST_INCREMENTS = np.array([0.04, 0.05, 0.07, 0.10, 0.14, 0.18, 0.21, 0.21])
 
@@ -112,7 +112,7 @@ def standing() -> Posture:
 
 
 def pose_joints(skeleton: Skeleton, posture: Posture) -> JointPose:
-    """Forward kinematics: the posture's joints in the room frame (Singh §6.2; spec_maths §6).
+    """Forward kinematics: the posture's joints in the room frame (Singh §6.2; mathematics M8).
 
     Raises KeyError for a name in `Posture.joints` that is no joint.
     """
@@ -181,7 +181,7 @@ def _replace_joints(parents: NDArray[np.int32], given: NDArray[np.bool_], local:
 
 @compiled
 def spine_rotations(rotvec: F64) -> F64:
-    """(9, 3, 3) rotations of the spine's levels 0 (hips) to 8 (top), relative to the hips (spec_maths §6.2).
+    """(9, 3, 3) rotations of the spine's levels 0 (hips) to 8 (top), relative to the hips (mathematics M8.2).
 
     The whole rotation is split into swing and twist about the spine's own axis (+Y); each level takes its share.
     """
@@ -291,7 +291,7 @@ def _pose(
     """Writes every joint's rotation (J, 3, 3) and position (J, 3) in the room; see `pose_joints`."""
     facing = rotation_y(heading)
     ankle, knee = dofs[0], dofs[1]
-    # Hips over the fixed ankles (spec_maths §6.3); x stays on the midline, pelvis upright.
+    # Hips over the fixed ankles (mathematics M8.3); x stays on the midline, pelvis upright.
     ankle_rest = rest[_I_LEG[0] + 2]
     hip_rest = rest[_I_LEG[0]]
     hips = np.array(

@@ -1,4 +1,4 @@
-"""The posture from four receivers and two gloves (Singh §6.2; spec_maths §6).
+"""The posture from four receivers and two gloves (Singh §6.2; mathematics M8).
 
 Chest to spine and legs, head to neck, wrists to arms. A receiver that falls silent is held, then relaxes; when it
 comes back the body eases over to it. Nothing ever snaps.

@@ -1,4 +1,4 @@
-"""The elbow's swivel by energy minimisation, tracked over time (spec_maths §6.6; Singh §6.2.3 and its future work).
+"""The elbow's swivel by energy minimisation, tracked over time (mathematics M8.7; Singh §6.2.3 and its future work).
 
 The swivel is counted from where the elbow was at the last solve, carried along with the arm's axis: 0 always means "do
 not turn", in every posture, so that no reference direction can become singular. Frame: the chest's, origin at the

@@ -1,4 +1,4 @@
-"""Legs and spine from the chest, feet fixed on the floor (spec_maths §6.2 and §6.3)."""
+"""Legs and spine from the chest, feet fixed on the floor (mathematics M8.2 and M8.3)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How deep two fields overlap: delta = max over space of min(F_a, F_b) - T (spec_maths §2.2)."""
+"""How deep two fields overlap: delta = max over space of min(F_a, F_b) - T (mathematics M3.4)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """The deformable component of a mesh: every vertex to F = T along its normal (Singh §2.3.2, §2.4;
-spec_maths §2.6)."""
+mathematics M6.5)."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from vistel.implicit.jit.kernel_jit import fast
 from vistel.implicit.jit.pointers import at
 
 BETA = np.float32(3.0)
-"""Zone of propagation / penetration (E7)."""
+"""Zone of propagation / penetration (mathematics M3.4)."""
 FELT = np.float32(0.99)
 """Share of the zone of propagation in which it is felt: in the rest of it it raises less than 5e-5."""
 LONE_ZONE = np.float32(27.0 / 4.0 * 0.6 * 0.5)
@@ -52,8 +52,9 @@ def _forget(t):
 
 @fast
 def _set_zones(t):
-    """Zones of propagation in deficit units, from measured or given penetrations (E7). The stiffer a body, the steeper
-    skin rises round it and the less far, so that it stays as high as beside an equal."""
+    """Zones of propagation in deficit units, from measured or given penetrations (mathematics M3.4).
+
+    The stiffer a body, the steeper skin rises round it and the less far, so that it stays as high as beside an equal."""
     delta, depth, zone = floats(t[table.DELTA]), floats(t[table.DEPTH]), floats(t[table.ZONE])
     quotient, reach, effect = floats(t[table.QUOTIENT]), floats(t[table.REACH]), ints(t[table.EFFECT])
     for k in range(t[table.GROUPS]):

@@ -174,7 +174,7 @@ def local_ray(v, p, out):
 
 @fast
 def _power(x, e):
-    """|x|^e with 0 for x = 0 whatever e (spec_maths §1.3.5)."""
+    """|x|^e with 0 for x = 0 whatever e (mathematics M1.7)."""
     return abs(x) ** e if abs(x) > TINY else ZERO
 
 
@@ -212,8 +212,8 @@ def supertoroid(s, c, p, out):
     """As `cone`, for a supertoroid about Z; p[12:18] a1, a2, a3 (surface), alpha, e1, e2; p[18] weight;
     p[19] reach.
 
-    Its ring stays where it is, only the tube grows to the realm: the ratio is that of the tube (spec_maths
-    §1.3.6).
+    Its ring stays where it is, only the tube grows to the realm: the ratio is that of the tube (mathematics
+    M1.8).
     """
     a1, a2, a3, alpha, e1, e2, w, reach = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]
     for i in range(WIDTH):

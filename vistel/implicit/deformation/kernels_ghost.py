@@ -13,7 +13,7 @@ from vistel.implicit.jit.lanes import choose, inverse_root, least, most
 
 CAP = np.float32(0.98 * 0.5)
 """Most that all that raises a skin may add together: below T, so that no ghost raises a surface of its own
-(spec_maths §2.4). One propagation adds 0.08 at most; constraints need the rest."""
+(mathematics M3.6). One propagation adds 0.08 at most; constraints need the rest."""
 SOFT2 = np.float32(0.02 * 0.02)
 
 

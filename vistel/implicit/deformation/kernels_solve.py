@@ -1,4 +1,4 @@
-"""The solve of one block: its vertices along their normals to F = T (spec_maths §2.6), a patch at a time."""
+"""The solve of one block: its vertices along their normals to F = T (mathematics M6.5), a patch at a time."""
 
 # pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 

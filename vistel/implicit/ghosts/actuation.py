@@ -1,4 +1,4 @@
-"""Muscles that act by their blend function: where its surface goes, and the force that does (Singh §4.2; spec_maths §4.1).
+"""Muscles that act by their blend function: where its surface goes, and the force that does (Singh §4.2; mathematics M7.5).
 
 `Blend.actuated` is the Moebius warp in use; the power warp is the other closed form with the surface where it is wanted.
 """

@@ -1,7 +1,7 @@
-"""Constraints: a point or an area of one body held to one of another by local deformation (Singh §2.2; spec_maths §2.5).
+"""Constraints: a point or an area of one body held to one of another by local deformation (Singh §2.2; mathematics M4).
 
 Both bodies bulge along the axis P_a P_b within a half-infinite sphylinder each and meet at Q, where y_a = kappa y_b.
-Several constraints of one pair share one ghost (E18), graphs of any form need no iteration, and where the gap is too
+Several constraints of one pair share one ghost (mathematics M4.6), graphs of any form need no iteration, and where the gap is too
 wide the bulges fall short: the bodies break away gradually.
 """
 
@@ -177,7 +177,7 @@ class Constraint:
         )
 
     def _in_one_piece(self, axis: Axis, a: Deformable, b: Deformable) -> tuple[float, float]:
-        """Strengths at which the bulges of a and of b are not torn off their bodies (E17): 1 as far as they hold.
+        """Strengths at which the bulges of a and of b are not torn off their bodies (mathematics M4.7): 1 as far as they hold.
 
         Beyond that the neck pinches off: what would float between the bodies is drawn back into them.
         """

@@ -80,7 +80,7 @@ class Deformable:
 class Collision(Ghost):
     """The owner's field pushes the target's surface in where both overlap, and raises it round there (Gascuel 1993).
 
-    zone: ye of the propagation [field]; None: three times the measured penetration, so that nothing pops (E7).
+    zone: ye of the propagation [field]; None: three times the measured penetration, so that nothing pops (mathematics M3.4).
     """
 
     zone: float | None = None
@@ -177,7 +177,7 @@ def _compliance(bodies: Mapping[str, Deformable], name: str) -> float:
 
 
 class _Contacts:
-    """Everything that presses on or pulls at one body, combined by the rule for any number of bodies (E8)."""
+    """Everything that presses on or pulls at one body, combined by the rule for any number of bodies (mathematics M3.5)."""
 
     def __init__(
         self, body: Deformable, bodies: Mapping[str, Deformable], fields: Mapping[str, Shape], depths: dict[frozenset[str], float]
@@ -187,7 +187,7 @@ class _Contacts:
         self._others: list[tuple[float, Shape, Shape | None, float, float, float]] = []
 
     def add_body(self, name: str, ghosts: Sequence[Ghost]) -> None:
-        """Collision with another body, and the pulls of its constraints, as one ghost (E18)."""
+        """Collision with another body, and the pulls of its constraints, as one ghost (mathematics M4.6)."""
         other, mine = self.fields[name], self.fields[self.body.name]
         if not _overlap(other, mine):
             return

@@ -1,4 +1,4 @@
-"""Force fields: wind, gravity, shear, compression, expansion as ghosts G = F A(P) (Singh §C.3, E40).
+"""Force fields: wind, gravity, shear, compression, expansion as ghosts G = F A(P) (Singh §C.3; mathematics M5.4).
 
 A ghost that is the body's own field times a function of place vanishes at the edge of its realm by itself. 1 + A stays
 above 0.1 everywhere, however many forces act, so that the body stays in one piece.
@@ -109,7 +109,7 @@ class Radial:
         finite("Radial", "strength", self.strength)
 
     def factor(self, shape: Shape) -> tuple[Shape, float]:
-        # Only what draws in can take the body away: a compression inside it stays below 1 - T (E40).
+        # Only what draws in can take the body away: a compression inside it stays below 1 - T (mathematics M5.7).
         c = self.strength
         if c < 0:
             inside = bool(shape.inside(np.array([self.centre]))[0])

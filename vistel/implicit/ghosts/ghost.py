@@ -1,4 +1,4 @@
-"""Ghosts: what one body adds to the field of another (Singh §2.1-2.2; spec_maths §2.1-2.4).
+"""Ghosts: what one body adds to the field of another (Singh §2.1-2.2; mathematics M3).
 
 In deficits y_k = T - F_k, body a with compliance c_a gets from the others
 
@@ -7,7 +7,7 @@ In deficits y_k = T - F_k, body a with compliance c_a gets from the others
 which is Gascuel's contact model for two equal bodies, leaves neither overlap nor void for any number, and
 has the contact surface y_a / c_a = y_k / c_k. A rigid body (c_k = 0) gets no ghost and cuts the others at
 its own surface. The propagation p(y; ye) = y (1 - y/ye)^2 raises the skin round a contact; its zone ye
-grows with the penetration delta, ye = beta delta, so that nothing pops at first touch (E7).
+grows with the penetration delta, ye = beta delta, so that nothing pops at first touch (mathematics M3.4).
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ ALPHA, BETA = 0.6, 3.0
 
 
 def propagation(y: float, ye: float) -> float:
-    """p(y; ye) = y (1 - y/ye)^2 on 0 <= y <= ye, 0 beyond; always below y (spec_maths §2.2 d)."""
+    """p(y; ye) = y (1 - y/ye)^2 on 0 <= y <= ye, 0 beyond; always below y (mathematics M3.3)."""
     return y * (1.0 - y / ye) ** 2 if 0.0 < y < ye else 0.0
 
 
 def zone(compliance: float, own_compliance: float, others: int, delta: float) -> float:
-    """eta_e of one body's propagation into another (spec_maths §2.4)."""
+    """eta_e of one body's propagation into another (mathematics M3.6)."""
     cap = 27.0 / 4.0 * ALPHA * T / (own_compliance * max(1, others))
     return max(0.0, min(T / compliance, cap, BETA * delta / compliance))
 

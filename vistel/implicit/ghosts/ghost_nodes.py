@@ -1,4 +1,4 @@
-"""Nodes of the graph that ghosts are composed of, each a small function of its operands' fields (spec_maths §2.1-2.5).
+"""Nodes of the graph that ghosts are composed of, each a small function of its operands' fields (mathematics M3, M4).
 
 A body a under ghosts is `Ghosted(F_a, G, cuts...)` with G the smaller of the raised skins' sum and every deficit;
 `vistel.implicit.ghosts.deformable` builds these graphs, and a FieldProgram evaluates them like any other.

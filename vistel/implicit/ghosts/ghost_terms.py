@@ -1,4 +1,4 @@
-"""The functions ghosts are made of: propagation, constraint, lag and decay (Singh §2.1-2.2, C.1-C.2; spec_maths §2, §9).
+"""The functions ghosts are made of: propagation, constraint, lag and decay (Singh §2.1-2.2, C.1-C.2; mathematics M3 to M5).
 
 `x` is a distance ratio, `y = T - F` a deficit: below 0 inside a body, 0 on its surface, T out of its realm. Functions
 of y hold for every blend and every combination of primitives, functions of x for single primitives alone.
@@ -50,7 +50,7 @@ def hold_level(reach: float, *, blend: Blend = QUARTIC, threshold: float = THRES
 
 
 def constraint_ratio(x: ArrayLike, reach: float, *, blend: Blend = QUARTIC, threshold: float = THRESHOLD) -> F64:
-    """con(x) = T - f(x) up to t' = reach, then a cubic to 0 at 1 with one slope (Singh §2.2.1; spec_maths §2.5)."""
+    """con(x) = T - f(x) up to t' = reach, then a cubic to 0 at 1 with one slope (Singh §2.2.1; mathematics M4.1)."""
     x = np.asarray(x, np.float64)
     h = 1 - reach
     a, b = hold_level(reach, blend=blend, threshold=threshold), -float(blend.derivative(reach))
@@ -59,7 +59,7 @@ def constraint_ratio(x: ArrayLike, reach: float, *, blend: Blend = QUARTIC, thre
 
 
 def constraint_field(y: ArrayLike, hold: float, *, threshold: float = THRESHOLD) -> F64:
-    """c(y) = y up to `hold` = y', then a cubic to 0 at T; never above y (spec_maths §2.5)."""
+    """c(y) = y up to `hold` = y', then a cubic to 0 at T; never above y (mathematics M4.2)."""
     y = np.asarray(y, np.float64)
     h = threshold - hold
     u = np.clip((y - hold) / h, 0, 1)

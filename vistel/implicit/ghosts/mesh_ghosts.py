@@ -5,7 +5,7 @@
 
 They say the same as the nodes of `vistel.implicit.ghosts.ghost_nodes`, which fields of shapes are made of: given the same depth
 of penetration, vertices lie within 2e-5 of field of the deformed shape. Where no depth is given, a mesh measures it as the
-deepest vertex at rest (spec_maths §2.2), about twice what two shapes have half-way between them, and rims are wider.
+deepest vertex at rest (mathematics M3.4), about twice what two shapes have half-way between them, and rims are wider.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from vistel.implicit.graph.combine import rotation_matrix
 
 
 def pulled(source: GhostSource, pulls: Sequence[Pull]) -> GhostSource:
-    """A soft body's ghosts that also hold the mesh by `pulls`, those onto the mesh; several share one ghost (E18)."""
+    """A soft body's ghosts that also hold the mesh by `pulls`, those onto the mesh; several share one ghost (mathematics M4.6)."""
     if not pulls:
         return source
     if np.any(source.compliance <= 0):

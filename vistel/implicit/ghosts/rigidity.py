@@ -1,4 +1,4 @@
-"""How much each of two bodies gives way: Singh's relative rigidity w, and compliances (Singh §C.1; spec_maths §2.4).
+"""How much each of two bodies gives way: Singh's relative rigidity w, and compliances (Singh §C.1; mathematics M3.8).
 
 w in [0, 1] is the rigidity of i against j: 0 where j is rigid, 1/2 where both give way alike, 1 where i is rigid.
 Compliances c say the same for any number of bodies, 2w = c_j / c_i; everywhere else in VISTEL bodies have compliances.
@@ -35,6 +35,6 @@ def rigidity(c_i: float, c_j: float) -> float:
 
 
 def normals_cosine(radius_i: float, radius_j: float, depth: float) -> float:
-    """N_i . N_j where the surfaces of two balls cross that overlap by `depth` [m] (Figure 71, corrected: E12)."""
+    """N_i . N_j where the surfaces of two balls cross that overlap by `depth` [m] (Figure 71, corrected: mathematics M3.9)."""
     d = radius_i + radius_j - depth
     return (radius_i**2 + radius_j**2 - d * d) / (2 * radius_i * radius_j)

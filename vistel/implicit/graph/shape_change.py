@@ -89,7 +89,7 @@ class ThresholdChange:
         return 1 - ENDS, ENDS
 
     def threshold(self, progress: float, *, ease: bool = True) -> float:
-        """The threshold at `progress`: even speed of the surface, or eased at both ends (spec §8)."""
+        """The threshold at `progress`: even speed of the surface, or eased at both ends (mathematics M2.8)."""
         s = within("ThresholdChange", "progress", progress, 0, 1)
         return float(np.clip(uniform_threshold(eased(s) if ease else s, self.blob.blend), ENDS, 1 - ENDS))
 

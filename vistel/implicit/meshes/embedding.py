@@ -1,4 +1,4 @@
-"""A polymesh embedded in implicit primitives (Singh §2.3, §2.4; spec_maths §2.6, §2.7, errata E19-E21).
+"""A polymesh embedded in implicit primitives (Singh §2.3, §2.4; mathematics M6).
 
 The primitives (cone-spheres) come in *groups*, the limbs: the field of a group is the Ricci union (power 4)
 of its primitives' fields, which is the primitive's own field where there is only one. A vertex belongs to
@@ -114,7 +114,7 @@ class Embedding:
 
 
 def bound_radius(r_in: float, r_out: float, w_max: float = W_MAX, shape_weight_max: float = 1.0) -> float:
-    """Influence radius R_b that keeps vertex weights <= w_max and W <= shape_weight_max (E19, quartic)."""
+    """Influence radius R_b that keeps vertex weights <= w_max and W <= shape_weight_max (mathematics M6.1, quartic)."""
     q = w_max**-0.5
     spread = float(np.sqrt(max(0.0, (r_out * r_out - q * r_in * r_in) / (1.0 - q))))
     return max(spread, r_in / float(np.sqrt(1.0 - np.sqrt(T / shape_weight_max))))
@@ -194,7 +194,7 @@ def _smoothstep(u: F64) -> F64:
 
 def _fit(p: F64, limb: I32, limbs: Limbs) -> Fit:
     """Radii fitted to the vertices of each primitive, then to the union of its group; realms bounded by
-    E19."""
+    mathematics M6.1."""
     count = len(limbs.group)
     ra, rb = limbs.radius_a.astype(np.float64).copy(), limbs.radius_b.astype(np.float64).copy()
     rows = [np.flatnonzero(limb == i) for i in range(count)]

@@ -20,7 +20,7 @@ def quartic(x: F64) -> F64:
 
 
 def cone_sphere_ratio(p: F64, a: F64, b: F64, radius_a: float, radius_b: float) -> F64:
-    """(N,) min-ratio distance ratio of points p (N, 3) to a cone-sphere's surface (spec_maths §1.3.4)."""
+    """(N,) min-ratio distance ratio of points p (N, 3) to a cone-sphere's surface (mathematics M1.5)."""
     axis = b - a
     length = float(np.linalg.norm(axis))
     w = p - a
@@ -39,6 +39,6 @@ def union(values: Sequence[F64]) -> F64:
 
 
 def diff(a: F64, b: F64) -> F64:
-    """DIFF(a, b) = |a^2 - b^2|^(1/2) with its sign, smooth at a = b (Singh §2.4; E21)."""
+    """DIFF(a, b) = |a^2 - b^2|^(1/2) with its sign, smooth at a = b (Singh §2.4; mathematics M2.4)."""
     s = a * a - b * b
     return s / np.sqrt(np.sqrt(s * s + DIFF_SOFTNESS**2))

@@ -68,7 +68,7 @@ class Polyblob(Primitive):
         reach = level[hit] - np.einsum("nc,nc->n", normal, q)
         d = np.einsum("nc,nc->n", normal, offset) / reach
         d = np.where(inside, 0.0, d)
-        # grad d = (N - (1 - d) J N) / (N . (P' - Q)), J = dQ/dP projects on the skeleton feature (spec 1.2).
+        # grad d = (N - (1 - d) J N) / (N . (P' - Q)), J = dQ/dP projects on the skeleton feature (mathematics M1.3).
         turned = project(self.core.corners[which], self.core.normals[which], feature, normal)
         slope = (normal - (1 - d)[:, None] * turned) / reach[:, None]
         return d, np.where((d > 0)[:, None], slope, 0.0)

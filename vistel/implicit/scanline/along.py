@@ -1,4 +1,4 @@
-"""Primitives along the rays of sixteen neighbouring pixels of a row (Singh §3.3.3, spec §3.6).
+"""Primitives along the rays of sixteen neighbouring pixels of a row (Singh §3.3.3, mathematics M10.1).
 
 A ray is A + s E in eye space, relative to a fixed point, with A_z = 0 and E_z = 1: s is depth. Along it a primitive
 is q(s) = 1 - d^2, so that its field is w max(q, 0)^2 with the quartic; q rises to one summit and falls after it. What

@@ -3,7 +3,7 @@
 All rays of a packet are sampled at common distances, spaced by the smallest primitive in reach, with the field's slope
 along the ray. A change of sign brackets a surface; so does a maximum between two samples that a cubic through values and
 slopes, or its own sample, shows to reach T. Brackets are closed by Newton's steps kept inside them, by bisection where
-these do not halve the bracket (spec_maths §2.6).
+these do not halve the bracket (mathematics M6.5).
 """
 
 # pyright: basic, reportCallIssue=false

@@ -71,7 +71,7 @@ class ImplicitLook:
         return Look(points, normals, attributes["colour"], attributes["finish"], lift)
 
     def _bumped(self, points: F64, normals: F64, directions: F64) -> F64:
-        """Normals tilted by the slope of the bump, which is looked up at P' (spec_maths §5)."""
+        """Normals tilted by the slope of the bump, which is looked up at P' (mathematics M2.6)."""
         h = 1e-4 * self.size
         helper = np.where(np.abs(normals[:, :1]) < 0.6, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
         u = np.cross(normals, helper)

@@ -1,4 +1,4 @@
-"""Numba kernels of contact patches: pressure over the surface two bodies share, summed to forces (spec_maths §4.2).
+"""Numba kernels of contact patches: pressure over the surface two bodies share, summed to forces (mathematics M7.2).
 
 With P_k = (F_k - T) / c_k two bodies share the surface P_a = P_b inside both; the pressure there is that common value.
 The surface is walked as a height over the plane across its normal, in polar coordinates about the centre of pressure:

@@ -120,7 +120,7 @@ def _overlaps(people: list[Posed], parts: list[_Part], s: Solids) -> _Overlaps:
     key = part * len(s.things) + thing
     order = np.argsort(key, kind="stable")
     first = np.concatenate([[0], np.flatnonzero(np.diff(key[order])) + 1]) if len(order) else np.zeros(0, np.int64)
-    # The mean radius of each limb: on a disc of that size times the depth it presses (spec_maths §4.2).
+    # The mean radius of each limb: on a disc of that size times the depth it presses (mathematics M7.4).
     limbs = np.cumsum([0, *(len(p.primitives) for p in people)])[np.array([p.who for p in parts])][part] + a
     radius = 0.5 * (np.concatenate([p.body.radius_a for p in people]) + np.concatenate([p.body.radius_b for p in people]))
     field_depth = np.concatenate([p.contacts.field_depth for p in parts])[deep]

@@ -1,4 +1,4 @@
-"""Axes a hand can close around: those a thing was given, or those its shape has (Singh §6.6, spec_maths §6.7)."""
+"""Axes a hand can close around: those a thing was given, or those its shape has (Singh §6.6; mathematics M8.8)."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 A hand takes a thing when fingers touch it from one side and thumb or palm from the other while the fingers close; it
 lets go when the fingers open again. Where the thing lies is aligned to the hand: the thing's axis that needs the
-least change turns to lie across the palm (spec_maths §6.7), and the fingers are laid on it (`vistel.space.hands.fitting`).
+least change turns to lie across the palm (mathematics M8.8), and the fingers are laid on it (`vistel.space.hands.fitting`).
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ MOST_TURN, MOST_SHIFT = math.radians(35.0), 0.012
 REFIT, REFIT_TURN = 0.010, 0.2
 """Fingers are laid anew on a thing that moves by itself when it has gone or turned so far in the hand [m, rad]."""
 ALONG = 0.1
-"""Length that counts as much as a radian when axes are compared [m] (spec_maths §6.7)."""
+"""Length that counts as much as a radian when axes are compared [m] (mathematics M8.8)."""
 
 Pose = tuple[F64, F64]
 """position (3,) [m], rotation (4,) quaternion (x, y, z, w)."""
@@ -281,7 +281,7 @@ def out_of_hand(posed: Posed, right: bool, lie: Pose) -> Pose:
 
 def align(thing: Thing, lie: Pose, palm: F64) -> Pose:
     """Where the thing should lie in the hand: the axis that needs the least change turned across the palm, its
-    surface at `palm` (3,) in the hand's frame (spec_maths §6.7). Unchanged when that is further than MOST_TURN."""
+    surface at `palm` (3,) in the hand's frame (mathematics M8.8). Unchanged when that is further than MOST_TURN."""
     across = np.array([0.0, 0.0, 1.0])
     position, rotation = lie[0], matrix_from_quaternion(lie[1])
     best: tuple[float, F64, F64] | None = None

@@ -98,7 +98,7 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """An axis a hand can close around (spec_maths §6.7).
+    """An axis a hand can close around (mathematics M8.8).
 
     point (3,) [m] and unit direction (3,) in the thing's frame; radius: from the axis to the surface [m].
     """
@@ -166,7 +166,7 @@ class Thing:
     """What a thing is and where it starts. Its frame's origin is its centre of mass.
 
     id: unique in the room; name: for people; shape: "ball", "box", ... for lists and speech; mass: kg, 0 =
-    fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (spec_maths §2.4); colour: 0xRRGGBBAA;
+    fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (mathematics M3.5); colour: 0xRRGGBBAA;
     position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: what hands close around; matter:
     what it is made of; parts: what it was put together from; curve: what it was bent from; looks: polymeshes drawn for
     primitives that are not seen; inertia: (3, 3) per kilogram about its centre [m^2], None: that of its primitives;

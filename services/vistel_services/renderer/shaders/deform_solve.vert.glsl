@@ -1,5 +1,5 @@
 #version 330
-// A vertex along its normal to F = T (spec_maths §2.6), as vistel.implicit.deformation.kernels_solve does it for 64 of them.
+// A vertex along its normal to F = T (mathematics M6.5), as vistel.implicit.deformation.kernels_solve does it for 64 of them.
 #include "deform_plan.glsl"
 #include "deform_fields.glsl"
 #include "deform_ghosts.glsl"

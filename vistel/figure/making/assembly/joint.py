@@ -3,7 +3,7 @@
 The end of each limb near the joint is a point-setblob. In the zone where they hand over, each is drawn in towards its
 centre by just so much that the sum of both fields has the threshold where their surfaces lie: ends that fit together
 come out as they were, without the swelling of a plain sum, and ends that do not pass smoothly into one another. The sum
-is polygonised there, and polygons outside the zone are kept (§3.3.4).
+is polygonised there, and polygons outside the zone are kept (Singh §3.3.4).
 """
 
 # pyright: basic
