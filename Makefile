@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check warm fuzz bench speech-model proto web looks lock docs clean
+.PHONY: help setup demo test check house warm fuzz bench speech-model proto web looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -48,6 +48,9 @@ web:  ## check and bundle the pages of clients/web
 
 looks: setup  ## compare scenes with pictures that were looked at; VISTEL_ACCEPT_LOOKS=1 takes them anew
 	@$(PY) -m pytest tests/looks
+
+house:  ## count how well the house is kept
+	@$(PY) -m scripts.house
 
 lock:  ## write requirements.lock anew
 	./scripts/lock.sh
