@@ -126,13 +126,13 @@ def run() -> Iterator[Row]:
         worst = float(np.abs(ours - boxed(primitives, axis)).max())
         if worst > 1e-5:
             raise RuntimeError(f"bench field: {name} differs from NumPy by {worst:.2g}")
-        a, b = alternating(41, lambda: program.lattice(axis, axis, axis, threads=1), lambda: boxed(primitives, axis))  # noqa: B023
+        a, b = alternating(41, lambda: program.lattice(axis, axis, axis, threads=1), lambda: boxed(primitives, axis))
         yield row(f"{name} lattice {SIDE}^3", "time", "ms", 1e3 * a, f"{NUMPY}, boxed", 1e3 * b, b / a, "ratio >= 6", b / a >= 6)
         out = np.zeros((1, SIDE, SIDE, SIDE), np.float32)
-        a, _ = alternating(41, lambda: program.lattice(axis, axis, axis, threads=1, out=out), lambda: None)  # noqa: B023
+        a, _ = alternating(41, lambda: program.lattice(axis, axis, axis, threads=1, out=out), lambda: None)
         yield row(f"{name} lattice {SIDE}^3, output reused", "time", "ms", 1e3 * a)
         program.field(points[:10])
-        a, b = alternating(5, lambda: program.field(points, threads=1), lambda: dense(primitives, points32))  # noqa: B023
+        a, b = alternating(5, lambda: program.field(points, threads=1), lambda: dense(primitives, points32))
         yield row(
             f"{name} 1e6 scattered points", "time", "ms", 1e3 * a, f"{NUMPY}, dense", 1e3 * b, b / a, "ratio >= 20", b / a >= 20
         )
@@ -141,7 +141,7 @@ def run() -> Iterator[Row]:
             program.evaluate(points, gradient=True, attributes=True, threads=1)
 
         both()
-        a, b = alternating(9, both, lambda: program.field(points, threads=1))  # noqa: B023
+        a, b = alternating(9, both, lambda: program.field(points, threads=1))
         yield row(
             f"{name} 1e6 points, field + gradient + colour",
             "cost over the field alone",
@@ -152,8 +152,8 @@ def run() -> Iterator[Row]:
         )
         a, b = alternating(
             15,
-            lambda: coloured.lattice(axis, axis, axis, gradient=True, attributes=True, threads=1),  # noqa: B023
-            lambda: program.lattice(axis, axis, axis, threads=1),  # noqa: B023
+            lambda: coloured.lattice(axis, axis, axis, gradient=True, attributes=True, threads=1),
+            lambda: program.lattice(axis, axis, axis, threads=1),
         )
         yield row(f"{name} lattice, field + gradient + colour (8 arrays for 1)", "cost over the field alone", "x", a / b)
     yield from _throughput(row)
@@ -170,7 +170,7 @@ def _throughput(row: Callable[..., Row]) -> Iterator[Row]:
     for name, primitives, flops in (("spheres", wide, SPHERE_FLOPS), ("sphylinders", capsules, 27)):
         program = vi.compile(vi.total(*primitives))
         program.field(points[:10])
-        (took,) = alternating(9, lambda: program.field(points, threads=1))  # noqa: B023
+        (took,) = alternating(9, lambda: program.field(points, threads=1))
         rate = len(points) * len(primitives) / took
         yield row(
             f"{name}, all in reach",

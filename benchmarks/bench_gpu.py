@@ -53,7 +53,7 @@ def run() -> Iterator[Row]:
 
             def passes(skins: list[GpuSkin] = skins) -> None:
                 for skin in skins:
-                    skin.run(plan, out)  # noqa: B023  (called before the loop goes on)
+                    skin.run(plan, out)  # called before the loop goes on
                 surface.ctx.finish()
 
             parts = {

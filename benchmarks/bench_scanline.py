@@ -38,8 +38,8 @@ def run() -> Iterator[Row]:
         name = f"figure {row.figure}: {row.name} {'/'.join(map(str, row.counts))}"
         ours, theirs = Scanline(scene).draw(), cast(scene)
         cast(scene, "numeric")
-        a, b = alternating(REPEATS, lambda: Scanline(scene).draw(), lambda: cast(scene))  # noqa: B023
-        _, c = alternating(3, lambda: None, lambda: cast(scene, "numeric"))  # noqa: B023
+        a, b = alternating(REPEATS, lambda: Scanline(scene).draw(), lambda: cast(scene))
+        _, c = alternating(3, lambda: None, lambda: cast(scene, "numeric"))
         yield Row(
             "scanline", name, "picture", "ms", 1e3 * a, "own ray caster", 1e3 * b, b / a, f"ratio >= {GAIN}", b / a >= GAIN, here
         )

@@ -150,7 +150,7 @@ def blob_scene(peers: Path, name: str) -> vi.Shape:
 
 def povray(peers: Path, name: str, size: int, shadows: bool) -> tuple[float, np.ndarray]:
     """POV-Ray's net trace time [s] and the pixels (size, size) in which it sees the object."""
-    from PIL import Image  # noqa: PLC0415 - comes with the renderer
+    from PIL import Image  # comes with the renderer
 
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder) / "p.png"

@@ -17,15 +17,15 @@ from typing import Any
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "VTK_SMP_MAX_THREADS"):
     os.environ[_name] = "1"
 
-import numpy as np  # noqa: E402
+import numpy as np
 
 REPEATS = 7
 
 
 def flying_edges(scenes: Any, name: str, n: int) -> Any:
     """Boxed NumPy field, then VTK's Flying Edges on one thread, without normals."""
-    import vtk  # noqa: PLC0415
-    from vtk.util.numpy_support import numpy_to_vtk  # noqa: PLC0415
+    import vtk
+    from vtk.util.numpy_support import numpy_to_vtk
 
     vtk.vtkSMPTools.SetBackend("Sequential")
     step = (scenes.HI - scenes.LO) / (n - 1)
@@ -51,8 +51,8 @@ def flying_edges(scenes: Any, name: str, n: int) -> Any:
 
 def scikit_image(scenes: Any, name: str, n: int) -> Any:
     """Boxed NumPy field, then marching_cubes (which also makes normals)."""
-    import skimage  # noqa: PLC0415
-    from skimage.measure import marching_cubes  # noqa: PLC0415
+    import skimage
+    from skimage.measure import marching_cubes
 
     def call() -> tuple[str, int]:
         faces = marching_cubes(scenes.field_boxed(np, name, n), scenes.T)[1]
@@ -63,8 +63,8 @@ def scikit_image(scenes: Any, name: str, n: int) -> Any:
 
 def blender(scenes: Any, name: str, n: int) -> Any:
     """Metaballs: field and surface tracking; the threshold gives a ball alone the same radius."""
-    import bpy  # noqa: PLC0415
-    from mathutils import Vector  # noqa: PLC0415
+    import bpy
+    from mathutils import Vector
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     data = bpy.data.metaballs.new("m")
@@ -95,7 +95,7 @@ def blender(scenes: Any, name: str, n: int) -> Any:
 def main() -> None:
     folder, name, side, which = sys.argv[1:5]
     sys.path.insert(0, folder)
-    import scenes  # noqa: PLC0415
+    import scenes
 
     out = os.dup(1)
     os.dup2(2, 1)  # some of them chatter

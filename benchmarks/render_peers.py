@@ -38,7 +38,7 @@ def meshes(scene: Any) -> list[dict[str, Any]]:
 
 def with_pyrender(scene: Any, width: int, height: int) -> tuple[str, Callable[[], Any]]:
     """Its default: metal-roughness shading, 4 samples a pixel, no shadows; two lights."""
-    import pyrender  # noqa: PLC0415
+    import pyrender
 
     world = pyrender.Scene(ambient_light=(0.4, 0.4, 0.4))
     for mesh in meshes(scene):
@@ -60,7 +60,7 @@ def with_pyrender(scene: Any, width: int, height: int) -> tuple[str, Callable[[]
 
 def with_filament(scene: Any, width: int, height: int) -> tuple[str, Callable[[], Any]]:
     """Through Open3D: physically based, image-based light and sun, without shadows and postprocessing."""
-    import open3d as o3d  # noqa: PLC0415
+    import open3d as o3d
 
     renderer = o3d.visualization.rendering.OffscreenRenderer(width, height)
     renderer.scene.set_lighting(renderer.scene.LightingProfile.SOFT_SHADOWS, (0.3, -0.8, -0.5))
@@ -140,10 +140,10 @@ window.ready = true;
 
 def with_three(path: Path, width: int, height: int, picture: Path) -> dict[str, Any]:
     """MeshStandardMaterial in Chromium, which draws by SwiftShader: processor time of all its processes."""
-    import tempfile  # noqa: PLC0415
+    import tempfile
 
-    import psutil  # noqa: PLC0415
-    from playwright.sync_api import sync_playwright  # noqa: PLC0415
+    import psutil
+    from playwright.sync_api import sync_playwright
 
     three = Path(os.environ["VISTEL_PEER_THREE"]) / "node_modules" / "three" / "build"
     with tempfile.TemporaryDirectory() as name:
@@ -226,7 +226,7 @@ def main() -> None:
             begin = time.process_time()
             seen = draw()
             times.append((time.process_time() - begin) * 1e3)
-        from PIL import Image  # noqa: PLC0415
+        from PIL import Image
 
         Image.fromarray(np.asarray(seen)[..., :3]).save(picture)
         result = {"ms": sorted(times)[REPEATS // 2], "name": name}

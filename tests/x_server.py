@@ -16,9 +16,9 @@ class Hands:
     """Somebody at a keyboard and mouse of an X server."""
 
     def __init__(self, display: str) -> None:
-        from Xlib import XK, X  # noqa: PLC0415
-        from Xlib.display import Display  # noqa: PLC0415
-        from Xlib.ext import xtest  # noqa: PLC0415
+        from Xlib import XK, X
+        from Xlib.display import Display
+        from Xlib.ext import xtest
 
         self._x, self._xk, self._xtest, self._display = X, XK, xtest, Display(display)
 

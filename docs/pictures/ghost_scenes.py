@@ -139,7 +139,7 @@ def limbs_near(figure: Figure, state: FigureState, centre: F64, radius: float) -
 
 def film(frames: Iterable[Image.Image], name: str, rate: int = 30) -> None:
     """An MP4 in out/ghosts."""
-    import av  # noqa: PLC0415 - films only
+    import av  # films only
 
     FILMS.mkdir(parents=True, exist_ok=True)
     with av.open(str(FILMS / f"{name}.mp4"), "w") as box:

@@ -23,8 +23,8 @@ from vistel_services.renderer.camera import overview
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
-from browser import page  # noqa: E402
-from x_server import Hands, x_server  # noqa: E402
+from browser import page
+from x_server import Hands, x_server
 
 HERE = Path(__file__).parent
 WIDTH, HEIGHT, PORT = 1280, 720, 8099

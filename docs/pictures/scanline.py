@@ -17,11 +17,11 @@ from PIL import Image
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[1]))
 
-import vistel.implicit as vi  # noqa: E402
-from benchmarks.scanline_scenes import CLAY, Row, table2  # noqa: E402
-from vistel.implicit.scanline import Scanline, render  # noqa: E402
-from vistel.implicit.scene import Scene, encoded  # noqa: E402
-from vistel.implicit.trace import render as trace  # noqa: E402
+import vistel.implicit as vi
+from benchmarks.scanline_scenes import CLAY, Row, table2
+from vistel.implicit.scanline import Scanline, render
+from vistel.implicit.scene import Scene, encoded
+from vistel.implicit.trace import render as trace
 
 EDGE = 400
 SMOOTH = 3

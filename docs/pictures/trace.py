@@ -14,9 +14,9 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks.trace_scenes import table1  # noqa: E402
-from vistel.implicit.scene import Scene, encoded, load, write_png  # noqa: E402
-from vistel.implicit.trace import render  # noqa: E402
+from benchmarks.trace_scenes import table1
+from vistel.implicit.scene import Scene, encoded, load, write_png
+from vistel.implicit.trace import render
 
 TILE = 210
 OUT = Path(__file__).parent

@@ -17,7 +17,7 @@ from vistel_cli.wrinkle.studio.server import Studio
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
-from browser import page  # noqa: E402
+from browser import page
 
 OUT = Path(__file__).with_name("wrinkle-studio.png")
 READY = "!!window.studio && window.studio.link.idle && window.studio.state.sets.length > 0"

@@ -20,18 +20,18 @@ from pathlib import Path
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-import numpy as np  # noqa: E402
+import numpy as np
 
-from scripts.speech_model import corpus, voice_file, voices  # noqa: E402
-from scripts.speech_model.align import aligned  # noqa: E402
-from scripts.speech_model.frames import Session, session  # noqa: E402
-from scripts.speech_model.rooms import Noises, level  # noqa: E402
-from scripts.speech_model.training import Frames, fresh, train  # noqa: E402
-from scripts.speech_model.voices import Spoken  # noqa: E402
-from vistel.arrays import F32  # noqa: E402
-from vistel.speech.acoustic import FILE, STATES, Model, load, save, state_of  # noqa: E402
-from vistel.speech.features import FRAME_S, LogMel  # noqa: E402
-from vistel.speech.phones import PHONES  # noqa: E402
+from scripts.speech_model import corpus, voice_file, voices
+from scripts.speech_model.align import aligned
+from scripts.speech_model.frames import Session, session
+from scripts.speech_model.rooms import Noises, level
+from scripts.speech_model.training import Frames, fresh, train
+from scripts.speech_model.voices import Spoken
+from vistel.arrays import F32
+from vistel.speech.acoustic import FILE, STATES, Model, load, save, state_of
+from vistel.speech.features import FRAME_S, LogMel
+from vistel.speech.phones import PHONES
 
 
 def speak(folder: Path, alike: Path, seed: int) -> None:

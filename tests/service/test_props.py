@@ -213,10 +213,10 @@ def test_the_world_follows_a_prop_of_one_site_and_re_runs_to_the_same_bytes(tmp_
 
 def test_a_real_hand_over_shows_who_holds_the_baton(tmp_path: Path, shared_data: Path) -> None:
     """The whole chain without pictures: recorded people and their object, device bytes, postures, the world."""
-    from vistel.conference.files import DEMO_FILE, load  # noqa: PLC0415
-    from vistel_cli.run.up import with_motion  # noqa: PLC0415
-    from vistel_services import glove, world  # noqa: PLC0415
-    from vistel_sim.motion import open_motion  # noqa: PLC0415
+    from vistel.conference.files import DEMO_FILE, load
+    from vistel_cli.run.up import with_motion
+    from vistel_services import glove, world
+    from vistel_sim.motion import open_motion
 
     conference = with_motion(load(DEMO_FILE), str(shared_data / "body" / "kth_handover" / "take_new"))
     assert [p.thing for p in conference.sites[0].props] == ["baton"]

@@ -31,7 +31,7 @@ def hands(monkeypatch: pytest.MonkeyPatch) -> Iterator[Hands]:
 def test_a_window_made_as_small_as_can_be_goes_on_and_is_whole_again_when_it_is_large(
     hands: Hands, caplog: pytest.LogCaptureFixture
 ) -> None:
-    import glfw  # noqa: PLC0415
+    import glfw
 
     async def play(p: Pictures) -> None:
         call, handle, studio = p.easel._call, p.window._handles[0], p.easel._studio
@@ -113,7 +113,7 @@ def test_a_monitor_is_meant_by_its_name_its_number_or_part_of_its_name(wanted: s
 
 def test_each_screen_fills_the_monitor_that_is_named_for_it(hands: Hands, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two monitors side by side, as the system would tell of them; the windows on them are real."""
-    import glfw  # noqa: PLC0415
+    import glfw
 
     half = WIDTH // 2
     there = {"left": ("eDP-1", (0, 0)), "right": ("DP-1", (half, 0))}

@@ -24,7 +24,7 @@ from vistel_services.world.service import warm_up
 
 
 async def _live(endpoint: str, place: str, folder: Path, waits: bool) -> None:
-    from vistel.wire.zenoh.bus import ZenohBus  # noqa: PLC0415  its threads do not outlive a fork
+    from vistel.wire.zenoh.bus import ZenohBus  # its threads do not outlive a fork
 
     clock = SystemClock()
     bus = await ZenohBus.open(conference="demo", site="hub", clock=clock, endpoints=[endpoint])

@@ -34,8 +34,8 @@ def ask(
 
       vistel ask conference.toml undo
     """
-    from vistel.space.commands.phrase import USAGE as LINES  # noqa: PLC0415  loads the mathematics
-    from vistel.space.commands.phrase import PhraseError, read  # noqa: PLC0415
+    from vistel.space.commands.phrase import USAGE as LINES  # loads the mathematics
+    from vistel.space.commands.phrase import PhraseError, read
 
     conference = load_conference(file)
     participant, site = _asker(conference, who)
@@ -64,7 +64,7 @@ def _asker(conference: Conference, who: str | None) -> tuple[str, str]:
 
 
 async def _answered(conference: Conference, site: str, participant: str, hub: str, action: Action) -> Answer:
-    from vistel_services.activity import joined  # noqa: PLC0415
+    from vistel_services.activity import joined
 
     async with joined(conference, site, participant, hub) as room:
         return await room.ask(action)

@@ -32,9 +32,9 @@ def wall(
 
       vistel wall examples/conferences/v-wall.toml --site tokyo --show
     """
-    from vistel.conference.paths import RunPaths  # noqa: PLC0415  loads the mathematics
-    from vistel_services.renderer.calibration import eyes_at, pattern  # noqa: PLC0415
-    from vistel_services.renderer.service import configure  # noqa: PLC0415
+    from vistel.conference.paths import RunPaths  # loads the mathematics
+    from vistel_services.renderer.calibration import eyes_at, pattern
+    from vistel_services.renderer.service import configure
 
     conference = load_conference(file)
     walls = [s for s in conference.sites if s.display.screens]
@@ -58,10 +58,10 @@ def wall(
 
 
 def _show(picture: NDArray[np.uint8], title: str) -> None:
-    import time  # noqa: PLC0415
+    import time
 
-    from vistel_services.renderer.draw import Painter  # noqa: PLC0415  loads the mathematics
-    from vistel_services.renderer.gl_context import NoOpenGlError, open_surface  # noqa: PLC0415
+    from vistel_services.renderer.draw import Painter  # loads the mathematics
+    from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
 
     height, width = picture.shape[:2]
     try:

@@ -93,7 +93,7 @@ def test_the_panel_is_drawn_over_the_picture_and_its_buttons_choose(surface: Sur
 
 
 def test_a_desk_without_a_panel_looks_about_by_keys(surface: Surface) -> None:
-    from vistel_services.renderer.window.events import Key  # noqa: PLC0415
+    from vistel_services.renderer.window.events import Key
 
     class Keys:
         eyes_apart = False

@@ -104,7 +104,7 @@ def test_a_png_is_the_picture_the_right_way_up(tmp_path: Path) -> None:
     picture = np.zeros((4, 6, 4), np.uint8)
     picture[0] = (250, 0, 0, 255)
     save_png(tmp_path / "a.png", picture)
-    from PIL import Image  # noqa: PLC0415
+    from PIL import Image
 
     image = np.asarray(Image.open(tmp_path / "a.png"))
     assert tuple(image[3, 0]) == (250, 0, 0)

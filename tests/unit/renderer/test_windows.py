@@ -76,7 +76,7 @@ def test_a_picture_keeps_its_shape_in_a_window_of_another(hands: Hands) -> None:
 
 
 def test_a_window_that_is_minimised_draws_nothing_and_is_drawn_again_when_it_is_back(hands: Hands) -> None:
-    import glfw  # noqa: PLC0415
+    import glfw
 
     surface = open_surface(200, 150, True, panes=[Pane("w", 200, 150, at=(0, 0))])
     try:
@@ -107,7 +107,7 @@ def test_a_window_that_is_minimised_draws_nothing_and_is_drawn_again_when_it_is_
 
 
 def test_a_window_whose_cross_is_pressed_says_so(hands: Hands) -> None:
-    import glfw  # noqa: PLC0415
+    import glfw
 
     surface = open_surface(100, 80, True)
     try:

@@ -151,10 +151,10 @@ def test_limbs_that_go_through_each_other_push_less_and_less_and_never_jump() ->
 
 @pytest.mark.parametrize("height", [0.03, 0.02, 0.01])
 def test_a_hand_laid_on_the_table_is_pushed_up(height: float) -> None:
-    from test_world_steps import Play, reaching  # noqa: PLC0415  the same person
+    from test_world_steps import Play, reaching  # the same person
 
-    from vistel.figure.posture.posture import pose_joints  # noqa: PLC0415
-    from vistel.space.people import HAND_JOINT, build_of  # noqa: PLC0415
+    from vistel.figure.posture.posture import pose_joints
+    from vistel.space.people import HAND_JOINT, build_of
 
     play = Play("ann")
     posture = reaching(np.array([0.0, TABLE_HEIGHT + height, 0.25]), 0.0)
@@ -177,13 +177,13 @@ def test_a_hand_laid_on_the_table_is_pushed_up(height: float) -> None:
 
 
 def shaking() -> dict[str, Posture]:
-    from test_world_steps import at, reaching  # noqa: PLC0415
+    from test_world_steps import at, reaching
 
     return {"ann": reaching(at(0.0, 0.3, 0.0), 0.5), "bob": reaching(at(0.0, 0.285, 0.01), 0.5, np.pi)}
 
 
 def test_in_a_handshake_both_hands_feel_the_same_the_other_way_round() -> None:
-    from test_world_steps import Play  # noqa: PLC0415
+    from test_world_steps import Play
 
     view = Play("ann", "bob").step(shaking())
     ann, bob = of(view, "ann", True), of(view, "bob", True)
@@ -245,7 +245,7 @@ def test_what_is_held_is_felt_by_fingers_on_both_sides() -> None:
 
 
 def test_a_hand_that_leaves_says_nothing_once_and_then_is_silent() -> None:
-    from test_world_steps import Play, at, reaching  # noqa: PLC0415
+    from test_world_steps import Play, at, reaching
 
     play = Play("ann")
     low, high = reaching(np.array([0.0, TABLE_HEIGHT + 0.02, 0.25]), 0.0), reaching(at(0, 0.4, 0), 0.0)

@@ -310,7 +310,7 @@ def test_words_that_cannot_be_done_are_refused_in_one_line(words: str, said: str
 
 
 def test_a_room_as_glb_has_each_thing_where_it_is(tmp_path: Path) -> None:
-    import trimesh  # noqa: PLC0415
+    import trimesh
 
     model = block()
     things = (looking(meeting_room(1).thing("box"), model), meeting_room(1).thing("ball"))

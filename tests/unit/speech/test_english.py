@@ -83,7 +83,7 @@ def test_people_are_understood(shared_data: Path, tmp_path: Path, name: str, tex
 
 def test_weak_that_is_no_way_to_say_that() -> None:
     pytest.importorskip("pocketsphinx")
-    from vistel.speech.engines.sphinx import pronunciations  # noqa: PLC0415
+    from vistel.speech.engines.sphinx import pronunciations
 
     lines = pronunciations(["the", "that", "zzyzx"]).splitlines()
     assert lines[0] == "that DH AE T"

@@ -26,9 +26,9 @@ def assemble(
 
       vistel avatar assemble parts.toml -o me.usda
     """
-    from vistel.figure.making.assembly import assemble as making  # noqa: PLC0415
-    from vistel.figure.making.files.source import MakingError  # noqa: PLC0415
-    from vistel.figure.making.make import make_avatar  # noqa: PLC0415
+    from vistel.figure.making.assembly import assemble as making
+    from vistel.figure.making.files.source import MakingError
+    from vistel.figure.making.make import make_avatar
 
     check_output(output)
     began = time.perf_counter()

@@ -54,7 +54,7 @@ def generate(
 
       vistel avatar generate -o somebody.usdz
     """
-    from vistel.figure.avatar.avatar import builtin_avatar  # noqa: PLC0415 - what makes people takes long to load
+    from vistel.figure.avatar.avatar import builtin_avatar  # - what makes people takes long to load
 
     check_output(output)
     name = name or output.stem
@@ -103,9 +103,9 @@ def import_(
 
       vistel avatar import base.obj -o me.usda --rig rig.game_engine.json --weights weights.game_engine.json.gz --texture skin.png
     """
-    from vistel.figure.making.files.read import Extras, read_source  # noqa: PLC0415
-    from vistel.figure.making.files.source import MakingError  # noqa: PLC0415
-    from vistel.figure.making.make import make_avatar  # noqa: PLC0415
+    from vistel.figure.making.files.read import Extras, read_source
+    from vistel.figure.making.files.source import MakingError
+    from vistel.figure.making.make import make_avatar
 
     check_output(output)
     if up is not None and up.upper() not in ("Y", "Z"):
@@ -175,7 +175,7 @@ def fit(
 
       vistel avatar fit me.usda --primitives 60
     """
-    from vistel.figure.making.make import refit  # noqa: PLC0415
+    from vistel.figure.making.make import refit
 
     avatar = load(file)
     target = output or file
@@ -205,7 +205,7 @@ def inspect(
 
       vistel avatar inspect me.usda --sheet me.png
     """
-    from vistel.figure.making.report import inspect_avatar  # noqa: PLC0415
+    from vistel.figure.making.report import inspect_avatar
 
     avatar = load_or_make(file)
     if sheet is not None and not sheet.parent.is_dir():
@@ -237,9 +237,9 @@ def export(
 
       vistel avatar export me.usda -o me.vrm --author "Ben Okri"
     """
-    from vistel.figure.formats.avatar_file import export_obj  # noqa: PLC0415
-    from vistel.figure.formats.gltf import GLTF_ENDINGS, save_gltf  # noqa: PLC0415
-    from vistel.figure.formats.usd import USD_ENDINGS  # noqa: PLC0415
+    from vistel.figure.formats.avatar_file import export_obj
+    from vistel.figure.formats.gltf import GLTF_ENDINGS, save_gltf
+    from vistel.figure.formats.usd import USD_ENDINGS
 
     ending = output.suffix.lower()
     known = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")
@@ -260,9 +260,9 @@ def export(
 
 
 def _draw(avatar: Avatar, sheet: Path, show: bool) -> None:
-    from vistel.figure.posture.standard import standard_postures  # noqa: PLC0415
-    from vistel_services.renderer.gl_context import NoOpenGlError  # noqa: PLC0415
-    from vistel_services.renderer.portrait import Portraits  # noqa: PLC0415
+    from vistel.figure.posture.standard import standard_postures
+    from vistel_services.renderer.gl_context import NoOpenGlError
+    from vistel_services.renderer.portrait import Portraits
 
     try:
         with busy("drawing", show):

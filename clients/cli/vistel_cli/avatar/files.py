@@ -25,7 +25,7 @@ def busy(text: str, show: bool) -> Any:
 
 def load(file: Path) -> Avatar:
     """The avatar in a file; leaves with one line where there is none."""
-    from vistel.figure.formats.avatar_file import AvatarFileError, load_any  # noqa: PLC0415
+    from vistel.figure.formats.avatar_file import AvatarFileError, load_any
 
     try:
         return load_any(file)
@@ -39,7 +39,7 @@ def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Ava
     """The avatar in a file, or the built-in one that "builtin:…" describes; leaves with one line where there is none."""
     if not spec.startswith("builtin"):
         return load(Path(spec))
-    from vistel.figure.avatar.avatar import builtin_avatar  # noqa: PLC0415
+    from vistel.figure.avatar.avatar import builtin_avatar
 
     try:
         return builtin_avatar(spec, name=name, height=height)
@@ -49,7 +49,7 @@ def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Ava
 
 def own(file: Path) -> Avatar | None:
     """The avatar where the file is one already."""
-    from vistel.figure.formats.avatar_file import AvatarFileError, load_any  # noqa: PLC0415
+    from vistel.figure.formats.avatar_file import AvatarFileError, load_any
 
     if file.suffix.lower() in (".npz", ".obj"):
         return None
@@ -61,7 +61,7 @@ def own(file: Path) -> Avatar | None:
 
 def check_output(output: Path) -> None:
     """Leaves with one line where an avatar cannot be written there."""
-    from vistel.figure.formats.usd import USD_ENDINGS  # noqa: PLC0415
+    from vistel.figure.formats.usd import USD_ENDINGS
 
     if output.suffix.lower() not in USD_ENDINGS:
         fail(f"{output}: expected a name that ends in {', '.join(USD_ENDINGS)}", USAGE)
@@ -71,7 +71,7 @@ def check_output(output: Path) -> None:
 
 def save(avatar: Avatar, output: Path, show: bool) -> None:
     """Writes the avatar as USD; leaves with one line where that fails."""
-    from vistel.figure.formats.usd import save_usd  # noqa: PLC0415
+    from vistel.figure.formats.usd import save_usd
 
     try:
         with busy(f"writing {output.name}", show):

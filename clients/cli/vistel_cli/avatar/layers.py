@@ -37,14 +37,14 @@ def layers(
 
       vistel avatar layers builtin:seed=3 -o arm.toml --posture elbow --show muscles
     """
-    import numpy as np  # noqa: PLC0415
+    import numpy as np
 
-    from vistel.figure.layers.model import Layer, layered_model  # noqa: PLC0415 - the mathematics take long to load
-    from vistel.figure.layers.places import Places  # noqa: PLC0415
-    from vistel.figure.layers.scene_text import scene_text  # noqa: PLC0415
-    from vistel.figure.layers.skin import Anatomy  # noqa: PLC0415
-    from vistel.figure.posture.posture import pose_joints  # noqa: PLC0415
-    from vistel.figure.posture.standard import standard_postures  # noqa: PLC0415
+    from vistel.figure.layers.model import Layer, layered_model  # - the mathematics take long to load
+    from vistel.figure.layers.places import Places
+    from vistel.figure.layers.scene_text import scene_text
+    from vistel.figure.layers.skin import Anatomy
+    from vistel.figure.posture.posture import pose_joints
+    from vistel.figure.posture.standard import standard_postures
 
     postures = standard_postures()
     if posture not in postures:

@@ -26,8 +26,8 @@ def islands(
 
       vistel avatar islands me.usda --sheet islands.png
     """
-    from vistel.figure.avatar import texture as avatar_texture  # noqa: PLC0415
-    from vistel.figure.making.uv_sheet import uv_sheet  # noqa: PLC0415
+    from vistel.figure.avatar import texture as avatar_texture
+    from vistel.figure.making.uv_sheet import uv_sheet
 
     avatar = load(file)
     found = avatar_texture.islands(avatar)
@@ -76,10 +76,10 @@ def register(
 
       vistel avatar register me.usda --island 2 --reset
     """
-    from vistel.figure.avatar.avatar import Registration  # noqa: PLC0415
-    from vistel.figure.avatar.texture import registered, unregistered, with_picture  # noqa: PLC0415
-    from vistel.figure.making.files.source import MakingError  # noqa: PLC0415
-    from vistel.figure.making.pictures import decode  # noqa: PLC0415
+    from vistel.figure.avatar.avatar import Registration
+    from vistel.figure.avatar.texture import registered, unregistered, with_picture
+    from vistel.figure.making.files.source import MakingError
+    from vistel.figure.making.pictures import decode
 
     target = output or file
     check_output(target)

@@ -38,7 +38,7 @@ def distortion(
       vistel calibrate distortion points.csv --from out/conference.mcap --device aiko-tracker --station 3
     """
     # Loads what only this command needs.
-    from vistel.figure.calibration.distortion import DistortionError, fit_distortion, judge, pose_errors, save_distortion  # noqa: PLC0415
+    from vistel.figure.calibration.distortion import DistortionError, fit_distortion, judge, pose_errors, save_distortion
 
     if not 0.01 <= step <= 1.0:
         fail(f"--step {step}: expected 0.01 to 1 m", USAGE)
@@ -118,8 +118,8 @@ def _rows(path: Path) -> list[dict[str, str]]:
 
 def recorded_points(log: Path, device: str, station: int, count: int) -> tuple[F64, F64]:
     """Where a receiver was held still in a log, `count` times: positions (n, 3), quaternions (n, 4); or the end of the command."""
-    from vistel.figure.calibration.moves import MoveError, find_rests  # noqa: PLC0415
-    from vistel_cli.calibrate.gather import recorded  # noqa: PLC0415
+    from vistel.figure.calibration.moves import MoveError, find_rests
+    from vistel_cli.calibrate.gather import recorded
 
     try:
         position, rotation = find_rests(*recorded(log, device, {station: "held"})["held"])

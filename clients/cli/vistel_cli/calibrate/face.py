@@ -37,10 +37,10 @@ def face(
     if person.face is None or person.face.kind != "camera":
         fail(f'{file}: {name} has no face camera; give them [sites.participants.face] with kind = "camera"', USAGE)
     # Loads what only this command needs.
-    from vistel.vision.face_calibration import CalibrationError, calibrate_face, write_face  # noqa: PLC0415
-    from vistel_sim.pictures.face import FacePicture, View, rest_face  # noqa: PLC0415
-    from vistel_sim.pictures.noise import light_at  # noqa: PLC0415
-    from vistel_sim.process import device_seed  # noqa: PLC0415
+    from vistel.vision.face_calibration import CalibrationError, calibrate_face, write_face
+    from vistel_sim.pictures.face import FacePicture, View, rest_face
+    from vistel_sim.pictures.noise import light_at
+    from vistel_sim.process import device_seed
 
     drawn = FacePicture(device_seed(seed, f"{name}-face"))
     frames = [

@@ -44,14 +44,14 @@ def gaze(
     if not (0.3 <= per_point <= 30.0 and 2.0 <= yaw <= 40.0 and 2.0 <= pitch <= 40.0):
         fail("expected --per-point 0.3 to 30 s, --yaw and --pitch 2 to 40 degrees", USAGE)
     # Loads what only this command needs.
-    import cv2  # noqa: PLC0415
-    import numpy as np  # noqa: PLC0415
+    import cv2
+    import numpy as np
 
-    from vistel.vision.eye_reader import EyeReader  # noqa: PLC0415
-    from vistel.vision.face_calibration import CalibrationError  # noqa: PLC0415
-    from vistel.vision.gaze_calibration import NINE, calibrate_gaze, write_gaze  # noqa: PLC0415
-    from vistel_sim.pictures.eye import EyePicture  # noqa: PLC0415
-    from vistel_sim.process import device_seed  # noqa: PLC0415
+    from vistel.vision.eye_reader import EyeReader
+    from vistel.vision.face_calibration import CalibrationError
+    from vistel.vision.gaze_calibration import NINE, calibrate_gaze, write_gaze
+    from vistel_sim.pictures.eye import EyePicture
+    from vistel_sim.process import device_seed
 
     targets = NINE / np.abs(NINE).max(0) * np.radians((yaw, pitch))
     drawn = EyePicture(device_seed(seed, f"{name}-eye"), right=person.eye.eye == "right")

@@ -61,7 +61,7 @@ def glove(
 
       vistel calibrate glove conference.toml aiko left --from out/conference.mcap
     """
-    from vistel.protocol.glove_calibration import CalibrationError  # noqa: PLC0415
+    from vistel.protocol.glove_calibration import CalibrationError
 
     conference = load_conference(file)
     config = _glove_of(conference, participant, side)
@@ -116,9 +116,9 @@ def _counts(raw: bytes, config: GloveConfig) -> tuple[int, ...]:
 
 def _fitted(config: GloveConfig, side: str, collected: Collected) -> Fitted:
     """Raises CalibrationError."""
-    from vistel.protocol import fivedt, fivedt_calibration, glove_calibration  # noqa: PLC0415
-    from vistel.protocol.glove_fit import HANDS, find_holds, fit_among  # noqa: PLC0415
-    from vistel_services.glove.fivedt_driver import HIGHEST  # noqa: PLC0415
+    from vistel.protocol import fivedt, fivedt_calibration, glove_calibration
+    from vistel.protocol.glove_fit import HANDS, find_holds, fit_among
+    from vistel_services.glove.fivedt_driver import HIGHEST
 
     holds = find_holds(*collected, _STILL[config.kind in _ONE_BYTE])
     if config.kind == "cyberglove":
@@ -145,7 +145,7 @@ def _unrest(angles: Sequence[Sequence[float]]) -> float:
 
 
 def _from_log(path: Path, device: str, take: Callable[[Any], None]) -> None:
-    from vistel.wire.log import LogError, LogReader  # noqa: PLC0415
+    from vistel.wire.log import LogError, LogReader
 
     try:
         reader = LogReader(path)
@@ -158,10 +158,10 @@ def _from_log(path: Path, device: str, take: Callable[[Any], None]) -> None:
 
 async def _live(conference: Conference, participant: str, side: str, take: Callable[[Any], None], asker: Asker) -> str:
     """Ask for the hands, one after the other, and listen. Returns why nothing was heard, where nothing was."""
-    from vistel.figure.calibration.moves import PAUSE_S  # noqa: PLC0415
-    from vistel.protocol.glove_fit import HANDS, HOLD_S  # noqa: PLC0415
-    from vistel_cli.devices.session import alone, running  # noqa: PLC0415
-    from vistel_services import glove as service  # noqa: PLC0415
+    from vistel.figure.calibration.moves import PAUSE_S
+    from vistel.protocol.glove_fit import HANDS, HOLD_S
+    from vistel_cli.devices.session import alone, running
+    from vistel_services import glove as service
 
     site, person = person_of(conference, participant)
     worn = {s: g for s, g in person.gloves.items() if s == side}

@@ -44,7 +44,7 @@ def tracker(
 
       vistel calibrate tracker conference.toml aiko --from out/conference.mcap
     """
-    from vistel.figure.calibration.files import TrackerSetup, save_tracker  # noqa: PLC0415
+    from vistel.figure.calibration.files import TrackerSetup, save_tracker
 
     target = output or Path(f"{participant}-tracker.json")
     found, _ = _calibrated(file, participant, log, begin, speak, own_body=True, forearm=False)
@@ -88,7 +88,7 @@ def body(
 
       vistel calibrate body conference.toml aiko --forearm --from out/conference.mcap
     """
-    from vistel.figure.calibration.files import Body, save_body  # noqa: PLC0415
+    from vistel.figure.calibration.files import Body, save_body
 
     target = output or Path(f"{participant}-body.json")
     found, comfort = _calibrated(file, participant, log, begin, speak, own_body=False, forearm=forearm, height=height)
@@ -128,11 +128,11 @@ def _calibrated(
     height: float | None = None,
 ) -> tuple[Any, dict[str, Any]]:
     """Gather and fit; the end of the command with one line where the moves cannot be used."""
-    from vistel.figure.calibration.arms import fit_comfort, samples_of  # noqa: PLC0415
-    from vistel.figure.calibration.files import CalibrationFileError, load_body  # noqa: PLC0415
-    from vistel.figure.calibration.fit import calibrate  # noqa: PLC0415
-    from vistel.figure.calibration.moves import ALL_STEPS, STEPS, MoveError  # noqa: PLC0415
-    from vistel_cli.calibrate.gather import from_log, live  # noqa: PLC0415
+    from vistel.figure.calibration.arms import fit_comfort, samples_of
+    from vistel.figure.calibration.files import CalibrationFileError, load_body
+    from vistel.figure.calibration.fit import calibrate
+    from vistel.figure.calibration.moves import ALL_STEPS, STEPS, MoveError
+    from vistel_cli.calibrate.gather import from_log, live
 
     conference = load_conference(file)
     _, person = person_of(conference, name)
@@ -170,7 +170,7 @@ def _along(metres: float, forward: str, back: str) -> str:
 
 def _show(found: Any, table: dict[str, Any], as_json: bool, about: Sequence[Table | str], target: Path | None) -> None:
     """about: what was found, below the residuals; target: the file that was written, None where a move was too poor."""
-    from vistel.figure.calibration.moves import STEPS  # noqa: PLC0415
+    from vistel.figure.calibration.moves import STEPS
 
     verdicts = found.verdicts()
     if as_json:

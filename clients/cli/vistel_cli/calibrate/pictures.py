@@ -38,17 +38,17 @@ def shown(
         for k in track(range(round(seconds * SIMULATED_HZ)), "looking", console=err, transient=True):
             yield k / SIMULATED_HZ, simulated(k)
         return
-    from vistel_services.devices.camera_transport import CameraSource  # noqa: PLC0415
+    from vistel_services.devices.camera_transport import CameraSource
 
     yield from _read(CameraSource(str(clip) if clip is not None else camera.source), seconds, timed=clip is None)
 
 
 def _read(source: CameraSource, seconds: float, *, timed: bool) -> Iterator[tuple[float, U8]]:
     """timed: a camera's pictures have the time at which they come, a clip's that of its own pace."""
-    import cv2  # noqa: PLC0415
+    import cv2
 
-    from vistel_services.devices.camera_transport import open_video  # noqa: PLC0415
-    from vistel_services.devices.transport import TransportError  # noqa: PLC0415
+    from vistel_services.devices.camera_transport import open_video
+    from vistel_services.devices.transport import TransportError
 
     try:
         video = open_video(source)

@@ -36,7 +36,7 @@ def devices(
       vistel devices --watch conference.toml
     """
     if watch is not None:
-        from vistel_cli.devices.watch import watch_devices  # noqa: PLC0415
+        from vistel_cli.devices.watch import watch_devices
 
         asyncio.run(watch_devices(load_conference(watch), seconds, as_json=as_json))
         return
@@ -67,11 +67,11 @@ async def _probed(ports: list[str]) -> list[dict[str, Any]]:
 
 
 async def _answer(port: str) -> dict[str, str]:
-    from vistel.wire.clock import SystemClock  # noqa: PLC0415
-    from vistel_services.devices.describe import describe  # noqa: PLC0415
-    from vistel_services.devices.device import Link  # noqa: PLC0415
-    from vistel_services.devices.probe import who_answers  # noqa: PLC0415
-    from vistel_services.devices.transport import TransportError, open_serial  # noqa: PLC0415
+    from vistel.wire.clock import SystemClock
+    from vistel_services.devices.describe import describe
+    from vistel_services.devices.device import Link
+    from vistel_services.devices.probe import who_answers
+    from vistel_services.devices.transport import TransportError, open_serial
 
     link = Link()
     try:
@@ -93,13 +93,13 @@ async def _answer(port: str) -> dict[str, str]:
 
 
 def _serial() -> list[dict[str, Any]]:
-    from serial.tools import list_ports  # noqa: PLC0415
+    from serial.tools import list_ports
 
     return [{"port": p.device, "kind": "serial", "description": p.description or ""} for p in list_ports.comports()]
 
 
 def _hid() -> list[dict[str, Any]]:
-    import hid  # noqa: PLC0415
+    import hid
 
     return [
         {

@@ -62,7 +62,7 @@ def _machine() -> Finding:
 
 def _probe_gl(connection: Connection) -> None:
     try:
-        import moderngl  # noqa: PLC0415  the context belongs to a process of its own
+        import moderngl  # the context belongs to a process of its own
 
         settings: dict[str, Any] = {"backend": "egl"} if platform.system() == "Linux" else {}
         context = moderngl.create_context(standalone=True, require=330, **settings)
@@ -104,7 +104,7 @@ def _display() -> Finding:
 
 
 def _serial() -> Finding:
-    from serial.tools import list_ports  # noqa: PLC0415
+    from serial.tools import list_ports
 
     ports = [p.device for p in list_ports.comports()]
     if not ports:
@@ -117,7 +117,7 @@ def _serial() -> Finding:
 def _hid() -> Finding:
     if importlib.util.find_spec("hid") is None:
         return Finding("HID devices", "absent", "hidapi is not installed", "gloves on serial ports or simulated")
-    import hid  # noqa: PLC0415
+    import hid
 
     gloves = [d for d in hid.enumerate() if d["vendor_id"] == 0x5D70]
     if gloves:
@@ -152,7 +152,7 @@ def _ports() -> Finding:
 
 
 def _encoder() -> Finding:
-    import av  # noqa: PLC0415
+    import av
 
     try:
         av.CodecContext.create("libx264", "w")

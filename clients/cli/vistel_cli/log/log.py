@@ -143,7 +143,7 @@ def export(
 
       vistel log export out/conference.mcap -o meeting.usda --from 10 --to 20
     """
-    from vistel_cli.log.usd import export_usd  # noqa: PLC0415  loads the mathematics
+    from vistel_cli.log.usd import export_usd  # loads the mathematics
 
     export_usd(_open(log), log, output, begin, end, fps)
 

@@ -49,7 +49,7 @@ def render_log(
     reader: LogReader, conference: Conference, sites: list[str], begin_ns: int, end_ns: int, look: Look, folder: Path
 ) -> None:
     """Write SITE.mp4 (or SITE/00000.png ...) for each of `sites` into `folder`."""
-    from vistel_services.renderer.gl_context import NoOpenGlError  # noqa: PLC0415  loads the mathematics
+    from vistel_services.renderer.gl_context import NoOpenGlError  # loads the mathematics
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -78,10 +78,10 @@ def _shown(conference: Conference, name: str, look: Look) -> Conference:
 def _render_site(
     reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: Look, folder: Path
 ) -> None:
-    from vistel_services.renderer.out.film import count_of, film  # noqa: PLC0415  loads the mathematics
-    from vistel_services.renderer.out.film_sound import FilmSound  # noqa: PLC0415
-    from vistel_services.renderer.out.video import FILM, VideoWriter  # noqa: PLC0415
-    from vistel_services.renderer.service import configure  # noqa: PLC0415
+    from vistel_services.renderer.out.film import count_of, film  # loads the mathematics
+    from vistel_services.renderer.out.film_sound import FilmSound
+    from vistel_services.renderer.out.video import FILM, VideoWriter
+    from vistel_services.renderer.service import configure
 
     site = next(s for s in conference.sites if s.name == name)
     config = configure(conference, site, RunPaths(folder, folder))
@@ -119,7 +119,7 @@ def _render_site(
 
 def told(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
     """What a film is made of: who takes part from the log's beginning on, all else from a little before the asked time."""
-    from vistel_services.renderer.out.film import TOPICS  # noqa: PLC0415
+    from vistel_services.renderer.out.film import TOPICS
 
     first_ns = max(reader.begin_ns, begin_ns - PREROLL_NS)
     yield from reader.records(topics=("participant",), end_ns=first_ns)
@@ -127,6 +127,6 @@ def told(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
 
 
 def _write_png(path: Path, picture: Picture) -> None:
-    from PIL import Image  # noqa: PLC0415
+    from PIL import Image
 
     Image.fromarray(picture.rgba[::-1, :, :3]).save(path, compress_level=4)

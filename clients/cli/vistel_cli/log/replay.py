@@ -207,7 +207,7 @@ async def _world(
     reader: LogReader, conference: Conference, endpoint: str, paths: RunPaths, clock: ReplayClock, begin_ns: int
 ) -> None:
     """The world, in this process, begun when the log's time does and from the state the log holds for that time."""
-    from vistel_services.world import service as world  # noqa: PLC0415  its kernels take a second to load
+    from vistel_services.world import service as world  # its kernels take a second to load
 
     config = world.configure(conference, None, paths)
     for record in reader.records(topics=("world_inputs",), begin_ns=begin_ns - int(PREROLL_S * 1e9), end_ns=begin_ns):

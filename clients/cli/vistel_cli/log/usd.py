@@ -24,7 +24,7 @@ ENDINGS = (".usda", ".usdc", ".usd")
 
 def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s: float | None, rate: float) -> None:
     """Write `output`; leaves with one line where that cannot be done."""
-    from vistel.conference.rooms import RoomFileError, interior_of  # noqa: PLC0415
+    from vistel.conference.rooms import RoomFileError, interior_of
 
     if output.suffix.lower() not in ENDINGS:
         fail(f"{output}: expected a name that ends in {', '.join(ENDINGS)}", USAGE)

@@ -76,7 +76,7 @@ def _compile_world(conference: Conference) -> None:
     motion = open_motion(conference)
     keys = conference.room
     if keys.from_files:  # what is made of files of others is kept from now on
-        from vistel.conference.rooms import interior_of  # noqa: PLC0415
+        from vistel.conference.rooms import interior_of
 
         room = interior_of(keys).room
     else:

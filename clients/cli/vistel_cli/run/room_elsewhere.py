@@ -64,9 +64,9 @@ async def _asked(conference: Conference, site: str, hub: str, wait_s: float) -> 
 
 def _kept(plan: RoomPlan) -> Path:
     """A room file with the seats and walls of a plan."""
-    from vistel.figure.avatar.cache_folder import default_cache  # noqa: PLC0415
-    from vistel.space.files import Interior, save_usd  # noqa: PLC0415
-    from vistel.space.room import Room, Seat  # noqa: PLC0415
+    from vistel.figure.avatar.cache_folder import default_cache
+    from vistel.space.files import Interior, save_usd
+    from vistel.space.room import Room, Seat
 
     if len(plan.seats) > MOST_SEATS or not all(
         math.isfinite(v) for s in plan.seats for v in (s.position.x, s.position.y, s.position.z, s.heading)

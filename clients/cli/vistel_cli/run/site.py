@@ -30,7 +30,7 @@ def join(
 
       vistel site join conference.toml tokyo --hub tcp/192.0.2.7:7447
     """
-    from vistel_cli.run.room_elsewhere import with_room  # noqa: PLC0415
+    from vistel_cli.run.room_elsewhere import with_room
 
     conference = load_conference(file, room_elsewhere=True)
     try:

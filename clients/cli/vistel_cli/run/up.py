@@ -78,7 +78,7 @@ def with_motion(conference: Conference, motion: str) -> Conference:
             if left > 0:
                 participant["motion"] = str(path.resolve())
                 left -= 1
-    from vistel_sim.motion.open import things_of  # noqa: PLC0415  loads the mathematics, which `vistel --help` need not
+    from vistel_sim.motion.open import things_of  # loads the mathematics, which `vistel --help` need not
 
     tracked = {prop["thing"] for site in data["sites"] for prop in site["props"]}
     data["sites"][0]["props"] += [{"thing": thing} for thing in things_of(path) if thing not in tracked]

@@ -40,10 +40,10 @@ def polygonise(
       vistel polygonise examples/scenes/blobs.toml -o blobs.glb --tolerance 0.001 --stats
     """
     # Loaded here, so that other commands need not wait for it.
-    from vistel.implicit.checks import ShapeError  # noqa: PLC0415
-    from vistel.implicit.polygonise import save  # noqa: PLC0415
-    from vistel.implicit.polygonise.formats import writable  # noqa: PLC0415
-    from vistel.implicit.scene import SceneError, load  # noqa: PLC0415
+    from vistel.implicit.checks import ShapeError
+    from vistel.implicit.polygonise import save
+    from vistel.implicit.polygonise.formats import writable
+    from vistel.implicit.scene import SceneError, load
 
     if resolution is not None and tolerance is not None:
         fail("polygonise: --resolution and --tolerance both say how fine the mesh is; give one of them", USAGE)
@@ -97,7 +97,7 @@ def polygonise(
 
 
 def _made(read: Any, resolution: int | None, tolerance: float | None, keep_polygons: bool, residual: float, bar: _Bar) -> Any:
-    from vistel.implicit.polygonise import polygonise as make  # noqa: PLC0415
+    from vistel.implicit.polygonise import polygonise as make
 
     return make(
         read.program,
@@ -122,7 +122,7 @@ class _Bar:
         if not self.show or time.perf_counter() - self.begin < PATIENCE_S:
             return
         if self.bar is None:
-            from rich.progress import Progress  # noqa: PLC0415
+            from rich.progress import Progress
 
             self.bar = Progress(console=err, transient=True)
             self.task = self.bar.add_task("polygonising", total=1.0)

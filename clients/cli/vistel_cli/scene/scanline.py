@@ -31,9 +31,9 @@ def scanline(
 
       vistel scanline examples/scenes/blobs.toml -o big.png --size 1600x1000 --smooth 2
     """
-    from vistel.implicit.scanline import render  # noqa: PLC0415 - brings Numba, which --help does not need
-    from vistel.implicit.scene import SceneError, write_png  # noqa: PLC0415
-    from vistel.implicit.trace.report import report  # noqa: PLC0415
+    from vistel.implicit.scanline import render  # - brings Numba, which --help does not need
+    from vistel.implicit.scene import SceneError, write_png
+    from vistel.implicit.trace.report import report
 
     pixels = picture_size(size)
     with scene_errors_told():

@@ -45,9 +45,9 @@ def trace(
 
       vistel trace examples/scenes/blobs.toml -o big.png --size 1600x1000 --antialias 0.05
     """
-    from vistel.implicit.scene import write_png  # noqa: PLC0415 - brings Numba, which --help does not need
-    from vistel.implicit.trace import render  # noqa: PLC0415
-    from vistel.implicit.trace.report import report  # noqa: PLC0415
+    from vistel.implicit.scene import write_png  # - brings Numba, which --help does not need
+    from vistel.implicit.trace import render
+    from vistel.implicit.trace.report import report
 
     pixels = picture_size(size)
     with scene_errors_told():
@@ -92,8 +92,8 @@ def trace(
 @contextmanager
 def scene_errors_told() -> Iterator[None]:
     """What is wrong with a scene or its shapes ends the command with a line for each fault."""
-    from vistel.implicit.checks import ShapeError  # noqa: PLC0415
-    from vistel.implicit.scene import SceneError  # noqa: PLC0415
+    from vistel.implicit.checks import ShapeError
+    from vistel.implicit.scene import SceneError
 
     try:
         yield
@@ -105,8 +105,8 @@ def scene_errors_told() -> Iterator[None]:
 
 def opened(scene: Path, output: Path) -> Scene:
     """The scene of a file, with its warnings told, once it is known that `output` can be written."""
-    from vistel.implicit.scene import check_writable, load  # noqa: PLC0415
-    from vistel.implicit.trace.report import warnings  # noqa: PLC0415
+    from vistel.implicit.scene import check_writable, load
+    from vistel.implicit.trace.report import warnings
 
     check_writable(output)
     read = load(scene)

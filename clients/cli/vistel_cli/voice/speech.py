@@ -57,10 +57,10 @@ def grammar(
 
       vistel speech grammar own.toml --language en --examples 10
     """
-    import random  # noqa: PLC0415
+    import random
 
-    from vistel.speech.grammar_file import phrase_table  # noqa: PLC0415
-    from vistel.speech.recognisers import NAMES, checked_grammar  # noqa: PLC0415
+    from vistel.speech.grammar_file import phrase_table
+    from vistel.speech.recognisers import NAMES, checked_grammar
 
     known, faults = checked_grammar(*(files or ()))
     for fault in faults:
@@ -87,7 +87,7 @@ def grammar(
 
 
 def _show_meaning(known: Grammar, text: str) -> None:
-    from vistel.speech.meaning import MeaningError, asked_for  # noqa: PLC0415
+    from vistel.speech.meaning import MeaningError, asked_for
 
     said = known.read(text)
     if said is None:
@@ -151,11 +151,11 @@ def _show(known: Grammar, tongue: Language, heard: tuple[Heard, ...], accept: fl
 
 
 def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Heard, ...]]:
-    import numpy as np  # noqa: PLC0415
+    import numpy as np
 
-    from vistel.speech.features import Resampler  # noqa: PLC0415
-    from vistel.wire.clock import SystemClock  # noqa: PLC0415
-    from vistel_services.audio.inputs import CardInput, InputError  # noqa: PLC0415
+    from vistel.speech.features import Resampler
+    from vistel.wire.clock import SystemClock
+    from vistel_services.audio.inputs import CardInput, InputError
 
     stopped = False
 
@@ -253,7 +253,7 @@ def test_(
 
 
 def _scored(path: Path, known: Grammar, hears: Recogniser, tongue: Language, accept: float) -> Score:
-    from vistel.speech.meaning import asked_for  # noqa: PLC0415
+    from vistel.speech.meaning import asked_for
 
     text = _text_of(path)
     said = known.read(text) or known.read(re.sub(r"[ 0-9]+$", "", text))
@@ -284,8 +284,8 @@ def enrol(
 
       vistel speech enrol voices/aiko.npz --from recordings
     """
-    from vistel.speech import acoustic, enrolment  # noqa: PLC0415
-    from vistel.speech.recognisers import checked_grammar  # noqa: PLC0415
+    from vistel.speech import acoustic, enrolment
+    from vistel.speech.recognisers import checked_grammar
 
     known, _ = checked_grammar()
     if recordings is not None:
@@ -318,10 +318,10 @@ def _recorded(folder: Path, known: Grammar) -> list[tuple[F32, str]]:
 
 def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, str]]:
     """Shows sentences, and records each."""
-    import random  # noqa: PLC0415
+    import random
 
-    from vistel.wire.clock import SystemClock  # noqa: PLC0415
-    from vistel_services.audio.inputs import CardInput, InputError  # noqa: PLC0415
+    from vistel.wire.clock import SystemClock
+    from vistel_services.audio.inputs import CardInput, InputError
 
     rng = random.Random(1)
     said: list[tuple[F32, str]] = []
@@ -339,10 +339,10 @@ def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, 
 
 def _recorded_for(card: CardInput, seconds: float) -> F32:
     """(n,) at 16 kHz: what is said from now on. Raises InputError."""
-    import numpy as np  # noqa: PLC0415
+    import numpy as np
 
-    from vistel.speech.features import Resampler  # noqa: PLC0415
-    from vistel_services.audio.cards import InputError  # noqa: PLC0415
+    from vistel.speech.features import Resampler
+    from vistel_services.audio.cards import InputError
 
     card.take()  # what was said before
     parts: list[F32] = []
@@ -362,10 +362,10 @@ def _text_of(path: Path) -> str:
 
 def _sound_of(path: Path) -> F32:
     """(n,) at 16 kHz, with quiet before and after."""
-    import numpy as np  # noqa: PLC0415
+    import numpy as np
 
-    from vistel.speech.features import Resampler  # noqa: PLC0415
-    from vistel_services.audio.inputs import InputError, read_recording  # noqa: PLC0415
+    from vistel.speech.features import Resampler
+    from vistel_services.audio.inputs import InputError, read_recording
 
     try:
         samples, rate = read_recording(path)
@@ -378,8 +378,8 @@ def _sound_of(path: Path) -> F32:
 def _prepared(
     language: str, extra: list[Path] | None, voice: Path | None, engine: str, model: Path | None
 ) -> tuple[Grammar, Recogniser, Language]:
-    from vistel.speech.engines.choice import ENGINES, Chosen  # noqa: PLC0415
-    from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser  # noqa: PLC0415
+    from vistel.speech.engines.choice import ENGINES, Chosen
+    from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser
 
     tongue = _language(language)
     known, faults = checked_grammar(*(extra or ()))

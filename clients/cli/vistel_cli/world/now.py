@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def running(conference: Conference, hub: str) -> tuple[Interior, str]:
     """The room of a running conference by way of its router, and when that was."""
-    from vistel.space.world import World  # noqa: PLC0415  loads the mathematics
+    from vistel.space.world import World  # loads the mathematics
 
     try:
         answer = asyncio.run(_asked(conference, hub))
@@ -51,7 +51,7 @@ async def _asked(conference: Conference, hub: str) -> WorldSnapshot | None:
 
 def of_log(log: Path, at: float | None) -> tuple[Interior, str]:
     """The room of a log, `at` seconds after its beginning (None: at its end): the newest state recorded by then."""
-    from vistel.space.world import World  # noqa: PLC0415  loads the mathematics
+    from vistel.space.world import World  # loads the mathematics
 
     try:
         reader = LogReader(log)
@@ -73,10 +73,10 @@ def of_log(log: Path, at: float | None) -> tuple[Interior, str]:
 
 def _interior(world: World, conference: Conference | None) -> Interior:
     """The things where they are; those whose polymeshes are in files that are not here are written as their primitives."""
-    from vistel.conference.rooms import RoomFileError, interior_of  # noqa: PLC0415
-    from vistel.space.commands.reshape import unveiled  # noqa: PLC0415
-    from vistel.space.files import Interior  # noqa: PLC0415
-    from vistel.space.files.interior import looks_of  # noqa: PLC0415
+    from vistel.conference.rooms import RoomFileError, interior_of
+    from vistel.space.commands.reshape import unveiled
+    from vistel.space.files import Interior
+    from vistel.space.files.interior import looks_of
 
     models = {}
     try:

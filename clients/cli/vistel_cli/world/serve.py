@@ -65,7 +65,7 @@ def serve(
 
 async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds: float, at: str, wait: bool) -> None:
     # The world's kernels take a second to load.
-    from vistel_services.world.rooms import Served, serve  # noqa: PLC0415
+    from vistel_services.world.rooms import Served, serve
 
     rooms = [Served(c.name, *_room(c, endpoint, keep, at, wait)) for c, endpoint in conferences]
     for room, (_, endpoint) in zip(rooms, conferences, strict=True):
@@ -84,7 +84,7 @@ async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds:
 
 def _room(conference: Conference, endpoint: str, keep: Path, at: str, wait: bool) -> tuple[Config, Clock, Open, Beside]:
     """What one room needs."""
-    from vistel_services import world  # noqa: PLC0415
+    from vistel_services import world
 
     files = conference.bus.tls if conference.bus.mode == "routed" else None
     tls = TlsFiles(files.ca, files.certificate, files.key) if files else None

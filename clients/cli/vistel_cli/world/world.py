@@ -38,7 +38,7 @@ def show(
 
       vistel world show examples/rooms/den.usdz --picture den.png
     """
-    from vistel_cli.scene.trace import picture_size  # noqa: PLC0415
+    from vistel_cli.scene.trace import picture_size
 
     pixels = picture_size(size) or (960, 540)
     if picture is not None and not picture.parent.is_dir():
@@ -70,9 +70,9 @@ def edit(
 
       vistel world edit room.usda add mug file=mug.glb at=0.2,0.1 then remove cone -o other.usda
     """
-    from vistel.space.files.edit import USAGE as LINES  # noqa: PLC0415
-    from vistel.space.files.edit import edited  # noqa: PLC0415
-    from vistel.space.files.faults import RoomFileError  # noqa: PLC0415
+    from vistel.space.files.edit import USAGE as LINES
+    from vistel.space.files.edit import edited
+    from vistel.space.files.faults import RoomFileError
 
     target = output or file
     _check_output(target, glb=False)
@@ -104,7 +104,7 @@ def export(
 
       vistel world export out/conference.mcap --at 12.5 -o then.usdz
     """
-    from vistel_cli.world.now import of_log, running  # noqa: PLC0415
+    from vistel_cli.world.now import of_log, running
 
     _check_output(output, glb=True)
     if at is not None and source.suffix != ".mcap":
@@ -123,8 +123,8 @@ def export(
 
 def opened(file: Path, show: bool) -> Interior:
     """The room of a file; leaves with one line where there is none."""
-    from vistel.conference.rooms import interior_of  # noqa: PLC0415
-    from vistel.space.files import RoomFileError, load_room  # noqa: PLC0415
+    from vistel.conference.rooms import interior_of
+    from vistel.space.files import RoomFileError, load_room
 
     try:
         if file.suffix == ".toml":
@@ -147,8 +147,8 @@ def _check_output(path: Path, *, glb: bool) -> None:
 
 
 def _save(interior: Interior, path: Path) -> None:
-    from vistel.space.files import save_usd  # noqa: PLC0415
-    from vistel.space.files.gltf_write import save_glb  # noqa: PLC0415
+    from vistel.space.files import save_usd
+    from vistel.space.files.gltf_write import save_glb
 
     try:
         with busy(f"writing {path.name}", True):
@@ -158,10 +158,10 @@ def _save(interior: Interior, path: Path) -> None:
 
 
 def _draw(interior: Interior, picture: Path, pixels: tuple[int, int], show: bool) -> None:
-    from PIL import Image  # noqa: PLC0415
+    from PIL import Image
 
-    from vistel_services.renderer.gl_context import NoOpenGlError  # noqa: PLC0415
-    from vistel_services.renderer.room_picture import room_picture  # noqa: PLC0415
+    from vistel_services.renderer.gl_context import NoOpenGlError
+    from vistel_services.renderer.room_picture import room_picture
 
     try:
         with busy("drawing", show):

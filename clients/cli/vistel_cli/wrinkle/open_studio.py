@@ -45,9 +45,9 @@ def studio(
 
 def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
     with err.status("loading the studio"):
-        from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415 - the mathematics take long to load
-        from vistel.wrinkle.wardrobe import load_sets  # noqa: PLC0415
-        from vistel_cli.wrinkle.studio.opened import Opened, worn_by  # noqa: PLC0415
+        from vistel.wrinkle.errors import WrinkleError  # - the mathematics take long to load
+        from vistel.wrinkle.wardrobe import load_sets
+        from vistel_cli.wrinkle.studio.opened import Opened, worn_by
 
         made = spec.startswith("builtin")
         path = output or Path("avatar.usda" if made else spec)
@@ -64,9 +64,9 @@ def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
 
 
 async def _serve(opened: Opened, host: str, port: int, show: bool) -> None:
-    from aiohttp import web  # noqa: PLC0415
+    from aiohttp import web
 
-    from vistel_cli.wrinkle.studio.server import Studio  # noqa: PLC0415
+    from vistel_cli.wrinkle.studio.server import Studio
 
     studio = Studio(opened)
     hosts: set[str] = set()

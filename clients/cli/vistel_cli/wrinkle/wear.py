@@ -58,9 +58,9 @@ def wear(
 
 def _said(who: Avatar, path: Path, names: list[str], off: bool) -> tuple[str, list[WrinkleSet]]:
     """The text to keep and its sets; leaves with one line where they cannot be read."""
-    from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415 - the mathematics take long to load
-    from vistel.wrinkle.wardrobe import sets_in, wardrobe  # noqa: PLC0415
-    from vistel.wrinkle.wardrobe_text import wardrobe_text  # noqa: PLC0415
+    from vistel.wrinkle.errors import WrinkleError  # - the mathematics take long to load
+    from vistel.wrinkle.wardrobe import sets_in, wardrobe
+    from vistel.wrinkle.wardrobe_text import wardrobe_text
 
     try:
         if names:
@@ -73,9 +73,9 @@ def _said(who: Avatar, path: Path, names: list[str], off: bool) -> tuple[str, li
 
 def _fitted(who: Avatar, worn: list[WrinkleSet]) -> dict[str, Any]:
     """Regions that wear something, and why others do not."""
-    from vistel.wrinkle.dressing import dressed  # noqa: PLC0415
-    from vistel.wrinkle.wardrobe import charted  # noqa: PLC0415
-    from vistel.wrinkle.worn import Worn  # noqa: PLC0415
+    from vistel.wrinkle.dressing import dressed
+    from vistel.wrinkle.wardrobe import charted
+    from vistel.wrinkle.worn import Worn
 
     finest = replace(who, coarser=())
     made = dressed(finest, charted(worn))

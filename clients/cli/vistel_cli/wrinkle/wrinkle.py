@@ -43,9 +43,9 @@ def show(
 
       vistel wrinkle show sleeve_bend my_shape.toml -o shapes.png
     """
-    from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415 - the mathematics take long to load
-    from vistel.wrinkle.picture import drawing, relief, sheet_of  # noqa: PLC0415
-    from vistel.wrinkle.shape_file import builtin_shapes, shape_of  # noqa: PLC0415
+    from vistel.wrinkle.errors import WrinkleError  # - the mathematics take long to load
+    from vistel.wrinkle.picture import drawing, relief, sheet_of
+    from vistel.wrinkle.shape_file import builtin_shapes, shape_of
 
     try:
         found = [shape_of(name) for name in shapes] if shapes else list(builtin_shapes().values())
@@ -80,11 +80,11 @@ def draw(
 
       vistel wrinkle draw examples/wrinkles/sleeve.toml -o wrinkled.png --heights map.png
     """
-    from vistel.wrinkle.displacement import blank, bump_normals, laid  # noqa: PLC0415
-    from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415
-    from vistel.wrinkle.picture import CLOTH, height_picture  # noqa: PLC0415
-    from vistel.wrinkle.sheet import load_sheet  # noqa: PLC0415
-    from vistel.wrinkle.texture import wrinkled_texture  # noqa: PLC0415
+    from vistel.wrinkle.displacement import blank, bump_normals, laid
+    from vistel.wrinkle.errors import WrinkleError
+    from vistel.wrinkle.picture import CLOTH, height_picture
+    from vistel.wrinkle.sheet import load_sheet
+    from vistel.wrinkle.texture import wrinkled_texture
 
     if output is None and heights is None and bumps is None:
         fail("nothing to write: give --output, --heights or --bumps", USAGE)
@@ -135,10 +135,10 @@ def trace(
 
       vistel wrinkle show my_sleeve.toml -o my_sleeve.png
     """
-    from vistel.wrinkle.errors import WrinkleError  # noqa: PLC0415
-    from vistel.wrinkle.photograph import Looking  # noqa: PLC0415
-    from vistel.wrinkle.photograph import trace as traced  # noqa: PLC0415
-    from vistel.wrinkle.shape_file import save_shape  # noqa: PLC0415
+    from vistel.wrinkle.errors import WrinkleError
+    from vistel.wrinkle.photograph import Looking
+    from vistel.wrinkle.photograph import trace as traced
+    from vistel.wrinkle.shape_file import save_shape
 
     if output.suffix != ".toml":
         fail(f"{output}: expected a name that ends in .toml", USAGE)
@@ -165,8 +165,8 @@ def trace(
 
 def read_picture(path: Path) -> Any:
     """(H, W, 3) of a picture file; leaves with one line where there is none."""
-    from vistel.figure.making.files.source import MakingError  # noqa: PLC0415
-    from vistel.figure.making.pictures import decode  # noqa: PLC0415
+    from vistel.figure.making.files.source import MakingError
+    from vistel.figure.making.pictures import decode
 
     try:
         return decode(path.read_bytes(), 8192)
@@ -177,7 +177,7 @@ def read_picture(path: Path) -> Any:
 
 
 def _write(path: Path, picture: Any) -> None:
-    from PIL import Image  # noqa: PLC0415
+    from PIL import Image
 
     try:
         Image.fromarray(picture).save(path)
