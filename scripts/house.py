@@ -127,6 +127,13 @@ def marked(files: list[Path], mark: str) -> list[str]:
     ]
 
 
+def crammed(files: list[Path]) -> list[str]:
+    """Constants that share one line, and so a docstring, with others."""
+    pattern = re.compile(r"^(_?[A-Z][A-Z0-9_]*, )+_?[A-Z][A-Z0-9_]* = ", re.MULTILINE)
+    places = [f for f in files if f.suffix == ".py" and f.parts[0] in {"vistel", "services", "sim", "clients"}]
+    return [f"{f}: {hit.group()}" for f in places for hit in pattern.finditer((ROOT / f).read_text("utf-8"))]
+
+
 def unstrict(files: list[Path]) -> list[str]:
     """Files of the library that ask pyright for less than strict checks and hold no kernels."""
     lax = re.compile(r"^# pyright: basic", re.MULTILINE)
@@ -146,6 +153,7 @@ def figures() -> list[Figure]:
     rings = circles()
     bare = list(undocumented(code))
     folders, lax = crowded(code), unstrict(code)
+    shared = crammed(code)
     layout, ignored = marked(code, r"fmt: (skip|off)"), marked(code, "noqa")
     services = lines([f for f in code if f.parts[0] == "services"])
     whole = lines([f for f in code if f.parts[0] != "tests"])
@@ -153,6 +161,7 @@ def figures() -> list[Figure]:
         Figure("import circles", len(rings), "0", not rings, rings),
         Figure(f"folders over {MOST_FILES} files", len(folders), "0", not folders, folders),
         Figure("public definitions without docstring", len(bare), "0", not bare, bare),
+        Figure("constants that share a line", len(shared), "0", not shared, shared),
         Figure("fmt: skip", len(layout), "<= 60", len(layout) <= 60, layout),
         Figure("noqa", len(ignored), "<= 40", len(ignored) <= 40, ignored),
         Figure("files outside strict types but kernels", len(lax), "0", not lax, lax),

@@ -12,8 +12,8 @@ from vistel.v1.audio_pb2 import EquipmentStatus, SoundStatus
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
+from vistel_cli.run.sound_watch import SoundWatch
 from vistel_cli.voice.voice import _device_line, _site_lines
-from vistel_cli.voice.watch import SoundWatch
 
 
 def told(*, actual_s: float = 0.212, talking: bool = True, acoustic_known: bool = True) -> SoundStatus:

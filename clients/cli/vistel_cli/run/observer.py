@@ -13,7 +13,7 @@ from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel.wire.world.room_now import RoomNow
-from vistel_cli.voice.watch import SoundWatch
+from vistel_cli.run.sound_watch import SoundWatch
 
 
 @dataclass
