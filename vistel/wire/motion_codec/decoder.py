@@ -22,8 +22,8 @@ from vistel.wire.motion_codec.sample import BITS, MASKS, THERE, MotionSample, sa
 KEYS_KEPT = 8
 OLDEST_KEY_NS = 1_000_000_000
 """A frame never refers to a key frame older than this; one that says so is from another life of its sender."""
-HEARD_KEPT = 16
-"""Frames that are known to have been opened, so that their repetitions are left."""
+HEARD_KEPT = 64
+"""Frames that are known to have been opened, a second of them: their repetitions push no key frame out."""
 MOST_WAITING = 32
 """So many frames that refer to each other are left to be worked out, no more."""
 _NOTHING: I64 = np.zeros(NUMBERS, np.int64)
@@ -138,7 +138,7 @@ class MotionDecoder:
     def __init__(self) -> None:
         self._keys: dict[int, MotionFrame] = {}
         self._lists: dict[int, ListKey] = {}
-        self._opened: deque[int] = deque(maxlen=HEARD_KEPT)
+        self._opened: deque[tuple[int, int]] = deque(maxlen=HEARD_KEPT)
         self._regained: deque[MotionFrame] = deque(maxlen=HEARD_KEPT)
 
     def decode(self, message: Motion) -> MotionSample | None:
@@ -147,11 +147,7 @@ class MotionDecoder:
         if frame is None:
             return None
         sample = frame.sample()
-        if frame.whole:
-            return sample
-        if self._keys.get(frame.seq) is frame:
-            del self._keys[frame.seq]
-        return None
+        return sample if frame.whole else None
 
     def open(self, message: Motion) -> MotionFrame | ListFrame | None:
         """As `decode`, without the work; every message has to be opened, in the order they arrive."""
@@ -160,7 +156,7 @@ class MotionDecoder:
         header = message.header
         for past in message.earlier:
             seq = header.seq - past.back
-            if seq not in self._opened and past.t_ns < header.t_ns:
+            if (seq, past.t_ns) not in self._opened and past.t_ns < header.t_ns:
                 regained = self._open(past.frame, seq, past.t_ns)
                 if regained is not None:
                     self._regained.append(regained)
@@ -187,10 +183,13 @@ class MotionDecoder:
             if reference is None or not reference.whole or not 0 <= t_ns - reference.t_ns <= OLDEST_KEY_NS:
                 return None
         opened = MotionFrame(seq, t_ns, data, work, reference)
-        self._opened.append(seq)
+        known = (seq, t_ns) in self._opened
+        if not known:
+            self._opened.append((seq, t_ns))
         if opened.waiting > MOST_WAITING:
             opened.numbers()
-        if work[k.KEEP]:
+        held = self._keys.get(seq)
+        if work[k.KEEP] and (not known or (held is not None and not held.whole)):
             self._keys.pop(seq, None)
             self._keys[seq] = opened
             if len(self._keys) > KEYS_KEPT:
