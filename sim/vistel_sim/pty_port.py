@@ -70,7 +70,9 @@ class PtyPort:
         if not self.plugged:
             return
         self.discard_answers()
-        asyncio.get_running_loop().remove_reader(self._master)
+        loop = asyncio.get_running_loop()
+        loop.remove_reader(self._master)
+        loop.remove_writer(self._master)
         self.path.unlink(missing_ok=True)
         os.close(self._master)
         os.close(self._slave)
@@ -95,12 +97,8 @@ class PtyPort:
             self._unseen = _LOOK_EVERY
         if self.strict and not self._understood():
             data = data.translate(_MISHEARD)
-        if self._rest:
-            data = self._rest + data
-        written = 0
-        with contextlib.suppress(BlockingIOError):
-            written = os.write(self._master, data)
-        self._rest = data[written:]
+        self._rest += data
+        self._hand_over()
 
     def answer(self, data: bytes, delay_s: float = 0.0) -> None:
         """Send a reply in its turn; one with a delay does not hold up the line."""
@@ -118,6 +116,18 @@ class PtyPort:
     async def _later(self, data: bytes, due_ns: int) -> None:
         await self._clock.sleep_until_ns(due_ns)
         self.put(data)
+
+    def _hand_over(self) -> None:
+        """What waits to the kernel, as much as it takes; the rest when it takes more."""
+        written = 0
+        with contextlib.suppress(BlockingIOError):
+            written = os.write(self._master, self._rest)
+        self._rest = self._rest[written:]
+        loop = asyncio.get_running_loop()
+        if self._rest:
+            loop.add_writer(self._master, self._hand_over)
+        else:
+            loop.remove_writer(self._master)
 
     def _readable(self) -> None:
         try:
