@@ -16,6 +16,7 @@ demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
 	@$(VENV)/bin/vistel up $(DEMO)
 
 test: setup  ## checks and tests
+	@./scripts/setup_tests.sh
 	@$(MAKE) --no-print-directory -j2 check warm
 	@$(PY) -m pytest -m "not alone" --numprocesses auto --dist loadscope --no-loadscope-reorder
 	@$(PY) -m pytest -m alone
@@ -29,8 +30,8 @@ check: setup  ## style, types, import arrows
 warm: setup  ## compile kernels and make the people of the demo, once
 	@$(PY) -m vistel_cli.run.prepare vistel/conference/demo.toml >/dev/null
 
-fuzz: setup  ## long fuzzing of parsers and graphs
-	@VISTEL_FUZZ_EXAMPLES=1000000 $(PY) -m pytest tests -k fuzz --timeout 36000
+fuzz: setup  ## properties of parsers, graphs and all else with random examples, for hours; keep what fails as @example
+	@VISTEL_FUZZ_EXAMPLES=1000000 $(PY) -m pytest -k "fuzz or hypothesis" --hypothesis-profile fuzz --timeout 36000
 
 bench: setup  ## every benchmark, one JSON object per line
 	@$(VENV)/bin/vistel bench --all --json

@@ -6,16 +6,13 @@ import os
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+
+pytest_plugins = ("found_examples", "skips", "pytester")
 
 # One thread for a matrix, as services have it: where other tests keep the cores busy, a second one waits for its turn and the
 # first for it, thirty times as long as the product takes. Read when numpy and OpenCV are first imported.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
     os.environ.setdefault(_name, "1")
-
-# The first call of a kernel may compile it, and no test is about time.
-settings.register_profile("vistel", deadline=None)
-settings.load_profile("vistel")
 
 ROOT = Path(__file__).resolve().parents[1]
 
