@@ -36,12 +36,7 @@ def plugins(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_in_ci_a_skip_without_an_allowed_reason_fails(
-    pytester: pytest.Pytester,
-    monkeypatch: pytest.MonkeyPatch,
-    workers: tuple[str, ...],
-    ci: str,
-    reason: str,
-    fails: bool,
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, workers: tuple[str, ...], ci: str, reason: str, fails: bool
 ) -> None:
     monkeypatch.setenv("CI", ci)
     pytester.makepyfile(SKIPPING.format(reason=reason))
@@ -58,9 +53,7 @@ def test_in_ci_a_file_that_is_skipped_whole_fails_too(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, workers: tuple[str, ...]
 ) -> None:
     monkeypatch.setenv("CI", "true")
-    pytester.makepyfile(
-        test_one="import pytest\npytest.importorskip('no_such_module')", test_two="def test_passes(): pass"
-    )
+    pytester.makepyfile(test_one="import pytest\npytest.importorskip('no_such_module')", test_two="def test_passes(): pass")
     done = pytester.runpytest_subprocess(*workers)
     assert done.ret == pytest.ExitCode.TESTS_FAILED
     done.stdout.fnmatch_lines("*test_one.py: Skipped: could not import 'no_such_module'*")
@@ -73,11 +66,7 @@ def test_an_expected_failure_is_no_skip(pytester: pytest.Pytester, monkeypatch: 
 
 
 def test_what_set_up_installs_is_no_reason() -> None:
-    for reason in (
-        "no Chromium on this machine",
-        "PulseAudio is not installed",
-        "neither flite nor espeak-ng is installed",
-    ):
+    for reason in ("no Chromium on this machine", "PulseAudio is not installed", "neither flite nor espeak-ng is installed"):
         report = pytest.TestReport("a", ("a", 0, ""), {}, "skipped", ("a.py", 1, f"Skipped: {reason}"), "call")
         assert skips.not_allowed([report]) == [f"a: Skipped: {reason}"]
 
