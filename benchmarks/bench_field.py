@@ -25,7 +25,7 @@ from numba.extending import intrinsic
 import vistel.implicit as vi
 from benchmarks.row import Row, machine
 from vistel.arrays import F32
-from vistel.implicit.jit.pointers import pointer
+from vistel.jit.pointers import pointer
 
 SIDE, HALF, POINTS = 128, 0.75, 1_000_000
 NUMPY = f"NumPy {np.__version__}"

@@ -17,7 +17,7 @@ from benchmarks import grasp_trials as trials
 from benchmarks.grasp_depth import deepest
 from benchmarks.row import Row, machine
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.hands.fitting import fit, hand_of
 from vistel.space.room import meeting_room
 from vistel.space.things.solids import solids

@@ -17,8 +17,8 @@ from benchmarks.row import Row, machine
 from benchmarks.world_steps import Load, Scene
 from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture, pose_joints
-from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
+from vistel.geometry.rotation import quaternion_from_matrix
 from vistel.space.eyes import Eyes
 from vistel.space.view import ThingView, WorldView
 from vistel.v1.world_pb2 import WorldDetail, WorldState

@@ -24,8 +24,8 @@ from vistel.figure.calibration.arms import START, ArmSamples, fit_comfort
 from vistel.figure.posture.posture import Stance, pose_joints
 from vistel.figure.posture.sensors import receiver_mounts
 from vistel.figure.posture.swivel import Comfort
-from vistel.figure.rotation import matrix_from_rotvec, quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
+from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel_services.posture.capture import Capture, warm_up
 from vistel_services.posture.config import Person

@@ -22,8 +22,8 @@ from benchmarks.grasp_trials import CLOSED, LATE_S, OPENED, RATE_HZ, Trial, clos
 from benchmarks.leap import confidence
 from vistel.arrays import F64
 from vistel.figure.posture.posture import pose_joints
-from vistel.figure.rotation import quaternion_from_matrix, rotation_x
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import quaternion_from_matrix, rotation_x
 from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.things.tessellate import tessellate_thing

@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.grasp_depth import deepest
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.hands.fitting import fit, hand_of
 from vistel.space.hands.grasp import align
 from vistel.space.people import build_of

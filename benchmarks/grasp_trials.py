@@ -24,8 +24,8 @@ from vistel.conference.model import Conference
 from vistel.figure.posture.hands import hand_rotation
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.posture.solve import FINGER_LIMITS
-from vistel.figure.rotation import rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import rotvec_from_matrix
 from vistel.space.inputs import MotionInput, Person, PropInput, StepInputs
 from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import BATON, TABLE_HEIGHT, Extra, meeting_room

@@ -19,7 +19,7 @@ from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.face.marks import Expressions
 from vistel.figure.posture.posture import Posture, Stance
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel.protocol.glove_calibration import default_calibration
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver

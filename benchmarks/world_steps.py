@@ -19,7 +19,7 @@ from benchmarks.row import Row, machine
 from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture, Stance
-from vistel.figure.rotation import rotation_y
+from vistel.geometry.rotation import rotation_y
 from vistel.space.commands.actions import Move, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import Extra, Room, meeting_room, seat_pose, table_radius

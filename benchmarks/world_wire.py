@@ -15,8 +15,8 @@ from benchmarks.progress import part
 from benchmarks.row import Row, machine
 from benchmarks.world_steps import LASTS_S, STEP_NS, Load, Scene
 from vistel.figure.posture.posture import pose_joints
-from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
+from vistel.geometry.rotation import quaternion_from_matrix
 from vistel.space.inputs import PropInput, StepInputs
 from vistel.space.view import WorldView
 from vistel.v1.world_pb2 import WorldSnapshot, WorldState

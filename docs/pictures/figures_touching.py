@@ -27,8 +27,8 @@ from vistel.figure.posture.limits import clear_of_body
 from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.posture.reach import reach
 from vistel.figure.posture.standard import standard_postures
-from vistel.figure.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 

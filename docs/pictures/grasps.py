@@ -23,7 +23,7 @@ from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import Posture, pose_joints
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.hands.fitting import fit
 from vistel.space.hands.grasp import align
 from vistel.space.people import HAND_JOINT, build_like

@@ -21,8 +21,8 @@ from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.hands import OPEN, RELAXED, closed_round, hand_rotation
 from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stance, pose_joints, standing
-from vistel.figure.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.people import HAND_JOINT, build_like
 from vistel.space.room import meeting_room

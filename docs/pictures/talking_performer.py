@@ -15,7 +15,7 @@ import numpy as np
 from vistel.arrays import F32, F64
 from vistel.figure.posture.hands import FLAT, OPEN, POINT, RELAXED, hand_rotation
 from vistel.figure.posture.posture import Posture
-from vistel.figure.rotation import quaternion_from_matrix
+from vistel.geometry.rotation import quaternion_from_matrix
 from vistel.protocol.live_link_face import CHANNELS
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place

@@ -25,8 +25,8 @@ from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.figure import Figure
 from vistel.figure.posture.hands import OPEN, closed_round, hand_rotation
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotvec_from_matrix
 from vistel.implicit.ghosts.ghost import ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import pulled
 from vistel.space.inputs import MotionInput, Person, StepInputs

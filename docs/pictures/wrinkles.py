@@ -22,7 +22,7 @@ from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, Posture, standing
 from vistel.figure.posture.standard import standard_postures
-from vistel.figure.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
+from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
 from vistel.wrinkle.displacement import Map, displacement_map
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.instance import Instance

@@ -16,8 +16,8 @@ from PIL import Image
 
 from vistel.figure.avatar.avatar import Avatar, builtin_avatar
 from vistel.figure.making.assembly.piece import Piece, cut
-from vistel.figure.rotation import matrix_from_rotvec
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import matrix_from_rotvec
 
 GAP = 0.010
 """Left out at each cut [m]."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.making.files.source import Material
-from vistel.figure.rotation import quaternion_from_matrix, rotation_x, rotation_y
+from vistel.geometry.rotation import quaternion_from_matrix, rotation_x, rotation_y
 from vistel.space.files import Interior, Model, save_usd
 from vistel.space.room import Room, Seat
 from vistel.space.things.things import Axis, Look, Matter, Primitive, Thing

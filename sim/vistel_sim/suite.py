@@ -6,8 +6,8 @@ import numpy as np
 
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.posture.sensors import TRACKER_AXES, Placement
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.protocol.vmc import PARENTS, ROOT, Pose, encode
 
 _OTHERWISE = {"Hips": "hips", "Spine": "spine_1", "Chest": "spine_4", "UpperChest": "spine_8"}

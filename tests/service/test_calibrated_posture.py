@@ -12,8 +12,8 @@ from vistel.figure.calibration.distortion import Distortion
 from vistel.figure.calibration.files import Body
 from vistel.figure.posture.posture import Stance, pose_joints
 from vistel.figure.posture.sensors import receiver_mounts
-from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, measured_skeleton, standard_skeleton
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel_services.posture.capture import Capture
 from vistel_services.posture.config import Person

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel_services.posture.one_euro import AngleFilter, PoseFilter
 from vistel_services.posture.peaks import PeakHold
 

@@ -14,7 +14,7 @@ from world_site import WorldSite
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture.posture import standing
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel.wire.clock import SystemClock

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F64, I32
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid.bulge_fit import fit_bulges
 from vistel.figure.rigid.component import Influences, RigidSkin
-from vistel.figure.rotation import move_points
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import move_points
 from vistel.implicit.deformation.deform import Deformer, DeformReport
 from vistel.implicit.ghosts.ghost import GhostSource
 from vistel.implicit.meshes.embedding import Embedding, embed, group_fields

@@ -13,7 +13,7 @@ import numpy as np
 
 from vistel.arrays import F32, F64, I32
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 Cut = tuple[str, float]
 """A joint and a share of the length of its bone: where a cross-section lies, at right angles to the bone."""

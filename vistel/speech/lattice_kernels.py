@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.arrays import F32, I32
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 LINKS = 6
 """Words kept for each junction and time: the best of those that end there."""

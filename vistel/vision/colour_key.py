@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from vistel.arrays import F64, I32, U8
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 FULL = 200.0
 """What the key says of a pixel that is all mark; what is over leaves room for brighter light."""

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from vistel.implicit.jit.kernel_jit import fast
+from vistel.jit.kernel_jit import fast
 
 FAR = np.float32(1e30)
 

@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from vistel.figure.posture.posture import JointPose
-from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS
+from vistel.geometry.rotation import quaternion_from_matrix
 from vistel.wrinkle.errors import Entry
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32
 from vistel.figure.posture.posture import JointPose
-from vistel.figure.rotation import multiply, quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.geometry.rotation import multiply, quaternion_from_matrix
+from vistel.jit.kernel_jit import compiled
 from vistel.wrinkle.drive import Drive
 
 

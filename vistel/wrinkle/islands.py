@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vistel.arrays import I32, U8
 from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.people.bake import rasterise
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 
 def shown_by(meshes: Sequence[Mesh], shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 
 POSITION_CUTOFF_HZ, POSITION_SPEED_GAIN = 1.0, 80.0
 """Cut-off at rest [Hz], and Hz more for each m/s."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.sensors import out_of_frame
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel_services.posture.capture import RATE_HZ, USABLE, receiver_pose

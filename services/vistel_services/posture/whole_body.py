@@ -12,8 +12,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.posture.posture import HAND_DOF_COUNT, Posture
 from vistel.figure.posture.sensors import Placement, out_of_frame
-from vistel.figure.rotation import matrix_from_quaternion, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX
+from vistel.geometry.rotation import matrix_from_quaternion, rotation_y, rotvec_from_matrix
 from vistel.messages.postures import LEGS, SIDES
 from vistel.v1.device_pb2 import TrackerFrame
 

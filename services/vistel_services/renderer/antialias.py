@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from vistel.arrays import U8
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 THRESHOLD = 32
 """Least difference of brightness among neighbours that counts as an edge, of 255."""

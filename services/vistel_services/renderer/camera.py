@@ -10,8 +10,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
 
 NEAR, FAR = 0.05, 30.0
 SEAT_FIELD_OF_VIEW = math.radians(56.0)

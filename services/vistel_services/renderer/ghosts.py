@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vistel.figure.body import PosedBody
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 from vistel.space.things.things import Thing

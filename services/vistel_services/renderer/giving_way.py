@@ -13,8 +13,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose, Posture
 from vistel.figure.posture.reach import reach
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel.space.hands.gripped import hand_seen
 from vistel.space.people import HAND_JOINT, SIDES
 

@@ -21,10 +21,10 @@ from vistel.figure.rigid.bulge import BulgeShapes
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.implicit.contacts import contact_set
-from vistel.implicit.deformation import deform_table, kernels_displace, kernels_field, kernels_ghost, kernels_solve
+from vistel.implicit.deformation import deform_table, displace_kernels, field_kernels, min_rule_kernels, solve_kernels
 from vistel.implicit.deformation.deform_plan import BONE, FramePlan, Places
-from vistel.implicit.deformation.kernels_normals import GAP
-from vistel.implicit.ghosts import ghost_effects
+from vistel.implicit.deformation.normals_kernels import GAP
+from vistel.implicit.ghosts import effect_kernels
 from vistel_services.renderer.gl_context import Capability, Surface
 from vistel_services.renderer.programs import feedback
 
@@ -43,22 +43,22 @@ _NO_BLOCK = (-1, 0)
 def constants() -> str:
     """The kernels' numbers, as GLSL."""
     whole = {
-        "LANES": kernels_field.LANES,
-        "MAX_EVALUATIONS": kernels_solve.MAX_EVALUATIONS,
+        "LANES": field_kernels.LANES,
+        "MAX_EVALUATIONS": solve_kernels.MAX_EVALUATIONS,
         "GAP": GAP,
         "TABLE_WIDTH": TABLE_WIDTH,
         "BONE_TEXELS": BONE // 4,
         "BONES": len(JOINTS) + len(TWIST_BONES),
         **{k: getattr(contact_set, k) for k in ("CONE_SPHERE", "ROUNDED_POLYGON", "SUPERELLIPSOID")},
         **{k: getattr(deform_table, k) for k in ("NEIGHBOUR", "COLLIDES", "FORCE")},
-        **{k: getattr(ghost_effects, k) for k in ("FADING", "PULLED", "DIRECTIONAL", "SHEAR", "RADIAL")},
+        **{k: getattr(effect_kernels, k) for k in ("FADING", "PULLED", "DIRECTIONAL", "SHEAR", "RADIAL")},
     }
     real = {
-        **{k: getattr(kernels_field, k) for k in ("T", "TINY", "SMALL", "HUGE")},
-        **{k: getattr(kernels_ghost, k) for k in ("CAP", "SOFT2")},
-        **{k: getattr(kernels_solve, k) for k in ("TOLERANCE", "NEAR", "SHORT")},
-        "FLATTEN": kernels_displace.FLATTEN,
-        # Literals of `ghost_effects` and `kernels_normals`; the last as the least a GPU does not take for 0.
+        **{k: getattr(field_kernels, k) for k in ("T", "TINY", "SMALL", "HUGE")},
+        **{k: getattr(min_rule_kernels, k) for k in ("CAP", "SOFT2")},
+        **{k: getattr(solve_kernels, k) for k in ("TOLERANCE", "NEAR", "SHORT")},
+        "FLATTEN": displace_kernels.FLATTEN,
+        # Literals of `effect_kernels` and `normals_kernels`; the last as the least a GPU does not take for 0.
         "MOST_FORCE": 0.9,
         "LEAST_LENGTH": 1e-6,
         "LEAST_SQUARE": 1.2e-38,

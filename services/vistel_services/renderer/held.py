@@ -20,7 +20,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture
-from vistel.figure.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix, slerp
+from vistel.geometry.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix, slerp
 from vistel.space.people import HAND_JOINT
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel_services.renderer.giving_way import STILL, Shown, gives_way, moved_hand, towards

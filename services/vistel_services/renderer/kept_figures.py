@@ -24,7 +24,7 @@ from vistel.figure import figure
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.builtin import by_turns, default_cache
 from vistel.figure.layers import skin
-from vistel.implicit.jit.kernel_jit import stamp_of
+from vistel.jit.kernel_jit import stamp_of
 from vistel.wrinkle import shown
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.wardrobe import FOLDER, WrinkleSet, sets_in, wardrobe

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.ghosts.ghost import MOST_PRIMITIVES
 from vistel.implicit.meshes.embedding import Limbs
 from vistel.space.files.model import Model

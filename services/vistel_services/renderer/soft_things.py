@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64
 from vistel.figure.body import PosedBody
 from vistel.figure.posture.posture import JointPose
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.ghosts.constraint import Constraint, Pull
 from vistel.implicit.ghosts.deformable import Deformable

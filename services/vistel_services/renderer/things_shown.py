@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64
 from vistel.figure.body import PosedBody
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.ghosts.constraint import Pull
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import slerp
+from vistel.geometry.rotation import slerp
 from vistel.space.contact.touch import FLESH_COMPLIANCE
 from vistel.space.things.arc import Arc
 from vistel.space.things.things import Curve, Look, Primitive, Thing

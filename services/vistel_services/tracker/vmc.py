@@ -10,8 +10,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.sensors import TRACKER_AXES, receiver_mounts
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import standard_skeleton
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.protocol.vmc import PARENTS, ROOT, Body, VmcParser
 from vistel.v1.device_pb2 import TrackerBone, TrackerFrame, TrackerReceiver
 from vistel.wire.topics import BY_NAME

@@ -24,7 +24,7 @@ from vistel.figure.posture.posture import (
     standing,
 )
 from vistel.figure.posture.sensors import TRACKER_AXES, Mount, Placement
-from vistel.figure.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
+from vistel.geometry.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.protocol.glove_fit import HANDS, HOLD_S
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.tracks import minimum_jerk

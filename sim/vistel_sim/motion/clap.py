@@ -11,8 +11,8 @@ from vistel.arrays import F64
 from vistel.figure.posture.hands import FLAT, hand_rotation
 from vistel.figure.posture.posture import Posture
 from vistel.figure.posture.sensors import Placement
-from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import REFERENCE_HEIGHT
+from vistel.geometry.rotation import quaternion_from_matrix
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.tracks import HandState

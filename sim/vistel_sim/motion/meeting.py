@@ -15,7 +15,7 @@ from vistel.arrays import F64
 from vistel.figure.posture.hands import OPEN, RELAXED, hand_rotation
 from vistel.figure.posture.posture import Posture
 from vistel.figure.posture.sensors import RECEIVERS, Placement
-from vistel.figure.rotation import quaternion_from_matrix, slerp
+from vistel.geometry.rotation import quaternion_from_matrix, slerp
 from vistel_sim.motion.layout import Layout, built_in
 from vistel_sim.motion.script import CYCLE_S, Script, write_script
 from vistel_sim.motion.sitter import Sitter

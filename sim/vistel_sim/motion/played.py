@@ -24,8 +24,8 @@ from vistel.figure.posture.posture import (
 )
 from vistel.figure.posture.sensors import Placement
 from vistel.figure.posture.solve import PostureSolver
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y, rotvec_from_matrix, slerp
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y, rotvec_from_matrix, slerp
 from vistel.space.room import BATON
 from vistel_sim.motion.recording import SIDES, Recording, resampled
 from vistel_sim.motion.source import Place, receivers_of

@@ -15,8 +15,8 @@ from vistel.arrays import F64
 from vistel.figure.body import standard_body
 from vistel.figure.posture.hands import FLAT, OPEN, PRESSED, RELAXED, closed_round, hand_rotation
 from vistel.figure.posture.sensors import Placement
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import REFERENCE_HEIGHT
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.room import BATON
 from vistel.space.things.things import identity
 from vistel_sim.motion.layout import Layout

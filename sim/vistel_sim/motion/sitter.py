@@ -20,8 +20,8 @@ from vistel.figure.posture.posture import (
     spine_chord,
     spine_rotations,
 )
-from vistel.figure.rotation import matrix_from_quaternion, rotation_x, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, SPINE_SEGMENTS
+from vistel.geometry.rotation import matrix_from_quaternion, rotation_x, rotation_y, rotvec_from_matrix
 from vistel.space.room import CHAIR_HEIGHT
 from vistel_sim.motion.source import Place
 from vistel_sim.motion.tracks import HandState

@@ -12,8 +12,8 @@ from vistel.conference.devices import PropTracker, TrackerConfig
 from vistel.conference.model import Conference, Site
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.posture.sensors import Mount, Placement, into_frame, receiver_mounts, receiver_poses, transmitter_in_room
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import Skeleton, standard_skeleton
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 
 
 class MotionError(ValueError):

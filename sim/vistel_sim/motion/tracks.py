@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import slerp
+from vistel.geometry.rotation import slerp
 
 
 def minimum_jerk(u: float) -> float:

@@ -45,8 +45,8 @@ from vistel.figure.posture.posture import pose_joints
 from vistel.figure.posture.sensors import RECEIVERS, Mount, out_of_frame, receiver_mounts, transmitter_in_room
 from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.posture.swivel import Comfort
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel_sim.motion import open_motion
 from vistel_sim.motion.calibration import CalibrationMoves
 from vistel_sim.motion.source import Place, places, receivers_of

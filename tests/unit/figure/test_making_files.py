@@ -23,8 +23,8 @@ from vistel.figure.making.make import make_avatar
 from vistel.figure.making.places import joints_by_place
 from vistel.figure.making.rigs import mapped
 from vistel.figure.making.upright import Upright, upright
-from vistel.figure.rotation import matrix_from_rotvec
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
+from vistel.geometry.rotation import matrix_from_rotvec
 
 _Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """From Y up to Z up."""

@@ -33,8 +33,8 @@ from vistel.figure.posture.sensors import receiver_poses
 from vistel.figure.posture.solve import FINGER_LIMITS, WRIST_DEVIATION, WRIST_FLEXION, WRIST_TWIST, PostureSolver
 from vistel.figure.posture.swivel import wrist_angles
 from vistel.figure.posture.trunk import leg_angles
-from vistel.figure.rotation import rotation_y, rotation_z, rotvec_from_matrix, rotvec_from_quaternion
 from vistel.figure.skeleton import COLLAR_SHORTENING, JOINT_INDEX, standard_skeleton
+from vistel.geometry.rotation import rotation_y, rotation_z, rotvec_from_matrix, rotvec_from_quaternion
 
 SKELETON = standard_skeleton()
 GOLDEN = Path(__file__).parents[2] / "golden.json"

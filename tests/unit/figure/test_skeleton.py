@@ -19,8 +19,8 @@ from vistel.figure.posture.sensors import (
     receiver_poses,
     transmitter_in_room,
 )
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, finger_joints, measured_skeleton, standard_skeleton
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 
 SKELETON = standard_skeleton()
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vistel.implicit.contacts.contact import ContactScene, cone_sphere_contacts, find_contacts
 from vistel.implicit.contacts.contact_set import KIND_CODES, PrimitiveSet
-from vistel.implicit.contacts.contact_surface import INVERSE_T, field_of_ratio, surface
+from vistel.implicit.contacts.contact_surface_kernels import INVERSE_T, field_of_ratio, surface
 
 
 def cones(rng: np.random.Generator, n: int, spread: float = 0.12) -> PrimitiveSet:

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from vistel.implicit.deformation import kernels_meet, kernels_solve
-from vistel.implicit.deformation.kernels_field import WIDTH, first_lanes, load, spread
-from vistel.implicit.jit.lanes import absolute, bits, choose, how_many, inverse_root, lane, largest, least, most, root, some, store
-from vistel.implicit.jit.pointers import at, pointer
+from vistel.implicit.deformation import meet_kernels, solve_kernels
+from vistel.implicit.deformation.field_kernels import WIDTH, first_lanes, load, spread
+from vistel.jit.lanes import absolute, bits, choose, how_many, inverse_root, lane, largest, least, most, root, some, store
+from vistel.jit.pointers import at, pointer
 
 F32 = np.float32
 ROWS = arrays(F32, (2, WIDTH), elements=st.floats(-1e3, 1e3, width=32))
@@ -50,10 +50,10 @@ POINTER, INT = nb.types.CPointer(nb.float32), nb.int64
 INTS = nb.types.CPointer(nb.int32)
 LEAVES = {
     "height_at_rest": (
-        kernels_meet.height_at_rest,
+        meet_kernels.height_at_rest,
         (INT, INT, INT, INTS, POINTER, POINTER, POINTER, POINTER, POINTER, nb.boolean, POINTER),
     ),
-    "solve_patch": (kernels_solve.solve_patch, (nb.int64[::1], INT, INT, INT, INT, INT, nb.boolean, INT, POINTER)),
+    "solve_patch": (solve_kernels.solve_patch, (nb.int64[::1], INT, INT, INT, INT, INT, nb.boolean, INT, POINTER)),
 }
 
 

@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, PrimitiveSet
-from vistel.implicit.contacts.contact_surface import INVERSE_T, field_of_ratio, surface
-from vistel.implicit.deformation.kernels_field import WIDTH, load_normals, local_ray, ray, spread, store_field
-from vistel.implicit.deformation.kernels_meet import evaluate
+from vistel.implicit.contacts.contact_surface_kernels import INVERSE_T, field_of_ratio, surface
+from vistel.implicit.deformation.field_kernels import WIDTH, load_normals, local_ray, ray, spread, store_field
+from vistel.implicit.deformation.meet_kernels import evaluate
 from vistel.implicit.ghosts.ghost import T, collision, ghosts_of, propagation, zone
-from vistel.implicit.jit.pointers import keep, pointer
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, quartic
+from vistel.jit.pointers import keep, pointer
 
 GOLDEN = {
     row["name"]: row

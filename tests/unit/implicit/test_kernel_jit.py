@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from vistel.implicit.jit.kernel_jit import imported_files, stamp_of
+from vistel.jit.kernel_jit import imported_files, stamp_of
 
 
 def project(root: Path, **files: str) -> None:
@@ -48,7 +48,7 @@ def test_files_that_import_each_other_have_a_stamp(tmp_path):
 @pytest.mark.parametrize("damage", ["cut", "module", "noise"])
 def test_a_cache_that_cannot_be_read_any_more_is_compiled_anew(tmp_path, damage):
     (tmp_path / "kept.py").write_text(
-        "from vistel.implicit.jit.kernel_jit import compiled\n\n\n@compiled\ndef twice(x):\n    return 2 * x\n"
+        "from vistel.jit.kernel_jit import compiled\n\n\n@compiled\ndef twice(x):\n    return 2 * x\n"
     )
     run = [sys.executable, "-c", "import kept; print(kept.twice(21), sum(kept.twice.stats.cache_hits.values()))"]
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vistel.implicit as vi
-from vistel.implicit.jit.lanes import store
-from vistel.implicit.jit.pointers import keep, pointer
 from vistel.implicit.scanline import Picture, Scanline, render
-from vistel.implicit.scanline.lanes import load
-from vistel.implicit.scanline.shade import power
+from vistel.implicit.scanline.lanes_kernels import load
+from vistel.implicit.scanline.shade_kernels import power
 from vistel.implicit.scene import Camera, Checker, Light, Material, Ripples, Scene, SceneError, encoded, ground
 from vistel.implicit.trace import RayCaster
 from vistel.implicit.trace import render as trace
+from vistel.jit.lanes import store
+from vistel.jit.pointers import keep, pointer
 
 NEAR = Camera((2.6, 1.4, 3.1), field_of_view=math.radians(24))
 FLAT = Camera((2.6, 1.4, 3.1), height=1.5)

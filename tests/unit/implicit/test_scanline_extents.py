@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from implicit_golden import group
 
 import vistel.implicit as vi
-from vistel.implicit.scanline import extents as e
+from vistel.implicit.scanline import extents_kernels as e
 
 GOLDEN = {entry["name"]: entry for entry in group("appA")}
 EYE = (0.0, 0.0, 0.0)

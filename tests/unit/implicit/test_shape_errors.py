@@ -11,7 +11,7 @@ import numba as nb
 import pytest
 
 import vistel.implicit as vi
-from vistel.implicit.jit import rows
+from vistel.implicit.evaluation import row_kernels
 
 TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
@@ -84,8 +84,8 @@ def test_shapes_print_themselves_and_cannot_be_changed() -> None:
 def test_row_kernels_are_vectorised() -> None:
     """A change that makes LLVM give up on SIMD costs a factor of eight and is otherwise silent."""
     line, number = nb.types.CPointer(nb.types.float32), nb.types.float32
-    rows.accumulate_sphere.compile((*[line] * 4, *[number] * 5, nb.types.int64))
-    rows.accumulate_quartic.compile((line, line, number, nb.types.int64))
-    for kernel in (rows.accumulate_sphere, rows.accumulate_quartic):
+    row_kernels.accumulate_sphere.compile((*[line] * 4, *[number] * 5, nb.types.int64))
+    row_kernels.accumulate_quartic.compile((line, line, number, nb.types.int64))
+    for kernel in (row_kernels.accumulate_sphere, row_kernels.accumulate_quartic):
         code = "".join(kernel.inspect_asm().values())
         assert "mulps" in code  # packed, not the scalar mulss alone

@@ -10,9 +10,9 @@ import pytest
 from implicit_golden import group
 
 import vistel.implicit as vi
-from vistel.implicit.jit.pointers import pointer
 from vistel.implicit.trace import RayCaster
-from vistel.implicit.trace.kernels_pieces import FAR, QUARTIC, STATE, _add, _piece, first_root
+from vistel.implicit.trace.pieces_kernels import FAR, QUARTIC, STATE, _add, _piece, first_root
+from vistel.jit.pointers import pointer
 
 ENTRIES = {entry["name"]: entry for entry in group("ray")}
 

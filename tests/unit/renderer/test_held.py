@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import standard_skeleton
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.people import HAND_JOINT
 from vistel.v1.geometry_pb2 import Pose, Quaternion, Vec3
 from vistel.v1.world_pb2 import Grasp

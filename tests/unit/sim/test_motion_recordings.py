@@ -11,8 +11,8 @@ import pytest
 from vistel.conference.model import Conference, Participant, Site
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.posture.sensors import RECEIVERS, out_of_frame, receiver_poses
-from vistel.figure.rotation import matrix_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.room import BATON, table_radius
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.bvh import load_bvh, parse_bvh

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vistel.implicit as vi
-from vistel.figure.rotation import matrix_from_rotvec
+from vistel.geometry.rotation import matrix_from_rotvec
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.actuation import muscle_force, power_warp
 from vistel.space.contact.forces import Motion, Patch, Surface, contact_patches

@@ -10,7 +10,7 @@ import pytest
 from test_world_steps import FIST, Play, at, reaching, take_baton
 
 from vistel.figure.posture.hands import OPEN
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.hands.axes import axes_of
 from vistel.space.hands.fitting import PRESS, fit, hand_of
 from vistel.space.hands.grasp import MOST_TURN, align

@@ -11,7 +11,7 @@ from test_together import FAR, both, pulled_apart
 from test_tracked_things import PropPlay
 from test_world_steps import Play, at, reaching, take_baton
 
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.hands.fitting import hand_of
 from vistel.space.people import build_of
 from vistel.space.room import BATON, TABLE_HEIGHT

@@ -8,8 +8,8 @@ from test_world_steps import SKELETON, STEP_NS
 
 from vistel.figure.posture.hands import FLAT, RELAXED, hand_rotation
 from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stance, pose_joints, standing
-from vistel.figure.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import meeting_room

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_kernels import surface
 from vistel.implicit.contacts.contact_set import PrimitiveSet

@@ -7,7 +7,7 @@ import pytest
 from test_world_steps import Play, reaching
 
 from vistel.figure.posture.posture import Posture
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.memory.bonds import Torn, glue_of
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things.things import Matter, Thing

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_world_steps import Play, at, reaching, take_baton
 
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.hands.claims import What
 from vistel.space.hands.sharing import STIFFNESS, STRENGTH
 from vistel.space.room import BATON

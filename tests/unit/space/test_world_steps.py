@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from vistel.figure.body import standard_body
 from vistel.figure.posture.hands import OPEN, closed_round, hand_rotation
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
-from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
+from vistel.geometry.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.space.commands.actions import Delete, Move, Release, Reset, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints, rest_pose, standing
-from vistel.figure.rotation import matrix_from_rotvec
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
+from vistel.geometry.rotation import matrix_from_rotvec
 from vistel.wrinkle.drive import Curve, Drive, rotation_angle
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.wardrobe import load_sets, wardrobe

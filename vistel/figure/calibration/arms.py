@@ -18,8 +18,8 @@ from vistel.arrays import F64
 from vistel.figure.calibration.fit import Calibrated
 from vistel.figure.calibration.moves import RATE_HZ, MoveError, Track
 from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm
-from vistel.figure.rotation import matrix_from_rotvec, rotation_x, rotation_z
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
+from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_z
 
 START = Comfort(0.5, 0.14, 0.22, 0.8, 0.6, 0.05, 0.0, 0.0, 0.0, 0.0)
 """An arm of whom nothing is known: hanging straight, thumb ahead, hand in line with the forearm."""

@@ -19,7 +19,7 @@ from scipy import sparse  # type: ignore[import-untyped]
 from scipy.sparse import linalg  # type: ignore[import-untyped]
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 
 FORMAT = "vistel distortion 1"
 SMOOTH = 0.05

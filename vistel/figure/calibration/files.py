@@ -13,8 +13,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.posture.sensors import RECEIVERS, Mount
 from vistel.figure.posture.swivel import Comfort
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton, measured_skeleton, standard_skeleton
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 
 BODY_FORMAT, TRACKER_FORMAT = "vistel body 1", "vistel tracker 1"
 _SIDES = ("left", "right")

@@ -18,8 +18,8 @@ from vistel.figure.calibration.moves import MoveError, Moves, Track, mean_rotati
 from vistel.figure.calibration.pivots import Fit, fit_pivot, halfway, solve_blocks
 from vistel.figure.posture.posture import collar_scale, spine_chord
 from vistel.figure.posture.sensors import RECEIVERS, TRACKER_AXES, Mount, receiver_mounts
-from vistel.figure.rotation import rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
+from vistel.geometry.rotation import rotvec_from_matrix
 
 Tracks = Mapping[str, Track]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64
 from vistel.figure.posture.sensors import RECEIVERS
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotvec_from_matrix, slerp
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotvec_from_matrix, slerp
 
 RATE_HZ = 20.0
 """At which the receivers, measured in turns, are brought to common times."""

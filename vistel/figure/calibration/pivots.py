@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_rotvec, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_rotvec, rotvec_from_matrix
 
 NOISE_M = 0.003
 """What a sample is off by: receiver, skin, and joints that are not quite joints."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose, Posture
-from vistel.figure.rotation import multiply, quaternion_from_matrix, rotation_x, rotation_y, rotvec_from_quaternion
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import multiply, quaternion_from_matrix, rotation_x, rotation_y, rotvec_from_quaternion
 
 NEAREST, FARTHEST = 0.25, 8.0
 """Of what is looked at [m]."""

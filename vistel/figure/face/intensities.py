@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F64
 from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel.figure.face.rules import FaceRules
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 WORTH_M = 0.0016
 """A unit, or a unit with its twin on the other side, must explain more than this of the marks' motion to be there."""

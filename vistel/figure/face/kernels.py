@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 
 @compiled(nogil=True)

@@ -10,11 +10,11 @@ import numpy as np
 
 from vistel.figure.layers.contraction import FULL, LONGEST, SHORTEST, YIELD
 from vistel.figure.rigid.lanes import LANES, by_dual_quaternions, by_matrix, one_hemisphere
-from vistel.implicit.jit.addresses import doubles, floats, ints
-from vistel.implicit.jit.kernel_jit import fast, inlined, leaf
-from vistel.implicit.jit.lanes import inverse_root, of_width, store
-from vistel.implicit.jit.pointers import at, pointer
-from vistel.implicit.jit.wide import wide
+from vistel.jit.addresses import doubles, floats, ints
+from vistel.jit.kernel_jit import fast, inlined, leaf
+from vistel.jit.lanes import inverse_root, of_width, store
+from vistel.jit.pointers import at, pointer
+from vistel.jit.wide import wide
 
 load, spread, _, _ = of_width(LANES)
 

@@ -8,8 +8,8 @@ from vistel.arrays import F64
 from vistel.figure.making.joints import Jointed
 from vistel.figure.rigid.kernels import WITH_TWIST_OF
 from vistel.figure.rigid.weights import TWIST_BONES
-from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import quaternion_from_matrix
 
 
 def repose(points: F64, weight: F64, joints: Jointed) -> F64:

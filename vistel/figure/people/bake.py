@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32, I64
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 
 @compiled

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 THRESHOLD = 0.5
 RATIO_AT_SURFACE = math.sqrt(1.0 - math.sqrt(THRESHOLD))

@@ -9,7 +9,7 @@ from vistel.figure.people.field import Sculpture
 from vistel.figure.people.material import HAIR
 from vistel.figure.people.noise import noise
 from vistel.figure.people.recipe import Recipe
-from vistel.figure.rotation import rotation_x
+from vistel.geometry.rotation import rotation_x
 
 SHORT, PARTED, BOB, BUN, CROPPED, LONG = range(6)
 

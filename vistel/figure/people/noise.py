@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 
 @compiled

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 _BENDING = 0.42
 """Turn of the normal along an edge that counts as much as one wanted length [rad]."""

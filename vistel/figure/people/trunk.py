@@ -12,7 +12,7 @@ from vistel.arrays import F64
 from vistel.figure.people.field import Sculpture, Section
 from vistel.figure.people.material import COLLAR, SHOE, SKIN, SOLE, TOP, TROUSERS
 from vistel.figure.people.recipe import Recipe
-from vistel.figure.rotation import rotation_x, rotation_y, rotation_z
+from vistel.geometry.rotation import rotation_x, rotation_y, rotation_z
 
 LEFT_LEG, RIGHT_LEG = 1, 2
 ARM_Y = 1.41

@@ -13,9 +13,9 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import collar_scale
-from vistel.figure.rotation import quaternion_from_matrix, rotation_y, rotvec_from_matrix
 from vistel.figure.skeleton import COLLAR_SHORTENING
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.geometry.rotation import quaternion_from_matrix, rotation_y, rotvec_from_matrix
+from vistel.jit.kernel_jit import compiled
 
 REACH_MARGIN = 1e-6
 """Share of the arm's length kept back from full stretch, so that the elbow's plane stays defined."""

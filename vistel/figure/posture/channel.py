@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_rotvec, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_rotvec, rotvec_from_matrix
 
 HOLD_S = 0.5
 """A silent sensor's last value stands for this long."""

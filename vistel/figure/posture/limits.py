@@ -16,14 +16,14 @@ import numpy as np
 from vistel.arrays import F64, I32
 from vistel.figure.body import Body, PosedBody, pose_body
 from vistel.figure.posture.posture import ANKLE, ELBOW, KNEE, NECK, SHOULDER, SPINE_ROTATION, WRIST, Posture, pose_joints
-from vistel.figure.rotation import (
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
+from vistel.geometry.rotation import (
     matrix_from_quaternion,
     matrix_from_rotvec,
     quaternion_from_matrix,
     rotation_x,
     rotvec_from_quaternion,
 )
-from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
 
 SIDES = {"left": 1.0, "right": -1.0}
 MOST_KNEE, MOST_ELBOW = math.radians(150.0), math.radians(152.0)

@@ -31,7 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.rotation import (
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, SPINE_SEGMENTS, Skeleton
+from vistel.geometry.rotation import (
     matrix_from_quaternion,
     matrix_from_rotvec,
     multiply,
@@ -43,8 +44,7 @@ from vistel.figure.rotation import (
     slerp,
     turn,
 )
-from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, SPINE_SEGMENTS, Skeleton
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 DOF_COUNT = 25
 HAND_DOF_COUNT = 20

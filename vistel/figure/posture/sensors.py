@@ -16,8 +16,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 
 Placement = tuple[F64, F64]
 """(position (3,) [m], unit quaternion (4,) x y z w): a frame placed in another."""

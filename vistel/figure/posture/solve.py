@@ -21,8 +21,8 @@ from vistel.figure.posture.sensors import Mount, Placement, joint_of_receiver, r
 from vistel.figure.posture.stance import StanceFollower
 from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm, wrist_angles
 from vistel.figure.posture.trunk import lean_to_head, solve_trunk
-from vistel.figure.rotation import matrix_from_rotvec, rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
+from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 
 # Hard limits [rad]: what a hand is bent back to when a receiver says more (slipped, or mounted askew).
 WRIST_TWIST, WRIST_DEVIATION, WRIST_FLEXION = math.radians(120.0), math.radians(50.0), math.radians(95.0)

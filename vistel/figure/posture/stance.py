@@ -9,8 +9,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.posture.posture import Stance
 from vistel.figure.posture.trunk import hips_below
-from vistel.figure.rotation import rotation_y
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
+from vistel.geometry.rotation import rotation_y
 
 STANDING_SLACK, SITTING_SLACK = 0.12, 0.30
 """Metres the hips may be off their natural place over the feet before the feet follow."""

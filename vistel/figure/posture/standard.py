@@ -20,7 +20,7 @@ from vistel.figure.posture.posture import (
     interpolate,
     standing,
 )
-from vistel.figure.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
+from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
 
 
 def standard_postures() -> dict[str, Posture]:

@@ -14,9 +14,9 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.arm import across, arm_dofs, arm_frames, clamp_reach, elbow_circle, elbow_flexion
-from vistel.figure.rotation import quaternion_from_matrix, rotvec_from_matrix
 from vistel.figure.skeleton import COLLAR_SHORTENING
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.geometry.rotation import quaternion_from_matrix, rotvec_from_matrix
+from vistel.jit.kernel_jit import compiled
 
 
 class Comfort(NamedTuple):

@@ -8,8 +8,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import spine_chord
-from vistel.figure.rotation import matrix_from_rotvec, rotvec_from_matrix
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.geometry.rotation import matrix_from_rotvec, rotvec_from_matrix
+from vistel.jit.kernel_jit import compiled
 
 LEG_MARGIN = 1e-4
 """Metres kept back from a fully straight or folded leg."""

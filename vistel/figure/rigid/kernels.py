@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from vistel.figure.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.geometry.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix
+from vistel.jit.kernel_jit import compiled
 
 WITH_TWIST_OF, WITHOUT_TWIST_FROM = 0, 1
 """Kinds of added bones: the joint turned by the twist of another (its child); the joint without its twist

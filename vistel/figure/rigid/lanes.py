@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.jit.kernel_jit import fast, leaf
-from vistel.implicit.jit.pointers import at, pointer
-from vistel.implicit.jit.wide import wide
+from vistel.jit.kernel_jit import fast, leaf
+from vistel.jit.pointers import at, pointer
+from vistel.jit.wide import wide
 
 LANES = 16
 """Vertices that are skinned together: those of a row follow the same bones."""

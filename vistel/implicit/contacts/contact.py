@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32
-from vistel.implicit.contacts.contact_search import find_among, find_pairs  # pyright: ignore[reportUnknownVariableType]
+from vistel.implicit.contacts.contact_search_kernels import find_among, find_pairs  # pyright: ignore[reportUnknownVariableType]
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 
 

@@ -9,9 +9,9 @@ import math
 import numpy as np
 
 from vistel.implicit.contacts.contact_set import ROUNDED_POLYGON
-from vistel.implicit.contacts.contact_surface import T, cone_sphere_foot, field_of_ratio, perpendicular, probes, surface
-from vistel.implicit.jit.kernel_jit import compiled
-from vistel.implicit.jit.pointers import at
+from vistel.implicit.contacts.contact_surface_kernels import T, cone_sphere_foot, field_of_ratio, perpendicular, probes, surface
+from vistel.jit.kernel_jit import compiled
+from vistel.jit.pointers import at
 
 _TINY = 1e-12
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)

@@ -14,20 +14,20 @@ from vistel.arrays import F32, F64, I32
 from vistel.implicit.contacts.contact_set import CONE_SPHERE
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.deform_blocks import Blocks
+from vistel.implicit.deformation.deform_kernels import deform_frame  # pyright: ignore[reportUnknownVariableType]
 from vistel.implicit.deformation.deform_normals import NormalUpdate
-from vistel.implicit.deformation.kernels_deform import deform_frame  # pyright: ignore[reportUnknownVariableType]
-from vistel.implicit.deformation.kernels_displace import (
+from vistel.implicit.deformation.displace_kernels import (
     lay_on,  # pyright: ignore[reportUnknownVariableType]
     pressed,  # pyright: ignore[reportUnknownVariableType]
 )
-from vistel.implicit.deformation.kernels_field import LANES, ROW, WIDTH
-from vistel.implicit.deformation.kernels_pose import (
+from vistel.implicit.deformation.field_kernels import LANES, ROW, WIDTH
+from vistel.implicit.deformation.pose_kernels import (
     load_source,  # pyright: ignore[reportUnknownVariableType]
     measure_rest,  # pyright: ignore[reportUnknownVariableType]
     pose_ghosts,  # pyright: ignore[reportUnknownVariableType]
 )
+from vistel.implicit.ghosts.effect_kernels import OWN_EFFECT
 from vistel.implicit.ghosts.ghost import MOST_PRIMITIVES, GhostSource
-from vistel.implicit.ghosts.ghost_effects import OWN_EFFECT
 from vistel.implicit.meshes.embedding import JOINT_REACH, JOINT_WEIGHT, Embedding
 
 _LINE = 64

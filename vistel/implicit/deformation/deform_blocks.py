@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32
 from vistel.implicit.deformation.deform_table import COLLIDES, NEIGHBOUR, NO_OVERLAP
-from vistel.implicit.deformation.kernels_field import LANES, PATCHES, WIDTH
+from vistel.implicit.deformation.field_kernels import LANES, PATCHES, WIDTH
 from vistel.implicit.meshes.embedding import Embedding
 
 _STRETCH = 1.25

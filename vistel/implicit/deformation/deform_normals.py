@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.arrays import F32, I32
-from vistel.implicit.deformation.kernels_normals import (
+from vistel.implicit.deformation.normals_kernels import (
     build_fans,  # pyright: ignore[reportUnknownVariableType]
     update_normals,  # pyright: ignore[reportUnknownVariableType]
 )

@@ -27,9 +27,9 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64, I32
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.deform import Deformer
-from vistel.implicit.deformation.kernels_field import LANES
-from vistel.implicit.deformation.kernels_normals import build_fans  # pyright: ignore[reportUnknownVariableType]
-from vistel.implicit.deformation.kernels_plan import (
+from vistel.implicit.deformation.field_kernels import LANES
+from vistel.implicit.deformation.normals_kernels import build_fans  # pyright: ignore[reportUnknownVariableType]
+from vistel.implicit.deformation.plan_kernels import (
     BLOCK_WORDS,
     PAIR_WORDS,
     begin_frame,  # pyright: ignore[reportUnknownVariableType]

@@ -12,7 +12,7 @@ LEAVES = 4
 
 
 def build(boxes: NDArray[np.float32]) -> dict[str, Any]:
-    """Hierarchy of boxes (n, 6) (low, high): tree_box, tree_link, tree_order (see `machine.Arrays`).
+    """Hierarchy of boxes (n, 6) (low, high): tree_box, tree_link, tree_order (see `evaluate_kernels.Arrays`).
 
     Split at the median of the longest axis of the centres; an empty set has no nodes.
     """

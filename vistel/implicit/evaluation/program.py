@@ -354,12 +354,15 @@ _loaded: list[Any] = []
 
 
 def _kernels() -> Any:
-    """The evaluator, imported at first use: it brings Numba, which shapes alone do not need."""
+    """The evaluator, imported at first use: it brings Numba, which shapes alone do not need. Announces the compilation,
+    which happens once after installation."""
     if not _loaded:
-        from vistel.implicit.evaluation import machine
+        from vistel.implicit.evaluation import evaluate_kernels
+        from vistel.jit.kernel_jit import is_cold
 
-        _loaded.append(machine)
-        _warm(machine)
+        _loaded.append(evaluate_kernels)
+        if is_cold(evaluate_kernels.evaluate_points) and sys.stderr.isatty():
+            print("vistel.implicit: compiling field kernels (once) ...", file=sys.stderr, flush=True)
     return _loaded[0]
 
 
@@ -367,11 +370,3 @@ def _stamp() -> Any:
     from vistel.implicit.primitives.kinds import stamp
 
     return stamp()
-
-
-def _warm(machine: Any) -> None:
-    """Say so when the kernels have to be compiled, which happens once after installation."""
-    from vistel.implicit.jit.cache import is_cold
-
-    if is_cold(machine) and sys.stderr.isatty():
-        print("vistel.implicit: compiling field kernels (once) ...", file=sys.stderr, flush=True)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SPHERE, SUPERELLIPSOID, PrimitiveSet
-from vistel.implicit.deformation.kernels_field import ROW
+from vistel.implicit.deformation.field_kernels import ROW
 
 T = 0.5
 INVERSE_T = float(np.sqrt(1.0 - np.sqrt(T)))
@@ -54,12 +54,12 @@ def collision(own_compliance: float, deficits: Sequence[float], compliances: Seq
 class GhostSource:
     """A body's primitives at one instant, as ghosts for others.
 
-    rows: (N, ROW) float32, one per primitive, as `vistel.implicit.deformation.kernels_field` reads them; kind: (N,);
+    rows: (N, ROW) float32, one per primitive, as `vistel.implicit.deformation.field_kernels` reads them; kind: (N,);
     box: (N, 6) corners of each realm [m]; corners: (C, 2) of all rounded polygons. group_start: (G + 1,)
     primitives of group g are group_start[g] : group_start[g + 1] and act as one body, their Ricci union.
     compliance: (G,), 0 = rigid. depth: (G,) penetration delta in field units if the caller knows it,
     negative to have it measured on the skin. target: (P,) primitives of the deformed body this acts on,
-    None for all. effect: (G,) of `vistel.implicit.ghosts.ghost_effects`, None: all collide; parameters: flat,
+    None for all. effect: (G,) of `vistel.implicit.ghosts.effect_kernels`, None: all collide; parameters: flat,
     those of group g's effect are parameters[parameter_start[g] : parameter_start[g + 1]].
     """
 

@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike
 
 from vistel.implicit.checks import ShapeError, within
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.deformation.kernels_field import ROW
-from vistel.implicit.ghosts import ghost_effects as effects
+from vistel.implicit.deformation.field_kernels import ROW
+from vistel.implicit.ghosts import effect_kernels as effects
 from vistel.implicit.ghosts.constraint import Pull
 from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Directional, Radial, Shear

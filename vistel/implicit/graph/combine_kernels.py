@@ -22,9 +22,9 @@ from vistel.implicit.evaluation.layout import (
     REGISTER,
     UNION,
 )
+from vistel.implicit.evaluation.row_kernels import F32, HALF, ONE, ZERO, row
 from vistel.implicit.ghosts.ghost_kernels import plateau, raised
-from vistel.implicit.jit.pointers import at
-from vistel.implicit.jit.rows import F32, HALF, ONE, ZERO, row
+from vistel.jit.pointers import at
 
 TIE = F32(1e-6)
 MAX_SLOPE = F32(1e6)

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32
-from vistel.implicit.jit.kernel_jit import compiled
 from vistel.implicit.meshes.embedding import Limbs
+from vistel.jit.kernel_jit import compiled
 
 _FEWEST = 12
 """Vertices a part needs."""

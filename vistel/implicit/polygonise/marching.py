@@ -59,9 +59,9 @@ def march(
     residual: the largest |F - threshold| allowed. progress is called now and then with the share done; what it raises
     stops the work. limit: bytes that may be used.
     """
-    from vistel.implicit.polygonise import kernels
+    from vistel.implicit.polygonise import marching_kernels
 
-    kernel = cast(Any, kernels).march
+    kernel = cast(Any, marching_kernels).march
     # Out of the primitives' reach the points that fill up the last blocks cost nothing.
     counts = -(-(span[1] - span[0]) // np.array([8, 4, 64])) * np.array([8, 4, 64])
     refuse_beyond(limit, 30.0 * SLAB * counts[1] * counts[2] + 8.0 * counts.sum(), f"a lattice of {_times(counts)} points")
@@ -123,7 +123,7 @@ def _watched(run: Callable[[], Any], done: I64, planes: int, progress: Progress)
 
 @cache
 def _sources() -> bytes:
-    return b"".join((Path(__file__).parent / name).read_bytes() for name in ("kernels.py", "bits.py"))
+    return b"".join((Path(__file__).parent / name).read_bytes() for name in ("marching_kernels.py", "bits_kernels.py"))
 
 
 @cache

@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from vistel.implicit.jit.pointers import at, keep, pointer
-from vistel.implicit.jit.rows import F32, HALF, ONE, THREE, TWO, ZERO, blend_one, row
+from vistel.implicit.evaluation.row_kernels import F32, HALF, ONE, THREE, TWO, ZERO, blend_one, row
 from vistel.implicit.primitives.kinds import volume_dispatcher
+from vistel.jit.pointers import at, keep, pointer
 
 LEAST = F32(-1e30)
 CLOSE = F32(1e-7)

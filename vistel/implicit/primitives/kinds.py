@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import hashlib
 import importlib
-import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,7 +32,7 @@ class Kind:
 
     name: str
     kernel: str
-    module: str = "primitives.kernels"
+    module: str = "primitives.primitive_kernels"
     value: bool = False
     make: Callable[[Sequence[float]], Primitive] | None = None
 
@@ -84,6 +84,8 @@ KINDS: tuple[Kind, ...] = (
     Kind("ramp", "ramp", module="ghosts.ghost_kernels", value=True),
 )
 
+_IMPLICIT = Path(__file__).parents[1]
+
 KIND_INDEX = {kind.name: i for i, kind in enumerate(KINDS)}
 
 
@@ -108,7 +110,7 @@ def primitive_of(kind: str, params: Sequence[float]) -> Primitive:
 
 def _dispatcher(kinds: Sequence[tuple[int, Kind]]) -> Any:
     """The compiled function (kind, p, x, y, z, u, gx, gy, gz, n, slope) that calls the kernel of one of `kinds`."""
-    from vistel.implicit.jit.rows import row
+    from vistel.implicit.evaluation.row_kernels import row
 
     lines = ["def dispatch(kind, p, x, y, z, u, gx, gy, gz, n, slope):"]
     scope: dict[str, Any] = {}
@@ -126,13 +128,14 @@ def dispatcher() -> Any:
 
 def volume_dispatcher() -> Any:
     """The same for the analytic kinds alone, which may be the volumes of pointblobs."""
-    return _dispatcher([(code, kind) for code, kind in enumerate(KINDS) if kind.module == "primitives.kernels"])
+    return _dispatcher([(code, kind) for code, kind in enumerate(KINDS) if kind.module == "primitives.primitive_kernels"])
 
 
 def stamp() -> np.ndarray:
     """An array whose *type* names the kernels' source, so that compiled code on disk is never older than it."""
-    names = {"jit.pointers", "jit.rows", "graph.combine_kernels"}
-    names |= {"evaluation.block", "evaluation.machine", "evaluation.reach"} | {kind.module for kind in KINDS}
-    modules = [importlib.import_module(f"vistel.implicit.{name}") for name in sorted(names)]
-    source = "".join(map(inspect.getsource, modules)) + repr([(k.name, k.kernel, k.value) for k in KINDS])
+    from vistel.jit.kernel_jit import stamp_of
+
+    modules = sorted({"evaluation.evaluate_kernels", *(kind.module for kind in KINDS)})
+    files = [_IMPLICIT.joinpath(*module.split(".")).with_suffix(".py") for module in modules]
+    source = "".join(map(stamp_of, files)) + repr([(k.name, k.kernel, k.value) for k in KINDS])
     return np.zeros(1, dtype=[("s" + hashlib.sha256(source.encode()).hexdigest()[:12], np.int8)])

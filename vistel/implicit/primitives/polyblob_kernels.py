@@ -8,8 +8,8 @@ m rows of 13 (normal 3, level, corners 9).
 
 from __future__ import annotations
 
-from vistel.implicit.jit.pointers import at
-from vistel.implicit.jit.rows import F32, ONE, TWO, ZERO, row
+from vistel.implicit.evaluation.row_kernels import F32, ONE, TWO, ZERO, row
+from vistel.jit.pointers import at
 
 LARGE = F32(3e38)
 CORE_WORDS, HULL_WORDS = 30, 13

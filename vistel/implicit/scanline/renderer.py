@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, I64, U8
 from vistel.implicit.evaluation.program import FieldProgram, compile
 from vistel.implicit.graph.shape import Shape
-from vistel.implicit.scanline.along import LARGE
-from vistel.implicit.scanline.polygons import draw_triangles
-from vistel.implicit.scanline.shade import LAMP_WORDS, LOOKS, shade
+from vistel.implicit.scanline.along_kernels import LARGE
+from vistel.implicit.scanline.polygons_kernels import draw_triangles
+from vistel.implicit.scanline.shade_kernels import LAMP_WORDS, LOOKS, shade
 from vistel.implicit.scanline.surface import Surface
 from vistel.implicit.scanline.view import View
 from vistel.implicit.scene import Scene, SceneError

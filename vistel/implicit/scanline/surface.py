@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64, I32
 from vistel.implicit.evaluation.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, START, SUM, VALUE
 from vistel.implicit.evaluation.program import FieldProgram
-from vistel.implicit.scanline import along, eye, sweep
-from vistel.implicit.scanline.polygons import cover_depths, keep_nearer
+from vistel.implicit.scanline import along_kernels, eye_kernels, sweep_kernels
+from vistel.implicit.scanline.polygons_kernels import cover_depths, keep_nearer
 from vistel.implicit.scanline.view import Outlines, View
 from vistel.implicit.trace import RayCaster
 
 QUARTIC = 2
 PARTS = 8
 """A union of more sums than this is not drawn sum by sum."""
-MISS = np.float32(along.LARGE)
+MISS = np.float32(along_kernels.LARGE)
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,12 @@ def sums_of(program: FieldProgram) -> list[slice] | None:
     """
     node, leaf, scale = program.arrays["node"], program.arrays["leaf"], program.arrays["scale"]
     params = program.arrays["params"]
-    known = (leaf[:, KIND] <= along.POLYGON) & (leaf[:, VALUE] == 0) & (leaf[:, FAMILY] == QUARTIC)
+    known = (leaf[:, KIND] <= along_kernels.POLYGON) & (leaf[:, VALUE] == 0) & (leaf[:, FAMILY] == QUARTIC)
     if not known.all() or not ((scale[:, 0] > 0) & (scale[:, 1] == 1)).all():
         return None
-    for row in leaf[leaf[:, KIND] >= along.CONE]:
+    for row in leaf[leaf[:, KIND] >= along_kernels.CONE]:
         p = params[row[START] :]
-        if (row[KIND] == along.CONE and p[9] != 0) or (row[KIND] == along.POLYGON and not _convex(p)):
+        if (row[KIND] == along_kernels.CONE and p[9] != 0) or (row[KIND] == along_kernels.POLYGON and not _convex(p)):
             return None
     root = node[-1]
     if len(node) > 1 and root[OP] != MAX:
@@ -70,7 +70,7 @@ def _convex(p: F32) -> bool:
 class Surface:
     """depth: (height + 2, columns) float32 from the program's origin along the line of sight [m], after two rows of
     MISS, MISS where nothing is met; normal: (3, height, columns) in eye space, of any length; columns are whole groups
-    of sixteen. counts: of the last drawing, see `sweep`; drawn: (height, groups) which groups it drew."""
+    of sixteen. counts: of the last drawing, see `sweep_kernels`; drawn: (height, groups) which groups it drew."""
 
     view: View
     threshold: float
@@ -117,10 +117,10 @@ class Surface:
             return self.draw()
         changed = changed_leaves(before, program)
         dirty = np.zeros((self.view.size[1], self.view.groups), np.uint8)
-        sweep.mark(plan.rows, plan.span_at, plan.spans, changed, dirty)
+        sweep_kernels.mark(plan.rows, plan.span_at, plan.spans, changed, dirty)
         self._outlines = Outlines.of(program)
         self._plan = self._planned(changed, plan)
-        sweep.mark(self._plan.rows, self._plan.span_at, self._plan.spans, changed, dirty)
+        sweep_kernels.mark(self._plan.rows, self._plan.span_at, self._plan.spans, changed, dirty)
         sums = sums_of(program) if self._before_the_eye() else None
         if sums != self._sums or self._resolution != resolution:
             return self.draw()
@@ -140,7 +140,7 @@ class Surface:
             else (np.zeros((n, 2), np.int32), np.zeros(n + 1, np.int64), np.zeros((0, 2), np.int32))
         )
         return Plan(
-            *sweep.plan(
+            *sweep_kernels.plan(
                 a["leaf"],
                 a["scale"],
                 a["params"],
@@ -158,7 +158,7 @@ class Surface:
     def _before_the_eye(self) -> bool:
         """Whether all primitives lie in front of the eye: else roots behind it would have to be told apart."""
         assert self._plan is not None
-        return bool((self._plan.forms[:, eye.DEPTH] > 0).all())
+        return bool((self._plan.forms[:, eye_kernels.DEPTH] > 0).all())
 
     def _solve(self, dirty: NDArray[np.uint8]) -> None:
         self.counts[:] = 0
@@ -182,8 +182,8 @@ class Surface:
         plan = self._plan
         assert plan is not None
         order = np.arange(leaves.start, leaves.stop, dtype=np.int32)
-        order = order[np.argsort(plan.table[leaves, along.NEAR], kind="stable")]
-        sweep.sweep(
+        order = order[np.argsort(plan.table[leaves, along_kernels.NEAR], kind="stable")]
+        sweep_kernels.sweep(
             plan.table,
             self._corners,
             order,
@@ -206,11 +206,11 @@ class Surface:
         assert self._plan is not None
         leaf, params, table = self.program.arrays["leaf"], self.program.arrays["params"], self._plan.table
         corners, first = [np.zeros(2, np.float32)], 1
-        for i in np.flatnonzero(leaf[:, KIND] == along.POLYGON):
+        for i in np.flatnonzero(leaf[:, KIND] == along_kernels.POLYGON):
             start = leaf[i, START] + 2
             count = int(params[start - 1])
             corners.append(params[start : start + 2 * count])
-            table[i, along.L] = first
+            table[i, along_kernels.L] = first
             first += count
         return np.concatenate(corners)
 
@@ -241,7 +241,7 @@ class Surface:
             return
         directions = view.directions(rows, columns)
         ahead = directions @ view.frame[2]
-        oz = view.numbers[eye.OZ]
+        oz = view.numbers[eye_kernels.OZ]
         start = self.program.origin + view.points(rows, columns, np.full(len(rows), -oz))
         near_, far_ = np.maximum(near[rows, columns], 0.0) / ahead, far[rows, columns] / ahead
         margin = 1e-4 * (far_ - near_) + 1e-9

@@ -23,7 +23,7 @@ from vistel.implicit.scene import Camera
 @dataclass(frozen=True)
 class View:
     """A picture of `size` (width, height) about a program's origin. frame: (3, 3) right, up, ahead; numbers: (8,) as
-    `vistel.implicit.scanline.eye` names them."""
+    `vistel.implicit.scanline.eye_kernels` names them."""
 
     size: tuple[int, int]
     frame: F64

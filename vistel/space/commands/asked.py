@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.commands.actions import Refused, Which
 from vistel.space.commands.history import Change, Stood
 from vistel.space.commands.reference import Speaker, meant

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.commands.actions import Refused
 from vistel.space.things.arc import Arc
 from vistel.space.things.solids import Solids, outline

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space.commands import actions as ask
 from vistel.space.commands import create as makes

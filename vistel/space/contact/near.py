@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64
 from vistel.implicit.contacts.contact import ContactArray
-from vistel.implicit.contacts.contact_search import place  # pyright: ignore[reportUnknownVariableType]
+from vistel.implicit.contacts.contact_search_kernels import place  # pyright: ignore[reportUnknownVariableType]
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.near_kernels import (
     boxes_of,  # pyright: ignore[reportUnknownVariableType]

@@ -11,10 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.implicit.contacts.contact_kernels import cone_against, cone_pair
-from vistel.implicit.contacts.contact_search import _apart, hulls
+from vistel.implicit.contacts.contact_search_kernels import _apart, hulls
 from vistel.implicit.contacts.contact_set import CONE_SPHERE
-from vistel.implicit.jit.kernel_jit import compiled
-from vistel.implicit.jit.pointers import at, pointer
+from vistel.jit.kernel_jit import compiled
+from vistel.jit.pointers import at, pointer
 
 
 @compiled

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from vistel.implicit.contacts.contact_kernels import surface
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 T = 0.5
 INVERSE_T = math.sqrt(1.0 - math.sqrt(T))

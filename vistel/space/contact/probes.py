@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.contacts.contact_surface import surface
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.implicit.contacts.contact_surface_kernels import surface
+from vistel.jit.kernel_jit import compiled
 from vistel.space.things.things import Primitive, Thing
 
 MANY = 200

@@ -21,9 +21,9 @@ import numpy as np
 from numba.np.numpy_support import carray
 
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, SPHERE, SUPERELLIPSOID
-from vistel.implicit.contacts.contact_surface import INVERSE_T, T, cone_sphere_foot, surface
-from vistel.implicit.jit.kernel_jit import compiled
-from vistel.implicit.jit.pointers import at, keep, pointer
+from vistel.implicit.contacts.contact_surface_kernels import INVERSE_T, T, cone_sphere_foot, surface
+from vistel.jit.kernel_jit import compiled
+from vistel.jit.pointers import at, keep, pointer
 
 RAYS = 8
 NODES = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))

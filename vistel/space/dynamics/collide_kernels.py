@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from vistel.implicit.contacts.contact_kernels import surface
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 PUSHER = -2
 """Stands for a person in a pair of contacts; -1 stands for the floor."""

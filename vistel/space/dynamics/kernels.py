@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_kernels import surface
-from vistel.implicit.jit.kernel_jit import compiled
-from vistel.implicit.jit.pointers import at, keep, pointer
+from vistel.jit.kernel_jit import compiled
+from vistel.jit.pointers import at, keep, pointer
 from vistel.space.dynamics.collide_kernels import WIDTH
 
 GRAVITY = 9.81

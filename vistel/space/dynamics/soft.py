@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.blend import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.constraint import Constraint, Hold, tear

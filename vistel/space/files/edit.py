@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 from vistel.space.commands.reshape import painted
 from vistel.space.files.cells import cells_of
 from vistel.space.files.faults import RoomFileError

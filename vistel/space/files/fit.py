@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from vistel.arrays import F64, I32, I64
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.files.cells import Cells, cells_of
 from vistel.space.files.superellipsoids import Shape, gap, shape_of
 from vistel.space.things.things import Primitive

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
 from vistel.space.commands.reshape import painted
 from vistel.space.files.interior import Interior
 from vistel.space.files.load import load_things

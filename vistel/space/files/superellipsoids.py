@@ -11,10 +11,10 @@ from itertools import product
 import numpy as np
 
 from vistel.arrays import F64, I64
-from vistel.figure.rotation import quaternion_from_matrix
+from vistel.geometry.rotation import quaternion_from_matrix
 from vistel.implicit.contacts.contact_set import SUPERELLIPSOID
-from vistel.implicit.contacts.contact_surface import surface
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.implicit.contacts.contact_surface_kernels import surface
+from vistel.jit.kernel_jit import compiled
 from vistel.space.files.cells import Cells
 from vistel.space.things.things import Primitive
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.things.things import Axis, Primitive, Thing
 
 MOST = 24

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion, matrix_from_rotvec, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.hands.fitting import hand_of
 from vistel.space.hands.grasp import Grasp, Pose, hand_frame

@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions, wake_around
 from vistel.space.dynamics.kernels import MAX_SPEED, MAX_SPIN

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled
 
 DIGITS, THUMB, PALM = 6, 0, 5
 """As `vistel.space.people`: per hand thumb, four fingers, palm."""

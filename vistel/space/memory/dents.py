@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.figure.rotation import matrix_from_quaternion, slerp
+from vistel.geometry.rotation import matrix_from_quaternion, slerp
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost_terms import decay_quartic

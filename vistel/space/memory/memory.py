@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space.memory.bonds import NEAR, Bond, Frame, Grip, Torn, glue_of, same_to_others, stick
 from vistel.space.memory.dents import MOST_IN_ROOM, Dent, Press, deepest, remember

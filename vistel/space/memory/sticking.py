@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.dynamics.dynamics import ASLEEP, FREE, Motions
 from vistel.space.dynamics.kernels import GRAVITY
 from vistel.space.hands.grasp import into_hand

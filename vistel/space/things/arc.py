@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_rotvec
+from vistel.geometry.rotation import matrix_from_rotvec
 
 
 @dataclass(frozen=True, eq=False)

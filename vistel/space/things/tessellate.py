@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.things.things import Primitive, Thing
 
 

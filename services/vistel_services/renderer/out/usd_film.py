@@ -24,8 +24,8 @@ from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats import usd as avatar_usd
 from vistel.figure.posture.posture import JointPose, pose_joints
-from vistel.figure.rotation import quaternion_from_matrix
 from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton
+from vistel.geometry.rotation import quaternion_from_matrix
 from vistel.space.files.interior import Interior, looks_of
 from vistel.space.files.usd_write import save_usd
 from vistel.space.things.things import Thing

@@ -1,6 +1,6 @@
 #version 330
 // A drawn corner: its vertex's place, and the normal of the triangles round it where any of them moved
-// (vistel.implicit.deformation.kernels_normals).
+// (vistel.implicit.deformation.normals_kernels).
 #include "deform_plan.glsl"
 uniform sampler2D placed;
 uniform sampler2D rigid_normals;

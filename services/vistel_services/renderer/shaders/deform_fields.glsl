@@ -1,5 +1,5 @@
 // Fields of primitives along a vertex's normal: P(s) = p + s n. Everything returns (F, dF/ds); each function is one of
-// vistel.implicit.deformation.kernels_field or kernels_meet, for one vertex instead of 64.
+// vistel.implicit.deformation.field_kernels or meet_kernels, for one vertex instead of 64.
 
 vec2 cone(int row, vec3 p, vec3 n, float s) {
     vec4 r0 = numbers(row), r1 = numbers(row + 1), r2 = numbers(row + 2);

@@ -1,4 +1,4 @@
-// The min rule (vistel.implicit.deformation.kernels_ghost, ghost_effects): what every sort of body adds to a vertex's sums. Pairs
+// The min rule (vistel.implicit.deformation.min_rule_kernels, effect_kernels): what every sort of body adds to a vertex's sums. Pairs
 // are a value and its slope d/ds.
 
 struct Sums { vec2 raised, least, cut, soft; };

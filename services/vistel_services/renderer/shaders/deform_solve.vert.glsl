@@ -1,5 +1,5 @@
 #version 330
-// A vertex along its normal to F = T (mathematics M6.5), as vistel.implicit.deformation.kernels_solve does it for 64 of them.
+// A vertex along its normal to F = T (mathematics M6.5), as vistel.implicit.deformation.solve_kernels does it for 64 of them.
 #include "deform_plan.glsl"
 #include "deform_fields.glsl"
 #include "deform_ghosts.glsl"
@@ -136,7 +136,7 @@ void solve() {
 }
 
 #ifdef DISPLACED
-// The largest field of others where the vertex has come to lie (vistel.implicit.deformation.kernels_displace).
+// The largest field of others where the vertex has come to lie (vistel.implicit.deformation.displace_kernels).
 float pressed() {
     if (place.x < 0)
         return 0.0;

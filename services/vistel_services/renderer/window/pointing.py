@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.things.tessellate import Surface3
 from vistel_services.renderer.screens import Sight
 

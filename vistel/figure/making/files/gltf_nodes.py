@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F64, I32
 from vistel.figure.making.files.gltf import Document
 from vistel.figure.making.files.source import MakingError
-from vistel.figure.rotation import matrix_from_quaternion
+from vistel.geometry.rotation import matrix_from_quaternion
 
 
 class Nodes:

@@ -23,8 +23,8 @@ from vistel.figure.posture.posture import (
     pose_joints,
     standing,
 )
-from vistel.figure.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
 from vistel.figure.skeleton import JOINTS, Skeleton
+from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
 from vistel.wrinkle.drive import Drive
 
 STEPS = 24

@@ -1,0 +1,1 @@
+"""Rotations and poses, which every other part of the library may use."""

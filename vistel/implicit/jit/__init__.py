@@ -1,1 +1,0 @@
-"""How kernels are compiled, and what they are built from: pointers, rows, lanes."""
