@@ -4,11 +4,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 from threading import Event, Thread
 from typing import Any, cast
 
@@ -68,13 +65,11 @@ def march(
     padded = np.stack([span[0], span[0] + counts])
     axes = [(a - o).astype(np.float32) for a, o in zip(lattice.axes(padded), program.origin, strict=True)]
     table, many = kernel_table()
-    machine = program._machine  # pyright: ignore[reportPrivateUsage]
+    _, stamp, arrays = program._machine  # pyright: ignore[reportPrivateUsage]
     done = np.zeros(2, np.int64)
 
     def run() -> Any:
-        return kernel(
-            _stamp(machine[1]), machine[2], *axes, np.float32(threshold), np.float32(residual), table.ravel(), many, cells, done
-        )
+        return kernel(stamp, arrays, *axes, np.float32(threshold), np.float32(residual), table.ravel(), many, cells, done)
 
     found = run() if progress is None else _watched(run, done, int(counts[0]), progress)
     points, normals, edge, worst, triangles, cell, blocks = found
@@ -119,22 +114,6 @@ def _watched(run: Callable[[], Any], done: I64, planes: int, progress: Progress)
         raise faults[0]
     progress(1.0)
     return result[0]
-
-
-@cache
-def _sources() -> bytes:
-    return b"".join((Path(__file__).parent / name).read_bytes() for name in ("marching_kernels.py", "bits_kernels.py"))
-
-
-@cache
-def _stamped(name: str) -> Any:
-    digest = hashlib.sha256(name.encode() + _sources()).hexdigest()[:12]
-    return np.zeros(1, dtype=[("m" + digest, np.int8)])
-
-
-def _stamp(machine: Any) -> Any:
-    """An array whose type names the source of the kernels, as `kinds.stamp` does for those of the primitives."""
-    return _stamped(machine.dtype.names[0])
 
 
 def _times(counts: I64) -> str:
