@@ -1,8 +1,7 @@
-"""From pictures of an eye to the pupil, the iris, where the eye looks and how far it is open."""
+"""From pictures of an eye to the pupil, where the eye looks and how far it is open."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import cv2
@@ -14,21 +13,11 @@ from vistel.vision.pupil import SURE, Pupil, find_pupil
 
 _KEPT = 0.05
 """Share by which what an open eye looks like follows each picture of one."""
-_SIDE = math.radians(40.0)
-"""Of the iris's outline, what lies this near to the horizontal is not under a lid."""
 _BAND = 0.7
 """Half width of the strip in which the lids are looked for, over the pupil's radius."""
 _OPEN_LEAST = 0.15
 _GAZE_LEAST = 0.55
 """Opening below which the lid cuts the pupil, so that its middle says nothing of the gaze."""
-
-
-@dataclass(frozen=True)
-class Iris:
-    """centre: (2,) [px]; radius [px]."""
-
-    centre: F64
-    radius: float
 
 
 @dataclass(frozen=True)
@@ -118,23 +107,3 @@ def opening_px(picture: U8, pupil: Pupil, key: float) -> float:
     top = int(above[-1]) if len(above) else -1
     bottom = int(below[0]) if len(below) else len(dark)
     return float(bottom - top - 1)
-
-
-def find_iris(picture: U8, pupil: Pupil) -> Iris | None:
-    """The circle round the iris, from its left and right sides; None where neither shows."""
-    calm = cv2.GaussianBlur(picture, (0, 0), 2.0).astype(np.float32)
-    x, y = pupil.centre
-    radii = np.arange(1.35 * pupil.radius, 6.0 * pupil.radius, 0.5)
-    sides: list[float] = []
-    for turn in (0.0, np.pi):
-        angles: F64 = turn + np.linspace(-_SIDE, _SIDE, 17)[:, None]
-        px, py = x + radii * np.cos(angles), y + radii * np.sin(angles)
-        rolled = cv2.remap(calm, px.astype(np.float32), py.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        profile = np.median(rolled, 0)
-        rise = np.zeros_like(profile)
-        rise[4:-4] = profile[8:] - profile[:-8]
-        sides.append(float(radii[int(rise.argmax())]) if rise.max() > 4.0 else np.nan)
-    right, left = sides
-    if not np.isfinite(right + left):
-        return None
-    return Iris(np.array((x + 0.5 * (right - left), y)), 0.5 * (right + left))

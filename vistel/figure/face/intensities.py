@@ -1,11 +1,10 @@
-"""How strong each action unit is: from the 13 marks, from a phone's channels, from how loud somebody speaks."""
+"""How strong each action unit is: from the 13 marks, or from how loud somebody speaks."""
 
 # pyright: basic, reportCallIssue=false
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,25 +94,6 @@ def _explain(gram: F64, drive: F64, most: F64, twin: NDArray[np.int64], worth: f
                         out[k] = new
                         for j in range(count):
                             slope[j] -= by * gram[k, j]
-
-
-class PhoneReader:
-    """From ARKit's channels to units."""
-
-    def __init__(self, rules: FaceRules, channels: Sequence[str]) -> None:
-        """channels: ARKit's names in the order in which values will come; others may be among them."""
-        index = {name: i for i, name in enumerate(channels)}
-        self._matrix = np.zeros((len(rules.units), len(channels)))
-        for k, u in enumerate(rules.units):
-            for name, share in u.unit.arkit.items():
-                for each in (name, name + ("Right" if u.side < 0 else "Left")):
-                    if each in index:
-                        self._matrix[k, index[each]] = share
-
-    def read(self, values: Sequence[float]) -> F64:
-        """(K,) intensities; what is not a number counts as rest."""
-        v = np.nan_to_num(np.asarray(values, np.float64), nan=0.0, posinf=1.0, neginf=0.0)
-        return np.clip(self._matrix @ np.clip(v, 0.0, 1.0), 0.0, 1.0)
 
 
 QUIET_DB, LOUD_DB = -48.0, -20.0
