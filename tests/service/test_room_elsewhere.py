@@ -20,7 +20,8 @@ from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.room_assets import keep_asset, kept_asset, kept_model
-from vistel.conference.rooms import interior_of, seat_place
+from vistel.conference.rooms import interior_of
+from vistel.conference.seats import seat_place
 from vistel.figure.making.files.source import Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model

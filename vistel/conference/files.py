@@ -34,15 +34,30 @@ def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
         conference = _with_files(Conference.model_validate(data), path.parent)
         room = conference.room.file
         known = room is not None and (room.is_file() or not room_elsewhere)
-        return with_seats(conference) if known else conference
+        conference = with_seats(conference) if known else conference
     except ValidationError as e:
-        lines = [f"{path}: {_key(err['loc'])}: {err['msg']}" for err in e.errors()]
-        raise ConferenceError("\n".join(lines)) from e
+        faults = [f"{_key(err['loc'])}: {err['msg'].removeprefix('Value error, ')}" for err in e.errors()]
+        raise ConferenceError(_lines(path, faults)) from e
+    if faults := _room_faults(conference):
+        raise ConferenceError(_lines(path, faults))
+    return conference
+
+
+def _lines(path: Path, faults: list[str]) -> str:
+    return "\n".join(f"{path}: {fault}" for fault in faults)
+
+
+def _room_faults(conference: Conference) -> list[str]:
+    if not conference.room.things and not any(s.props for s in conference.sites):
+        return []
+    from vistel.conference.room_things import faults_of  # noqa: PLC0415  loads the mathematics; only for who has things
+
+    return faults_of(conference)
 
 
 def with_seats(conference: Conference) -> Conference:
     """The conference with as many seats as its room's file has, if it has any. Raises ConferenceError, ValidationError."""
-    from vistel.conference.rooms import seats_of  # noqa: PLC0415  loads the mathematics
+    from vistel.conference.seats import seats_of  # noqa: PLC0415  loads the mathematics
     from vistel.space.files.faults import RoomFileError  # noqa: PLC0415
 
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import Field, model_validator
 
@@ -11,12 +11,6 @@ from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfi
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
 from vistel.conference.speech import Speech
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from vistel.space.room import Extra
 
 
 class Tls(Checked):
@@ -150,32 +144,6 @@ class RoomThing(Checked):
     bears: float = Field(default=0.5, ge=0.01, le=200.0)
     """The force at which a place of it that sticks tears [N]."""
 
-    @model_validator(mode="after")
-    def _can_be(self) -> RoomThing:
-        if self.file is None:
-            self.extra()
-        return self
-
-    def extra(self) -> Extra:
-        """The thing as the world takes it. Raises ValueError for what cannot be."""
-        # Loads the room only for who has things of their own.
-        from vistel.space.room import Extra  # noqa: PLC0415
-        from vistel.space.things.things import Matter  # noqa: PLC0415
-
-        slow = self.recovery or (0.5 if self.material == "viscoelastic" else 0.0)
-        mass, rigidity = 0.2 if self.mass is None else self.mass, 0.3 if self.rigidity is None else self.rigidity
-        return Extra(
-            self.id,
-            self.name or self.id,
-            self.shape,
-            self.size,
-            mass,
-            rigidity,
-            int((self.colour or "#b5a48f")[1:] + "ff", 16),
-            *self.at,
-            Matter(self.material, slow, self.sticky, self.bears),
-        )
-
 
 class Room(Checked):
     """The virtual room."""
@@ -186,30 +154,6 @@ class Room(Checked):
     seats: int = Field(default=3, ge=1, le=12)
     things: list[RoomThing] = Field(default=[], max_length=24)
     """What lies on the table beside what always does."""
-
-    @model_validator(mode="after")
-    def _one_of_each(self) -> Room:
-        self.extras()
-        return self
-
-    def extras(self) -> tuple[Extra, ...]:
-        """Those of `things` that are simple shapes, as the world takes them."""
-        simple = [t for t in self.things if t.file is None]
-        if not simple:
-            return ()
-        from vistel.space.room import meeting_room  # noqa: PLC0415
-
-        return meeting_room(self.seats, [t.extra() for t in simple]).extras
-
-    def place(self, seat: int) -> tuple[NDArray[np.float64], float]:
-        """Position (3,) on the floor under a seat [m] and heading [rad]. Raises ValueError for no such seat."""
-        if self.file is None:
-            from vistel.space.room import seat_pose  # noqa: PLC0415
-
-            return seat_pose(self.seats, seat)
-        from vistel.conference.rooms import seat_place  # noqa: PLC0415
-
-        return seat_place(self, seat)
 
     @property
     def from_files(self) -> bool:
@@ -268,20 +212,6 @@ class Conference(Checked):
     """Keep the devices' bytes in the log, so that a replay can start from them."""
     standby: bool = True
     """Keep one process loaded on each machine, of which all others are forked: they start, and come back, at once."""
-
-    @model_validator(mode="after")
-    def _props_are_there(self) -> Conference:
-        wanted = {f"sites[{i}].props[{k}].thing": p.thing for i, s in enumerate(self.sites) for k, p in enumerate(s.props)}
-        if not wanted or self.room.from_files:  # what files hold is known when they are read
-            return self
-        # Loads the room only for who has props.
-        from vistel.space.room import meeting_room  # noqa: PLC0415
-
-        loose = [t.id for t in meeting_room(self.room.seats, self.room.extras()).things if not t.fixed]
-        for key, thing in wanted.items():
-            if thing not in loose:
-                raise ValueError(f"{key}: no such loose thing in the room; expected one of {', '.join(loose)}, got {thing!r}")
-        return self
 
     @model_validator(mode="after")
     def _worlds_have_places(self) -> Conference:

@@ -33,6 +33,7 @@ def wall(
       vistel wall examples/conferences/v-wall.toml --site tokyo --show
     """
     from vistel.conference.paths import RunPaths  # loads the mathematics
+    from vistel.conference.seats import seat_place
     from vistel_services.renderer.calibration import eyes_at, pattern
     from vistel_services.renderer.service import configure
 
@@ -44,7 +45,7 @@ def wall(
     if chosen is None:
         fail(f"{file}: {site or 'no site'} has {'no ' if site else ''}[[sites.display.screens]]; see how-to/wall-of-screens", USAGE)
     view = configure(conference, chosen, RunPaths(Path(), Path())).view
-    seat = conference.room.place(conference.seat_of(view.eyes))
+    seat = seat_place(conference.room, conference.seat_of(view.eyes))
     picture = pattern(view.screens, eyes_at(*seat, view.eye_distance), view.stereo)
     if show:
         _show(picture, f"VISTEL {chosen.name}: wall")

@@ -12,6 +12,7 @@ from vistel.conference.avatar_files import avatar_file
 from vistel.conference.files import public_avatar
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
+from vistel.conference.seats import seat_place
 from vistel.figure.calibration.distortion import Distortion, load_distortion
 from vistel.figure.calibration.files import Body, load_body, load_tracker
 from vistel.figure.posture.posture import Stance
@@ -83,7 +84,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         raise ValueError("posture: this service belongs to a site; name one")
     people: list[Person] = []
     for p in site.participants:
-        position, heading = conference.room.place(conference.seat_of(p.name))
+        position, heading = seat_place(conference.room, conference.seat_of(p.name))
         t = p.tracker
         setup = load_tracker(t.calibration) if t and t.calibration else None
         at, towards = (

@@ -16,6 +16,7 @@ from prometheus_client import Counter, Gauge, Histogram
 from vistel.conference.model import Conference, Site
 from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
+from vistel.conference.seats import seat_place
 from vistel.space.files.model import Model
 from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
@@ -79,7 +80,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     if site is None:
         raise ValueError("renderer: runs at a site, and none was named")
     shown, viewer = site.display, site.participants[0].name
-    seat = conference.room.place(conference.seat_of(viewer))
+    seat = seat_place(conference.room, conference.seat_of(viewer))
     screens, stereo = tuple(Screen.placed(s, *seat) for s in shown.screens), Stereo(shown.stereo)
     width, height = picture_size(screens, stereo) if screens else (stereo.widths * shown.width, shown.height)
     panes = (

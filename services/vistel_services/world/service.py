@@ -15,6 +15,7 @@ from prometheus_client import Counter
 from vistel.conference.model import HUB_PLACE, Conference, Site
 from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
+from vistel.conference.room_things import extras_of
 from vistel.figure.posture.posture import standing
 from vistel.space.dynamics.kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.inputs import MotionInput, Person, StepInputs
@@ -77,7 +78,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     place = site.name if site is not None else HUB_PLACE
     folder = paths.run / (f"world-{place}" if site is not None else "world")
     waits = place != conference.world.on
-    return Config(room.seats, folder, room.extras(), room if room.from_files else None, place, waits)
+    return Config(room.seats, folder, extras_of(room), room if room.from_files else None, place, waits)
 
 
 def preload(conference: Conference) -> None:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from vistel.arrays import F64
 from vistel.conference.model import Room as RoomKeys
+from vistel.conference.room_things import extras_of
+from vistel.conference.seats import seat_place
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.surfaces import height_at
 from vistel.space.room import BATON, TABLE_HEIGHT, Room, Seat, meeting_room
@@ -61,8 +63,8 @@ def layout_of(keys: RoomKeys) -> Layout:
     """The room of a conference. Of one whose files are not here only the seats are known; its tables are taken to be as high as
     the built-in one."""
     if not keys.from_files:
-        return Layout(meeting_room(keys.seats, keys.extras()), lambda x, z: TABLE_HEIGHT)
-    from vistel.conference.rooms import interior_of, seat_place  # noqa: PLC0415  only for who has files
+        return Layout(meeting_room(keys.seats, extras_of(keys)), lambda x, z: TABLE_HEIGHT)
+    from vistel.conference.rooms import interior_of  # noqa: PLC0415  only for who has files
 
     try:
         whole = interior_of(keys)

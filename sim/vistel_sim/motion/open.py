@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.conference.model import Conference
+from vistel.conference.room_things import extras_of
 from vistel.figure.posture.posture import Posture
 from vistel.figure.posture.sensors import Placement
 from vistel.space.room import BATON
@@ -57,7 +58,7 @@ def open_motion(conference: Conference) -> MotionSource:
     if CLAP in wanted:
         sources.append(Clapping(wanted.pop(CLAP)))
     if CLAY in wanted:
-        thing = next((e for e in conference.room.extras() if e.matter.remembers), None)
+        thing = next((e for e in extras_of(conference.room) if e.matter.remembers), None)
         if thing is None:
             raise MotionError("clay: needs a [[room.things]] whose material is plastic or viscoelastic, or that is sticky")
         write = partial(write_clay, thing=thing)

@@ -10,6 +10,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.conference.devices import PropTracker, TrackerConfig
 from vistel.conference.model import Conference, Site
+from vistel.conference.seats import seat_place
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.posture.sensors import Mount, Placement, into_frame, receiver_mounts, receiver_poses, transmitter_in_room
 from vistel.figure.skeleton import Skeleton, standard_skeleton
@@ -80,7 +81,7 @@ def places(conference: Conference) -> dict[str, Place]:
     for site in conference.sites:
         for person in site.participants:
             seat = conference.seat_of(person.name)
-            position, heading = conference.room.place(seat)
+            position, heading = seat_place(conference.room, seat)
             tracker = person.tracker or TrackerConfig()
             transmitter = transmitter_in_room(position, heading, tracker.transmitter_position, tracker.transmitter_heading)
             skeleton = standard_skeleton(person.height)
@@ -91,7 +92,7 @@ def places(conference: Conference) -> dict[str, Place]:
 
 def prop_transmitter(conference: Conference, site: Site, tracker: PropTracker) -> Placement:
     """Where the transmitter of a prop's tracker stands, in the room."""
-    position, heading = conference.room.place(conference.seat_of(site.participants[0].name))
+    position, heading = seat_place(conference.room, conference.seat_of(site.participants[0].name))
     return transmitter_in_room(position, heading, tracker.transmitter_position, tracker.transmitter_heading)
 
 

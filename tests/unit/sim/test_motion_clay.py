@@ -9,6 +9,7 @@ import pytest
 
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
+from vistel.conference.room_things import extras_of
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import TABLE_HEIGHT, meeting_room
 from vistel.space.view import WorldView
@@ -23,7 +24,7 @@ FILE = Path(__file__).parents[3] / "examples/conferences/clay.toml"
 def views() -> list[WorldView]:
     """Fourteen seconds of the file, thirty steps of motion a second."""
     conference = load(FILE)
-    source, world = open_motion(conference), World(meeting_room(conference.room.seats, conference.room.extras()))
+    source, world = open_motion(conference), World(meeting_room(conference.room.seats, extras_of(conference.room)))
     people = [p for s in conference.sites for p in s.participants]
     out = []
     for k in range(1, 14 * 60):

@@ -19,6 +19,7 @@ import numpy as np
 
 from vistel.conference.files import load
 from vistel.conference.model import Conference
+from vistel.conference.room_things import extras_of
 from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.avatar.builtin import by_turns
 from vistel.figure.avatar.cache_folder import default_cache
@@ -80,7 +81,7 @@ def _compile_world(conference: Conference) -> None:
 
         room = interior_of(keys).room
     else:
-        room = meeting_room(keys.seats, keys.extras())
+        room = meeting_room(keys.seats, extras_of(keys))
     world = World(room)
     people = [p for s in conference.sites for p in s.participants]
     persons = tuple(Person(p.name, p.height) for p in people)
