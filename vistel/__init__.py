@@ -1,1 +1,29 @@
-"""VISTEL: Virtual Space Teleconferencing. Computation and contracts; no device and no window."""
+"""VISTEL: lifelike figures that deform, touch and grasp in one shared room.
+
+    import vistel.log, vistel.figure, vistel.render, vistel.implicit
+
+    for t, posture in vistel.log.open("out/conference.mcap").postures("ben"): ...
+    with vistel.join("conference.toml", participant="lab") as session: ...
+
+What stands in `__all__` here and in these modules is the public interface (docs/reference/python.md). Everything else may change.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vistel import figure, implicit, log, render
+    from vistel.session.join import join
+
+__all__ = ["figure", "implicit", "join", "log", "render"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used: `import vistel` alone loads no mathematics."""
+    if name == "join":
+        return import_module("vistel.session.join").join
+    if name in __all__:
+        return import_module(f"vistel.{name}")
+    raise AttributeError(f"module 'vistel' has no attribute {name!r}")

@@ -6,20 +6,21 @@ python examples/activities/kiln.py examples/conferences/clay.toml --as aiko --hu
 
 from __future__ import annotations
 
-from vistel_services.activity import Room, run
+from vistel.session.activity import run
+from vistel.session.session import AsyncSession
 
 REST_S = 10.0
 
 
-async def kiln(room: Room, lump: str = "clay") -> None:
+async def kiln(session: AsyncSession, lump: str = "clay") -> None:
     """A lump that has been left alone is fired."""
     touched_ns = 0
-    async for _ in room.steps():
+    async for room in session.steps():
         if room.touched(lump) or not touched_ns:
             touched_ns = room.t_ns
         if room.t_ns - touched_ns > REST_S * 1e9:
-            await room.ask(f"harden {lump}")
-            await room.ask(f"paint {lump} brown")
+            await session.ask(f"harden {lump}")
+            await session.ask(f"paint {lump} brown")
             print("fired")
             return
 

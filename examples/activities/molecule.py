@@ -6,19 +6,20 @@ python examples/activities/molecule.py vistel/conference/demo.toml --as aiko --h
 
 from __future__ import annotations
 
-from vistel_services.activity import Room, run
+from vistel.session.activity import run
+from vistel.session.session import AsyncSession
 
 NEAR = 0.08
 """From centre to centre [m]."""
 
 
-async def build_water(room: Room) -> None:
+async def build_water(session: AsyncSession) -> None:
     """Two hydrogen atoms stick to an oxygen atom when they are brought near it."""
-    (oxygen,) = (await room.ask("create red ball 8 cm here")).things
-    free = [(await room.ask("create white ball 5 cm here")).things[0] for _ in range(2)]
-    async for _ in room.steps():
+    (oxygen,) = (await session.ask("create red ball 8 cm here")).things
+    free = [(await session.ask("create white ball 5 cm here")).things[0] for _ in range(2)]
+    async for room in session.steps():
         for hydrogen in [h for h in free if room.apart(h, oxygen) < NEAR]:
-            if (await room.ask(f"attach {oxygen} to {hydrogen}")).done:
+            if (await session.ask(f"attach {oxygen} to {hydrogen}")).done:
                 free.remove(hydrogen)
         if not free:
             print("water")

@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 from world_site import WorldSite, scenario
 
+from vistel.session.session import Answer, AsyncSession
 from vistel.space.room import meeting_room
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing, ResetRoom
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.wire.topics import BY_NAME, Delivery
 from vistel.wire.world.room_now import WorldDecoder
-from vistel_services.activity import Answer, Room
 
 DONE, REFUSED = CommandResult.OUTCOME_DONE, CommandResult.OUTCOME_REFUSED
 
@@ -213,12 +213,12 @@ def test_a_line_from_a_console_is_done_or_refused_and_everybody_sees_what_became
 
     async def play(site: WorldSite) -> None:
         await site.play(0.3)
-        room = Room(site.buses["aiko"], site.clock, "aiko")
+        session = AsyncSession(site.buses["aiko"], site.clock, "aiko")
         for line in said:
-            asking = asyncio.create_task(room.ask(line))
+            asking = asyncio.create_task(session.ask(line))
             await site.play(0.2)
             answers.append(await asking)
-        room.close()
+        session.close()
 
     site = scenario(tmp_path, play)
     assert answers == [
@@ -246,17 +246,17 @@ def example(name: str) -> Any:
 def test_an_activity_makes_atoms_that_stick_when_they_are_brought_together(tmp_path: Path) -> None:
     async def play(site: WorldSite) -> None:
         await site.play(0.3)
-        room = Room(site.buses["aiko"], site.clock, "aiko")
-        activity = asyncio.create_task(example("molecule").build_water(room))
+        session = AsyncSession(site.buses["aiko"], site.clock, "aiko")
+        activity = asyncio.create_task(example("molecule").build_water(session))
         await site.play(1.5)
-        at = room.things["ball-2"].position
+        at = session.room.things["ball-2"].position
         for n, atom in enumerate(("ball-3", "ball-4")):
             place = move(atom, at[0] + 0.075 * (-1) ** n, at[1], at[2])
             ask(site, "bruno", Command(id=atom, participant="bruno", move=place))
             await site.play(0.8)
         await asyncio.wait_for(activity, 1.0)
-        assert room.things["ball-2"].name == "red ball 2 with white ball 3 with white ball 4"
-        room.close()
+        assert session.room.things["ball-2"].name == "red ball 2 with white ball 3 with white ball 4"
+        session.close()
 
     scenario(tmp_path, play)
 
@@ -267,19 +267,19 @@ def test_an_activity_hardens_what_nobody_has_touched_for_a_while(tmp_path: Path,
 
     async def play(site: WorldSite) -> None:
         await site.play(0.3)
-        room = Room(site.buses["aiko"], site.clock, "aiko")
-        asking = asyncio.create_task(room.ask("soften ball"))
+        session = AsyncSession(site.buses["aiko"], site.clock, "aiko")
+        asking = asyncio.create_task(session.ask("soften ball"))
         await site.play(0.2)
         assert (await asking).done
-        soft, activity = room.things["ball"], asyncio.create_task(kiln.kiln(room, "ball"))
+        soft, activity = session.room.things["ball"], asyncio.create_task(kiln.kiln(session, "ball"))
         await site.play(0.8)
         assert not activity.done()
         await site.play(1.0)
         await asyncio.wait_for(activity, 1.0)
         fired = site.rooms()[-1].things["ball"]
         assert fired.compliance == 0.0
-        assert room.things["ball"].colour != soft.colour
-        room.close()
+        assert session.room.things["ball"].colour != soft.colour
+        session.close()
 
     scenario(tmp_path, play)
 
@@ -289,8 +289,8 @@ def test_an_activity_paints_what_lies_on_its_place_and_ends_when_everything_does
 
     async def play(site: WorldSite) -> None:
         await site.play(0.3)
-        room = Room(site.buses["aiko"], site.clock, "aiko")
-        activity = asyncio.create_task(puzzle.puzzle(room))
+        session = AsyncSession(site.buses["aiko"], site.clock, "aiko")
+        activity = asyncio.create_task(puzzle.puzzle(session))
         for thing, (x, z) in puzzle.PLACES.items():
             place = move(thing, x, 0.79, z)
             q = meeting_room(3).thing(thing).rotation
@@ -298,7 +298,7 @@ def test_an_activity_paints_what_lies_on_its_place_and_ends_when_everything_does
             ask(site, "bruno", Command(id=thing, participant="bruno", move=place))
             await site.play(0.6)
         await site.play(1.0)
-        assert activity.done(), {k: t.position for k, t in room.things.items()}
-        room.close()
+        assert activity.done(), {k: t.position for k, t in session.room.things.items()}
+        session.close()
 
     scenario(tmp_path, play)

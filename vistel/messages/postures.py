@@ -7,6 +7,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.wire.motion import MotionSample, StalePart
+from vistel.wire.motion_codec.sample import NOTHING_STALE
 
 SIDES = ("left", "right")
 LEGS = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_leg", "lower_leg", "foot", "toes"))
@@ -26,6 +27,26 @@ def posture_of(sample: MotionSample) -> Posture:
     face = None if sample.face is None or sample.stale & StalePart.FACE else np.reshape(sample.face, (-1, 2))
     lids = None if sample.stale & StalePart.GAZE else sample.lids
     return Posture(sample.body, sample.hands, stance, gaze, joints, face, lids)
+
+
+def sample_of(
+    posture: Posture, seq: int, t_ns: int, *, gaze: F64 | None, face: F64 | None, lids: F64 | None, stale: StalePart = NOTHING_STALE
+) -> MotionSample:
+    """What is encoded of a posture. gaze: (2,) [rad], face: (26,) marks [m, head frame], lids: (2,); None where not known."""
+    return MotionSample(
+        seq=seq,
+        t_ns=t_ns,
+        body=posture.dofs,
+        hands=posture.hands,
+        stance=np.array([*posture.stance.position, posture.stance.heading]),
+        gaze=gaze,
+        face=face,
+        lids=lids,
+        legs=rotations_of(posture, LEGS),
+        collars=rotations_of(posture, COLLARS),
+        jaw=rotations_of(posture, JAW),
+        stale=stale,
+    )
 
 
 def rotations_of(posture: Posture, names: tuple[str, ...]) -> F64 | None:

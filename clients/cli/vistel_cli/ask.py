@@ -14,8 +14,8 @@ from vistel_cli.run.hub import endpoint_of
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 if TYPE_CHECKING:  # they load the mathematics, which `vistel --help` need not
+    from vistel.session.session import Answer
     from vistel.space.commands.actions import Action
-    from vistel_services.activity import Answer
 
 
 def ask(
@@ -64,7 +64,7 @@ def _asker(conference: Conference, who: str | None) -> tuple[str, str]:
 
 
 async def _answered(conference: Conference, site: str, participant: str, hub: str, action: Action) -> Answer:
-    from vistel_services.activity import joined
+    from vistel.session.session import opened
 
-    async with joined(conference, site, participant, hub) as room:
-        return await room.ask(action)
+    async with opened(conference, site, participant, hub) as session:
+        return await session.ask(action)

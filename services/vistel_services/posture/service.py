@@ -9,18 +9,17 @@ import time
 from functools import reduce
 from operator import or_
 
-import numpy as np
 from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.conference.model import Conference
 from vistel.figure.posture.solve import Solved
-from vistel.messages.postures import COLLARS, JAW, LEGS, rotations_of
+from vistel.messages.postures import sample_of
 from vistel.v1.device_pb2 import TrackerFrame
 from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication, Subscription
 from vistel.wire.clock import Clock
-from vistel.wire.motion import MotionEncoder, MotionSample, StalePart
+from vistel.wire.motion import MotionEncoder, StalePart
 from vistel.wire.proportions import to_message
 from vistel.wire.topics import BY_NAME
 from vistel_services.posture.capture import RATE_HZ, Capture, warm_up
@@ -185,24 +184,10 @@ class _Maker:
             self._note(solved.stale)
 
     def _message(self, t_ns: int, solved: Solved) -> Motion:
-        posture = solved.posture
         gaze, marks, lids = self.face.for_motion()
-        return self._encoder.encode(
-            MotionSample(
-                seq=self._motion.next_seq,
-                t_ns=t_ns,
-                body=posture.dofs,
-                hands=posture.hands,
-                stance=np.array([*posture.stance.position, posture.stance.heading]),
-                gaze=gaze,
-                face=marks,
-                lids=lids,
-                legs=rotations_of(posture, LEGS),
-                collars=rotations_of(posture, COLLARS),
-                jaw=rotations_of(posture, JAW),
-                stale=reduce(or_, (_STALE_PART[name] for name in solved.stale), self.face.stale(t_ns)),
-            )
-        )
+        stale = reduce(or_, (_STALE_PART[name] for name in solved.stale), self.face.stale(t_ns))
+        seq = self._motion.next_seq
+        return self._encoder.encode(sample_of(solved.posture, seq, t_ns, gaze=gaze, face=marks, lids=lids, stale=stale))
 
     async def keep_going(self, clock: Clock) -> None:
         """Go on by the clock while the tracker is silent."""

@@ -1,0 +1,127 @@
+"""Recorded conferences: open a log and walk through it.
+
+    with vistel.log.open("out/conference.mcap") as log:
+        for t, posture in log.postures("ben"):
+            print(t, posture.dofs[0])
+
+Times are seconds of conference time since the log's first message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+from vistel.figure.posture.posture import Posture
+from vistel.messages.postures import posture_of
+from vistel.session.room_view import RoomView, view_of
+from vistel.wire.log import LogError, LogReader
+from vistel.wire.motion import MotionDecoder
+from vistel.wire.topics import BY_NAME
+from vistel.wire.world import recorded
+
+__all__ = ["Log", "LogError", "Recorded", "open"]
+
+
+class Recorded(NamedTuple):
+    """A message of a log. t: seconds since the log's first message. topic: a name of docs/reference/topics.md. names: what the
+    key says, such as site and participant. message: a protobuf message of the topic's type."""
+
+    t: float
+    topic: str
+    names: dict[str, str]
+    message: Any
+
+
+class Log:
+    """A log, whole or damaged: what is whole is read, `damage` has a line for everything that is not."""
+
+    def __init__(self, path: str | Path) -> None:
+        """Raises LogError (one line) when `path` is absent or not a log."""
+        self._reader = LogReader(Path(path))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """A log holds no file open between two calls; `with` is there for those who expect it."""
+
+    @property
+    def path(self) -> Path:
+        """The log's file."""
+        return self._reader.path
+
+    @property
+    def duration(self) -> float:
+        """From the first message to the last, seconds."""
+        return (self._reader.end_ns - self._reader.begin_ns) * 1e-9
+
+    @property
+    def begin_ns(self) -> int:
+        """Conference time of the first message, nanoseconds: the zero of every `t`."""
+        return self._reader.begin_ns
+
+    @property
+    def conference(self) -> dict[str, Any]:
+        """The conference file as data; empty where the log holds none."""
+        return self._reader.conference or {}
+
+    @property
+    def participants(self) -> list[str]:
+        """Names of the participants in the conference file, in its order."""
+        sites = self.conference.get("sites", [])
+        return [str(p["name"]) for site in sites for p in site.get("participants", [])]
+
+    @property
+    def damage(self) -> list[str]:
+        """A line for every fault found so far."""
+        return list(self._reader.damage)
+
+    def messages(self, *topics: str, begin: float = 0.0, end: float | None = None) -> Iterator[Recorded]:
+        """Messages in the order they arrived, from `begin` (included) to `end` (excluded) [s]. topics: their names; none: all.
+
+        Starts at once from any time. Raises ValueError for a topic that does not exist.
+        """
+        unknown = [name for name in topics if name not in BY_NAME]
+        if unknown:
+            raise ValueError(f"no topic is called {unknown[0]!r}; there are {', '.join(BY_NAME)}")
+        for record in self._reader.records(topics or None, self._ns(begin), None if end is None else self._ns(end)):
+            yield Recorded(self._seconds(record.log_ns), record.topic.name, record.names, record.message)
+
+    def postures(self, participant: str, begin: float = 0.0, end: float | None = None) -> Iterator[tuple[float, Posture]]:
+        """Everything a participant did: times of capture and postures.
+
+        Raises ValueError for a participant whom the conference file does not know.
+        """
+        if self.participants and participant not in self.participants:
+            raise ValueError(f"{self.path}: no participant is called {participant!r}; there are {', '.join(self.participants)}")
+        decoder = MotionDecoder()
+        # A frame may need a full one before it, which comes at least every 0.4 s.
+        for recorded_ in self.messages("motion", begin=max(0.0, begin - 1.0), end=end):
+            if recorded_.names["participant"] == participant:
+                sample = decoder.decode(recorded_.message)
+                if sample is not None and recorded_.t >= begin:
+                    yield self._seconds(sample.t_ns), posture_of(sample)
+
+    def rooms(self, begin: float = 0.0, end: float | None = None) -> Iterator[tuple[float, RoomView]]:
+        """The room at every step of the world, as far as the log tells it."""
+        world = recorded.RecordedWorld()
+        until = None if end is None else self._ns(end)
+        for record in self._reader.records(recorded.TOPICS, None, until):
+            for now in world.take(record):
+                t = self._seconds(now.t_ns)
+                if t >= begin:
+                    yield t, view_of(now)
+
+    def _ns(self, t: float) -> int:
+        return self._reader.begin_ns + round(t * 1e9)
+
+    def _seconds(self, t_ns: int) -> float:
+        return (t_ns - self._reader.begin_ns) * 1e-9
+
+
+def open(path: str | Path) -> Log:
+    """Open a log. Raises LogError (one line) when `path` is absent or not a log."""
+    return Log(path)

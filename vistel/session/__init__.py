@@ -1,0 +1,1 @@
+"""A running conference from a program: watch the room and the people, give commands, take part."""

@@ -1,0 +1,50 @@
+"""The whole program round an activity: a short coroutine that watches a room and changes it, such as a puzzle.
+
+async def play(session: AsyncSession) -> None:
+    await session.ask("create green ball 6 cm here")
+    async for room in session.steps():
+        ...
+
+run(play)      # python my_activity.py conference.toml --as aiko --hub tcp/127.0.0.1:7447
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import signal
+import sys
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any
+
+from vistel.conference.files import ConferenceError
+from vistel.session.join import place_of
+from vistel.session.session import AsyncSession, opened
+from vistel.space.commands.phrase import PhraseError
+from vistel.wire.zenoh.bus import BusError
+
+Activity = Callable[[AsyncSession], Coroutine[Any, Any, None]]
+
+
+def run(activity: Activity, arguments: list[str] | None = None) -> None:
+    """Read the command line, join the conference, and play until the activity ends or Ctrl-C is pressed."""
+    parser = argparse.ArgumentParser(description=(activity.__doc__ or "").strip() or None)
+    parser.add_argument("conference", type=Path, help="conference file")
+    parser.add_argument("--as", dest="participant", help="participant who asks; default: the first of the file")
+    parser.add_argument("--hub", help="router; default from the file")
+    args = parser.parse_args(arguments)
+    try:
+        asyncio.run(_played(activity, args.conference, args.participant, args.hub))
+    except (ConferenceError, BusError, PhraseError) as e:
+        sys.exit(f"error: {e}")
+
+
+async def _played(activity: Activity, file: Path, participant: str | None, hub: str | None) -> None:
+    async with opened(*place_of(file, None, participant, hub)) as session:
+        playing = asyncio.ensure_future(activity(session))
+        for signum in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(signum, playing.cancel)
+        await asyncio.wait([playing])
+        if not playing.cancelled():
+            playing.result()

@@ -1,0 +1,33 @@
+"""The room from a log: the messages of a recorded world, one after the other, to rooms."""
+
+from __future__ import annotations
+
+from vistel.wire.log import LogRecord
+from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
+
+TOPICS = ("world_state", "world_key", "world_detail")
+"""What of a log tells where everything is."""
+
+
+class RecordedWorld:
+    """Takes the records of `TOPICS` in the order of their arrival. A log that begins or is damaged in the middle of a
+    conference is followed from the next whole message on."""
+
+    def __init__(self) -> None:
+        self._decoder = WorldDecoder()
+        self._backlog = Backlog()
+
+    def take(self, record: LogRecord) -> list[RoomNow]:
+        """The steps that a record completes, in order."""
+        if record.topic.name == "world_key":
+            self._backlog.key(record.message)
+            return []
+        if record.topic.name == "world_detail":
+            self._decoder.hear_detail(record.message)
+            return []
+        self._backlog.add(record.message)
+        steps = self._decoder.read(record.message)
+        if not self._decoder.lost:
+            return steps
+        now = self._decoder.begin(self._backlog.snapshot())
+        return [now] if now is not None else []
