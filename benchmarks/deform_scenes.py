@@ -14,20 +14,10 @@ from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.meshes.embedding import Embedding, Limbs, embed
 
 JOINTS = {
-    "pelvis": (0, 1.0, 0),
-    "spine": (0, 1.2, 0),
-    "chest": (0, 1.4, 0),
-    "neck": (0, 1.55, 0),
-    "head": (0, 1.7, 0),
-    "shoulder": (0.2, 1.45, 0),
-    "elbow": (0.45, 1.25, 0.1),
-    "wrist": (0.6, 1.1, 0.3),
-    "hand": (0.65, 1.05, 0.4),
-    "hip": (0.1, 0.95, 0),
-    "knee": (0.12, 0.5, 0.02),
-    "ankle": (0.13, 0.1, 0),
-    "toe": (0.13, 0.03, 0.15),
-}
+    "pelvis": (0, 1.0, 0), "spine": (0, 1.2, 0), "chest": (0, 1.4, 0), "neck": (0, 1.55, 0), "head": (0, 1.7, 0),
+    "shoulder": (0.2, 1.45, 0), "elbow": (0.45, 1.25, 0.1), "wrist": (0.6, 1.1, 0.3), "hand": (0.65, 1.05, 0.4),
+    "hip": (0.1, 0.95, 0), "knee": (0.12, 0.5, 0.02), "ankle": (0.13, 0.1, 0), "toe": (0.13, 0.03, 0.15),
+}  # fmt: skip
 MIDDLE = (
     ("pelvis", "pelvis", 0.16),
     ("pelvis", "spine", 0.15),

@@ -28,31 +28,17 @@ BELIEVED = 0.5
 COUNT, TALK_S = len(TEST), 600.0
 _SEED = 29
 TALK = (
-    "What time does the train leave tomorrow morning",
-    "We should have lunch before the meeting starts",
-    "Did anybody see the game last night",
-    "My sister is coming to visit us next week",
-    "The weather is really lovely today",
-    "Could you send me that report by Friday",
-    "I am not sure that is what they meant",
-    "We had a good time at the beach",
-    "Tell me when you are ready to go",
-    "She said the results were better than expected",
-    "There is a new restaurant around the corner",
-    "I still have to buy some milk on the way home",
-    "How many people are coming to the party",
-    "He has been working on it for several months",
-    "The price of oil went up again yesterday",
-    "They moved to a bigger house last summer",
-    "It rained so hard that we stayed in",
-    "Our flight was delayed for almost three hours",
-    "The doctor told him to get more rest",
-    "Nobody knew what had happened to the keys",
-    "The museum is closed on Mondays",
-    "I would rather stay at home tonight",
-    "They are building a new bridge over the river",
-    "The students asked a lot of good questions",
-)
+    "What time does the train leave tomorrow morning", "We should have lunch before the meeting starts",
+    "Did anybody see the game last night", "My sister is coming to visit us next week", "The weather is really lovely today",
+    "Could you send me that report by Friday", "I am not sure that is what they meant", "We had a good time at the beach",
+    "Tell me when you are ready to go", "She said the results were better than expected",
+    "There is a new restaurant around the corner", "I still have to buy some milk on the way home",
+    "How many people are coming to the party", "He has been working on it for several months",
+    "The price of oil went up again yesterday", "They moved to a bigger house last summer", "It rained so hard that we stayed in",
+    "Our flight was delayed for almost three hours", "The doctor told him to get more rest",
+    "Nobody knew what had happened to the keys", "The museum is closed on Mondays", "I would rather stay at home tonight",
+    "They are building a new bridge over the river", "The students asked a lot of good questions",
+)  # fmt: skip
 
 
 @cache

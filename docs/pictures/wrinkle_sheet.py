@@ -21,38 +21,21 @@ CELL = {"shapes": (380, 190), "texture": (340, 340), "traced": (280, 280), "slee
 
 Part = tuple[str, int, int] | str
 ROWS: tuple[tuple[str, str, tuple[Part, ...]], ...] = (
-    (
-        "Figure 45",
-        "Characteristic shapes: curves whose points have intensity and thickness; they branch and vanish",
-        (("shapes/curves", 0, 1), ("shapes/curves", 0, 0), ("shapes/curves", 2, 3), ("shapes/curves", 2, 0)),
-    ),
-    (
-        "Figures 46, 48",
-        "The primitive: density f falls off from the curve. Its ends are half discs, or taper; on the right one, twice as large",
-        ("profile", ("texture", 0, 0), ("texture", 1, 0), ("texture/end", 1, 0)),
-    ),
-    (
-        "Figure 47",
-        "A displacement map is the sum of all wrinkles; cloth displaced by it and lit; two more pieces",
-        (("texture", 2, 0), ("texture", 2, 1), ("traced", 3, 0), ("traced", 3, 1)),
-    ),
-    (
-        "Figure 49a",
-        "From a picture of cloth to weighted curves to new wrinkles; a print before and after",
-        (("traced", 0, 1), ("traced", 2, 1), ("texture", 0, 1), ("texture", 1, 1)),
-    ),
-    (
-        "Figure 49b",
-        "A sleeve straight, bent without wrinkles, and with them: it is pulled up, and its outline changes",
-        (("sleeve", 0, 0), ("sleeve", 2, 0), ("sleeve", 2, 1), ("sleeve", 3, 1)),
-    ),
-    (
-        "Figure 50",
-        "Skin: furrows are light alone, the texture stays where it is",
-        (("face", 0, 0), ("face", 1, 0), ("face", 2, 0), ("face", 3, 0)),
-    ),
-    ("Figure 51", "Brows raised and a smile, seen in profile", (("face", 0, 1), ("face", 1, 1), ("face", 3, 1), ("face", 1, 2))),
-)
+    ("Figure 45", "Characteristic shapes: curves whose points have intensity and thickness; they branch and vanish",
+     (("shapes/curves", 0, 1), ("shapes/curves", 0, 0), ("shapes/curves", 2, 3), ("shapes/curves", 2, 0))),
+    ("Figures 46, 48", "The primitive: density f falls off from the curve. Its ends are half discs, or taper; on the right one,"
+     " twice as large", ("profile", ("texture", 0, 0), ("texture", 1, 0), ("texture/end", 1, 0))),
+    ("Figure 47", "A displacement map is the sum of all wrinkles; cloth displaced by it and lit; two more pieces",
+     (("texture", 2, 0), ("texture", 2, 1), ("traced", 3, 0), ("traced", 3, 1))),
+    ("Figure 49a", "From a picture of cloth to weighted curves to new wrinkles; a print before and after",
+     (("traced", 0, 1), ("traced", 2, 1), ("texture", 0, 1), ("texture", 1, 1))),
+    ("Figure 49b", "A sleeve straight, bent without wrinkles, and with them: it is pulled up, and its outline changes",
+     (("sleeve", 0, 0), ("sleeve", 2, 0), ("sleeve", 2, 1), ("sleeve", 3, 1))),
+    ("Figure 50", "Skin: furrows are light alone, the texture stays where it is",
+     (("face", 0, 0), ("face", 1, 0), ("face", 2, 0), ("face", 3, 0))),
+    ("Figure 51", "Brows raised and a smile, seen in profile",
+     (("face", 0, 1), ("face", 1, 1), ("face", 3, 1), ("face", 1, 2))),
+)  # fmt: skip
 
 
 def cell(name: str, column: int, row: int) -> Image.Image:

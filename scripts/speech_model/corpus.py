@@ -28,31 +28,9 @@ HTS_MIXED = (*HTS_TRAINING, "takumi_sad")
 """Voices of which everybody in the packs "mixed" is made, no one of them alone. "takumi_sad" is for choosing settings."""
 MIXED_PACKS = 10
 ESPEAK_TRAINING = (
-    "m1",
-    "m2",
-    "m3",
-    "m4",
-    "m6",
-    "f1",
-    "f2",
-    "f4",
-    "Andy",
-    "Annie",
-    "Denis",
-    "Gene",
-    "Henrique",
-    "Iven",
-    "Jacky",
-    "Lee",
-    "Mario",
-    "Michael",
-    "Mike",
-    "Pedro",
-    "Steph",
-    "Alex",
-    "anika",
-    "norbert",
-)
+    "m1", "m2", "m3", "m4", "m6", "f1", "f2", "f4", "Andy", "Annie", "Denis", "Gene", "Henrique", "Iven", "Jacky", "Lee", "Mario",
+    "Michael", "Mike", "Pedro", "Steph", "Alex", "anika", "norbert",
+)  # fmt: skip
 ESPEAK_TEST = ("m7", "f3", "Max", "Linda", "travis")
 ESPEAK_PACKS = 2
 
@@ -103,26 +81,12 @@ def shares(random: np.random.Generator) -> dict[str, float]:
 
 _SPELT = {"N": "ン", "cl": "ッ", "a": "ア", "i": "イ", "u": "ウ", "e": "エ", "o": "オ"}
 _ROWS = {
-    "k": "カキクケコ",
-    "g": "ガギグゲゴ",
-    "s": "サスィスセソ",
-    "z": "ザズィズゼゾ",
-    "sh": "シャシシュシェショ",
+    "k": "カキクケコ", "g": "ガギグゲゴ", "s": "サスィスセソ", "z": "ザズィズゼゾ", "sh": "シャシシュシェショ",
     "j": "ジャジジュジェジョ",
-    "t": "タティトゥテト",
-    "d": "ダディドゥデド",
-    "ts": "ツァツィツツェツォ",
-    "ch": "チャチチュチェチョ",
-    "n": "ナニヌネノ",
-    "h": "ハヒフヘホ",
-    "f": "ファフィフフェフォ",
-    "b": "バビブベボ",
-    "p": "パピプペポ",
-    "m": "マミムメモ",
-    "y": "ヤイユイェヨ",
-    "r": "ラリルレロ",
-    "w": "ワウィウウェウォ",
-}
+    "t": "タティトゥテト", "d": "ダディドゥデド", "ts": "ツァツィツツェツォ", "ch": "チャチチュチェチョ", "n": "ナニヌネノ",
+    "h": "ハヒフヘホ", "f": "ファフィフフェフォ", "b": "バビブベボ", "p": "パピプペポ", "m": "マミムメモ", "y": "ヤイユイェヨ",
+    "r": "ラリルレロ", "w": "ワウィウウェウォ",
+}  # fmt: skip
 
 _SMALL = dict(zip(("ky", "gy", "ny", "hy", "by", "py", "my", "ry"), "キギニヒビピミリ", strict=True))
 

@@ -15,29 +15,13 @@ from dataclasses import dataclass
 from vistel.protocol.arrival import ByteArrivals
 
 SENSORS_22 = (
-    "thumb_roll",
-    "thumb_mpj",
-    "thumb_ij",
-    "thumb_abduction",
-    "index_mpj",
-    "index_pij",
-    "index_dij",
-    "middle_mpj",
-    "middle_pij",
-    "middle_dij",
-    "middle_index_abduction",
-    "ring_mpj",
-    "ring_pij",
-    "ring_dij",
-    "ring_middle_abduction",
-    "pinky_mpj",
-    "pinky_pij",
-    "pinky_dij",
-    "pinky_ring_abduction",
-    "palm_arch",
-    "wrist_pitch",
-    "wrist_yaw",
-)
+    "thumb_roll", "thumb_mpj", "thumb_ij", "thumb_abduction",
+    "index_mpj", "index_pij", "index_dij",
+    "middle_mpj", "middle_pij", "middle_dij", "middle_index_abduction",
+    "ring_mpj", "ring_pij", "ring_dij", "ring_middle_abduction",
+    "pinky_mpj", "pinky_pij", "pinky_dij", "pinky_ring_abduction",
+    "palm_arch", "wrist_pitch", "wrist_yaw",
+)  # fmt: skip
 """In the order in which a 22-sensor glove sends them."""
 SENSORS_18 = tuple(name for name in SENSORS_22 if not name.endswith("_dij"))
 SENSORS = {18: SENSORS_18, 22: SENSORS_22}

@@ -18,21 +18,12 @@ from dataclasses import dataclass
 from vistel.protocol.stream import NO, WAIT, StreamParser
 
 SLOTS: tuple[str, ...] = (
-    "thumb_near",
-    "thumb_far",
-    "thumb_index",
-    "index_near",
-    "index_far",
-    "index_middle",
-    "middle_near",
-    "middle_far",
-    "middle_ring",
-    "ring_near",
-    "ring_far",
-    "ring_little",
-    "little_near",
-    "little_far",
-)
+    "thumb_near", "thumb_far", "thumb_index",
+    "index_near", "index_far", "index_middle",
+    "middle_near", "middle_far", "middle_ring",
+    "ring_near", "ring_far", "ring_little",
+    "little_near", "little_far",
+)  # fmt: skip
 """Sensors of a glove with 14, in the order of its slots: the joint near the palm, the one after it, the spread."""
 SLOTS_5: tuple[str, ...] = ("thumb_near", "index_near", "middle_near", "ring_near", "little_near")
 """Of a glove with 5: slots 0, 3, 6, 9 and 12."""

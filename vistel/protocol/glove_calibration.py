@@ -22,23 +22,12 @@ ANGLE_COUNT = 20
 _INDEX = {name: i for i, name in enumerate(SENSORS_22)}
 # Angles that one sensor measures directly: index of the angle, sensor.
 _DIRECT = (
-    (0, "thumb_roll"),
-    (1, "thumb_abduction"),
-    (2, "thumb_mpj"),
-    (3, "thumb_ij"),
-    (4, "index_mpj"),
-    (6, "index_pij"),
-    (7, "index_dij"),
-    (8, "middle_mpj"),
-    (10, "middle_pij"),
-    (11, "middle_dij"),
-    (12, "ring_mpj"),
-    (14, "ring_pij"),
-    (15, "ring_dij"),
-    (16, "pinky_mpj"),
-    (18, "pinky_pij"),
-    (19, "pinky_dij"),
-)
+    (0, "thumb_roll"), (1, "thumb_abduction"), (2, "thumb_mpj"), (3, "thumb_ij"),
+    (4, "index_mpj"), (6, "index_pij"), (7, "index_dij"),
+    (8, "middle_mpj"), (10, "middle_pij"), (11, "middle_dij"),
+    (12, "ring_mpj"), (14, "ring_pij"), (15, "ring_dij"),
+    (16, "pinky_mpj"), (18, "pinky_pij"), (19, "pinky_dij"),
+)  # fmt: skip
 _DISTAL = ((7, 6), (11, 10), (15, 14), (19, 18))
 _ABDUCTIONS = (("middle_index_abduction", 4, 8), ("ring_middle_abduction", 8, 12), ("pinky_ring_abduction", 12, 16))
 """Sensors between fingers, and the base flexions of the two fingers: bending both pulls at the sensor too."""

@@ -16,33 +16,19 @@ from vistel.protocol import osc
 
 DEFAULT_PORT = 39539
 PARENTS: dict[str, str] = {
-    "Spine": "Hips",
-    "Chest": "Spine",
-    "UpperChest": "Chest",
-    "Neck": "UpperChest",
-    "Head": "Neck",
-    "LeftShoulder": "UpperChest",
-    "LeftUpperArm": "LeftShoulder",
-    "LeftLowerArm": "LeftUpperArm",
+    "Spine": "Hips", "Chest": "Spine", "UpperChest": "Chest", "Neck": "UpperChest", "Head": "Neck",
+    "LeftShoulder": "UpperChest", "LeftUpperArm": "LeftShoulder", "LeftLowerArm": "LeftUpperArm",
     "LeftHand": "LeftLowerArm",
-    "RightShoulder": "UpperChest",
-    "RightUpperArm": "RightShoulder",
-    "RightLowerArm": "RightUpperArm",
+    "RightShoulder": "UpperChest", "RightUpperArm": "RightShoulder", "RightLowerArm": "RightUpperArm",
     "RightHand": "RightLowerArm",
-    "LeftUpperLeg": "Hips",
-    "LeftLowerLeg": "LeftUpperLeg",
-    "LeftFoot": "LeftLowerLeg",
-    "RightUpperLeg": "Hips",
-    "RightLowerLeg": "RightUpperLeg",
-    "RightFoot": "RightLowerLeg",
-    "LeftToes": "LeftFoot",
-    "RightToes": "RightFoot",
+    "LeftUpperLeg": "Hips", "LeftLowerLeg": "LeftUpperLeg", "LeftFoot": "LeftLowerLeg",
+    "RightUpperLeg": "Hips", "RightLowerLeg": "RightUpperLeg", "RightFoot": "RightLowerLeg",
+    "LeftToes": "LeftFoot", "RightToes": "RightFoot",
 } | {
     f"{side}{finger}{digit}": f"{side}{finger}{before}" if before else f"{side}Hand"
-    for side in ("Left", "Right")
-    for finger in ("Thumb", "Index", "Middle", "Ring", "Little")
+    for side in ("Left", "Right") for finger in ("Thumb", "Index", "Middle", "Ring", "Little")
     for before, digit in (("", "Proximal"), ("Proximal", "Intermediate"), ("Intermediate", "Distal"))
-}
+}  # fmt: skip
 """Bones of the body and their parents; a parent that is not sent stands still on its own parent."""
 ROOT = ""
 _BONES = frozenset(PARENTS) | {"Hips"}

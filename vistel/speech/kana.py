@@ -6,35 +6,12 @@ from vistel.speech.phones import hiragana
 
 _VOWELS = "aiueo"
 _ROWS = {
-    "": "あいうえお",
-    "k": "かきくけこ",
-    "s": "さ せそ",
-    "t": "た  てと",
-    "n": "なにぬねの",
-    "h": "はひ へほ",
-    "m": "まみむめも",
-    "r": "らりるれろ",
-    "g": "がぎぐげご",
-    "z": "ざ ずぜぞ",
-    "d": "だ  でど",
-    "b": "ばびぶべぼ",
-    "p": "ぱぴぷぺぽ",
-    "y": "や ゆ よ",
-    "w": "わ   を",
-}
-_YOUON = {
-    "ky": "き",
-    "gy": "ぎ",
-    "sh": "し",
-    "j": "じ",
-    "ch": "ち",
-    "ny": "に",
-    "hy": "ひ",
-    "by": "び",
-    "py": "ぴ",
-    "my": "み",
-    "ry": "り",
-}
+    "": "あいうえお", "k": "かきくけこ", "s": "さ せそ", "t": "た  てと", "n": "なにぬねの", "h": "はひ へほ", "m": "まみむめも",
+    "r": "らりるれろ", "g": "がぎぐげご", "z": "ざ ずぜぞ", "d": "だ  でど", "b": "ばびぶべぼ", "p": "ぱぴぷぺぽ",
+    "y": "や ゆ よ", "w": "わ   を",
+}  # fmt: skip
+_YOUON = {"ky": "き", "gy": "ぎ", "sh": "し", "j": "じ", "ch": "ち", "ny": "に", "hy": "ひ", "by": "び", "py": "ぴ", "my": "み",
+          "ry": "り"}  # fmt: skip
 _SYLLABLES = (
     {row + v: kana for row, line in _ROWS.items() for v, kana in zip(_VOWELS, line, strict=False) if kana != " "}
     | {row + v: kana + small for row, kana in _YOUON.items() for v, small in (("a", "ゃ"), ("u", "ゅ"), ("o", "ょ"))}

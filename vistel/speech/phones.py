@@ -6,42 +6,9 @@ import unicodedata
 
 PAUSE = "pau"
 PHONES = (
-    PAUSE,
-    "a",
-    "i",
-    "u",
-    "e",
-    "o",
-    "N",
-    "cl",
-    "k",
-    "g",
-    "s",
-    "z",
-    "sh",
-    "j",
-    "t",
-    "d",
-    "ts",
-    "ch",
-    "n",
-    "h",
-    "f",
-    "b",
-    "p",
-    "m",
-    "y",
-    "r",
-    "w",
-    "ky",
-    "gy",
-    "ny",
-    "hy",
-    "by",
-    "py",
-    "my",
-    "ry",
-)
+    PAUSE, "a", "i", "u", "e", "o", "N", "cl", "k", "g", "s", "z", "sh", "j", "t", "d", "ts", "ch", "n", "h", "f", "b",
+    "p", "m", "y", "r", "w", "ky", "gy", "ny", "hy", "by", "py", "my", "ry",
+)  # fmt: skip
 """Silence and noise, vowels, the moraic nasal, the pause of a doubled consonant, consonants. A vowel said twice is a
 long one. Devoiced vowels are vowels here: the acoustic model knows both ways of saying them."""
 

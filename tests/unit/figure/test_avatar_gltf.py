@@ -27,25 +27,11 @@ from vistel.figure.making.make import make_avatar
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 
 _PARENTS = {
-    "spine": "hips",
-    "chest": "spine",
-    "upperChest": "chest",
-    "neck": "upperChest",
-    "head": "neck",
-    "leftEye": "head",
-    "jaw": "head",
-    "leftUpperLeg": "hips",
-    "leftLowerLeg": "leftUpperLeg",
-    "leftFoot": "leftLowerLeg",
-    "leftToes": "leftFoot",
-    "leftShoulder": "upperChest",
-    "leftUpperArm": "leftShoulder",
-    "leftLowerArm": "leftUpperArm",
-    "leftHand": "leftLowerArm",
-    "leftThumbMetacarpal": "leftHand",
-    "leftIndexProximal": "leftHand",
-    "leftIndexDistal": "leftIndexIntermediate",
-}
+    "spine": "hips", "chest": "spine", "upperChest": "chest", "neck": "upperChest", "head": "neck", "leftEye": "head",
+    "jaw": "head", "leftUpperLeg": "hips", "leftLowerLeg": "leftUpperLeg", "leftFoot": "leftLowerLeg", "leftToes": "leftFoot",
+    "leftShoulder": "upperChest", "leftUpperArm": "leftShoulder", "leftLowerArm": "leftUpperArm", "leftHand": "leftLowerArm",
+    "leftThumbMetacarpal": "leftHand", "leftIndexProximal": "leftHand", "leftIndexDistal": "leftIndexIntermediate",
+}  # fmt: skip
 """What VRM 1.0 says each bone hangs on, at any distance."""
 
 

@@ -13,19 +13,9 @@ from vistel.wrinkle.shape_file import FOLDER, builtin_shapes, load_shape, save_s
 from vistel.wrinkle.sheet import load_sheet
 
 TAXONOMY = {
-    "sleeve_bend",
-    "elbow_star",
-    "armpit_pull",
-    "shirt_front_sitting",
-    "collar",
-    "knee",
-    "forehead_lines",
-    "crows_feet",
-    "nose_root",
-    "smile_fold",
-    "knuckles",
-    "neck",
-}
+    "sleeve_bend", "elbow_star", "armpit_pull", "shirt_front_sitting", "collar", "knee", "forehead_lines", "crows_feet",
+    "nose_root", "smile_fold", "knuckles", "neck",
+}  # fmt: skip
 
 PLAIN = """
 name = "mine"

@@ -42,32 +42,17 @@ PAUSE_S = 4.0
 
 STEPS: tuple[Step, ...] = (
     Step("t_pose", 3.0, "Stand straight, face the table, arms out to the sides, palms down. Hold still.", {}),
-    Step(
-        "head",
-        9.0,
-        "Keep the chest still. Nod, shake your head, tilt it to both shoulders; slowly, as far as it goes.",
-        {"head": math.radians(50.0)},
-    ),
-    Step(
-        "arms",
-        10.0,
-        "Keep elbows and wrists straight. Draw large circles with both arms, ahead, to the sides and up.",
-        {"left_hand": math.radians(60.0), "right_hand": math.radians(60.0)},
-    ),
-    Step(
-        "elbows",
-        8.0,
-        "Upper arms still at your sides, wrists straight. Bend and stretch both elbows, turning the palms.",
-        {"left_hand": math.radians(50.0), "right_hand": math.radians(50.0)},
-    ),
-    Step(
-        "wrists",
-        8.0,
-        "Hold both forearms still. Circle with your hands in the wrists, and turn nothing else.",
-        {"left_hand": math.radians(30.0), "right_hand": math.radians(30.0)},
-    ),
-    Step("spine", 9.0, "Legs still. Bow, lean to both sides and turn to both sides with the chest.", {"chest": math.radians(30.0)}),
-)
+    Step("head", 9.0, "Keep the chest still. Nod, shake your head, tilt it to both shoulders; slowly, as far as it goes.",
+         {"head": math.radians(50.0)}),
+    Step("arms", 10.0, "Keep elbows and wrists straight. Draw large circles with both arms, ahead, to the sides and up.",
+         {"left_hand": math.radians(60.0), "right_hand": math.radians(60.0)}),
+    Step("elbows", 8.0, "Upper arms still at your sides, wrists straight. Bend and stretch both elbows, turning the palms.",
+         {"left_hand": math.radians(50.0), "right_hand": math.radians(50.0)}),
+    Step("wrists", 8.0, "Hold both forearms still. Circle with your hands in the wrists, and turn nothing else.",
+         {"left_hand": math.radians(30.0), "right_hand": math.radians(30.0)}),
+    Step("spine", 9.0, "Legs still. Bow, lean to both sides and turn to both sides with the chest.",
+         {"chest": math.radians(30.0)}),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

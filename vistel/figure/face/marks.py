@@ -14,38 +14,17 @@ import numpy as np
 from vistel.arrays import F64
 
 MARKS = (
-    "left_inner_brow",
-    "right_inner_brow",
-    "left_outer_brow",
-    "right_outer_brow",
-    "left_cheek",
-    "right_cheek",
-    "left_nose_wing",
-    "right_nose_wing",
-    "left_mouth_corner",
-    "right_mouth_corner",
-    "upper_lip",
-    "lower_lip",
-    "chin",
-)
+    "left_inner_brow", "right_inner_brow", "left_outer_brow", "right_outer_brow",
+    "left_cheek", "right_cheek", "left_nose_wing", "right_nose_wing",
+    "left_mouth_corner", "right_mouth_corner", "upper_lip", "lower_lip", "chin",
+)  # fmt: skip
 MARK_COUNT = len(MARKS)
 MARK_INDEX = {name: i for i, name in enumerate(MARKS)}
 
 _REST_MM = (
-    (14, 92),
-    (-14, 92),
-    (44, 90),
-    (-44, 90),
-    (38, 42),
-    (-38, 42),
-    (17, 46),
-    (-17, 46),
-    (25, 17),
-    (-25, 17),
-    (0, 23),
-    (0, 11),
-    (0, -14),
-)
+    (14, 92), (-14, 92), (44, 90), (-44, 90), (38, 42), (-38, 42), (17, 46), (-17, 46),
+    (25, 17), (-25, 17), (0, 23), (0, 11), (0, -14),
+)  # fmt: skip
 REST: F64 = np.array(_REST_MM, np.float64) * 1e-3
 """(13, 2) metres."""
 

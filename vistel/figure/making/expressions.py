@@ -20,18 +20,8 @@ Bind = tuple[tuple[str, int], int, float]
 
 PREFIX = "vrm:"
 """Before the names of VRM's own expressions, which are made of morph targets."""
-_OLD = {
-    "a": "aa",
-    "i": "ih",
-    "u": "ou",
-    "e": "ee",
-    "o": "oh",
-    "blink_l": "blinkLeft",
-    "blink_r": "blinkRight",
-    "joy": "happy",
-    "sorrow": "sad",
-    "fun": "relaxed",
-}
+_OLD = {"a": "aa", "i": "ih", "u": "ou", "e": "ee", "o": "oh", "blink_l": "blinkLeft", "blink_r": "blinkRight", "joy": "happy",
+        "sorrow": "sad", "fun": "relaxed"}  # fmt: skip
 """What VRM 0.x called presets of VRM 1.0."""
 _ENDINGS = (".target", ".target.gz")
 

@@ -30,17 +30,8 @@ TWIST_BONES = tuple(
 )
 
 # Half the length of the zone round a joint over which the rotation goes over [m, for REFERENCE_HEIGHT].
-_ZONE = {
-    "lower_arm": 0.062,
-    "hand": 0.032,
-    "upper_arm": 0.075,
-    "upper_leg": 0.105,
-    "lower_leg": 0.085,
-    "foot": 0.055,
-    "toes": 0.025,
-    "neck": 0.04,
-    "head": 0.045,
-}
+_ZONE = {"lower_arm": 0.062, "hand": 0.032, "upper_arm": 0.075, "upper_leg": 0.105, "lower_leg": 0.085,
+         "foot": 0.055, "toes": 0.025, "neck": 0.04, "head": 0.045}  # fmt: skip
 _FINGER_ZONE = {"metacarpal": 0.016, "proximal": 0.014, "intermediate": 0.0125, "distal": 0.0105}
 _SMOOTHING_ROUNDS = 4
 _TRUNK = frozenset({"hips", "neck", "head", "jaw", *(f"spine_{k}" for k in range(1, SPINE_SEGMENTS + 1))})

@@ -322,24 +322,11 @@ class SelectiveEntry(CombinationEntry):
 
 
 AnyShape = Annotated[
-    SphereEntry
-    | SphylinderEntry
-    | ConeSphereEntry
-    | RoundedPolygonEntry
-    | SuperellipsoidEntry
-    | SupertoroidEntry
-    | PointblobEntry
-    | PointSetblobEntry
-    | PolyblobEntry
-    | SumEntry
-    | UnionEntry
-    | DifferenceEntry
-    | SubtractEntry
-    | ComplementEntry
-    | DiffEntry
-    | SelectiveEntry,
+    SphereEntry | SphylinderEntry | ConeSphereEntry | RoundedPolygonEntry | SuperellipsoidEntry | SupertoroidEntry
+    | PointblobEntry | PointSetblobEntry | PolyblobEntry | SumEntry | UnionEntry | DifferenceEntry | SubtractEntry
+    | ComplementEntry | DiffEntry | SelectiveEntry,
     Field(discriminator="kind"),
-]
+]  # fmt: skip
 
 
 class SceneEntry(Entry):

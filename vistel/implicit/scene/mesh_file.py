@@ -12,24 +12,9 @@ from vistel.implicit.scene.model import SceneError
 
 Polygons = tuple[F64, tuple[tuple[int, ...], ...]]
 
-_TYPES = {
-    "char": "b",
-    "int8": "b",
-    "uchar": "B",
-    "uint8": "B",
-    "short": "h",
-    "int16": "h",
-    "ushort": "H",
-    "uint16": "H",
-    "int": "i",
-    "int32": "i",
-    "uint": "I",
-    "uint32": "I",
-    "float": "f",
-    "float32": "f",
-    "double": "d",
-    "float64": "d",
-}
+_TYPES = {"char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h", "int16": "h", "ushort": "H",
+          "uint16": "H", "int": "i", "int32": "i", "uint": "I", "uint32": "I", "float": "f", "float32": "f",
+          "double": "d", "float64": "d"}  # fmt: skip
 
 
 def read_polygons(path: Path | str) -> Polygons:

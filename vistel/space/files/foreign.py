@@ -30,39 +30,10 @@ HEAVIEST = 50.0
 FURNITURE_PARTS = 24
 """Primitives at most of what stands fixed."""
 SHAPES = (
-    "table",
-    "desk",
-    "chair",
-    "stool",
-    "sofa",
-    "bench",
-    "shelf",
-    "cabinet",
-    "curtain",
-    "wall",
-    "floor",
-    "ceiling",
-    "window",
-    "door",
-    "lamp",
-    "rug",
-    "carpet",
-    "cup",
-    "mug",
-    "saucer",
-    "plate",
-    "bowl",
-    "teapot",
-    "pot",
-    "lid",
-    "bottle",
-    "box",
-    "ball",
-    "book",
-    "can",
-    "vase",
-    "tool",
-)
+    "table", "desk", "chair", "stool", "sofa", "bench", "shelf", "cabinet", "curtain", "wall", "floor", "ceiling", "window",
+    "door", "lamp", "rug", "carpet", "cup", "mug", "saucer", "plate", "bowl", "teapot", "pot", "lid", "bottle", "box", "ball",
+    "book", "can", "vase", "tool",
+)  # fmt: skip
 _FIXED = frozenset(SHAPES[:17])
 _FLAT = ("floor", "rug", "carpet")
 

@@ -169,15 +169,5 @@ def _disk() -> Finding:
 
 
 CHECKS: tuple[Callable[[], Finding], ...] = (
-    _python,
-    _machine,
-    _gl,
-    _display,
-    _encoder,
-    _serial,
-    _hid,
-    _sound,
-    _cameras,
-    _ports,
-    _disk,
-)
+    _python, _machine, _gl, _display, _encoder, _serial, _hid, _sound, _cameras, _ports, _disk,
+)  # fmt: skip

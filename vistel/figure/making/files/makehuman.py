@@ -16,30 +16,16 @@ from vistel.arrays import F64
 from vistel.figure.making.files.source import MakingError, Rig, Source
 
 _CUBES = {
-    "pelvis": "hips",
-    "neck": "neck",
-    "head": "head",
-    "jaw": "jaw",
-    "clavicle": "shoulder",
-    "shoulder": "upper_arm",
-    "elbow": "lower_arm",
-    "hand": "hand",
-    "upper-leg": "upper_leg",
-    "knee": "lower_leg",
-    "ankle": "foot",
-    "foot-1": "toes",
-    "eye": "eye",
+    "pelvis": "hips", "neck": "neck", "head": "head", "jaw": "jaw",
+    "clavicle": "shoulder", "shoulder": "upper_arm", "elbow": "lower_arm", "hand": "hand", "upper-leg": "upper_leg",
+    "knee": "lower_leg", "ankle": "foot", "foot-1": "toes", "eye": "eye",
 } | {
     f"finger-{f}-{k + 1}": f"{finger}_{phalanx}"
     for f, (finger, names) in enumerate(
-        (
-            ("thumb", ("metacarpal", "proximal", "distal")),
-            *((n, ("proximal", "intermediate", "distal")) for n in ("index", "middle", "ring", "little")),
-        ),
-        1,
-    )
+        (("thumb", ("metacarpal", "proximal", "distal")), *((n, ("proximal", "intermediate", "distal")) for n in
+         ("index", "middle", "ring", "little"))), 1)
     for k, phalanx in enumerate(names)
-}
+}  # fmt: skip
 
 
 def cubes_rig(source: Source) -> Rig | None:

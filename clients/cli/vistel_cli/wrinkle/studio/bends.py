@@ -64,34 +64,17 @@ BENDS = (
     Bend("left_arm", "Left arm up", "Arms", 0, 160, 25, joints=("left_upper_arm",)),
     Bend("right_arm", "Right arm up", "Arms", 0, 160, 25, joints=("right_upper_arm",)),
     Bend("reach", "Arms forward", "Arms", 0, 90, 0),
-    Bend(
-        "fist",
-        "Fists",
-        "Arms",
-        0,
-        1,
-        0,
-        "",
-        tuple(
-            f"{side}_{finger}_{part}"
-            for side in ("left", "right")
-            for finger in ("thumb", "index", "middle", "ring", "little")
-            for part in ("metacarpal", "proximal", "intermediate", "distal")
-        ),
-    ),
-    Bend(
-        "knees",
-        "Knees and hips",
-        "Body",
-        0,
-        110,
-        0,
-        joints=("left_lower_leg", "right_lower_leg", "left_upper_leg", "right_upper_leg"),
-    ),
+    Bend("fist", "Fists", "Arms", 0, 1, 0, "", tuple(
+        f"{side}_{finger}_{part}" for side in ("left", "right") for finger in ("thumb", "index", "middle", "ring", "little")
+        for part in ("metacarpal", "proximal", "intermediate", "distal")
+    )),
+    Bend("knees", "Knees and hips", "Body", 0, 110, 0, joints=(
+        "left_lower_leg", "right_lower_leg", "left_upper_leg", "right_upper_leg",
+    )),
     Bend("spine", "Back bent", "Body", -15, 60, 0, joints=("hips", *(f"spine_{k}" for k in range(1, 9)))),
     Bend("neck", "Head bowed", "Body", -25, 35, 0, joints=("neck", "head")),
     *(Bend(name, label, "Face", 0, 1, 0, "", action=name) for name, label in _ACTIONS.items()),
-)
+)  # fmt: skip
 _BY_NAME = {bend.name: bend for bend in BENDS}
 
 
