@@ -25,7 +25,7 @@ from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.posture.sensors import Placement
 from vistel.protocol.vrpn import SIMULATED, SIMULATED_GLOVE
 from vistel.space.room import meeting_room
-from vistel.wire import event_loop
+from vistel.wire import background, event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim import suite, vrpn_server
 from vistel_sim.cyberglove import CyberGlove
@@ -388,11 +388,13 @@ async def run_simulators(
 
 
 async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault]) -> None:
-    work = asyncio.create_task(run_simulators(conference, paths, SystemClock(), faults, site=site))
+    work = asyncio.current_task()
+    assert work is not None
     for signum in (signal.SIGTERM, signal.SIGINT):
         asyncio.get_running_loop().add_signal_handler(signum, work.cancel)
     try:
-        await work
+        async with background.service("simulators"):
+            await run_simulators(conference, paths, SystemClock(), faults, site=site)
     except asyncio.CancelledError:
         log.info("simulated devices stopped")
 

@@ -12,6 +12,7 @@ import tty
 from collections.abc import Callable
 from pathlib import Path
 
+from vistel.wire import background
 from vistel.wire.clock import Clock
 
 _LIMIT = 2048
@@ -44,6 +45,7 @@ class PtyPort:
         self._unseen = 0
         self._free_ns = 0
         self._answers: set[asyncio.Task[None]] = set()
+        self._background = background.current()
 
     @property
     def plugged(self) -> bool:
@@ -104,7 +106,7 @@ class PtyPort:
         """Send a reply in its turn; one with a delay does not hold up the line."""
         now_ns = self._clock.now_ns()
         due = now_ns + round(delay_s * 1e9) if delay_s else self.reserve(len(data), now_ns)
-        task = asyncio.create_task(self._later(data, due))
+        task = self._background.start(self._later(data, due), "answer")
         self._answers.add(task)
         task.add_done_callback(self._answers.discard)
 

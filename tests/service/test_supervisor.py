@@ -8,6 +8,8 @@ import signal
 import sys
 from pathlib import Path
 
+import pytest
+
 from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 WAIT = (
@@ -67,4 +69,29 @@ def test_a_process_that_ignores_the_signal_is_killed_after_its_grace(tmp_path: P
         await _until(lambda: supervisor.log_file("stubborn").read_text() == "up\n")
         assert await supervisor.stop() == {"stubborn": -signal.SIGKILL}
 
+    asyncio.run(scene())
+
+
+def test_a_process_that_cannot_be_started_again_is_tried_until_it_can(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    program = tmp_path / "program"
+
+    def install() -> None:
+        program.write_text(f"#!{sys.executable}\n{WAIT}\n")
+        program.chmod(0o755)
+
+    async def scene() -> None:
+        supervisor = Supervisor([ProcessSpec("a/one", (str(program),))], tmp_path / "logs")
+        await supervisor.start()
+        one = supervisor.children["a/one"]
+        await _until(lambda: supervisor.log_file("a/one").read_text() == "up\n")
+        first = one.pid
+        assert first is not None
+        program.unlink()
+        os.kill(first, signal.SIGKILL)
+        await _until(lambda: any("not started process=a/one" in r.getMessage() for r in caplog.records))
+        install()
+        await _until(lambda: one.pid not in (None, first))
+        await supervisor.stop()
+
+    install()
     asyncio.run(scene())

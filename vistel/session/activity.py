@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import signal
 import sys
 from collections.abc import Callable, Coroutine
@@ -42,9 +43,9 @@ def run(activity: Activity, arguments: list[str] | None = None) -> None:
 
 async def _played(activity: Activity, file: Path, participant: str | None, hub: str | None) -> None:
     async with opened(*place_of(file, None, participant, hub)) as session:
-        playing = asyncio.ensure_future(activity(session))
+        playing = asyncio.current_task()
+        assert playing is not None
         for signum in (signal.SIGINT, signal.SIGTERM):
             asyncio.get_running_loop().add_signal_handler(signum, playing.cancel)
-        await asyncio.wait([playing])
-        if not playing.cancelled():
-            playing.result()
+        with contextlib.suppress(asyncio.CancelledError):
+            await activity(session)

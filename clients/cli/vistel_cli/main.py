@@ -8,6 +8,7 @@ import sys
 
 import typer
 
+from vistel.wire.background import TaskFailedError
 from vistel_cli import ask, bench, wall
 from vistel_cli.avatar import avatar
 from vistel_cli.calibrate import calibrate
@@ -15,6 +16,7 @@ from vistel_cli.devices import devices, doctor
 from vistel_cli.log import log, replay
 from vistel_cli.run import record, sim, site, up
 from vistel_cli.scene import polygonise, scanline, trace
+from vistel_cli.terminal import FAILED, err
 from vistel_cli.voice import speech, voice
 from vistel_cli.world import move as world_move
 from vistel_cli.world import serve as world_serve
@@ -61,6 +63,9 @@ def main() -> None:
         app()
     except KeyboardInterrupt:
         code = 0
+    except TaskFailedError as e:
+        err.print(f"[red]error:[/red] {e}; the log says why", soft_wrap=True)
+        code = FAILED
     except SystemExit as e:
         code = e.code
     if "zenoh" not in sys.modules or not isinstance(code, int):

@@ -12,6 +12,7 @@ from google.protobuf.message import Message
 from prometheus_client import Counter, Histogram
 
 from vistel.v1.device_pb2 import DeviceStatus, RawBytes
+from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.raw_bytes import RawGatherer
@@ -226,7 +227,7 @@ async def keep_running(
         record(data, t_ns, RawBytes.DIRECTION_FROM_DEVICE)
 
     link.sent = lambda data: record(data, clock.now_ns(), RawBytes.DIRECTION_TO_DEVICE)
-    report = asyncio.create_task(reporter.run(gathered.flush if gathered is not None else lambda: None))
+    report = background.start(reporter.run(gathered.flush if gathered is not None else lambda: None), f"report {driver.name}")
     reporter.set(DeviceStatus.STATE_SEARCHING, "looking for its port")
     lost = False
     try:
@@ -269,7 +270,7 @@ async def _run_open(driver: Driver, link: Link, reporter: _Reporter) -> None:
             reporter.set(DeviceStatus.STATE_STALLED if link.frames else DeviceStatus.STATE_SEARCHING, str(e))
             continue
         reporter.set(DeviceStatus.STATE_STREAMING, about)
-        beating = asyncio.create_task(_send_again(link, *driver.beat)) if driver.beat is not None else None
+        beating = background.start(_send_again(link, *driver.beat), f"beat {driver.name}") if driver.beat is not None else None
         try:
             while True:
                 seen = link.frames

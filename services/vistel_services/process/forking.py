@@ -14,6 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vistel.wire import background
+
 log = logging.getLogger("vistel.supervisor")
 
 READY = b"ready\n"
@@ -80,7 +82,8 @@ async def end(process: Process, grace_s: float) -> bool:
     with contextlib.suppress(ProcessLookupError):
         process.send_signal(signal.SIGTERM)
     try:
-        await asyncio.wait_for(process.wait(), grace_s)
+        async with asyncio.timeout(grace_s):
+            await process.wait()
         return False
     except TimeoutError:
         with contextlib.suppress(ProcessLookupError):
@@ -113,7 +116,7 @@ class ForkServer:
         self._loaded = asyncio.Event()
         self._settled = asyncio.Event()
         self._turn = asyncio.Lock()
-        self._task = asyncio.create_task(self._keep(), name="fork server")
+        self._task = background.start(self._keep(), "fork server")
 
     @property
     def ready(self) -> bool:
@@ -128,12 +131,13 @@ class ForkServer:
     async def settled(self) -> None:
         """Wait until the first one is ready or it is clear that it will not be."""
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(self._settled.wait(), LOADING_S)
+            async with asyncio.timeout(LOADING_S):
+                await self._settled.wait()
 
     async def fork(self, module: str, log_file: Path, arguments: Sequence[str], title: str) -> ForkedProcess | None:
         """A process that is `module` with `arguments`; None when none can be had this way now."""
         order = {"module": module, "log": str(log_file), "arguments": list(arguments), "title": title}
-        forking = asyncio.create_task(self._fork(json.dumps(order).encode() + b"\n", title))
+        forking = background.start(self._fork(json.dumps(order).encode() + b"\n", title), "fork")
         try:
             return await asyncio.shield(forking)
         except asyncio.CancelledError:  # nobody would know of a process that is on its way
@@ -150,7 +154,8 @@ class ForkServer:
                 return None
             try:
                 process.stdin.write(order)
-                pid = int(await asyncio.wait_for(process.stdout.readline(), ANSWER_S))
+                async with asyncio.timeout(ANSWER_S):
+                    pid = int(await process.stdout.readline())
                 return ForkedProcess(pid) if pid else None
             except (TimeoutError, ValueError, OSError) as e:
                 log.error("not forked process=%s reason=%r log=%s", title, e, self._log_file)

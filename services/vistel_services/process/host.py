@@ -21,7 +21,7 @@ from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.v1.service_pb2 import Heartbeat
-from vistel.wire import event_loop
+from vistel.wire import background, event_loop
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub
@@ -52,7 +52,7 @@ async def run_process(conference: Conference, plan: ProcessPlan, paths: RunPaths
         for name in plan.services:
             service = importlib.import_module(f"vistel_services.{name}")
             config = service.configure(conference, site, paths)
-            group.create_task(service.run(config, bus, clock), name=name)
+            group.create_task(background.as_service(name, service.run(config, bus, clock)), name=name)
             log.info("service started service=%s", name)
         bus.announce(process_token(plan.label))
         log.info("process up services_ms=%.0f", (time.perf_counter() - began) * 1e3)
@@ -65,7 +65,6 @@ async def _give_way(delay_s: float) -> None:
         os.setpriority(os.PRIO_PGRP, 0, DRAWING_PRIORITY)  # all threads; this process leads its group
     except OSError as e:
         log.warning("priority kept reason=%s", e.strerror)
-    await asyncio.Event().wait()
 
 
 async def _heartbeat(plan: ProcessPlan, port: int, bus: Bus, clock: Clock) -> None:
@@ -79,53 +78,43 @@ async def _heartbeat(plan: ProcessPlan, port: int, bus: Bus, clock: Clock) -> No
         await asyncio.sleep(1.0)
 
 
-async def _end(tasks: list[asyncio.Task[None]]) -> None:
-    """Cancel until all have ended: `wait_for` of Python 3.11 can lose a cancellation to a result that comes with it."""
-    pending = {t for t in tasks if not t.done()}
-    while pending:
-        for task in pending:
-            task.cancel()
-        _, pending = await asyncio.wait(pending, timeout=0.5)
-    await asyncio.gather(*tasks, return_exceptions=True)
-
-
 async def _main(args: argparse.Namespace) -> int:
     conference = load(args.conference)
     plan = find(conference, args.node)
     paths = RunPaths(args.run, args.out)
     clock = clock_from_text(args.clock)
     tls = conference.bus.tls if conference.bus.mode == "routed" else None
-    began = time.perf_counter()
-    bus = await ZenohBus.open(
-        conference=conference.name,
-        site=plan.site,
-        clock=clock,
-        endpoints=args.hub,
-        tls=(str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None,
-    )
-    log.info("bus joined took_ms=%.0f", (time.perf_counter() - began) * 1e3)
-    port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for signum in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(signum, stop.set)
-    work = [asyncio.create_task(run_process(conference, plan, paths, bus, clock), name="services")]
-    work.append(asyncio.create_task(_heartbeat(plan, port, bus, clock), name="heartbeat"))
-    if "renderer" in plan.services and os.getpgrp() == os.getpid():
-        work.append(asyncio.create_task(_give_way(GIVE_WAY_AFTER_S), name="priority"))
-    if isinstance(clock, SystemClock):
-        work.append(asyncio.create_task(follow_hub(bus, clock, plan.label), name="clock"))
-    stopping = asyncio.create_task(stop.wait())
-    with metrics.announced(paths.metrics(plan.node), plan.node, port):
-        done, _ = await asyncio.wait([*work, stopping], return_when=asyncio.FIRST_COMPLETED)
     code = 0
-    stopping.cancel()
-    for task in done - {stopping}:
-        if (error := task.exception()) is not None:
-            log.error("process failed task=%s", task.get_name(), exc_info=error)
-            code = 1
-    await _end(work)
-    await bus.close()
+    bus: ZenohBus | None = None
+    try:
+        async with background.service("process") as process:
+            began = time.perf_counter()
+            bus = await ZenohBus.open(
+                conference=conference.name,
+                site=plan.site,
+                clock=clock,
+                endpoints=args.hub,
+                tls=(str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None,
+            )
+            log.info("bus joined took_ms=%.0f", (time.perf_counter() - began) * 1e3)
+            port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
+            process.start(run_process(conference, plan, paths, bus, clock), "services")
+            process.start(_heartbeat(plan, port, bus, clock), "heartbeat")
+            if "renderer" in plan.services and os.getpgrp() == os.getpid():
+                process.start(_give_way(GIVE_WAY_AFTER_S), "priority")
+            if isinstance(clock, SystemClock):
+                process.start(follow_hub(bus, clock, plan.label), "clock")
+            with metrics.announced(paths.metrics(plan.node), plan.node, port):
+                await stop.wait()
+    except background.TaskFailedError:
+        code = 1
+    finally:
+        if bus is not None:
+            await bus.close()
     log.info("process stopped exit_code=%d", code)
     return code
 

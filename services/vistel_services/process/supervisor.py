@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from vistel.wire import background
 from vistel_services.process.forking import ForkServer, Process, end
 
 log = logging.getLogger("vistel.supervisor")
@@ -66,7 +67,7 @@ class Supervisor:
         self._folder.mkdir(parents=True, exist_ok=True)
         for name, child in self.children.items():
             await self._spawn(child)
-            self._tasks[name] = asyncio.create_task(self._watch(child), name=f"watch {name}")
+            self._tasks[name] = background.start(self._watch(child), f"watch {name}")
 
     def log_file(self, name: str) -> Path:
         return self._folder / f"{name.replace('/', '-')}.log"
@@ -84,6 +85,15 @@ class Supervisor:
                 *spec.argv, stdin=asyncio.subprocess.DEVNULL, stdout=out, stderr=out, env=spec.env, process_group=0
             )
         log.info("started process=%s pid=%d", spec.name, child.process.pid)
+
+    async def _spawned(self, child: Child, *, afresh: bool) -> bool:
+        """Whether it could be started: the system may be short of processes, memory or files for a while."""
+        try:
+            await self._spawn(child, afresh=afresh)
+        except OSError as e:
+            log.error("not started process=%s reason=%r", child.spec.name, str(e))
+            return False
+        return True
 
     async def _watch(self, child: Child) -> None:
         loop = asyncio.get_running_loop()
@@ -105,7 +115,9 @@ class Supervisor:
             )
             await asyncio.sleep(wait_s)
             child.restarts += 1
-            await self._spawn(child, afresh=wait_s > 0)
+            while not await self._spawned(child, afresh=wait_s > 0):
+                wait_s = min(RESTART_MOST_S, max(RESTART_FIRST_S, 2 * wait_s))
+                await asyncio.sleep(wait_s)
 
     async def stop(self) -> dict[str, int]:
         """Stop rank by rank: SIGTERM, then SIGKILL after the grace time. Returns the exit code of each."""

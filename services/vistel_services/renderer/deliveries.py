@@ -8,6 +8,7 @@ from collections.abc import Coroutine
 from typing import Any
 
 from vistel.conference.avatar_files import keep_parcel, kept_parcel
+from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.parcels import Parcels
 from vistel.wire.topics import BY_NAME
@@ -65,6 +66,6 @@ class Deliveries:
         self._stage.avatar_arrived(digest)
 
     def _start(self, coroutine: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.create_task(coroutine)
+        task = background.start(coroutine, "avatar")
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)

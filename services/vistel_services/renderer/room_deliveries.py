@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vistel.conference.room_assets import keep_asset, kept_model
 from vistel.space.files.model import Model
 from vistel.space.files.travel import pictures_in, unpack_model, unpack_picture
+from vistel.wire import background
 from vistel.wire.assets import AssetRefusedError, fetch_asset
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
@@ -40,7 +41,7 @@ class RoomDeliveries:
             if digest in self._models or digest in self._asked:
                 continue
             self._asked.add(digest)
-            task = asyncio.create_task(self._bring(digest))
+            task = background.start(self._bring(digest), "polymesh")
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
 

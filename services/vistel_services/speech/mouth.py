@@ -12,6 +12,7 @@ from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder
 from vistel.speech.grammar import Language
 from vistel.speech.synthesis import PLAIN, SynthesisError, synthesise, voices
 from vistel.v1.audio_pb2 import Voice
+from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME
 
@@ -50,7 +51,7 @@ class Mouth:
             text = text.replace(kanji, kana) if self._language == "ja" else text
         if not self._aloud:
             return
-        task = asyncio.get_running_loop().create_task(self._synthesise(text[:_LONGEST]))
+        task = background.start(self._synthesise(text[:_LONGEST]), "synthesise")
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 

@@ -22,6 +22,7 @@ from google.protobuf.message import DecodeError
 from vistel.space.room import Room
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldHandover, WorldHandoverRequest, WorldMoveReply, WorldMoveRequest
+from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME, Publisher
 from vistel.wire.world.presence import LEADS, LEAVING, WAITS, WorldToken, world_token
@@ -125,7 +126,7 @@ class Authority:
 
     async def until_over(self, other: Coroutine[Any, Any, None]) -> None:
         """Wait for `other`, but no longer than this world leads and has time to leave."""
-        tasks = [asyncio.create_task(other), asyncio.create_task(self._over.wait())]
+        tasks = [background.start(other, "step"), background.start(self._over.wait(), "over")]
         try:
             left_s = self._leave_by - asyncio.get_running_loop().time()
             await asyncio.wait(tasks, timeout=max(0.0, left_s), return_when=asyncio.FIRST_COMPLETED)

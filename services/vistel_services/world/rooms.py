@@ -9,6 +9,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel_services.world.service import Config, run
@@ -49,10 +50,9 @@ async def _keep(room: Served) -> None:
         try:
             await _one_life(room)
         except Exception as e:
-            # What the task group wraps is said by itself.
-            cause = e.exceptions[0] if isinstance(e, ExceptionGroup) else e
             wait_s = AGAIN_FIRST_S if loop.time() - began > STEADY_S else wait_s
-            log.exception("room failed room=%s again_in_s=%.1f", room.name, wait_s, exc_info=cause)
+            seen = None if isinstance(e, background.TaskFailedError) else e
+            log.error("room failed room=%s again_in_s=%.1f", room.name, wait_s, exc_info=seen)
         await asyncio.sleep(wait_s)
         wait_s = min(AGAIN_MOST_S, 2 * wait_s)
 
@@ -60,9 +60,9 @@ async def _keep(room: Served) -> None:
 async def _one_life(room: Served) -> None:
     bus = await room.open()
     try:
-        async with asyncio.TaskGroup() as group:
-            group.create_task(run(room.config, bus, room.clock))
+        async with background.service(f"room {room.name}") as beside:
             if room.beside is not None:
-                group.create_task(room.beside(bus))
+                beside.start(room.beside(bus), "beside")
+            await run(room.config, bus, room.clock)
     finally:
         await bus.close()

@@ -23,7 +23,7 @@ from vistel.space.room import Extra, meeting_room
 from vistel.space.room import Room as RoomShape
 from vistel.space.things.things import Matter
 from vistel.space.world import World
-from vistel.wire import motion
+from vistel.wire import background, motion
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -168,7 +168,7 @@ async def _follow(
             log.error("state heard of is not used reason=%s", e)
             return None
 
-    listening = asyncio.create_task(ears.listen(clock))
+    listening = background.start(ears.listen(clock), "listen")
     try:
         here = Here(complete, heard)
         return await authority.follow(here, begins, lambda people: ears.tune_in(people, clock), newest)
@@ -210,7 +210,7 @@ async def _lead(start: Start, authority: Authority, ears: Ears, kept: Store | No
             if kept is not None and room.world.step_number % SAVE_STEPS == 0 and (saving is None or saving.done()):
                 data = kept.rotate(room.world)
                 if data is not None:
-                    saving = asyncio.create_task(asyncio.to_thread(kept.save, data, room.world.step_number))
+                    saving = background.start(asyncio.to_thread(kept.save, data, room.world.step_number), "save")
     finally:
         if saving is not None:
             await asyncio.gather(saving, return_exceptions=True)

@@ -7,6 +7,7 @@ import logging
 from collections.abc import Sequence
 
 from vistel.v1.world_pb2 import WorldSnapshotRequest
+from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -31,6 +32,7 @@ class WorldListener:
         self._states = bus.subscribe(BY_NAME["world_state"], queue_all=True, polled=True)
         self._decoder = WorldDecoder()
         self._asking: asyncio.Task[None] | None = None
+        self._background = background.current()
         self._ask_ns = clock.now_ns()
         self._caught_up: list[tuple[RoomNow, int]] = []
         self._told_of = 0
@@ -68,7 +70,7 @@ class WorldListener:
             log.error("event=world_differs step=%d action=ask_for_all", self._decoder.now.step)
         if not self._decoder.lost or self._asking is not None or self._clock.now_ns() < self._ask_ns:
             return
-        self._asking = asyncio.create_task(self._ask(), name="world snapshot")
+        self._asking = self._background.start(self._ask(), "world snapshot")
 
     async def _ask(self) -> None:
         try:

@@ -29,6 +29,7 @@ from typing import Any
 import zenoh
 from google.protobuf.message import DecodeError, Message
 
+from vistel.wire import background
 from vistel.wire.at_exit import close_at_exit, closed
 from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
@@ -128,6 +129,7 @@ class ZenohBus:
         self._readers: list[ReliableReader] = []
         self._held: list[Any] = []  # zenoh undeclares what nobody refers to
         self._beating: asyncio.Task[None] | None = None
+        self._background = background.current()
         close_at_exit(self, self._close_now)
 
     @staticmethod
@@ -167,7 +169,7 @@ class ZenohBus:
         if found is None:
             found = self._publications[key] = _ZenohPublication(self._session, topic, key, self._epoch, verbatim, self.fence)
             if topic.delivery is Delivery.RELIABLE and self._beating is None:
-                self._beating = self._loop.create_task(self._beat())
+                self._beating = self._background.start(self._beat(), "bus heartbeat")
         return found
 
     def withdraw(self, publisher: Publisher) -> None:
@@ -231,7 +233,8 @@ class ZenohBus:
             timeout=timeout_s,
         )
         try:
-            return await asyncio.wait_for(answered, timeout_s)
+            async with asyncio.timeout(timeout_s):
+                return await answered
         except TimeoutError:
             return None
 

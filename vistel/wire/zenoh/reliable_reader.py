@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import zenoh
 
+from vistel.wire import background
 from vistel.wire.bus import BusCounters
 from vistel.wire.clock import Clock
 from vistel.wire.inbox import RELIABLE_LIMIT, Inbox, wake
@@ -53,8 +54,9 @@ class ReliableReader:
         self._woken = False
         self._history_done = False
         self._closed = False
+        self._background = background.current()
         self._pump = Pump(session, pattern, RELIABLE_LIMIT, self._arrived)
-        self._history = loop.create_task(self._ask_for_history())
+        self._history = self._background.start(self._ask_for_history(), f"history {pattern}")
 
     def undeclare(self) -> None:
         """Stop."""
@@ -91,7 +93,7 @@ class ReliableReader:
                 self._inbox.push(key, message, now_ns)
             self._report_lost(key, order.lost - lost_before)
             if order.missing() and key not in self._repairs and not self._closed:
-                self._repairs[key] = self._loop.create_task(self._repair(key, order))
+                self._repairs[key] = self._background.start(self._repair(key, order), f"repair {key}")
 
     async def _ask_for_history(self) -> None:
         while not self._closed:
@@ -144,7 +146,8 @@ class ReliableReader:
             timeout=timeout_s,
         )
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(done.wait(), timeout_s + 0.5)
+            async with asyncio.timeout(timeout_s + 0.5):
+                await done.wait()
 
     def _report_lost(self, key: str, count: int) -> None:
         if count:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from vistel.wire import background
 from vistel_cli.terminal import err, out
 
 _VOICES = ("spd-say", "espeak-ng", "espeak", "say")
@@ -32,7 +33,7 @@ class Asker:
         out.print(text, soft_wrap=True)
         if self._voice is not None:
             self._speaking = {t for t in self._speaking if not t.done()}
-            self._speaking.add(asyncio.create_task(_say(self._voice, text)))
+            self._speaking.add(background.start(_say(self._voice, text), "voice"))
 
     async def lead(self, now: Now, begin_s: float, seconds: float, go: str) -> None:
         """Count down to `begin_s`, say `go`, and show the `seconds` of it passing."""

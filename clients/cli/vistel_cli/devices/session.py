@@ -14,6 +14,7 @@ from typing import Any
 
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
+from vistel.wire import background
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
@@ -51,7 +52,7 @@ class DeviceSession:
             async for sample in self.bus.subscribe(BY_NAME[topic], queue_all=True):
                 take(sample.message)
 
-        self.tasks.append(asyncio.create_task(follow()))
+        self.tasks.append(background.start(follow(), topic))
 
     async def until(self, done: Callable[[], bool], at_most_s: float) -> bool:
         """Wait for `done`; False when it takes longer."""
@@ -92,11 +93,12 @@ async def running(conference: Conference, services: Sequence[ModuleType]) -> Asy
         session = DeviceSession(network.bus(conference.name, "here", clock, None), clock, begin_ns, [], {})
         session.listen("device_status", lambda status: session.details.update({status.device: status.detail}))
         if simulated_devices(conference):
-            session.tasks.append(asyncio.create_task(run_simulators(conference, paths, clock, start_ns=begin_ns)))
+            session.tasks.append(background.start(run_simulators(conference, paths, clock, start_ns=begin_ns), "simulators"))
         for site in conference.sites:
             bus = network.bus(conference.name, site.name, clock, None)
             for service in services:
-                session.tasks.append(asyncio.create_task(service.run(service.configure(conference, site, paths), bus, clock)))
+                running = service.run(service.configure(conference, site, paths), bus, clock)
+                session.tasks.append(background.start(running, service.__name__))
         try:
             yield session
         finally:

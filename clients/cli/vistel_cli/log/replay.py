@@ -15,6 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.wire import background
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.log.avatars import with_recorded_avatars
@@ -111,7 +112,8 @@ def replay(
         begin_ns, end_ns = (reader.begin_ns + round(t * 1e9) for t in (begin, min(end or length, length)))
         render_log(reader, conference, sites, begin_ns, end_ns, looks, output)
         return
-    raise typer.Exit(asyncio.run(_play(reader, conference, source, speed, begin, min(end or length, length), output)))
+    playing = _play(reader, conference, source, speed, begin, min(end or length, length), output)
+    raise typer.Exit(asyncio.run(background.as_service("replay", playing)))
 
 
 def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Conference:
@@ -167,26 +169,28 @@ async def _play(
         bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])
         specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
         supervisor = Supervisor(specs, folder, server)
-        await supervisor.start()
-        feeder = Feeder(reader, conference, bus, clock, source.value)
         world = None
-        if "world" in services:
-            world = asyncio.create_task(_world(reader, conference, router.endpoint, paths, clock, begin_ns))
-        with _progress() as bar:
-            task = bar.add_task(f"starting {len(specs)} processes", total=end - begin)
-            feeding = asyncio.create_task(feeder.feed(begin_ns - int(PREROLL_S * 1e9), begin_ns, end_ns))
-            stopping = asyncio.create_task(stop.wait())
-            while not feeding.done() and not stop.is_set():
-                at = (clock.now_ns() - begin_ns) * 1e-9
-                if at > 0:
-                    bar.update(task, completed=at, description=f"{begin + at:6.1f} s of {end:.1f} s at {speed:g}x")
-                await asyncio.wait({feeding, stopping}, timeout=0.1, return_when=asyncio.FIRST_COMPLETED)
-            if not feeding.done():
-                feeding.cancel()
-            await asyncio.gather(feeding, return_exceptions=True)
-            stopping.cancel()
-        await clock.sleep_until_ns(min(clock.now_ns(), end_ns) + int(conference.playout.delay * 1e9))
-        codes = await supervisor.stop()
+        try:
+            await supervisor.start()
+            feeder = Feeder(reader, conference, bus, clock, source.value)
+            if "world" in services:
+                world = background.start(_world(reader, conference, router.endpoint, paths, clock, begin_ns), "world")
+            with _progress() as bar:
+                task = bar.add_task(f"starting {len(specs)} processes", total=end - begin)
+                feeding = background.start(feeder.feed(begin_ns - int(PREROLL_S * 1e9), begin_ns, end_ns), "feed")
+                stopping = background.start(stop.wait(), "stop")
+                while not feeding.done() and not stop.is_set():
+                    at = (clock.now_ns() - begin_ns) * 1e-9
+                    if at > 0:
+                        bar.update(task, completed=at, description=f"{begin + at:6.1f} s of {end:.1f} s at {speed:g}x")
+                    await asyncio.wait({feeding, stopping}, timeout=0.1, return_when=asyncio.FIRST_COMPLETED)
+                if not feeding.done():
+                    feeding.cancel()
+                await asyncio.gather(feeding, return_exceptions=True)
+                stopping.cancel()
+            await clock.sleep_until_ns(min(clock.now_ns(), end_ns) + int(conference.playout.delay * 1e9))
+        finally:
+            codes = await supervisor.stop()
         if world is not None:
             world.cancel()
             await asyncio.gather(world, return_exceptions=True)

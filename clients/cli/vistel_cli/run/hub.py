@@ -10,6 +10,7 @@ from pathlib import Path
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.wire.background import as_service
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import write_conference
@@ -38,7 +39,7 @@ def run_processes(
 
     Ends on Ctrl-C, on SIGTERM, or when `seconds` have passed (0: never).
     """
-    return asyncio.run(_run(conference, plans, hub, output, seconds, simulate))
+    return asyncio.run(as_service("supervisor", _run(conference, plans, hub, output, seconds, simulate)))
 
 
 async def _run(
@@ -65,12 +66,15 @@ async def _run(
         supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
         with out.status("loading"):
             await until_loaded(server, stop)
-        if not stop.is_set():
-            await supervisor.start()
-        out.print(f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}")
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(stop.wait(), seconds or None)
-        codes = await supervisor.stop()
+        try:
+            if not stop.is_set():
+                await supervisor.start()
+            out.print(f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}")
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(seconds or None):
+                    await stop.wait()
+        finally:
+            codes = await supervisor.stop()
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
     for name, code in bad.items():
         err.print(f"[red]error:[/red] {name} ended with {code}; see {output / 'logs'}")

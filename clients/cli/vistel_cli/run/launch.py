@@ -10,6 +10,7 @@ from pathlib import Path
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.wire import background
 from vistel_services.process.forking import ForkServer, ForkServerSpec
 from vistel_services.process.plan import ProcessPlan
 from vistel_services.process.supervisor import ProcessSpec
@@ -45,7 +46,7 @@ async def until_loaded(server: ForkServer | None, stop: asyncio.Event) -> None:
     """Wait until `server` has loaded, or will not, or `stop` is set."""
     if server is None:
         return
-    waiting = [asyncio.create_task(server.settled()), asyncio.create_task(stop.wait())]
+    waiting = [background.start(server.settled(), "loaded"), background.start(stop.wait(), "stop")]
     await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
     for task in waiting:
         task.cancel()

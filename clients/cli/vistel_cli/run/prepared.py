@@ -19,6 +19,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 import vistel
 from vistel.conference.model import Conference, Room
 from vistel.figure.avatar.cache_folder import default_cache
+from vistel.wire import background
 from vistel_cli.terminal import err, fail
 
 INTERRUPTED = 130
@@ -44,7 +45,7 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, si
                 done, of, label = line.decode().strip().split(" ", 2)
                 bar.update(task, completed=int(done), total=int(of), description=label)
 
-        following, stopping = asyncio.create_task(follow()), asyncio.create_task(stop.wait())
+        following, stopping = background.start(follow(), "progress"), background.start(stop.wait(), "stop")
         await asyncio.wait({following, stopping}, return_when=asyncio.FIRST_COMPLETED)
         stopping.cancel()
         if not following.done():

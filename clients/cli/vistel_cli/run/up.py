@@ -17,6 +17,7 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.wire.background import as_service
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh.bus import Router, ZenohBus
@@ -59,7 +60,7 @@ def up(
     if plan:
         _show_plan(conference)
         return
-    raise typer.Exit(asyncio.run(_Run(conference, source.stem, output, seconds, as_json).run()))
+    raise typer.Exit(asyncio.run(as_service("supervisor", _Run(conference, source.stem, output, seconds, as_json).run())))
 
 
 def with_motion(conference: Conference, motion: str) -> Conference:

@@ -12,7 +12,7 @@ import typer
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel.wire import event_loop
+from vistel.wire import background, event_loop
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub
@@ -58,7 +58,8 @@ def serve(
     endpoints = [endpoint_of(c, hub) for c in conferences]
     logs.configure("hub/worlds")
     try:
-        event_loop.run(_serve(list(zip(conferences, endpoints, strict=True)), keep, seconds, at, wait))
+        serving = _serve(list(zip(conferences, endpoints, strict=True)), keep, seconds, at, wait)
+        event_loop.run(background.as_service("worlds", serving))
     except BusError as e:
         fail(str(e))
 
@@ -74,8 +75,8 @@ async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds:
     loop = asyncio.get_running_loop()
     for signum in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(signum, stop.set)
-    serving = asyncio.create_task(serve(rooms))
-    stopping = asyncio.create_task(stop.wait())
+    serving = background.start(serve(rooms), "rooms")
+    stopping = background.start(stop.wait(), "stop")
     await asyncio.wait((serving, stopping), timeout=seconds or None, return_when=asyncio.FIRST_COMPLETED)
     stopping.cancel()
     serving.cancel()

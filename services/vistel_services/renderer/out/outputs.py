@@ -12,6 +12,7 @@ import cv2
 from prometheus_client import Counter
 
 from vistel.arrays import U8
+from vistel.wire import background
 from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import PictureWriter
 from vistel_services.renderer.out.stream import Stream
@@ -59,7 +60,7 @@ class Outputs:
     def record(self, on: bool) -> str:
         """Write a film from now on, or end it; what is in the way in one line, empty for nothing."""
         if not on and self._video is not None:
-            ending = asyncio.create_task(self._end(self._video))
+            ending = background.start(self._end(self._video), "film")
             self._ending.add(ending)
             ending.add_done_callback(self._ending.discard)
             self._video = None

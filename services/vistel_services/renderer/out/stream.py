@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from prometheus_client import Counter, Gauge
 
 from vistel.arrays import U8
+from vistel.wire import background
 from vistel.wire.clock import Clock
 from vistel_services.renderer.out.stream_address import StreamAddress, answered
 from vistel_services.renderer.out.stream_encoder import SOUND, StreamEncoder, message
@@ -61,6 +62,7 @@ class Stream:
         self._connections: set[web.WebSocketResponse] = set()
         self._runner: web.AppRunner | None = None
         self._telling: asyncio.Task[None] | None = None
+        self._background = background.current()
         self._drawn = self._told_drawn = 0
         self._age_ns = 0
 
@@ -78,7 +80,7 @@ class Stream:
         await web.TCPSite(runner, self.address.host, self.address.port).start()
         host, port = runner.addresses[0][:2]
         self.address = StreamAddress(str(host), int(port))
-        self._telling = asyncio.create_task(self._tell())
+        self._telling = background.start(self._tell(), "stream state")
         log.info("event=streaming address=http://%s/ reach=%s", self.address, "this_machine" if self.address.local else "network")
 
     def put(self, t_ns: int, rgba: U8, age_ns: int) -> None:
@@ -99,7 +101,7 @@ class Stream:
         """Stop serving; readers are told."""
         if self._telling is not None:
             self._telling.cancel()
-        ending = [asyncio.create_task(c.close(code=_ENDED)) for c in self._connections]
+        ending = [background.start(c.close(code=_ENDED), "stream end") for c in self._connections]
         if ending:
             await asyncio.wait(ending, timeout=_CLOSING_S)
         if self._runner is not None:
@@ -163,7 +165,7 @@ class Stream:
         self._connections.add(connection)
         _READERS.labels(self._site).set(len(self._readers))
         log.info("event=watched by=%s form=%s readers=%d", request.remote, reader.form, len(self._readers))
-        sending = asyncio.create_task(_send(connection, reader))
+        sending = self._background.start(_send(connection, reader), "stream")
         try:
             async for said in connection:
                 if said.type is web.WSMsgType.TEXT:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import secrets
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,6 +11,7 @@ import numpy as np
 from vistel.messages.commands import message_of
 from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
+from vistel.wire import background
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -40,7 +40,7 @@ class WindowWire:
         self._carried: dict[str, Publication] = {}
         self._led: dict[str, tuple[Carry, int]] = {}
         self._let_go: dict[str, tuple[Prop, int]] = {}
-        self._steadily = asyncio.create_task(self._keep_on())
+        self._steadily = background.start(self._keep_on(), "carried things")
         self._asked: set[str] = set()
 
     def take(self) -> None:
