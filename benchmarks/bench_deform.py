@@ -25,14 +25,15 @@ from benchmarks.timing import microseconds
 from vistel.figure.avatar.builtin import builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import Posture, Stance, standing
+from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact import ContactScene
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
-from vistel.implicit.meshes.embedding import INVERSE_T, primitive_field
+from vistel.implicit.meshes.embedding import primitive_field
 
 ROUNDS = 60
 POSES = 10_000
-SLOPE = 4.0 * INVERSE_T * (1.0 - INVERSE_T**2)
+SLOPE = 4.0 * SURFACE_RATIO * (1.0 - SURFACE_RATIO**2)
 """-dF / d(distance / influence radius) of the quartic at the surface."""
 
 

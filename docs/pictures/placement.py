@@ -18,10 +18,11 @@ from PIL import Image
 
 import vistel.implicit as vi
 from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.ghosts.ghost import ghosts_of
-from vistel.implicit.meshes.embedding import INVERSE_T, embed
+from vistel.implicit.meshes.embedding import embed
 from vistel.implicit.meshes.embedding_report import fit_report
 from vistel.implicit.meshes.placement import Placement, place_skeletons
 from vistel.implicit.polygonise import polygonise
@@ -58,7 +59,7 @@ def primitives(placed: Placement) -> list[Part]:
     limbs, parts = placed.limbs, []
     for i, colour in enumerate(shades(limbs.groups)):
         a, b = limbs.a[i], limbs.b[i]
-        influence = (float(r) / INVERSE_T for r in (limbs.radius_a[i], limbs.radius_b[i]))
+        influence = (float(r) / SURFACE_RATIO for r in (limbs.radius_a[i], limbs.radius_b[i]))
         mesh = polygonise(vi.ConeSphere(tuple(a), tuple(b), *influence), resolution=28)
         parts.append(coloured(np.asarray(mesh.vertices), np.asarray(mesh.triangles), np.tile(colour, (len(mesh.vertices), 1))))
     return parts

@@ -9,8 +9,9 @@
 The surface of a shape is where its field is T = 1/2. See docs/reference/implicit.md.
 """
 
-from vistel.implicit.blend import HERMITE, QUAD2, QUARTIC, THRESHOLD, WYVILL, Blend
+from vistel.implicit.blend import HERMITE, QUAD2, QUARTIC, WYVILL, Blend
 from vistel.implicit.checks import ShapeError
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.evaluation.program import Evaluation, FieldProgram, compile
 from vistel.implicit.graph.combine import (
     Attributed,

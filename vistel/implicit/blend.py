@@ -14,9 +14,7 @@ from numpy.typing import ArrayLike
 
 from vistel.arrays import F64
 from vistel.implicit.checks import ShapeError, positive
-
-THRESHOLD = 0.5
-"""The level T of the surface F = T used everywhere unless another is given."""
+from vistel.implicit.constants import THRESHOLD
 
 
 def _hermite(x: F64) -> tuple[F64, F64, F64]:

@@ -20,6 +20,7 @@ from vistel.figure.layers.skin import LayerTerms
 from vistel.figure.rigid.bulge import BulgeShapes
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
+from vistel.implicit import constants as implicit_constants
 from vistel.implicit.contacts import contact_set
 from vistel.implicit.deformation import deform_table, displace_kernels, field_kernels, min_rule_kernels, solve_kernels
 from vistel.implicit.deformation.deform_plan import BONE, FramePlan, Places
@@ -58,10 +59,7 @@ def constants() -> str:
         **{k: getattr(min_rule_kernels, k) for k in ("CAP", "SOFT2")},
         **{k: getattr(solve_kernels, k) for k in ("TOLERANCE", "NEAR", "SHORT")},
         "FLATTEN": displace_kernels.FLATTEN,
-        # Literals of `effect_kernels` and `normals_kernels`; the last as the least a GPU does not take for 0.
-        "MOST_FORCE": 0.9,
-        "LEAST_LENGTH": 1e-6,
-        "LEAST_SQUARE": 1.2e-38,
+        **{k: getattr(implicit_constants, k) for k in ("MOST_CHANGE", "LEAST_DIVISOR", "LEAST_SQUARE")},
     }
     lines = [f"const int {k} = {int(v)};" for k, v in whole.items()]
     lines += [f"const float {k} = {float(np.float32(v)):.9g};" for k, v in real.items()]

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact import ContactScene, cone_sphere_contacts, find_contacts
 from vistel.implicit.contacts.contact_set import KIND_CODES, PrimitiveSet
-from vistel.implicit.contacts.contact_surface_kernels import INVERSE_T, field_of_ratio, surface
+from vistel.implicit.contacts.contact_surface_kernels import field_of_ratio, surface
 
 
 def cones(rng: np.random.Generator, n: int, spread: float = 0.12) -> PrimitiveSet:
@@ -63,10 +64,10 @@ def test_swapping_the_sets_swaps_the_contacts(seed):
 
 
 def test_two_spheres_meet_where_their_fields_are_equal():
-    c = cone_sphere_contacts(one("sphere", [INVERSE_T]), one("sphere", [INVERSE_T], (0.9, 0, 0)))
+    c = cone_sphere_contacts(one("sphere", [SURFACE_RATIO]), one("sphere", [SURFACE_RATIO], (0.9, 0, 0)))
     np.testing.assert_allclose(c.point[0], (0.45, 0, 0), atol=1e-9)
     np.testing.assert_allclose(c.normal[0], (1, 0, 0), atol=1e-9)
-    assert c.depth[0] == pytest.approx(2 * INVERSE_T - 0.9)
+    assert c.depth[0] == pytest.approx(2 * SURFACE_RATIO - 0.9)
     assert c.field_depth[0] == pytest.approx((1 - 0.45**2) ** 2 - 0.5)
 
 
@@ -162,7 +163,7 @@ def test_more_contacts_than_the_first_guess_are_all_returned():
 
 def test_field_of_ratio_is_the_quartic():
     assert field_of_ratio(1.0) == pytest.approx(0.5)
-    assert field_of_ratio(1.0 / INVERSE_T) == 0.0
+    assert field_of_ratio(1.0 / SURFACE_RATIO) == 0.0
 
 
 def test_joined_and_moved_sets_keep_every_primitive():

@@ -8,10 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vistel.implicit.constants import SURFACE_RATIO
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
-from vistel.implicit.ghosts.ghost import T, ghosts_of
-from vistel.implicit.meshes.embedding import INVERSE_T, Limbs, embed, primitive_field
+from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.meshes.embedding import Limbs, embed, primitive_field
 
 GOLDEN = json.loads((Path(__file__).parents[2] / "golden.json").read_text())["values"]
 
@@ -81,12 +83,12 @@ def sphere(centre, radius, compliance=1.0, depth=-1.0):
 
 def test_golden_vertex_solve():
     row = golden("vertex solve")
-    limbs = capsule_limbs((-1, 0, 0), (1, 0, 0), 0.5 * INVERSE_T)
+    limbs = capsule_limbs((-1, 0, 0), (1, 0, 0), 0.5 * SURFACE_RATIO)
     p = np.array([[0, 0.3, 0], [0.9, 0.3, 0], [0, 0, 0.3]], np.float32)
     n = np.array([[0, 1, 0], [0, 1, 0], [0, 0, 1]], np.float32)
     deformer = Deformer(np.array([[0, 1, 2]], np.int32), embed(p, np.zeros(3, np.int32), limbs))
     moved = p.copy()
-    deformer.deform(moved, n.copy(), limbs.a, limbs.b, [sphere((0, 0.6, 0), 0.7 * INVERSE_T, depth=0.2 / 3)])
+    deformer.deform(moved, n.copy(), limbs.a, limbs.b, [sphere((0, 0.6, 0), 0.7 * SURFACE_RATIO, depth=0.2 / 3)])
     assert moved[0, 1] - 0.3 == pytest.approx(row["expected"], abs=1e-5)
     np.testing.assert_array_equal(moved[1], p[1])
 
@@ -94,25 +96,25 @@ def test_golden_vertex_solve():
 @pytest.mark.parametrize("degrees, ye", [(60, 0.5), (60, 0.2), (45, 0.3), (40, 0.2)])
 def test_golden_bulge_beside_the_contact_of_two_spheres(degrees, ye):
     row = golden(f"two_spheres.bulged_radius_{degrees}deg", ye=ye)
-    limbs = Limbs(np.zeros((1, 3)), np.zeros((1, 3)), np.array([INVERSE_T]), np.array([INVERSE_T]), np.zeros(1, np.int32))
+    limbs = Limbs(np.zeros((1, 3)), np.zeros((1, 3)), np.array([SURFACE_RATIO]), np.array([SURFACE_RATIO]), np.zeros(1, np.int32))
     angle = np.radians(degrees)
     n = np.array([[np.cos(angle), np.sin(angle), 0], [-1, 0, 0], [0, 0, 1]], np.float32)
-    p = (n * INVERSE_T).astype(np.float32)
+    p = (n * SURFACE_RATIO).astype(np.float32)
     deformer = Deformer(np.array([[0, 1, 2]], np.int32), embed(p, np.zeros(3, np.int32), limbs))
     moved = p.copy()
-    deformer.deform(moved, n.copy(), limbs.a, limbs.b, [sphere((0.9, 0, 0), INVERSE_T, depth=ye / 3)])
+    deformer.deform(moved, n.copy(), limbs.a, limbs.b, [sphere((0.9, 0, 0), SURFACE_RATIO, depth=ye / 3)])
     assert np.linalg.norm(moved[0]) == pytest.approx(row["expected"], abs=1e-5)
 
 
 @pytest.mark.parametrize("w", [0.5, 0.25, 0.1, 0])
 def test_golden_contact_of_unequal_compliances(w):
     row = golden("rigidity.contact_x", w=w)
-    limbs = Limbs(np.zeros((1, 3)), np.zeros((1, 3)), np.array([INVERSE_T]), np.array([INVERSE_T]), np.zeros(1, np.int32))
+    limbs = Limbs(np.zeros((1, 3)), np.zeros((1, 3)), np.array([SURFACE_RATIO]), np.array([SURFACE_RATIO]), np.zeros(1, np.int32))
     n = np.eye(3, dtype=np.float32)
-    p = n * np.float32(INVERSE_T)
+    p = n * np.float32(SURFACE_RATIO)
     deformer = Deformer(np.array([[0, 1, 2]], np.int32), embed(p, np.zeros(3, np.int32), limbs))
     moved = p.copy()
-    deformer.deform(moved, n.copy(), limbs.a, limbs.b, [sphere((0.9, 0, 0), INVERSE_T, compliance=2 * w)])
+    deformer.deform(moved, n.copy(), limbs.a, limbs.b, [sphere((0.9, 0, 0), SURFACE_RATIO, compliance=2 * w)])
     assert moved[0, 0] == pytest.approx(row["expected"], abs=2e-5)
 
 

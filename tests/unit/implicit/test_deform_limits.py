@@ -5,12 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
-from vistel.implicit.meshes.embedding import INVERSE_T, Limbs, embed, primitive_field
+from vistel.implicit.meshes.embedding import Limbs, embed, primitive_field
 
-SLOPE = 4.0 * INVERSE_T * (1.0 - INVERSE_T**2)
+SLOPE = 4.0 * SURFACE_RATIO * (1.0 - SURFACE_RATIO**2)
 """-dF / d(distance / influence radius) of the quartic at the surface."""
 
 

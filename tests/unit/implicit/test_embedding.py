@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.implicit.meshes.embedding import Limbs, T, bound_radius, embed, shape_weight
+from vistel.implicit.constants import THRESHOLD as T
+from vistel.implicit.meshes.embedding import Limbs, bound_radius, embed, shape_weight
 from vistel.implicit.meshes.embedding_fields import diff, quartic, union
 
 GOLDEN = {

@@ -10,11 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vistel.implicit.constants import SURFACE_RATIO
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, PrimitiveSet
-from vistel.implicit.contacts.contact_surface_kernels import INVERSE_T, field_of_ratio, surface
+from vistel.implicit.contacts.contact_surface_kernels import field_of_ratio, surface
 from vistel.implicit.deformation.field_kernels import WIDTH, load_normals, local_ray, ray, spread, store_field
 from vistel.implicit.deformation.meet_kernels import evaluate
-from vistel.implicit.ghosts.ghost import T, collision, ghosts_of, propagation, zone
+from vistel.implicit.ghosts.ghost import collision, ghosts_of, propagation, zone
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, quartic
 from vistel.jit.pointers import keep, pointer
 
@@ -140,12 +142,12 @@ def test_kernels_agree_with_the_surface_ratio_and_their_slope_is_the_derivative(
         expected = [field_of_ratio(float(np.linalg.norm(p)) / params[0]) for p in points]
     elif kind == "cone_sphere":
         ratio = cone_sphere_ratio(points, params[:3], params[3:6], params[6], params[7])
-        expected = quartic(ratio * INVERSE_T)
+        expected = quartic(ratio * SURFACE_RATIO)
     elif kind == "supertoroid":
         expected = []
         for x, y, z in points:
-            v = (math.hypot(x, y) / params[0] - params[3]) * INVERSE_T
-            h = abs(v) ** (2 / params[4]) + abs(z / params[2] * INVERSE_T) ** (2 / params[4])
+            v = (math.hypot(x, y) / params[0] - params[3]) * SURFACE_RATIO
+            h = abs(v) ** (2 / params[4]) + abs(z / params[2] * SURFACE_RATIO) ** (2 / params[4])
             expected.append(f(h ** (0.5 * params[4])))
     else:
         code_of = {"rounded_polygon": ROUNDED_POLYGON, "superellipsoid": SUPERELLIPSOID}[kind]

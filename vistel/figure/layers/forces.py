@@ -18,7 +18,8 @@ from vistel.figure.layers.contraction import activation
 from vistel.figure.layers.muscles import Muscles
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
-from vistel.implicit.blend import QUARTIC, THRESHOLD
+from vistel.implicit.blend import QUARTIC
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.ghosts.actuation import muscle_force
 
 SPECIFIC_TENSION = 30.0

@@ -16,7 +16,8 @@ from vistel.arrays import F64, I64
 from vistel.figure.layers.bones import Bone
 from vistel.figure.layers.contraction import FULL, YIELD
 from vistel.figure.layers.muscles import BellyShape, Muscle
-from vistel.implicit.blend import QUARTIC, THRESHOLD
+from vistel.implicit.blend import QUARTIC
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, quartic
 
 Field = Callable[[F64], F64]

@@ -42,11 +42,10 @@ from vistel.figure.people.field_kernels import (
     MARGIN,
     MATRIX,
     PLANE,
-    RATIO_AT_SURFACE,
-    THRESHOLD,
     A,
     B,
 )
+from vistel.implicit.constants import SURFACE_RATIO, THRESHOLD
 
 _kernels: Any = field_kernels
 
@@ -140,7 +139,7 @@ class Sculpture:
             u = u / np.linalg.norm(u)
             m += (1.0 / flat[1] - 1.0) * np.outer(u, u)
             stretch = max(1.0, flat[1])
-        reach = stretch * (max(ra, rb) * (1.5 if capped else 1.0)) + width * (1.0 - RATIO_AT_SURFACE)
+        reach = stretch * (max(ra, rb) * (1.5 if capped else 1.0)) + width * (1.0 - SURFACE_RATIO)
         low, high = np.minimum(pa, pb) - reach, np.maximum(pa, pb) + reach
         self._append(
             CAPPED if capped else CONE,

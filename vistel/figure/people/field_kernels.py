@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
+from vistel.implicit.constants import SURFACE_RATIO, THRESHOLD
 from vistel.jit.kernel_jit import compiled
 
-THRESHOLD = 0.5
-RATIO_AT_SURFACE = math.sqrt(1.0 - math.sqrt(THRESHOLD))
 GROUPS = 28
 
 CONE, CAPPED, ELLIPSOID, PLANE, LOFT = range(5)
@@ -146,7 +145,7 @@ def _distance(row, tables, x: float, y: float, z: float) -> float:
 
 @compiled(fastmath=True)
 def _blend(row, s: float) -> float:
-    d = RATIO_AT_SURFACE + s / row[WIDTH]
+    d = SURFACE_RATIO + s / row[WIDTH]
     if d >= 1.0:
         return 0.0
     if d <= 0.0:
@@ -219,13 +218,13 @@ def field_block_rows(rows: F64, tables: F64, active: I64, low: F64, high: F64) -
     for i in active:
         row = rows[i]
         s, w = _distance(row, tables, c[0], c[1], c[2]), row[WIDTH]
-        if s - reach > (1.0 - RATIO_AT_SURFACE) * w:
+        if s - reach > (1.0 - SURFACE_RATIO) * w:
             continue
         kept[count] = i
         count += 1
         if int(row[MODE]) != ADD:
             carved = True
-        elif row[GROUP] == 0.0 and row[WEIGHT] >= 1.0 and s + reach < -RATIO_AT_SURFACE * w:
+        elif row[GROUP] == 0.0 and row[WEIGHT] >= 1.0 and s + reach < -SURFACE_RATIO * w:
             solid = True
     if solid and not carved:
         count = 0

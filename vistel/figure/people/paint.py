@@ -9,7 +9,7 @@ import numpy as np
 from vistel.arrays import F64, I32, I64, U8
 from vistel.figure.people import cloth, material
 from vistel.figure.people.bake import rasterise, spread
-from vistel.figure.people.field import THRESHOLD, Solid
+from vistel.figure.people.field import Solid
 from vistel.figure.people.hair import paint_hair, strands
 from vistel.figure.people.head import EYE, EYE_RADIUS
 from vistel.figure.people.mouth import Mouth, shade
@@ -18,6 +18,7 @@ from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.reduce import normals
 from vistel.figure.people.skin import paint_lip, paint_skin
 from vistel.figure.people.trunk import collar_height, within_collar
+from vistel.implicit.constants import THRESHOLD
 
 _PAINTERS: dict[int, Callable[[Recipe, F64, F64], F64]] = {
     material.SKIN: paint_skin,

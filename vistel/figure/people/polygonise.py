@@ -9,7 +9,8 @@ from skimage import measure
 
 from vistel.arrays import F64, I64
 from vistel.figure.people.field import Solid, boxes
-from vistel.figure.people.field_kernels import THRESHOLD, field_block, field_block_rows
+from vistel.figure.people.field_kernels import field_block, field_block_rows
+from vistel.implicit.constants import THRESHOLD
 
 _BLOCK = 10
 _measure: Any = measure

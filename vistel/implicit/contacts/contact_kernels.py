@@ -8,8 +8,9 @@ import math
 
 import numpy as np
 
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import ROUNDED_POLYGON
-from vistel.implicit.contacts.contact_surface_kernels import T, cone_sphere_foot, field_of_ratio, perpendicular, probes, surface
+from vistel.implicit.contacts.contact_surface_kernels import cone_sphere_foot, field_of_ratio, perpendicular, probes, surface
 from vistel.jit.kernel_jit import compiled
 from vistel.jit.pointers import at
 

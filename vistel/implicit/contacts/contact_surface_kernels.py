@@ -6,12 +6,9 @@ from __future__ import annotations
 
 import math
 
+from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SPHERE, SUPERELLIPSOID, SUPERTOROID
 from vistel.jit.kernel_jit import compiled
-
-T = 0.5
-INVERSE_T = math.sqrt(1.0 - math.sqrt(T))
-"""f^-1(T) of the quartic: surface radius / influence radius."""
 
 _TINY = 1e-12
 
@@ -171,7 +168,7 @@ def perpendicular(ux, uy, uz, out):
 @compiled
 def field_of_ratio(d):
     """Quartic field at a ratio relative to the surface."""
-    x = d * INVERSE_T
+    x = d * SURFACE_RATIO
     q = 1.0 - x * x
     return q * q if q > 0.0 else 0.0
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.implicit.blend import THRESHOLD
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.evaluation.program import compile
 from vistel.implicit.graph.shape import Shape
 

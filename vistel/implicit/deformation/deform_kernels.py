@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vistel.implicit.constants import BETA, LONGEST_ZONE
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.displace_kernels import FLATTEN
 from vistel.implicit.deformation.field_kernels import LANES, ONE, PATCHES, RAY_SIZE, ZERO, T
@@ -24,13 +25,11 @@ from vistel.jit.addresses import floats, ints, longs, octets
 from vistel.jit.kernel_jit import fast
 from vistel.jit.pointers import at
 
-BETA = np.float32(3.0)
-"""Zone of propagation / penetration (mathematics M3.4)."""
+_BETA = np.float32(BETA)
 FELT = np.float32(0.99)
 """Share of the zone of propagation in which it is felt: in the rest of it it raises less than 5e-5."""
-LONE_ZONE = np.float32(27.0 / 4.0 * 0.6 * 0.5)
-"""Longest zone of propagation of one body alone, per compliance (`ghost.zone`); the solver caps sums of
-several."""
+_LONGEST_ZONE = np.float32(LONGEST_ZONE)
+"""Of one body alone (`ghost.zone`): the solver caps sums of several."""
 
 
 @fast
@@ -59,8 +58,8 @@ def _set_zones(t):
     quotient, reach, effect = floats(t[table.QUOTIENT]), floats(t[table.REACH]), ints(t[table.EFFECT])
     for k in range(t[table.GROUPS]):
         d = depth[k] if depth[k] >= ZERO else delta[k]
-        cap = LONE_ZONE / quotient[k] if quotient[k] > ZERO else LONE_ZONE
-        zone[k] = min(T, cap, BETA * max(ZERO, d) / max(ONE, quotient[k]))
+        cap = _LONGEST_ZONE / quotient[k] if quotient[k] > ZERO else _LONGEST_ZONE
+        zone[k] = min(T, cap, _BETA * max(ZERO, d) / max(ONE, quotient[k]))
         reach[k] = FELT * zone[k] if effect[k] == COLLISION else T
         if t[table.FLATTENS]:
             reach[k] = max(reach[k], FLATTEN)

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vistel.implicit.constants import THRESHOLD
 from vistel.jit.kernel_jit import fast, inlined
 from vistel.jit.lanes import choose, inverse_root, least, most, of_width, store
 from vistel.jit.pointers import at
@@ -37,7 +38,7 @@ RAY_SIZE, FIELD_SIZE = 6 * WIDTH, 2 * WIDTH
 ZERO, ONE, TWO, FOUR = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(4.0)
 HALF, TINY, SMALL = np.float32(0.5), np.float32(1e-12), np.float32(1e-20)
 HUGE = np.float32(1e30)
-T = np.float32(0.5)
+T = np.float32(THRESHOLD)
 
 
 class Normals(NamedTuple):

@@ -6,14 +6,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from vistel.implicit.constants import GHOST_CAP, THRESHOLD
 from vistel.implicit.deformation.field_kernels import HALF, ONE, SMALL, TWO, ZERO, T
 from vistel.implicit.ghosts.effect_kernels import add_cut, add_least, add_propagation, add_shared
 from vistel.jit.kernel_jit import inlined
 from vistel.jit.lanes import choose, inverse_root, least, most
 
-CAP = np.float32(0.98 * 0.5)
-"""Most that all that raises a skin may add together: below T, so that no ghost raises a surface of its own
-(mathematics M3.6). One propagation adds 0.08 at most; constraints need the rest."""
+CAP = np.float32(GHOST_CAP * THRESHOLD)
+"""Most that all that raises a skin may add together (mathematics M3.6). One propagation adds 0.08 at most; constraints need the rest."""
 SOFT2 = np.float32(0.02 * 0.02)
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vistel.implicit.constants import LEAST_SQUARE
 from vistel.jit.kernel_jit import compiled
 
 GAP = -1
@@ -68,6 +69,7 @@ def build_fans(triangles, vertices):
     return start, fan[:n].copy()
 
 
+_LEAST_SQUARE = np.float32(LEAST_SQUARE)
 _FAST = {"contract", "nsz", "arcp", "afn"}
 _FEW = 16
 """Below one vertex in so many, the touched ones are listed; otherwise all are looked through, in the order
@@ -90,7 +92,7 @@ def _normal(v, start, fan, vertices, normals):
         nz += ax * by - ay * bx
         ax, ay, az = bx, by, bz
     square = nx * nx + ny * ny + nz * nz
-    if square > np.float32(1e-38):
+    if square > _LEAST_SQUARE:
         inverse = np.float32(1.0) / np.sqrt(square)
         normals[v, 0], normals[v, 1], normals[v, 2] = nx * inverse, ny * inverse, nz * inverse
 

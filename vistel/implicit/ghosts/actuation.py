@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 
-from vistel.implicit.blend import QUARTIC, THRESHOLD, Blend
+from vistel.implicit.blend import QUARTIC, Blend
 from vistel.implicit.checks import ShapeError
+from vistel.implicit.constants import THRESHOLD
 
 
 def power_warp(surface_ratio: float, *, blend: Blend = QUARTIC, threshold: float = THRESHOLD) -> float:

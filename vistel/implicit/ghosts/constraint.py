@@ -17,10 +17,11 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC
-from vistel.implicit.blend import THRESHOLD as T
 from vistel.implicit.checks import ShapeError, Vec3, positive, vector, within
+from vistel.implicit.constants import GHOST_CAP
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.ghosts.ghost_kind import CONTACT, Ghost
-from vistel.implicit.ghosts.ghost_nodes import CAP, Plateau
+from vistel.implicit.ghosts.ghost_nodes import Plateau
 from vistel.implicit.ghosts.ghost_terms import constraint_field, decay_quartic, hold_level
 from vistel.implicit.graph.combine import Sum, union
 from vistel.implicit.graph.shape import Shape
@@ -228,8 +229,8 @@ class Constraint:
         hold = hold_level(self.hold)
         l_a, l_b = np.linspace(0, where, SAMPLES), np.linspace(where, 1, SAMPLES)
         y_a, y_b = float(of_a(np.array([where]))[0]), float(of_b(np.array([where]))[0])
-        met = y_a <= hold + 1e-9 and y_b <= hold + 1e-9 and kappa * y_b <= CAP * T and y_a / kappa <= CAP * T
-        cap = CAP * T
+        met = y_a <= hold + 1e-9 and y_b <= hold + 1e-9 and kappa * y_b <= GHOST_CAP * T and y_a / kappa <= GHOST_CAP * T
+        cap = GHOST_CAP * T
         whole_a = of_a(l_a) <= np.minimum(kappa * constraint_field(of_b(l_a), hold), cap) + 1e-6
         whole_b = of_b(l_b) <= np.minimum(constraint_field(of_a(l_b), hold) / kappa, cap) + 1e-6
         gap = float(np.linalg.norm(axis.end - axis.start))
@@ -254,7 +255,7 @@ def tear(constraints: Iterable[Constraint], bodies: Mapping[str, Deformable], ti
 def _largest_share(y: F64, ghost: F64) -> float:
     """The largest share of a ghost along an axis, in [0, 1], under which what it adds hangs together with the body."""
     needed = y / np.maximum(ghost, 1e-9)
-    torn = np.flatnonzero(y > np.minimum(ghost, CAP * T))
+    torn = np.flatnonzero(y > np.minimum(ghost, GHOST_CAP * T))
     if not len(torn) or not (needed[torn[0] :] < 1.0).any():
         return 1.0
     peak = int(torn[0])

@@ -20,12 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vistel.arrays import F64
-from vistel.implicit.blend import THRESHOLD as T
 from vistel.implicit.checks import ShapeError, Vec3, finite, vector, within
+from vistel.implicit.constants import ALPHA, BETA
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.penetration import penetration
 from vistel.implicit.ghosts.constraint import Constraint, Pull, strongest
 from vistel.implicit.ghosts.force_field import Force, force_ghost
-from vistel.implicit.ghosts.ghost import ALPHA, BETA
 from vistel.implicit.ghosts.ghost_kind import CONTACT, Ghost
 from vistel.implicit.ghosts.ghost_nodes import Deficit, Ghosted, Raised
 from vistel.implicit.graph.combine import Extremum, Placed, Sum

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vistel.implicit.constants import LEAST_DIVISOR, MOST_CHANGE
 from vistel.implicit.deformation.field_kernels import FOUR, HUGE, ONE, TINY, TWO, ZERO, T, spread
 from vistel.jit.kernel_jit import inlined
 from vistel.jit.lanes import absolute, choose, least, most, root
@@ -36,10 +37,8 @@ SHEAR = 101
 RADIAL = 102
 """Compression and expansion: G = F c f(|P - P'| / r). Parameters [box 6, P' 3 m, 1 / r^2, c]."""
 
-MOST_CHANGE = np.float32(0.9)
-"""Force fields change the own field by at most this share, so that the surface stays in one piece."""
-EDGE, PLATEAU = np.float32(1e-6), np.float32(1e-6)
-"""Least zone [field units] and least distance on a pull's plateau, against divisions by zero."""
+_MOST_CHANGE = np.float32(MOST_CHANGE)
+_LEAST_DIVISOR = np.float32(LEAST_DIVISOR)
 THREE = np.float32(3.0)
 
 
@@ -178,8 +177,8 @@ def fading(gain, f, df, contact, q, ye, sums):
 @inlined
 def _changed(change, slope, f, df):
     """The own field times 1 + change, the change kept within MOST_CHANGE."""
-    kept = least(most(change, -MOST_CHANGE), MOST_CHANGE)
-    slope = choose(absolute(change) <= MOST_CHANGE, slope, ZERO)
+    kept = least(most(change, -_MOST_CHANGE), _MOST_CHANGE)
+    slope = choose(absolute(change) <= _MOST_CHANGE, slope, ZERO)
     return f * (ONE + kept), df * (ONE + kept) + f * slope
 
 
@@ -233,13 +232,13 @@ def pulled(p, v, s, f, df, contact, q, ye, sums):
         if flat > ZERO:  # the plateau: distances count from there on
             d = root(u)
             far = most((d - flat) * (ONE / (ONE - flat)), ZERO)
-            slope = slope * far / (most(d, PLATEAU) * (ONE - flat))
+            slope = slope * far / (most(d, _LEAST_DIVISOR) * (ONE - flat))
             u = far * far
         w = most(ONE - u, ZERO)
         value = p[b + 8] * w * w
         reach_slope = choose(value > reach, -TWO * p[b + 8] * w * slope, reach_slope)
         reach = most(value, reach)
-    inverse = ONE / max(ye, EDGE)
+    inverse = ONE / max(ye, _LEAST_DIVISOR)
     y, dy_ = T - contact * f, -contact * df
     out = most(y, ZERO)
     bump = most(ONE - out * inverse, ZERO)

@@ -12,17 +12,15 @@ from typing import Protocol
 
 import numpy as np
 
-from vistel.implicit.blend import THRESHOLD, Blend
+from vistel.implicit.blend import Blend
 from vistel.implicit.checks import ShapeError, Vec3, finite, positive, vector, within
+from vistel.implicit.constants import GHOST_CAP, MOST_CHANGE, THRESHOLD
 from vistel.implicit.ghosts.ghost_kind import Ghost
 from vistel.implicit.ghosts.ghost_nodes import Product, Ramp
 from vistel.implicit.graph.combine import Combination, Sum
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.offset import Sphere
 from vistel.implicit.primitives.primitive import unit_rows
-
-MOST = 0.9
-"""Largest |A| of all forces on a body together."""
 
 
 class Field(Protocol):
@@ -113,7 +111,7 @@ class Radial:
         c = self.strength
         if c < 0:
             inside = bool(shape.inside(np.array([self.centre]))[0])
-            c = max(c, -0.98 * (1 - THRESHOLD) if inside else -MOST)
+            c = max(c, -GHOST_CAP * (1 - THRESHOLD) if inside else -MOST_CHANGE)
         return Sum((Sphere(self.centre, self.radius, blend=self.blend),), (c,)), abs(min(c, 0.0))
 
 
@@ -138,14 +136,14 @@ def force_ghost(realm: Shape, own: Shape, forces: Sequence[Force]) -> Shape:
     """G = F sum A_i of one body; `realm` gives the middle and extent, `own` the field. Strong forces are scaled down."""
     factors = [force.field.factor(realm) for force in forces]
     total = sum(most for _, most in factors)
-    scale = min(1.0, MOST / total) if total > 0 else 1.0
+    scale = min(1.0, MOST_CHANGE / total) if total > 0 else 1.0
     ghost: Combination = Sum(tuple(shape for shape, _ in factors), (scale,) * len(factors))
     return Product((own, ghost))
 
 
 def limited(shape: Shape, fields: Sequence[Field]) -> bool:
     """Whether fields together are too strong for a shape and are scaled down."""
-    return sum(f.factor(shape)[1] for f in fields) > MOST
+    return sum(f.factor(shape)[1] for f in fields) > MOST_CHANGE
 
 
 def _unit(name: str, direction: Vec3) -> Vec3:

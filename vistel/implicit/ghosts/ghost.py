@@ -20,15 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32
+from vistel.implicit.constants import BETA, LONGEST_ZONE, SURFACE_RATIO
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SPHERE, SUPERELLIPSOID, PrimitiveSet
 from vistel.implicit.deformation.field_kernels import ROW
 
-T = 0.5
-INVERSE_T = float(np.sqrt(1.0 - np.sqrt(T)))
 MOST_PRIMITIVES = 62
 """Primitives one group may have: larger ones are several bodies to the deformation (it keeps a bit for each)."""
-ALPHA, BETA = 0.6, 3.0
-"""Share of T that all propagations together may reach; zone of propagation / penetration."""
 
 
 def propagation(y: float, ye: float) -> float:
@@ -38,7 +36,7 @@ def propagation(y: float, ye: float) -> float:
 
 def zone(compliance: float, own_compliance: float, others: int, delta: float) -> float:
     """eta_e of one body's propagation into another (mathematics M3.6)."""
-    cap = 27.0 / 4.0 * ALPHA * T / (own_compliance * max(1, others))
+    cap = LONGEST_ZONE / (own_compliance * max(1, others))
     return max(0.0, min(T / compliance, cap, BETA * delta / compliance))
 
 
@@ -129,10 +127,10 @@ def ghosts_of(
 def _cone_row(kind: int, params: F64, rotation: F64, position: F64, row: F32, box: F32) -> None:
     if kind == SPHERE:
         a = b = position
-        ra = rb = params[0] / INVERSE_T
+        ra = rb = params[0] / SURFACE_RATIO
     else:
         a, b = rotation @ params[0:3] + position, rotation @ params[3:6] + position
-        ra, rb = params[6] / INVERSE_T, params[7] / INVERSE_T
+        ra, rb = params[6] / SURFACE_RATIO, params[7] / SURFACE_RATIO
     length = float(np.linalg.norm(b - a))
     row[0:3] = a
     if length < 1e-9:
@@ -149,12 +147,12 @@ def _superquadric_row(kind: int, params: F64, rotation: F64, position: F64, row:
     row[0:9] = rotation.T.reshape(-1)
     row[9:12] = position
     if kind == SUPERELLIPSOID:
-        half = params[:3] / INVERSE_T
+        half = params[:3] / SURFACE_RATIO
         row[12:15], row[15:17], row[17] = half, params[3:5], 1.0
     else:
-        row[12:18], row[18], row[19] = params[:6], 1.0, 1.0 / INVERSE_T
-        ring = params[3] + 1.0 / INVERSE_T
-        half = np.array([params[0] * ring, params[1] * ring, params[2] / INVERSE_T])
+        row[12:18], row[18], row[19] = params[:6], 1.0, 1.0 / SURFACE_RATIO
+        ring = params[3] + 1.0 / SURFACE_RATIO
+        half = np.array([params[0] * ring, params[1] * ring, params[2] / SURFACE_RATIO])
     extent = np.abs(rotation) @ half
     box[0:3], box[3:6] = position - extent, position + extent
 
@@ -168,7 +166,7 @@ def _polygon_row(params: F64, rotation: F64, position: F64, first: int, row: F32
     u = points[1] - points[0]
     u = u / max(float(np.linalg.norm(u)), 1e-12)
     frame = np.stack([u, np.cross(normal, u), normal])
-    reach = params[0] / INVERSE_T
+    reach = params[0] / SURFACE_RATIO
     row[0:9], row[9:12] = frame.reshape(-1), points[0]
     row[12], row[13], row[14], row[15] = reach, 1.0, first, len(points)
     box[0:3], box[3:6] = points.min(axis=0) - reach, points.max(axis=0) + reach

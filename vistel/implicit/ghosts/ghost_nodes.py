@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.implicit.blend import QUARTIC, THRESHOLD
+from vistel.implicit.blend import QUARTIC
 from vistel.implicit.checks import ShapeError, Vec3, finite, vector, within
+from vistel.implicit.constants import GHOST_CAP, THRESHOLD
 from vistel.implicit.ghosts.ghost_terms import constraint_field, propagation
 from vistel.implicit.graph.combine import Combination
 from vistel.implicit.graph.shape import Sample, Shape
 from vistel.implicit.primitives.primitive import Primitive
-
-CAP = 0.98
-"""Ghosts stay below CAP times T, so that no surface appears where a body has no field of its own."""
 
 
 class _Silent(Combination):
@@ -114,7 +112,7 @@ class Ghosted(Combination):
     shapes: F, G, then the fields of rigid bodies whose surfaces cut this one.
     """
 
-    cap: float = CAP * THRESHOLD
+    cap: float = GHOST_CAP * THRESHOLD
     threshold: float = THRESHOLD
 
     def __post_init__(self) -> None:

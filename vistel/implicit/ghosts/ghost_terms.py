@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vistel.arrays import F64
-from vistel.implicit.blend import QUARTIC, THRESHOLD, Blend
+from vistel.implicit.blend import QUARTIC, Blend
+from vistel.implicit.constants import THRESHOLD
 
 
 def propagation_cubic(x: ArrayLike, width: float, *, blend: Blend = QUARTIC, threshold: float = THRESHOLD) -> F64:

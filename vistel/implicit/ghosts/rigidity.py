@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vistel.arrays import F64
-from vistel.implicit.blend import THRESHOLD
+from vistel.implicit.constants import THRESHOLD
 
 
 def ghosts_in_contact(field_i: ArrayLike, field_j: ArrayLike, w: float, threshold: float = THRESHOLD) -> tuple[F64, F64]:

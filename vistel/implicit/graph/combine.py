@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vistel.arrays import F64
-from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import ShapeError, finite, positive, vector
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.graph.shape import Sample, Shape
 
 

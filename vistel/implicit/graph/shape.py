@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vistel.arrays import F64
-from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import query_points
+from vistel.implicit.constants import THRESHOLD
 
 if TYPE_CHECKING:
     from vistel.implicit.graph.combine import Attributed, Placed

@@ -21,10 +21,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vistel.arrays import F32, F64, I32
+from vistel.implicit.constants import SURFACE_RATIO
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, diff, quartic, union
 
-T = 0.5
-INVERSE_T = float(np.sqrt(1.0 - np.sqrt(T)))
 W_MAX = 3.0
 W_CAP, W_FLOOR = 4.0, 0.25
 LANES = 64
@@ -201,7 +201,7 @@ def _fit(p: F64, limb: I32, limbs: Limbs) -> Fit:
     for i in range(count):
         if len(rows[i]) >= 12:
             ra[i], rb[i] = _fit_radii(p[rows[i]], limbs.a[i], limbs.b[i], ra[i], rb[i])
-    reach, weight = np.full(count, 1.0 / INVERSE_T), np.ones(count)
+    reach, weight = np.full(count, 1.0 / SURFACE_RATIO), np.ones(count)
     joint = np.zeros(len(limbs.hinges))
     for _ in range(3):
         fields = _group_fields(p, limbs, Fit(ra, rb, reach, weight, ra, ra, joint))
@@ -210,7 +210,7 @@ def _fit(p: F64, limb: I32, limbs: Limbs) -> Fit:
                 continue
             f: F64 = fields[int(limbs.group[i])][rows[i]]
             ratio: F64 = np.sqrt(1.0 - np.sqrt(np.minimum(1.0, np.maximum(1e-4, f))))
-            scale = min(1.15, max(0.85, float(ratio.mean()) / INVERSE_T))
+            scale = min(1.15, max(0.85, float(ratio.mean()) / SURFACE_RATIO))
             ra[i], rb[i] = ra[i] * scale, rb[i] * scale
     inner, outer = np.full(count, np.nan), np.full(count, np.nan)
     for i in range(count):

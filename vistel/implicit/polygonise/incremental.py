@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32, I64
-from vistel.implicit.blend import THRESHOLD
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.evaluation.layout import CHILD0, CHILD1, OP
 from vistel.implicit.evaluation.lower import Leaf, lower
 from vistel.implicit.evaluation.program import FieldProgram, compile

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from vistel.arrays import F32
-from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import ShapeError, positive, within
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.evaluation.program import FieldProgram, compile
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.polygonise.adaptive import adaptive

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vistel.arrays import F64
-from vistel.implicit.blend import QUARTIC, THRESHOLD, Blend
+from vistel.implicit.blend import QUARTIC, Blend
 from vistel.implicit.checks import ShapeError, Vec3, point_rows, positive, vector
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.primitive import Primitive, influence, unit_rows
 

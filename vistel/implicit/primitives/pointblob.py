@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vistel.arrays import F64
-from vistel.implicit.blend import HERMITE, QUARTIC, THRESHOLD, Blend
+from vistel.implicit.blend import HERMITE, QUARTIC, Blend
 from vistel.implicit.checks import ShapeError, Vec3, point_rows, positive, within
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.primitives.primitive import Primitive, unit_rows

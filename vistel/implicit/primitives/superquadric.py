@@ -9,8 +9,8 @@ from typing import Any, Self
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import ShapeError, Vec3, positive, vector, within
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.offset import influence_of
 from vistel.implicit.primitives.primitive import Primitive

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vistel.arrays import F64, I64
-from vistel.implicit.blend import THRESHOLD
 from vistel.implicit.checks import Vec3
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.evaluation.program import FieldProgram, compile
 from vistel.implicit.graph.combine import Attributed
 from vistel.implicit.graph.shape import Shape

@@ -13,11 +13,11 @@ import math
 
 import numpy as np
 
+from vistel.implicit.constants import SURFACE_RATIO
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_kernels import surface
 from vistel.jit.kernel_jit import compiled
 
-T = 0.5
-INVERSE_T = math.sqrt(1.0 - math.sqrt(T))
 NODES = np.array([0.0198550717512319, 0.1016667612931866, 0.2372337950418355, 0.4082826787521751,
                   0.5917173212478249, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681])  # fmt: skip
 WEIGHTS = np.array([0.0506142681451881, 0.1111905172266872, 0.1568533229389436, 0.1813418916891810,
@@ -44,7 +44,7 @@ def value(x, i, kind, start, params, rotation, position, seen):
         params[start[i] : start[i + 1]],
         seen,
     )
-    u = min(1.0, (seen[4] * INVERSE_T) ** 2)
+    u = min(1.0, (seen[4] * SURFACE_RATIO) ** 2)
     return (1.0 - u) * (1.0 - u)
 
 

@@ -20,8 +20,10 @@ import math
 import numpy as np
 from numba.np.numpy_support import carray
 
+from vistel.implicit.constants import SURFACE_RATIO
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, SPHERE, SUPERELLIPSOID
-from vistel.implicit.contacts.contact_surface_kernels import INVERSE_T, T, cone_sphere_foot, surface
+from vistel.implicit.contacts.contact_surface_kernels import cone_sphere_foot, surface
 from vistel.jit.kernel_jit import compiled
 from vistel.jit.pointers import at, keep, pointer
 
@@ -64,7 +66,7 @@ def _field(x, s, seen):
     else:
         surface(px, py, pz, kind, carray(p, count), carray(seen, 5))
         ratio = seen[4]
-    u = min(1.0, (ratio * INVERSE_T) ** 2)
+    u = min(1.0, (ratio * SURFACE_RATIO) ** 2)
     return (1.0 - u) * (1.0 - u)
 
 

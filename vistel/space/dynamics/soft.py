@@ -18,7 +18,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.implicit.blend import THRESHOLD as T
+from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.constraint import Constraint, Hold, tear
 from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed

@@ -62,7 +62,7 @@ vec2 total_field(vec2 own, vec2 shown, float contact, Sums acc) {
 
 void fading(float gain, vec2 field, float contact, float q, float ye, inout Sums acc) {
     vec2 y = vec2(T - contact * field.x, -contact * field.y);
-    acc.raised += gain * q * propagation(y, 1.0 / max(ye, LEAST_LENGTH));
+    acc.raised += gain * q * propagation(y, 1.0 / max(ye, LEAST_DIVISOR));
     if (y.x < 0.0) // outside it holds nothing back: its maker is not there
         lower(gain * q * y, acc.least);
 }
@@ -90,7 +90,7 @@ void pulled(int list, int k, vec3 p, vec3 n, float s, vec2 field, float contact,
         float du = 2.0 * (dot(d, n) - dot(d, direction) * rate) * scale;
         if (plateau > 0.0) {
             float r = sqrt(u), far = max(0.0, (r - plateau) / (1.0 - plateau));
-            du = du * far / (max(r, LEAST_LENGTH) * (1.0 - plateau));
+            du = du * far / (max(r, LEAST_DIVISOR) * (1.0 - plateau));
             u = far * far;
         }
         float w = max(1.0 - u, 0.0);
@@ -98,7 +98,7 @@ void pulled(int list, int k, vec3 p, vec3 n, float s, vec2 field, float contact,
         if (value.x > reach.x)
             reach = value;
     }
-    float inverse = 1.0 / max(ye, LEAST_LENGTH);
+    float inverse = 1.0 / max(ye, LEAST_DIVISOR);
     float y = T - contact * field.x, dy = -contact * field.y;
     float outside = max(y, 0.0);
     float bump = max(1.0 - outside * inverse, 0.0);
@@ -121,13 +121,13 @@ vec2 force(int effect, int list, int k, vec3 p, vec3 n, float s, vec2 own) {
         vec3 axis = triple(list, k + 6);
         float c = number(list, k + 10), along = dot(n, axis);
         float u = c * (dot(p, axis) - number(list, k + 9) + s * along);
-        float factor = clamp(u, -MOST_FORCE, MOST_FORCE);
+        float factor = clamp(u, -MOST_CHANGE, MOST_CHANGE);
         return times(own, factor, factor == u ? c * along : 0.0);
     }
     if (effect == SHEAR) {
         vec3 u = triple(list, k + 6), v = triple(list, k + 10), at = p + s * n;
         float a = dot(at, u) - number(list, k + 9), b = dot(at, v) - number(list, k + 13), c = number(list, k + 14);
-        float factor = clamp(c * a * b, -MOST_FORCE, MOST_FORCE);
+        float factor = clamp(c * a * b, -MOST_CHANGE, MOST_CHANGE);
         return times(own, factor, factor == c * a * b ? c * (a * dot(n, v) + b * dot(n, u)) : 0.0);
     }
     if (effect == RADIAL) {

@@ -20,8 +20,9 @@ from scipy.spatial import KDTree
 from vistel.arrays import F64, I64
 from vistel.figure.making.assembly.piece import Piece, at_vertices, closed, closest, connected, cut, loops
 from vistel.figure.making.files.source import MakingError
-from vistel.implicit.blend import QUARTIC, THRESHOLD
+from vistel.implicit.blend import QUARTIC
 from vistel.implicit.checks import ShapeError
+from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.evaluation.program import compile
 from vistel.implicit.polygonise.lattice import Lattice
 from vistel.implicit.polygonise.owners import SHARED
