@@ -13,7 +13,7 @@ from vistel.jit.kernel_jit import inlined
 from vistel.jit.lanes import choose, inverse_root, least, most
 
 CAP = np.float32(GHOST_CAP * THRESHOLD)
-"""Most that all that raises a skin may add together (mathematics M3.6). One propagation adds 0.08 at most; constraints need the rest."""
+"""Most that all that raises a skin may add together (mathematics M3.6). One propagation adds 0.08; constraints need the rest."""
 SOFT2 = np.float32(0.02 * 0.02)
 
 
