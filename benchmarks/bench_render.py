@@ -27,6 +27,7 @@ import numpy as np
 from benchmarks.render_scene import save_scene
 from benchmarks.row import Row, machine
 from vistel.figure.posture.posture import ELBOW, NECK, SHOULDER, SPINE_ROTATION, Posture, Stance
+from vistel.geometry.pose import Pose
 from vistel.space.room import Room, meeting_room, seat_pose
 from vistel_services.renderer.out.video import VideoWriter
 from vistel_services.renderer.playout import Timing
@@ -336,7 +337,7 @@ def _instant(t: float, count: int = 3) -> Instant:
         feet = position + 0.42 * np.array((math.sin(heading), 0.0, math.cos(heading)))
         posture = Posture(dofs, hands, Stance(feet, heading))
         people.append(PersonNow(about, posture, Timing(0, 0, 0, False)))
-    world = WorldView(1, {thing.id: (thing.position, thing.rotation) for thing in room.things})
+    world = WorldView(1, {thing.id: Pose(thing.position, thing.rotation) for thing in room.things})
     return Instant(round(t * 1e9), tuple(people), world, room.by_id)
 
 

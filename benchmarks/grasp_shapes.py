@@ -9,7 +9,8 @@ import numpy as np
 
 from benchmarks.grasp_depth import deepest
 from vistel.arrays import F64
-from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.geometry.pose import Pose
+from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.hands.fitting import fit, hand_of
 from vistel.space.hands.grasp import align
 from vistel.space.people import build_of
@@ -93,11 +94,11 @@ def laid(hands: F64, rng: np.random.Generator, each: int, *, free: bool) -> Iter
         turn = matrix_from_rotvec(rng.uniform(-np.pi, np.pi, 3))
         off = rng.uniform(-1.0, 1.0, 3) * np.array([0.015, 0.006, 0.02])
         lie = build.palm[1] - np.array([0.0, _reach(thing, turn), 0.0]) + off
-        pose = lie, quaternion_from_matrix(np.ascontiguousarray(turn))
+        pose = Pose(lie, quaternion_from_matrix(np.ascontiguousarray(turn)))
         if free:
             pose = align(thing, pose, build.palm[1])
-        r = matrix_from_quaternion(pose[1])
-        lying = part.moved(r, pose[0])
+        r = pose.matrix
+        lying = part.moved(r, pose.position)
         found = fit(build, True, fingers, (True,) * 4, lying, to_palm=free)
         hand = hand_of(build, True)
         before, _ = deepest(hand.placed(fingers), hand.digit, thing, lie, turn)

@@ -23,6 +23,7 @@ from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import Posture, pose_joints
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.hands.fitting import fit
 from vistel.space.hands.grasp import align
@@ -49,12 +50,12 @@ def hands_on(studio: Studio, figure: Figure, held: Thing, low: float, fingers: F
     spread = _ARMS
     turned = _across(held)
     axis = matrix_from_quaternion(turned) @ held.axes[0].point if held.axes else np.zeros(3)
-    lie = build.palm[1] - np.array([0.0, low, 0.0]) - axis, turned
+    lie = Pose(build.palm[1] - np.array([0.0, low, 0.0]) - axis, turned)
     aim = align(held, lie, build.palm[1])
-    part = solids((held,)).part(0).moved(matrix_from_quaternion(aim[1]), aim[0])
+    part = solids((held,)).part(0).moved(aim.matrix, aim.position)
     found = fit(build, True, fingers, (True,) * 4, part, to_palm=True)
     out: list[Image.Image] = []
-    for angles, (position, rotation) in ((fingers, lie), (found.fingers, (aim[0] + found.shift, aim[1]))):
+    for angles, (position, rotation) in ((fingers, lie), (found.fingers, (aim.position + found.shift, aim.rotation))):
         posture = Posture(spread.dofs, np.stack([spread.hands[0], angles]))
         joints, j = pose_joints(avatar.skeleton, posture), HAND_JOINT[1]
         r, p = joints.rotation[j], joints.position[j]

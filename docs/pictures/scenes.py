@@ -22,6 +22,7 @@ from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.hands import OPEN, RELAXED, closed_round, hand_rotation
 from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.people import HAND_JOINT, build_like
@@ -85,7 +86,7 @@ def choreographed(file: Path, site: int, t_s: float) -> Moment:
         for p in s.participants
     ]
     room = meeting_room(conference.room.seats)
-    world = WorldView(1, {t.id: (t.position, t.rotation) for t in room.things})
+    world = WorldView(1, {t.id: Pose(t.position, t.rotation) for t in room.things})
     view = replace(config.view, stereo=Stereo.MONO, window=False)
     return Moment(view, Instant(0, tuple(people), world, {t.id: t for t in room.things}), None, config.seats)
 

@@ -26,6 +26,7 @@ from vistel.figure.figure import Figure
 from vistel.figure.posture.hands import OPEN, closed_round, hand_rotation
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotvec_from_matrix
 from vistel.implicit.ghosts.ghost import ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import pulled
@@ -96,7 +97,7 @@ class Scene:
             return own
         thing = next(s for s in view.states if s.id == grasp.thing)
         joints = pose_joints(AVATAR.skeleton, own)
-        off = gives_way(joints, True, (thing.position, thing.rotation), (grasp.seen_position, grasp.seen_rotation))
+        off = gives_way(joints, True, Pose(thing.position, thing.rotation), Pose(grasp.seen_position, grasp.seen_rotation))
         posture = replace(own, hands=np.stack([own.hands[0], grasp.fingers]))
         return moved_hand(Shown(own, joints, AVATAR.skeleton), posture, True, 1.0, off)
 

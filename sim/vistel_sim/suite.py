@@ -8,7 +8,8 @@ from vistel.figure.posture.posture import JointPose
 from vistel.figure.posture.sensors import TRACKER_AXES, Placement
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.protocol.vmc import PARENTS, ROOT, Pose, encode
+from vistel.protocol.device_pose import DevicePose
+from vistel.protocol.vmc import PARENTS, ROOT, encode
 
 _OTHERWISE = {"Hips": "hips", "Spine": "spine_1", "Chest": "spine_4", "UpperChest": "spine_8"}
 
@@ -28,7 +29,7 @@ def _joint(bone: str) -> int:
 def packet(pose: JointPose, origin: Placement) -> bytes:
     """The bundle of a figure in `pose` (room frame), seen from a suite whose origin is placed as a transmitter."""
     rotation = TRACKER_AXES @ matrix_from_quaternion(origin[1]).T
-    bones: dict[str, Pose] = {ROOT: ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))}
+    bones: dict[str, DevicePose] = {ROOT: ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))}
     for bone in ("Hips", *PARENTS):
         j = _joint(bone)
         if bone == "Hips":

@@ -23,6 +23,7 @@ from vistel.conference.room_assets import keep_asset, kept_asset, kept_model
 from vistel.conference.rooms import interior_of
 from vistel.conference.seats import seat_place
 from vistel.figure.making.files.source import Material
+from vistel.geometry.pose import Pose
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 from vistel.space.files.travel import pack_model, pack_picture, packers, picture_digest, pictures_in, unpack_model, unpack_picture
@@ -90,7 +91,7 @@ def drawn(interior: Interior, models: dict[str, Model]) -> np.ndarray:
     still = Room((), (), shell=interior.room.shell)
     studio = Studio(View(320, 180, "room", "", False), 2, decor=Interior(still), models=models)
     try:
-        poses = {t.id: (t.position, t.rotation) for t in interior.room.things}
+        poses = {t.id: Pose(t.position, t.rotation) for t in interior.room.things}
         instant = Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in interior.room.things}))
         while not studio.complete:
             time.sleep(0.01)
@@ -169,7 +170,7 @@ def test_what_is_felt_stands_in_until_the_polymesh_is_there(machine: Callable[[s
     studio = Studio(View(160, 90, "room", "", False), 2, decor=Interior(still), models=models)
     try:
         things = {t.id: t for t in whole.room.things}
-        poses = {t.id: (t.position, t.rotation) for t in whole.room.things}
+        poses = {t.id: Pose(t.position, t.rotation) for t in whole.room.things}
         instant = Instant(1, (), WorldView(1, poses), MappingProxyType(things))
         while not studio.complete:
             time.sleep(0.01)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from vistel.figure.posture.posture import standing
+from vistel.geometry.pose import Pose
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
@@ -88,7 +89,7 @@ def test_colours_are_the_same_at_every_site_and_nobody_shares_one() -> None:
 @pytest.mark.gl
 def test_a_line_in_their_colour_goes_round_it_and_the_thing_stays_as_it_is() -> None:
     things = {t.id: t for t in meeting_room(2).things}
-    poses = {t.id: (t.position, t.rotation) for t in things.values()}
+    poses = {t.id: Pose(t.position, t.rotation) for t in things.values()}
     studio = Studio(View(480, 270, "room", "", False), 2)
     studio.camera = look_at(np.array([0.5, 1.3, 0.9]), things["ball"].position, 0.4)
     try:

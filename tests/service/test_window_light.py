@@ -14,6 +14,7 @@ import pytest
 from x_server import Hands, x_server
 
 from vistel.figure.posture.posture import standing
+from vistel.geometry.pose import Pose
 from vistel.space.room import meeting_room
 from vistel_services.renderer import studio as studios
 from vistel_services.renderer.draw import Painter
@@ -42,7 +43,7 @@ def shapes(about: About) -> Shape:
 
 def instant(n: int, *, people: bool = True, without: str = "") -> Instant:
     things = {name: t for name, t in LOOSE.items() if name != without}
-    world = WorldView(n, {name: (t.position, t.rotation) for name, t in things.items()})
+    world = WorldView(n, {name: Pose(t.position, t.rotation) for name, t in things.items()})
     somebody = (PersonNow(ABOUT, standing(), Timing(0, 0, 0, False)),) if people else ()
     return Instant(n * 33_000_000, somebody, world, things)
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vistel.figure.posture.posture import Posture
+from vistel.geometry.pose import Pose
 from vistel.space.room import meeting_room
 from vistel_services.renderer.easel import Easel
 from vistel_services.renderer.figures import Shape, StandIn
@@ -41,7 +42,7 @@ class Pictures:
         for _ in range(times):
             self.n += 1
             things = {name: t for name, t in LOOSE.items() if name != without}
-            world = WorldView(self.n, {name: (self.places.get(name, t.position), t.rotation) for name, t in things.items()})
+            world = WorldView(self.n, {name: Pose(self.places.get(name, t.position), t.rotation) for name, t in things.items()})
             people = tuple(PersonNow(About(name, name), p, Timing(0, 0, 0, False)) for name, p in self.people.items())
             drawn = await self.easel.draw(Instant(self.n * 33_000_000, people, world, things))
         return drawn

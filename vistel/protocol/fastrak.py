@@ -15,7 +15,8 @@ import struct
 from dataclasses import dataclass
 from enum import Enum
 
-from vistel.protocol.polhemus import Pose, Record, numbers, pose_of
+from vistel.protocol.device_pose import DevicePose
+from vistel.protocol.polhemus import Record, numbers, pose_of
 from vistel.protocol.stream import NO, WAIT, StreamParser
 from vistel.protocol.turns import Turns
 
@@ -103,7 +104,7 @@ class FastrakParser(StreamParser):
     def __init__(self, baud: int = 115200) -> None:
         super().__init__(baud)
         self._turns = Turns(CYCLE_S * 1e9)
-        self._found: list[tuple[int, str, Pose, int]] = []
+        self._found: list[tuple[int, str, DevicePose, int]] = []
         self._replies: list[Reply] = []
 
     def feed(self, data: bytes, t_ns: int) -> list[Record]:

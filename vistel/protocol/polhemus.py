@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from vistel.protocol.device_pose import DevicePose
+
 BAUD_RATES = (115200, 57600, 38400, 19200, 9600)
 """In the order in which a driver tries them."""
 LATE_CYCLES = 2.5
@@ -14,9 +16,6 @@ CREEP = 0.002
 
 _MAX_CM = 1500.0
 _NORM_TOLERANCE = 0.02
-
-Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
-"""Position [m] and unit quaternion (x, y, z, w)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +35,7 @@ class Record:
     frame: int = 0
 
 
-def pose_of(x: float, y: float, z: float, qw: float, qx: float, qy: float, qz: float) -> Pose | None:
+def pose_of(x: float, y: float, z: float, qw: float, qx: float, qy: float, qz: float) -> DevicePose | None:
     """From centimetres and a quaternion as sent; None for what cannot be a pose."""
     norm = math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
     # A comparison with NaN is false, so these let no NaN through; x, y, z are checked by their bounds too.

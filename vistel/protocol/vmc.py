@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass
 
 from vistel.protocol import osc
+from vistel.protocol.device_pose import DevicePose
 
 DEFAULT_PORT = 39539
 PARENTS: dict[str, str] = {
@@ -34,15 +35,12 @@ ROOT = ""
 _BONES = frozenset(PARENTS) | {"Hips"}
 _MOST_M = 20.0
 
-Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
-"""Position [m] and unit quaternion (x, y, z, w), relative to the parent."""
-
 
 @dataclass(frozen=True, slots=True)
 class Body:
     """bones: by VRM name; `ROOT`: of the whole. t_ns: when its last bone was read."""
 
-    bones: dict[str, Pose]
+    bones: dict[str, DevicePose]
     t_ns: int
 
 
@@ -51,7 +49,7 @@ class VmcParser:
 
     def __init__(self) -> None:
         self.bytes_skipped = 0
-        self._bones: dict[str, Pose] = {}
+        self._bones: dict[str, DevicePose] = {}
         self._fresh: set[str] = set()
         self._t_ns = 0
 
@@ -81,7 +79,7 @@ class VmcParser:
         return [Body(dict(self._bones), self._t_ns)] if whole and "Hips" in self._bones else []
 
 
-def _bone(address: str, arguments: tuple[osc.Argument, ...]) -> tuple[str, Pose] | None:
+def _bone(address: str, arguments: tuple[osc.Argument, ...]) -> tuple[str, DevicePose] | None:
     if address not in ("/VMC/Ext/Bone/Pos", "/VMC/Ext/Root/Pos") or len(arguments) < 8:
         return None
     name, numbers = arguments[0], [a for a in arguments[1:8] if isinstance(a, float)]
@@ -98,7 +96,7 @@ def _bone(address: str, arguments: tuple[osc.Argument, ...]) -> tuple[str, Pose]
     return name, ((-x, y, z), (qx / norm, -qy / norm, -qz / norm, qw / norm))
 
 
-def encode(bones: dict[str, Pose]) -> bytes:
+def encode(bones: dict[str, DevicePose]) -> bytes:
     """The bundle that a sender makes of a body."""
     messages = [osc.encode("/VMC/Ext/OK", 1.0)]
     for name, ((x, y, z), (qx, qy, qz, qw)) in bones.items():

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, Stance
+from vistel.geometry.pose import Pose
 from vistel.space.commands.history import Change, History, Stood
 from vistel.space.commands.ledger import Ledger
 from vistel.space.dynamics.dynamics import Motions
@@ -371,13 +372,13 @@ def _from_grasp(g: Grasp) -> dict[str, Any]:
         "participant": g.participant,
         "right": g.right,
         "thing": g.thing,
-        "start": [g.start[0].tolist(), g.start[1].tolist()],
-        "aim": [g.aim[0].tolist(), g.aim[1].tolist()],
+        "start": [g.start.position.tolist(), g.start.rotation.tolist()],
+        "aim": [g.aim.position.tolist(), g.aim.rotation.tolist()],
         "since_ns": g.since_ns,
         "engaged": list(g.engaged),
         "tightest": g.tightest.tolist(),
         "fingers": g.fingers.tolist(),
-        "laid": [g.laid[0].tolist(), g.laid[1].tolist()],
+        "laid": [g.laid.position.tolist(), g.laid.rotation.tolist()],
         "shift": g.shift.tolist(),
         "off": g.off,
         "strained": g.strained,
@@ -385,7 +386,7 @@ def _from_grasp(g: Grasp) -> dict[str, Any]:
 
 
 def _to_grasp(d: dict[str, Any]) -> Grasp:
-    start, aim, laid = ((_rows(p, 1, 3)[0], _rows(q, 1, 4)[0]) for p, q in (d["start"], d["aim"], d["laid"]))
+    start, aim, laid = (Pose(_rows(p, 1, 3)[0], _rows(q, 1, 4)[0]) for p, q in (d["start"], d["aim"], d["laid"]))
     return Grasp(
         str(d["participant"]),
         bool(d["right"]),

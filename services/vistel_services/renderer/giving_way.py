@@ -14,12 +14,10 @@ from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose, Posture
 from vistel.figure.posture.reach import reach
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
-from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
+from vistel.geometry.pose import Pose
+from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel.space.hands.gripped import hand_seen
 from vistel.space.people import HAND_JOINT, SIDES
-
-Pose = tuple[F64, F64]
-"""position (3,) [m], rotation (4,) quaternion."""
 
 STILL: tuple[F64, F64] = np.zeros(3), np.zeros(3)
 """No rotation, no shift."""
@@ -40,15 +38,15 @@ class Shown:
 
 def towards(now: Pose, wanted: Pose, seconds: float) -> Pose:
     """Where a thing lies in a hand after `seconds` on its way to where it is wanted."""
-    step = wanted[0] - now[0]
-    turn = matrix_from_quaternion(wanted[1]) @ matrix_from_quaternion(now[1]).T
+    step = wanted.position - now.position
+    turn = wanted.matrix @ now.matrix.T
     way = rotvec_from_matrix(np.ascontiguousarray(turn))
     needed = max(float(np.linalg.norm(step)) / SPEED, float(np.linalg.norm(way)) / SPIN)
     if needed <= seconds:
         return wanted
     share = seconds / needed
-    turned = matrix_from_rotvec(share * way) @ matrix_from_quaternion(now[1])
-    return now[0] + share * step, quaternion_from_matrix(np.ascontiguousarray(turned))
+    turned = matrix_from_rotvec(share * way) @ now.matrix
+    return Pose(now.position + share * step, quaternion_from_matrix(np.ascontiguousarray(turned)))
 
 
 def gives_way(joints: JointPose, right: bool, thing: Pose, lies: Pose) -> tuple[F64, F64]:

@@ -20,14 +20,12 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture
-from vistel.geometry.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix, slerp
+from vistel.geometry.pose import Pose
+from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
 from vistel.space.people import HAND_JOINT
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel_services.renderer.giving_way import STILL, Shown, gives_way, moved_hand, towards
 from vistel_services.renderer.world_view import WorldView, quaternion, vector
-
-Pose = tuple[F64, F64]
-"""position (3,) [m], rotation (4,) quaternion."""
 
 BLEND_NS = 200_000_000
 """Time in which the offset between prediction and the world's word fades."""
@@ -132,12 +130,11 @@ def _predicted(grasps: list[world_pb2.Grasp], people: Mapping[str, Shown]) -> Po
     g = grasps[0]
     joints, j = people[g.participant].joints, HAND_JOINT[int(g.right)]
     r, p = joints.rotation[j], joints.position[j]
-    position, rotation = _pose(g.hold)
-    return p + r @ position, quaternion_from_matrix(multiply(np.ascontiguousarray(r), matrix_from_quaternion(rotation)))
+    return _pose(g.hold).moved(r, p)
 
 
 def _pose(p: geometry_pb2.Pose) -> Pose:
-    return vector(p.position), quaternion(p.rotation)
+    return Pose(vector(p.position), quaternion(p.rotation))
 
 
 def _drawn(track: _Track, now_ns: int, said: Pose, predicted: Pose | None, grasps: list[world_pb2.Grasp]) -> Pose:
@@ -149,10 +146,10 @@ def _drawn(track: _Track, now_ns: int, said: Pose, predicted: Pose | None, grasp
         track.way.clear()
     leads = False
     if predicted is not None:
-        track.way.append((now_ns, predicted[0]))
+        track.way.append((now_ns, predicted.position))
         while len(track.way) > 1 and now_ns - track.way[1][0] >= BEHIND_NS:
             track.way.popleft()
-        off = _off_way(said[0], [p for _, p in track.way])
+        off = _off_way(said.position, [p for _, p in track.way])
         # Until the way is as long as the world may be behind, its places lie before the way's beginning.
         young = now_ns - track.way[0][0] < BEHIND_NS - 1_000_000
         leads = off < (AT_FIRST if young else DIFFERS if track.leads else AGREES)
@@ -179,10 +176,11 @@ def _off_way(p: F64, way: list[F64]) -> float:
 
 def _difference(drawn: Pose, target: Pose) -> Pose:
     """What takes `target` to `drawn`."""
-    turn = matrix_from_quaternion(drawn[1]) @ matrix_from_quaternion(target[1]).T
-    return drawn[0] - target[0], quaternion_from_matrix(np.ascontiguousarray(turn))
+    turn = drawn.matrix @ target.matrix.T
+    return Pose(drawn.position - target.position, quaternion_from_matrix(np.ascontiguousarray(turn)))
 
 
 def _with(target: Pose, offset: Pose, share: float) -> Pose:
-    turn = matrix_from_quaternion(slerp(np.array([0.0, 0.0, 0.0, 1.0]), offset[1], share))
-    return target[0] + share * offset[0], quaternion_from_matrix(np.ascontiguousarray(turn @ matrix_from_quaternion(target[1])))
+    turn = matrix_from_quaternion(slerp(np.array([0.0, 0.0, 0.0, 1.0]), offset.rotation, share))
+    turned = quaternion_from_matrix(np.ascontiguousarray(turn @ target.matrix))
+    return Pose(target.position + share * offset.position, turned)

@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from vistel.arrays import U8
+from vistel.geometry.pose import Pose
 from vistel.space.files.interior import Interior
 from vistel.space.files.surfaces import in_room, pieces_of
 from vistel.space.room import Room
@@ -32,7 +33,7 @@ def room_picture(interior: Interior, width: int, height: int) -> U8:
     studio = Studio(View(width, height, "room", "", False), len(interior.room.seats), decor=replace(interior, room=still))
     try:
         studio.camera = _camera(interior, width / height)
-        poses = {t.id: (t.position, t.rotation) for t in things}
+        poses = {t.id: Pose(t.position, t.rotation) for t in things}
         while not studio.complete:  # its first pictures would come without the last filter
             time.sleep(0.01)
         picture = studio.render(Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in things})))

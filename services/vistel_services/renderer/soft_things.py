@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64
 from vistel.figure.body import PosedBody
 from vistel.figure.posture.posture import JointPose
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.ghosts.constraint import Constraint, Pull
@@ -60,7 +61,7 @@ def gives_way(thing: Thing) -> bool:
     return thing.compliance > SOFT_FROM and bool(thing.primitives)
 
 
-def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: tuple[F64, F64], limb: Primitive, at: F64, t_ns: int) -> list[Pull]:
+def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: Pose, limb: Primitive, at: F64, t_ns: int) -> list[Pull]:
     """What a bond does to the thing (target "thing") and to the limb (target "limb") at `t_ns`.
 
     pose: the thing's position and quaternion; limb: a primitive of the body or of the other thing, in the room; at:
@@ -109,9 +110,7 @@ class SoftThing:
         self._deformer = Deformer(self.surface.triangles, embed(v, nearest_limb(v, limbs), limbs))
         self._kept: tuple[object, Reshaped] | None = None
 
-    def reshape(
-        self, dents: Sequence[world_pb2.Dent], live: Sequence[GhostSource], pose: tuple[F64, F64], t_ns: int
-    ) -> Reshaped | None:
+    def reshape(self, dents: Sequence[world_pb2.Dent], live: Sequence[GhostSource], pose: Pose, t_ns: int) -> Reshaped | None:
         """The surface under its dents and what acts on it now (room frame); None where nothing does."""
         if not dents and not live:
             self._kept = None
@@ -234,7 +233,7 @@ def pulls_of(
     return to_things, to_figures
 
 
-def _by_thing(b: world_pb2.Bond, instant: Instant, thing: Thing, pose: tuple[F64, F64]) -> list[tuple[Primitive, Pull]]:
+def _by_thing(b: world_pb2.Bond, instant: Instant, thing: Thing, pose: Pose) -> list[tuple[Primitive, Pull]]:
     """How a bond with another thing, the table as it may be, draws the sticky one out."""
     other, at = instant.things[b.body], instant.world.poses.get(b.body)
     if at is None or b.primitive >= len(other.primitives):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.geometry.rotation import slerp
+from vistel.geometry.pose import Pose
 from vistel.space.contact.touch import FLESH_COMPLIANCE
 from vistel.space.things.arc import Arc
 from vistel.space.things.things import Curve, Look, Primitive, Thing
@@ -32,7 +32,7 @@ class WorldView:
     by number."""
 
     step: int = 0
-    poses: Mapping[str, tuple[F64, F64]] = field(default_factory=dict[str, tuple[F64, F64]])
+    poses: Mapping[str, Pose] = field(default_factory=dict[str, Pose])
     ghosts: tuple[Ghost, ...] = ()
     grasps: tuple[world_pb2.Grasp, ...] = ()
     dents: Mapping[int, world_pb2.Dent] = field(default_factory=dict[int, world_pb2.Dent])
@@ -55,7 +55,9 @@ def quaternion(q: geometry_pb2.Quaternion) -> F64:
 
 def view_of(now: RoomNow, ghosts: tuple[Ghost, ...]) -> WorldView:
     """What is shown of a step."""
-    return WorldView(now.step, now.poses, ghosts, now.grasps, now.dents, now.bonds, now.selected)
+    return WorldView(
+        now.step, {thing: Pose(*pose) for thing, pose in now.poses.items()}, ghosts, now.grasps, now.dents, now.bonds, now.selected
+    )
 
 
 def ghosts_from(touches: Iterable[Touch], things: Mapping[str, world_pb2.Thing]) -> tuple[Ghost, ...]:
@@ -76,13 +78,9 @@ def between(a: WorldView, b: WorldView, u: float) -> WorldView:
     Ghosts are those of `b`: what begins to touch acts as soon as it does, and what has ceased to is named a while longer.
     """
     poses = dict(a.poses)
-    for thing, (p1, q1) in b.poses.items():
-        if thing in poses:
-            p0, q0 = poses[thing]
-            if p0 is not p1:
-                poses[thing] = (p0 + u * (p1 - p0), slerp(q0, q1, u))
-        else:
-            poses[thing] = (p1, q1)
+    for thing, pose in b.poses.items():
+        before = poses.get(thing, pose)
+        poses[thing] = pose if before.position is pose.position else before.interpolate(pose, u)
     near = a if u < 0.5 else b
     if near.poses.keys() != poses.keys():
         poses = {k: v for k, v in poses.items() if k in near.poses}

@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Generic, Protocol, TypeVar
 
 from vistel.protocol import liberty
+from vistel.protocol.device_pose import DevicePose
 from vistel.protocol.fastrak import FastrakParser, Reply, Trust, trust
 from vistel.protocol.liberty import LibertyParser
-from vistel.protocol.polhemus import Pose, Record
+from vistel.protocol.polhemus import Record
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 
 R = TypeVar("R")
@@ -32,7 +33,7 @@ class Stations:
         self._newest: dict[int, TrackerReceiver] = {}
 
     def frame(
-        self, station: int, pose: Pose, t_ns: int, error: str = "", health: Health = TrackerReceiver.HEALTH_GOOD
+        self, station: int, pose: DevicePose, t_ns: int, error: str = "", health: Health = TrackerReceiver.HEALTH_GOOD
     ) -> TrackerFrame:
         """The message about a new pose; its header's time is that measurement's."""
         receiver = TrackerReceiver(station=station, health=health, error=error, t_ns=max(0, t_ns))

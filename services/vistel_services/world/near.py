@@ -14,7 +14,7 @@ from vistel.space.eyes import Eyes
 from vistel.v1.world_pb2 import WorldDetail
 from vistel.wire.world.codec.detail import HOLD_STEPS, coded, write_detail
 from vistel.wire.world.codec.frame import Book
-from vistel.wire.world.codec.poses import POSITION_STEP, Pose
+from vistel.wire.world.codec.poses import POSITION_STEP, GridPose
 
 MOST_NEAR = 16
 """Things told of in one detail, at most."""
@@ -38,7 +38,7 @@ class Near:
         self._epoch = 0
 
     def tell(
-        self, book: Book, poses: Mapping[int, Pose], steps: int, eyes: Mapping[str, Eyes], t_ns: int
+        self, book: Book, poses: Mapping[int, GridPose], steps: int, eyes: Mapping[str, Eyes], t_ns: int
     ) -> dict[str, WorldDetail]:
         """What goes with a frame that has just been written, by participant. poses: of the newest of its `steps` steps, by
         number; eyes: of whoever is in the room."""

@@ -16,7 +16,7 @@ from vistel.v1.world_pb2 import Grasp, WorldDetail, WorldState
 from vistel.v1.world_pb2 import Thing as ThingMessage
 from vistel.wire.world.codec.bits import FrameError
 from vistel.wire.world.codec.frame import MOST_TOLD, Book, Moves, Said, read_key, write_book, write_changes, write_key
-from vistel.wire.world.codec.poses import Pose, rounded
+from vistel.wire.world.codec.poses import GridPose, rounded
 from vistel.wire.world.codec.touches import Pair, Touch
 from vistel.wire.world.room_now import check_of, crc_of, crc_of_marks
 from vistel_services.world.encode import bond_message, dent_message, grasp_message, selections, thing_message, world_state
@@ -47,7 +47,7 @@ class Teller:
         self._begins, self._silent = begins, not begins
         self._book = Book()
         self._near = Near()
-        self._newest: Mapping[int, Pose] = {}
+        self._newest: Mapping[int, GridPose] = {}
         self._steps = 0
         self._told: WorldView | None = None
         self._last = 0

@@ -9,9 +9,11 @@ import pytest
 
 from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import standard_skeleton
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.people import HAND_JOINT
-from vistel.v1.geometry_pb2 import Pose, Quaternion, Vec3
+from vistel.v1 import geometry_pb2
+from vistel.v1.geometry_pb2 import Quaternion, Vec3
 from vistel.v1.world_pb2 import Grasp
 from vistel_services.renderer.held import AGREES, BLEND_NS, HeldThings, Shown
 from vistel_services.renderer.world_view import WorldView
@@ -23,7 +25,7 @@ GRASP = Grasp(
     participant="ann",
     right=True,
     thing="baton",
-    hold=Pose(position=Vec3(x=-0.088, y=-0.03), rotation=Quaternion(w=1.0)),
+    hold=geometry_pb2.Pose(position=Vec3(x=-0.088, y=-0.03), rotation=Quaternion(w=1.0)),
     fingers=[500] * 20,
 )
 BEHIND = 4
@@ -49,7 +51,7 @@ TURN = quaternion_from_matrix(pose_joints(SKELETON, walking(0)).rotation[HAND_JO
 
 
 def world(at: np.ndarray, *grasps: Grasp) -> WorldView:
-    return WorldView(1, {"baton": (at, TURN)}, grasps=grasps)
+    return WorldView(1, {"baton": Pose(at, TURN)}, grasps=grasps)
 
 
 def play(held: HeldThings, views: list[WorldView], first: int = 0) -> np.ndarray:

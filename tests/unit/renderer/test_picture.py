@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from vistel.figure.posture.posture import SHOULDER, Posture, Stance
+from vistel.geometry.pose import Pose
 from vistel.space.room import meeting_room, seat_pose
 from vistel.space.things.tessellate import tessellate
 from vistel.space.things.things import Primitive
@@ -70,7 +71,7 @@ def seated(seat: int) -> Posture:
 
 def meeting(*names: str, timing: Timing = LIVE) -> Instant:
     room = meeting_room(3)
-    world = WorldView(1, {t.id: (t.position, t.rotation) for t in room.things})
+    world = WorldView(1, {t.id: Pose(t.position, t.rotation) for t in room.things})
     people = tuple(PersonNow(About(n, n.title()), seated(i), timing) for i, n in enumerate(names))
     return Instant(0, people, world, {t.id: t for t in room.things})
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vistel.geometry.pose import Pose
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate, tessellate_thing
 from vistel.space.things.things import Primitive
@@ -73,7 +74,7 @@ def test_every_loose_thing_of_the_room_is_met_where_it_stands_and_the_table_from
     targets, poses = Targets(), {}
     for thing in meeting_room(3).things:
         targets.put(thing.id, tessellate_thing(thing, 0.4))
-        poses[thing.id] = thing.position, thing.rotation
+        poses[thing.id] = Pose(thing.position, thing.rotation)
     loose = [t for t in meeting_room(3).things if not t.fixed]
     assert len(loose) >= 5
     for thing in loose:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from vistel.figure.posture.posture import Stance, standing
+from vistel.geometry.pose import Pose
 from vistel.space.room import meeting_room
 from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.captions import Caption
@@ -47,7 +48,7 @@ def studio() -> Iterator[Studio]:
 
 
 def instant(**more: object) -> Instant:
-    view = WorldView(1, {t.id: (t.position, t.rotation) for t in THINGS.values()})
+    view = WorldView(1, {t.id: Pose(t.position, t.rotation) for t in THINGS.values()})
     return Instant(1, (BEN,), view, MappingProxyType(THINGS), **more)  # type: ignore[arg-type]
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from vistel.geometry.pose import Pose
 from vistel.v1 import motion_pb2, world_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.world.room_now import WorldDecoder
@@ -128,7 +129,7 @@ def test_a_broken_motion_is_passed_over() -> None:
 def test_the_world_between_two_steps_lerps_places_and_slerps_turns() -> None:
     messages = state(1, key=True, ball=0.0), state(2, key=True, ball=1.0)
     a, b = (view_of(WorldDecoder().read(m)[0], ()) for m in messages)
-    quarter = b.poses["ball"][0], np.array((0.0, math.sin(math.pi / 4), 0.0, math.cos(math.pi / 4)))
+    quarter = Pose(b.poses["ball"][0], np.array((0.0, math.sin(math.pi / 4), 0.0, math.cos(math.pi / 4))))
     middle = between(a, WorldView(2, {"ball": quarter}), 0.5)
     assert middle.poses["ball"][0][0] == pytest.approx(0.5)
     assert middle.poses["ball"][1] == pytest.approx((0, math.sin(math.pi / 8), 0, math.cos(math.pi / 8)))

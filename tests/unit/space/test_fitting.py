@@ -10,7 +10,8 @@ import pytest
 from test_world_steps import FIST, Play, at, reaching, take_baton
 
 from vistel.figure.posture.hands import OPEN
-from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.geometry.pose import Pose
+from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.hands.axes import axes_of
 from vistel.space.hands.fitting import PRESS, fit, hand_of
 from vistel.space.hands.grasp import MOST_TURN, align
@@ -51,8 +52,8 @@ def test_the_axis_that_needs_the_least_turn_comes_across_the_palm() -> None:
         # Turned so that one axis is 20 degrees off the hand's.
         off = matrix_from_rotvec(np.array([0.0, np.radians(20.0), 0.0]))
         start = off @ _turn(first, ACROSS)
-        lie = BUILD.palm[1] - np.array([0.0, 0.035, 0.0]), quaternion_from_matrix(np.ascontiguousarray(start))
-        turned = matrix_from_quaternion(align(box, lie, BUILD.palm[1])[1])
+        lie = Pose(BUILD.palm[1] - np.array([0.0, 0.035, 0.0]), quaternion_from_matrix(np.ascontiguousarray(start)))
+        turned = align(box, lie, BUILD.palm[1]).matrix
         assert abs(turned[:, second] @ ACROSS) == pytest.approx(1.0, abs=1e-9)
 
 
@@ -65,10 +66,10 @@ def _turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def test_a_ball_needs_no_turn_and_nothing_is_turned_too_far() -> None:
     ball = next(t for t in LOOSE if t.id == "ball")
     q = quaternion_from_matrix(matrix_from_rotvec(np.array([0.3, -1.0, 0.8])))
-    assert align(ball, (BUILD.palm[1], q), BUILD.palm[1])[1] == pytest.approx(q)
+    assert align(ball, Pose(BUILD.palm[1], q), BUILD.palm[1]).rotation == pytest.approx(q)
     baton = next(t for t in LOOSE if t.id == BATON)
     far = quaternion_from_matrix(matrix_from_rotvec(np.array([0.0, 0.5 * np.pi - MOST_TURN - 0.05, 0.0])))
-    assert align(baton, (BUILD.palm[1], far), BUILD.palm[1])[1] == pytest.approx(far)
+    assert align(baton, Pose(BUILD.palm[1], far), BUILD.palm[1]).rotation == pytest.approx(far)
 
 
 @pytest.mark.parametrize("held", LOOSE, ids=lambda t: t.id)

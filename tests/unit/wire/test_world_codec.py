@@ -22,7 +22,7 @@ from vistel.wire.world.codec.frame import (
     write_changes,
     write_key,
 )
-from vistel.wire.world.codec.poses import STILL, Pose, place, rounded
+from vistel.wire.world.codec.poses import STILL, GridPose, place, rounded
 from vistel.wire.world.codec.touches import MOST_LEVEL, Touch, force_of, level_of
 
 NEITHER = Said(people=False, grasps=False)
@@ -115,7 +115,7 @@ def test_when_everything_flies_what_is_said_stays_bounded_and_all_is_exact_once_
     many, still = 200, np.array([0.0, 0.0, 0.0, 1.0])
     ways = np.cumsum(np.random.default_rng(1).normal(0.0, 0.01, (61, many, 3)), axis=0)  # nobody can foresee these
 
-    def pose(n: int, k: int) -> Pose:
+    def pose(n: int, k: int) -> GridPose:
         return rounded(ways[min(k, 60), n], still)
 
     writer = Book()

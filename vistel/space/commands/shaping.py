@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space.commands import actions as ask
@@ -130,7 +131,7 @@ def attach(asked: Asked, action: ask.Attach) -> Answer:
     whole, centre = reshape.joined(x.thing, (x.position, x.rotation), y.thing, (y.position, y.rotation))
     state, posed = asked.state, asked.speaker.posed
     if posed is not None:  # who holds one of them now holds both
-        pose = centre, x.rotation
+        pose = Pose(centre, x.rotation)
         state = replace(
             state,
             grasps=tuple(

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from vistel.arrays import F64, I64
-from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, slerp
+from vistel.geometry.pose import Pose
+from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.hands.axes import axes_of
@@ -62,9 +63,6 @@ REFIT, REFIT_TURN = 0.010, 0.2
 ALONG = 0.1
 """Length that counts as much as a radian when axes are compared [m] (mathematics M8.8)."""
 
-Pose = tuple[F64, F64]
-"""position (3,) [m], rotation (4,) quaternion (x, y, z, w)."""
-
 
 @dataclass(frozen=True)
 class Grasp:
@@ -101,15 +99,11 @@ class Grasp:
 
     def lie(self, t_ns: int) -> Pose:
         """Where the thing lies in the hand joint's frame at `t_ns`, as far as the hand has a say in that."""
-        return _between(self.start, self.aim, self.settled(t_ns))
+        return self.start.interpolate(self.aim, self.settled(t_ns))
 
     def seen(self, t_ns: int) -> Pose:
         """Where the thing lies in the frame of the hand as it is seen, which gives way to what it cannot move."""
-        return _between(self.start, self.laid, self.settled(t_ns))
-
-
-def _between(a: Pose, b: Pose, share: float) -> Pose:
-    return a[0] + share * (b[0] - a[0]), slerp(a[1], b[1], share)
+        return self.start.interpolate(self.laid, self.settled(t_ns))
 
 
 @dataclass(frozen=True)
@@ -207,9 +201,9 @@ def _fitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, *, who
     row, lie = int(grasp.right), grasp.aim
     if whole and led:
         lie = align(thing, lie, posed.build.palm[row])
-    lying = part.moved(matrix_from_quaternion(lie[1]), lie[0])
+    lying = part.moved(lie.matrix, lie.position)
     found = fit(posed.build, grasp.right, posed.figure.posture.hands[row], grasp.engaged, lying, to_palm=whole and led)
-    laid = lie[0] + found.shift, lie[1]
+    laid = Pose(lie.position + found.shift, lie.rotation)
     return replace(grasp, aim=laid if led else grasp.aim, fingers=found.fingers, laid=laid, shift=found.shift)
 
 
@@ -239,13 +233,13 @@ def lies(grasp: Grasp, posed: Posed, pose: Pose) -> Grasp:
 def renamed(grasp: Grasp, posed: Posed, thing: str, pose: Pose) -> Grasp:
     """The grasp of what is now part of `thing`, at `pose` (room): fingers and hand stay as they are."""
     lie = into_hand(posed, grasp.right, pose)
-    return replace(grasp, thing=thing, start=lie, aim=lie, laid=(lie[0] + grasp.shift, lie[1]))
+    return replace(grasp, thing=thing, start=lie, aim=lie, laid=Pose(lie.position + grasp.shift, lie.rotation))
 
 
 def refitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet) -> Grasp:
     """The same with the fingers laid on anew, if the thing has gone far enough in the hand for that to be seen."""
-    off = grasp.aim[0] + grasp.shift - grasp.laid[0]
-    near = abs(float(grasp.aim[1] @ grasp.laid[1])) >= math.cos(0.5 * REFIT_TURN)
+    off = grasp.aim.position + grasp.shift - grasp.laid.position
+    near = abs(float(grasp.aim.rotation @ grasp.laid.rotation)) >= math.cos(0.5 * REFIT_TURN)
     if near and float(off @ off) <= REFIT**2:
         return grasp
     return _fitted(grasp, posed, thing, part, whole=False, led=False)
@@ -269,21 +263,19 @@ def hand_frame(posed: Posed, right: bool) -> tuple[F64, F64]:
 
 def into_hand(posed: Posed, right: bool, pose: Pose) -> Pose:
     """A pose of the room in the hand joint's frame."""
-    r, p = hand_frame(posed, right)
-    return r.T @ (pose[0] - p), quaternion_from_matrix(np.ascontiguousarray(r.T @ matrix_from_quaternion(pose[1])))
+    return pose.relative_to(*hand_frame(posed, right))
 
 
 def out_of_hand(posed: Posed, right: bool, lie: Pose) -> Pose:
     """A pose of the hand joint's frame in the room."""
-    r, p = hand_frame(posed, right)
-    return p + r @ lie[0], quaternion_from_matrix(np.ascontiguousarray(r @ matrix_from_quaternion(lie[1])))
+    return lie.moved(*hand_frame(posed, right))
 
 
 def align(thing: Thing, lie: Pose, palm: F64) -> Pose:
     """Where the thing should lie in the hand: the axis that needs the least change turned across the palm, its
     surface at `palm` (3,) in the hand's frame (mathematics M8.8). Unchanged when that is further than MOST_TURN."""
     across = np.array([0.0, 0.0, 1.0])
-    position, rotation = lie[0], matrix_from_quaternion(lie[1])
+    position, rotation = lie.position, lie.matrix
     best: tuple[float, F64, F64] | None = None
     for axis in axes_of(thing, rotation.T @ across):
         u = rotation @ axis.direction
@@ -305,4 +297,4 @@ def align(thing: Thing, lie: Pose, palm: F64) -> Pose:
             best = cost, foot + r @ (position - foot) + shift, r @ rotation
     if best is None:
         return lie
-    return best[1], quaternion_from_matrix(np.ascontiguousarray(best[2]))
+    return Pose(best[1], quaternion_from_matrix(np.ascontiguousarray(best[2])))

@@ -12,10 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.hands.fitting import hand_of
-from vistel.space.hands.grasp import Grasp, Pose, hand_frame
+from vistel.space.hands.grasp import Grasp, hand_frame
 from vistel.space.people import DIGITS, Posed
 from vistel.space.state import State
 from vistel.space.things.solids import Solids
@@ -45,8 +46,8 @@ def hand_seen(own: tuple[F64, F64], thing: Pose, lies: Pose) -> tuple[F64, F64]:
 
     own: the real hand's; it is not left by more than FURTHEST and MOST_TURN.
     """
-    turn = matrix_from_quaternion(thing[1]) @ matrix_from_quaternion(lies[1]).T
-    place = thing[0] - turn @ lies[0]
+    turn = thing.matrix @ lies.matrix.T
+    place = thing.position - turn @ lies.position
     off, way = place - own[1], rotvec_from_matrix(np.ascontiguousarray(turn @ own[0].T))
     far = max(float(np.sqrt(off @ off)) / FURTHEST, float(np.sqrt(way @ way)) / MOST_TURN)
     if far <= 1.0:
@@ -59,7 +60,7 @@ def _with_hand(state: State, solids: Solids, p: Posed, near: ContactArray, g: Gr
     n, m, row = state.rows[g.thing], state.motions, int(g.right)
     hand = hand_of(p.build, g.right)
     fingers = fingers_seen(g, p.figure.posture.hands[row], state.t_ns)
-    shown = hand.placed(fingers).moved(*hand_seen(hand_frame(p, g.right), (m.position[n], m.rotation[n]), g.seen(state.t_ns)))
+    shown = hand.placed(fingers).moved(*hand_seen(hand_frame(p, g.right), Pose(m.position[n], m.rotation[n]), g.seen(state.t_ns)))
     thing = solids.part(n).moved(matrix_from_quaternion(m.rotation[n]), m.position[n])
     found = find_contacts(shown, thing)
     digit = p.build.digit[near.a]

@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions, wake_around
@@ -93,7 +94,7 @@ def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed],
     grasps = list(state.grasps)
     for i, g in enumerate(grasps):
         n = state.rows[g.thing]
-        p, thing, pose = posed[g.participant], solids.things[n], (state.motions.position[n], state.motions.rotation[n])
+        p, thing, pose = posed[g.participant], solids.things[n], Pose(state.motions.position[n], state.motions.rotation[n])
         if g.thing in tracked:
             grasps[i] = hands.lies(g, p, pose)
             if state.step % REFIT_STEPS == 0:
@@ -223,7 +224,7 @@ def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[
 def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hands.Reach) -> State:
     """A hand has taken hold of what it reaches."""
     n, m = reach.thing, state.motions
-    thing, pose = solids.things[n], (m.position[n], m.rotation[n])
+    thing, pose = solids.things[n], Pose(m.position[n], m.rotation[n])
     led = thing.id not in tracked_things(state) and not holders(state, thing.id)
     new = hands.take(posed, right, thing, solids.part(n), pose, reach, state.t_ns, led)
     state = woken_round(state, solids, n)

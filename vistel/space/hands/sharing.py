@@ -55,7 +55,7 @@ class Anchor:
 def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int, anchors: Sequence[Anchor] = ()) -> tuple[F64, F64]:
     """Position (3,) and rotation (4,) of a thing that hands hold and anchors hold back."""
     poses = [out_of_hand(p, g.right, g.lie(t_ns)) for g, p in holds]
-    turns = [matrix_from_quaternion(q) for _, q in poses]
+    turns = [pose.matrix for pose in poses]
     palms = [_palm(g, p) for g, p in holds]
     own = [r.T @ (h - x) for h, r, (x, _) in zip(palms, turns, poses, strict=True)]
     weight = [1.0] * len(holds) + [a.stiffness / STIFFNESS for a in anchors]
@@ -74,9 +74,9 @@ def pulls(holds: Sequence[tuple[Grasp, Posed]], position: F64, rotation: F64, t_
     r = matrix_from_quaternion(rotation)
     out: list[Pull] = []
     for g, p in holds:
-        x, q = out_of_hand(p, g.right, g.lie(t_ns))
+        lie = out_of_hand(p, g.right, g.lie(t_ns))
         palm = _palm(g, p)
-        there = position + r @ (matrix_from_quaternion(q).T @ (palm - x))
+        there = position + r @ (lie.matrix.T @ (palm - lie.position))
         out.append(Pull(g.participant, g.right, g.thing, there, STIFFNESS * (there - palm)))
     return out
 

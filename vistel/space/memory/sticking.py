@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.dynamics.dynamics import ASLEEP, FREE, Motions
 from vistel.space.dynamics.kernels import GRAVITY
@@ -171,6 +172,6 @@ def relieved(state: State, posed: Mapping[str, Posed], things: frozenset[str]) -
     for i, g in enumerate(out):
         if g.thing in things and g.participant in posed:
             n = state.rows[g.thing]
-            lie = into_hand(posed[g.participant], g.right, (m.position[n], m.rotation[n]))
+            lie = into_hand(posed[g.participant], g.right, Pose(m.position[n], m.rotation[n]))
             out[i] = replace(g, start=lie, since_ns=state.t_ns)
     return replace(state, grasps=tuple(out))

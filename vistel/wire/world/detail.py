@@ -10,7 +10,7 @@ from vistel.v1.world_pb2 import WorldDetail
 from vistel.wire.world.codec.bits import FrameError
 from vistel.wire.world.codec.detail import HOLD_STEPS, read_detail
 from vistel.wire.world.codec.frame import Book
-from vistel.wire.world.codec.poses import Pose, place
+from vistel.wire.world.codec.poses import GridPose, place
 
 AHEAD = 16
 """Details kept whose frames have not come yet."""
@@ -22,8 +22,8 @@ class Details:
     def __init__(self) -> None:
         self.broken = 0
         """How many could not be read."""
-        self._coming: dict[int, dict[int, Pose]] = {}
-        self._held: dict[int, Pose] = {}
+        self._coming: dict[int, dict[int, GridPose]] = {}
+        self._held: dict[int, GridPose] = {}
         self._epoch = 0
 
     def hear(self, message: WorldDetail) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel_services.renderer.camera import Pinhole
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane
@@ -47,12 +48,12 @@ class Carrying:
         self._followed_ns = self.t_ns
 
     @staticmethod
-    def begin(hit: Hit, camera: Pinhole, pose: tuple[F64, F64], t_ns: int) -> Carrying:
+    def begin(hit: Hit, camera: Pinhole, pose: Pose, t_ns: int) -> Carrying:
         """Take what the mouse is on; pose: of the thing then."""
         depth = float((hit.place - camera.position) @ -camera.rotation[:, 2])
         return Carrying(hit.thing, pose[0].copy(), pose[1].copy(), hit.place - pose[0], depth, t_ns)
 
-    def lead(self, ray: Ray, camera: Pinhole, targets: Targets, poses: Mapping[str, tuple[F64, F64]], t_ns: int) -> Carry:
+    def lead(self, ray: Ray, camera: Pinhole, targets: Targets, poses: Mapping[str, Pose], t_ns: int) -> Carry:
         """Bring it under a ray, at its depth before the camera, onto what stands there rather than into it."""
         ahead = -camera.rotation[:, 2]
         place = on_plane(ray, camera.position + self.depth * ahead, ahead)
@@ -93,7 +94,7 @@ class Carrying:
             self._followed_ns = t_ns
         return t_ns - self._followed_ns > LOST_NS
 
-    def _over(self, wanted: F64, targets: Targets, poses: Mapping[str, tuple[F64, F64]]) -> F64:
+    def _over(self, wanted: F64, targets: Targets, poses: Mapping[str, Pose]) -> F64:
         """`wanted`, raised until the thing stands on what is under it: a table, the floor, another thing."""
         lowest = targets.lowest(self.thing, self.rotation)
         others = {name: pose for name, pose in poses.items() if name != self.thing}

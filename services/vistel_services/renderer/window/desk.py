@@ -15,6 +15,7 @@ import moderngl
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.geometry.pose import Pose
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Which
 from vistel.space.files.model import Model
@@ -55,7 +56,7 @@ class _Led:
     """A thing that was let go of, and where. world: (3,) where the world's own was in the last picture."""
 
     thing: str
-    pose: tuple[F64, F64]
+    pose: Pose
     t_ns: int
     world: F64 | None = None
 
@@ -143,7 +144,7 @@ class Desk:
         if isinstance(led, _Led) and led.over(instant.world.poses[led.thing][0], instant.now_ns):
             self._led = None
             return instant
-        pose = led.pose if isinstance(led, _Led) else (led.position, led.rotation)
+        pose = led.pose if isinstance(led, _Led) else Pose(led.position, led.rotation)
         return replace(instant, world=replace(instant.world, poses={**instant.world.poses, led.thing: pose}))
 
     def outlines(self, outlines: list[Outline]) -> list[Outline]:
@@ -352,7 +353,7 @@ class Desk:
         if self._carrying is not None and self._dragged:
             free = self._carrying.let_go()
             self._wishes.append(free)
-            self._led = _Led(free.thing, (free.position, free.rotation), now_ns)
+            self._led = _Led(free.thing, Pose(free.position, free.rotation), now_ns)
         self._carrying = None
 
     def _select(self, instant: Instant) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.things.tessellate import Surface3
 from vistel_services.renderer.screens import Sight
@@ -83,7 +84,7 @@ class Targets:
         upwards = matrix_from_quaternion(np.ascontiguousarray(rotation))[1]
         return float((self._corners[thing] @ upwards).min())
 
-    def met(self, ray: Ray, poses: Mapping[str, tuple[F64, F64]], hidden_from: float = FURTHEST) -> Hit | None:
+    def met(self, ray: Ray, poses: Mapping[str, Pose], hidden_from: float = FURTHEST) -> Hit | None:
         """The first thing a ray meets. poses: position (3,) and quaternion (4,) of things; what is further than
         `hidden_from` metres stands behind something else."""
         best: Hit | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from vistel.wire.world.codec.bits import BitReader, BitWriter, FrameError
-from vistel.wire.world.codec.poses import Pose
+from vistel.wire.world.codec.poses import GridPose
 
 HOLD_STEPS = 120
 """A correction holds until a frame tells of the thing, or until the step passes a multiple of this."""
@@ -14,7 +14,7 @@ MOST = 64
 _COUNT, _GAP, _ORDER, _MOST_ORDER = 3, 3, 1, 20
 
 
-def coded(correction: Pose) -> str:
+def coded(correction: GridPose) -> str:
     """The bits of what to add to a thing's pose in the frame."""
     out = BitWriter()
     for part in (correction[:3], correction[3:]):
@@ -36,13 +36,13 @@ def write_detail(corrections: Mapping[int, str]) -> bytes:
     return out.to_bytes()
 
 
-def read_detail(data: bytes) -> dict[int, Pose]:
+def read_detail(data: bytes) -> dict[int, GridPose]:
     """The other end of `write_detail`. Raises FrameError."""
     bits = BitReader(data)
     count = bits.count(_COUNT)
     if count > MOST:
         raise FrameError("a detail holds too many things")
-    out: dict[int, Pose] = {}
+    out: dict[int, GridPose] = {}
     at = -1
     for _ in range(count):
         at += 1 + bits.count(_GAP)

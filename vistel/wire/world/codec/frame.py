@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from vistel.wire.world.codec.bits import BitReader, BitWriter, FrameError
-from vistel.wire.world.codec.poses import Pose, Track
+from vistel.wire.world.codec.poses import GridPose, Track
 from vistel.wire.world.codec.touches import Pair, Touch, read_touches, write_touches
 
 MOST_THINGS = 1 << 16
@@ -48,17 +48,17 @@ class Moves(NamedTuple):
     """step; poses of what has moved in it and of all that moves in the book, by number of the thing."""
 
     step: int
-    poses: Mapping[int, Pose]
+    poses: Mapping[int, GridPose]
 
 
 class Step(NamedTuple):
     """step; poses of everything that moves, by number of the thing."""
 
     step: int
-    poses: Mapping[int, Pose]
+    poses: Mapping[int, GridPose]
 
 
-def write_key(book: Book, step: int, poses: Sequence[Pose], moving: Sequence[int], touches: Mapping[Pair, Touch]) -> bytes:
+def write_key(book: Book, step: int, poses: Sequence[GridPose], moving: Sequence[int], touches: Mapping[Pair, Touch]) -> bytes:
     """A frame that refers to nothing: everything at one step."""
     out = BitWriter()
     out.flag(True)
@@ -89,7 +89,7 @@ def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Tou
         out.count(now.step - before - 1)
         before = now.step
     _write_toggles(out, book, moving)
-    last: Mapping[int, Pose] = {}
+    last: Mapping[int, GridPose] = {}
     for now in steps:
         if some:
             _write_some(out, book, now.poses, last)
@@ -105,7 +105,7 @@ def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Tou
     return out.to_bytes()
 
 
-def _write_some(out: BitWriter, book: Book, poses: Mapping[int, Pose], last: Mapping[int, Pose]) -> None:
+def _write_some(out: BitWriter, book: Book, poses: Mapping[int, GridPose], last: Mapping[int, GridPose]) -> None:
     """A step in which more move than are told of: the numbers of those that are, where they are, and whether they have come to
     lie since `last`, the step before."""
     told: dict[int, str] = {}
@@ -133,7 +133,7 @@ def _write_some(out: BitWriter, book: Book, poses: Mapping[int, Pose], last: Map
             book.tracks[n].go_on()
 
 
-def _most_wrong_first(book: Book, poses: Mapping[int, Pose]) -> list[int]:
+def _most_wrong_first(book: Book, poses: Mapping[int, GridPose]) -> list[int]:
     """The things that are not where they are foreseen in a step."""
     wrong = {n: book.tracks[n].wrong(poses.get(n, book.tracks[n].pose)) for n in book.moving}
     return sorted((n for n in wrong if wrong[n]), key=lambda n: (-wrong[n], n))

@@ -11,7 +11,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.wire.world.codec.bits import BitReader, BitWriter, FrameError
 
-Pose = tuple[int, ...]
+GridPose = tuple[int, ...]
 """Position x, y, z in units of POSITION_STEP, quaternion x, y, z, w in units of ROTATION_STEP."""
 
 POSITION_STEP = 0.0005
@@ -21,7 +21,7 @@ ROTATION_STEP = 1.0 / 1024.0
 FARTHEST = 1 << 18
 FARTHEST_M = FARTHEST * POSITION_STEP
 """131 m: what lies farther is told to be there."""
-STILL: Pose = (0, 0, 0, 0, 0, 0, 1024)
+STILL: GridPose = (0, 0, 0, 0, 0, 0, 1024)
 
 _KEY_POSITION, _KEY_ROTATION, _STATE = 10, 12, 4
 _MISS = 32
@@ -29,7 +29,7 @@ _MISS = 32
 _MOST = 14
 
 
-def rounded(position: F64, rotation: F64) -> Pose:
+def rounded(position: F64, rotation: F64) -> GridPose:
     """A place (3,) [m] and a quaternion (4,) in steps; what is not finite becomes the middle of the room."""
     x, y, z = position.tolist()
     i, j, k, w = rotation.tolist()
@@ -44,7 +44,7 @@ def rounded(position: F64, rotation: F64) -> Pose:
     return round(x / a), round(y / a), round(z / a), round(i / b), round(j / b), round(k / b), round(w / b)
 
 
-def place(pose: Pose) -> tuple[F64, F64]:
+def place(pose: GridPose) -> tuple[F64, F64]:
     """Position (3,) [m] and unit quaternion (4,)."""
     x, y, z, i, j, k, w = pose
     size = math.sqrt(i * i + j * j + k * k + w * w) or 1.0
@@ -56,7 +56,7 @@ class Track:
 
     __slots__ = ("_foreseen", "_miss", "_since", "_speed", "pose", "still")
 
-    def __init__(self, pose: Pose = STILL) -> None:
+    def __init__(self, pose: GridPose = STILL) -> None:
         self.pose = pose
         self.begin()
 
@@ -68,7 +68,7 @@ class Track:
         self._miss = [_MISS, _MISS]
         self._since = 0
 
-    def write_key(self, out: BitWriter, pose: Pose) -> None:
+    def write_key(self, out: BitWriter, pose: GridPose) -> None:
         """A pose that refers to nothing."""
         pose = _upright(pose)
         out.several(pose[:3], _KEY_POSITION)
@@ -88,7 +88,7 @@ class Track:
         self.pose = _sound((*at, *turn))
         self.begin()
 
-    def write(self, out: BitWriter, pose: Pose) -> None:
+    def write(self, out: BitWriter, pose: GridPose) -> None:
         """The pose a step later."""
         pose = _same_side(pose, self.pose)
         misses = list(map(sub, pose, self._foreseen))
@@ -139,11 +139,11 @@ class Track:
         """Steps since the thing was last told of."""
         return self._since
 
-    def correction(self, pose: Pose) -> Pose:
+    def correction(self, pose: GridPose) -> GridPose:
         """What to add to the pose that both ends know to be at `pose`."""
         return tuple(map(sub, _same_side(pose, self.pose), self.pose))
 
-    def wrong(self, pose: Pose) -> int:
+    def wrong(self, pose: GridPose) -> int:
         """How far from where it is foreseen a thing is a step later: half millimetres, and a step of turning counts as many as
         it moves the edge of a thing the size of a hand. 0 only where nothing is wrong."""
         x, y, z, i, j, k, w = map(sub, _same_side(pose, self.pose), self._foreseen)
@@ -159,7 +159,7 @@ class Track:
                 misses += [0] * count
         self._take(_sound(tuple(map(add, self._foreseen, misses))), misses)
 
-    def _take(self, pose: Pose, misses: list[int]) -> None:
+    def _take(self, pose: GridPose, misses: list[int]) -> None:
         self.still = self.still + 1 if pose == self.pose else 0
         self.pose = pose
         # An alpha-beta tracker: the place is known to the step, the speed follows by half of what was missed in each step.
@@ -182,18 +182,18 @@ def _order(miss: int) -> int:
     return min((miss >> 4).bit_length(), _MOST)
 
 
-def _sound(pose: Pose) -> Pose:
+def _sound(pose: GridPose) -> GridPose:
     if max(pose) > 8 * FARTHEST or min(pose) < -8 * FARTHEST:
         raise FrameError("a frame holds a place out of the world")
     return pose
 
 
-def _upright(pose: Pose) -> Pose:
+def _upright(pose: GridPose) -> GridPose:
     """The same pose with the sign of its quaternion by which its first largest component is positive."""
     return pose if max(pose[3:], key=abs) > 0 else (*pose[:3], *(-n for n in pose[3:]))
 
 
-def _same_side(pose: Pose, before: Pose) -> Pose:
+def _same_side(pose: GridPose, before: GridPose) -> GridPose:
     """The same pose with the sign of its quaternion that lies nearer to the one before."""
     same = pose[3] * before[3] + pose[4] * before[4] + pose[5] * before[5] + pose[6] * before[6]
     return pose if same >= 0 else (*pose[:3], *(-n for n in pose[3:]))
