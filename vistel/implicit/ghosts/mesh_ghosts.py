@@ -56,7 +56,7 @@ def dents(memory: Memory, maker: str, body: Deformable, primitives: PrimitiveSet
         share = 1.0 if decay is None or dent.left is None else decay.share(time - dent.left)
         if share <= 0.0:
             continue
-        there = primitives.moved(rotation_matrix(dent.rotation), np.array(dent.position))
+        there = primitives.moved(dent.pose.matrix, dent.pose.position)
         source = ghosts_of(there.moved(rotation_matrix(body.rotation), np.array(body.position)))
         out.append(source if share == 1.0 else faded(source, share))
     return out

@@ -19,13 +19,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from vistel.implicit.checks import Vec3, positive
+from vistel.geometry.pose import Pose
+from vistel.geometry.rotation import matrix_from_quaternion, slerp
+from vistel.implicit.checks import positive
 from vistel.implicit.contacts.penetration import penetration
 from vistel.implicit.ghosts.deformable import Deformable, Imprint
 from vistel.implicit.ghosts.ghost_terms import decay_exponential, decay_quartic, lag
 from vistel.implicit.graph.shape import Shape
 
-Quaternion = tuple[float, float, float, float]
 FADED = 1e-3
 """A dent with less than this share left is forgotten."""
 
@@ -85,23 +86,23 @@ Material = Elastic | Plastic | Viscoelastic
 
 
 @dataclass(frozen=True, eq=False)
-class Dent:
+class KeptImprint:
     """An imprint: the maker's shape, its pose in the deformed body's frame, the penetration there [field], and when
     the maker left [s]."""
 
     shape: Shape
-    position: Vec3
-    rotation: Quaternion
+    pose: Pose
     depth: float
     left: float | None = None
 
     @property
     def placed(self) -> Shape:
-        return self.shape.moved(self.position, self.rotation)
+        """The maker's shape in the body's frame."""
+        return self.shape.moved(*self.pose)
 
-    def distance(self, other: Dent) -> float:
+    def distance(self, other: KeptImprint) -> float:
         """How far apart the two poses are [m]."""
-        return math.dist(self.position, other.position)
+        return math.dist(self.pose.position, other.pose.position)
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ class Memory:
     """materials: of the bodies that remember, by name; dents: by (maker, body), oldest first."""
 
     materials: Mapping[str, Material]
-    dents: Mapping[tuple[str, str], tuple[Dent, ...]] = field(default_factory=dict[tuple[str, str], tuple[Dent, ...]])
+    dents: Mapping[tuple[str, str], tuple[KeptImprint, ...]] = field(default_factory=dict[tuple[str, str], tuple[KeptImprint, ...]])
 
     def step(self, bodies: Sequence[Deformable], time: float, dt: float) -> Memory:
         """What is remembered at `time`, with the bodies where they are then, dt seconds after the last step."""
@@ -142,16 +143,15 @@ class Memory:
         return max((d.depth for d in self.dents.get((maker, body), ())), default=0.0)
 
 
-def _now(maker: Deformable, body: Deformable) -> Dent:
+def _now(maker: Deformable, body: Deformable) -> KeptImprint:
     """The maker as an imprint where it is."""
-    x, y, z = (float(v) for v in body.to_body(np.array(maker.position)))
-    qx, qy, qz, qw = body.rotation
-    turn = _product((-qx, -qy, -qz, qw), maker.rotation)
-    dent = Dent(maker.shape, (x, y, z), turn, 0.0)
+    placed = Pose(np.array(maker.position), np.array(maker.rotation))
+    pose = placed.relative_to(matrix_from_quaternion(np.array(body.rotation)), np.array(body.position))
+    dent = KeptImprint(maker.shape, pose, 0.0)
     return replace(dent, depth=penetration(body.shape, dent.placed).depth)
 
 
-def _plastic(material: Plastic, old: tuple[Dent, ...], now: Dent, time: float) -> tuple[Dent, ...]:
+def _plastic(material: Plastic, old: tuple[KeptImprint, ...], now: KeptImprint, time: float) -> tuple[KeptImprint, ...]:
     kept = [d for d in old if d.left is None or material.decay is None or material.decay.share(time - d.left) > FADED]
     if now.depth <= material.least:
         return tuple(d if d.left is not None else replace(d, left=time) for d in kept)
@@ -169,43 +169,17 @@ def _plastic(material: Plastic, old: tuple[Dent, ...], now: Dent, time: float) -
 
 
 def _viscoelastic(
-    material: Viscoelastic, old: tuple[Dent, ...], now: Dent, body: Deformable, time: float, dt: float
-) -> tuple[Dent, ...]:
+    material: Viscoelastic, old: tuple[KeptImprint, ...], now: KeptImprint, body: Deformable, time: float, dt: float
+) -> tuple[KeptImprint, ...]:
     if not old or now.depth >= old[0].depth:
         return (now,) if now.depth > 0 else ()
     before = old[0]
-    x, y, z = (float(v) for v in lag(np.array(before.position), np.array(now.position), dt, material.tau))
-    turn = slerp(before.rotation, now.rotation, 1 - math.exp(-dt / material.tau))
+    position = lag(before.pose.position, now.pose.position, dt, material.tau)
+    rotation = slerp(before.pose.rotation, now.pose.rotation, 1 - math.exp(-dt / material.tau))
     left = before.left if before.left is not None or now.depth > 0 else time
-    after = Dent(before.shape, (x, y, z), turn, 0.0, left)
+    after = KeptImprint(before.shape, Pose(position, rotation), 0.0, left)
     after = replace(after, depth=penetration(body.shape, after.placed).depth)
     if after.depth <= now.depth:
         return (now,) if now.depth > 0 else ()
     faded = material.decay is not None and left is not None and material.decay.share(time - left) <= FADED
     return () if faded else (after,)
-
-
-def _product(p: Quaternion, q: Quaternion) -> Quaternion:
-    px, py, pz, pw = p
-    qx, qy, qz, qw = q
-    return (
-        pw * qx + px * qw + py * qz - pz * qy,
-        pw * qy - px * qz + py * qw + pz * qx,
-        pw * qz + px * qy - py * qx + pz * qw,
-        pw * qw - px * qx - py * qy - pz * qz,
-    )
-
-
-def slerp(p: Quaternion, q: Quaternion, share: float) -> Quaternion:
-    """From rotation p towards q, (x, y, z, w), the shorter way."""
-    a, b = np.array(p) / np.linalg.norm(p), np.array(q) / np.linalg.norm(q)
-    cosine = float(a @ b)
-    if cosine < 0:
-        b, cosine = -b, -cosine
-    angle = math.acos(min(1.0, cosine))
-    if angle < 1e-6:
-        r = a + share * (b - a)
-    else:
-        r = (math.sin((1 - share) * angle) * a + math.sin(share * angle) * b) / math.sin(angle)
-    x, y, z, w = r / np.linalg.norm(r)
-    return float(x), float(y), float(z), float(w)
