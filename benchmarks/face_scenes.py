@@ -9,6 +9,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.face.marks import MARK_INDEX, Expressions
+from vistel.geometry.smoothstep import ease
 from vistel.protocol.live_link_face import CHANNELS
 from vistel_sim.pictures.face import FacePicture, View
 from vistel_sim.pictures.noise import light_at
@@ -51,7 +52,7 @@ class HardFace:
     def at(self, t_s: float) -> Moment:
         """What the camera looks at."""
         k, f = divmod(t_s / _KNOT_S, 1.0)
-        s = f * f * (3.0 - 2.0 * f)
+        s = ease(f)
         values = (1.0 - s) * self._values[int(k)] + s * self._values[int(k) + 1]
         marks = self._expressions.marks(values.tolist())
         number, phase = divmod(t_s, _EVERY_S)

@@ -11,6 +11,7 @@ import numpy as np
 from scripts.speech_model.texts import training_texts
 from scripts.speech_model.voices import Manner, Spoken, drawn, espeak, hts_voices, mixed, open_jtalk
 from vistel.speech.phones import PHONES
+from vistel.whole_file import whole_file
 
 PACK = 100
 HTS_TRAINING = {
@@ -140,9 +141,8 @@ def save_pack(path: Path, said: list[Spoken]) -> None:
     ends = np.concatenate([n if each.ends_s is None else each.ends_s for each, n in zip(said, none, strict=True)])
     phones = np.array([PHONES.index(p) for each in said for p in each.phones], np.int16)
     sizes = np.array([(len(each.sound), len(each.phones)) for each in said])
-    part = path.with_suffix(".part.npz")
-    np.savez(part, sound=sound, phones=phones, ends=ends, sizes=sizes)
-    part.rename(path)
+    with whole_file(path) as stream:
+        np.savez(stream, sound=sound, phones=phones, ends=ends, sizes=sizes)
 
 
 def load_pack(path: Path) -> Iterator[Spoken]:

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from vistel.arrays import F32, U8
+from vistel.colour import linear
 
 BLUR, TILE = 1.0, 16
 _LMS = np.array(
@@ -55,6 +56,6 @@ def difference(a: U8, b: U8) -> Difference:
 def _seen(picture: U8) -> F32:
     """(h, w, 3) OKLab of a picture, blurred as light."""
     encoded = picture.astype(np.float32) / 255.0
-    light = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    light = linear(encoded).astype(np.float32)
     blurred = np.asarray(cv2.GaussianBlur(light, (0, 0), BLUR), np.float32)
     return np.cbrt(np.maximum(blurred @ _LMS.T, 0.0)) @ _LAB.T

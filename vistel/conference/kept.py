@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tempfile
 from pathlib import Path
+
+from vistel.whole_file import whole_file
 
 
 def write_whole(path: Path, data: bytes) -> None:
     """Write a file, whole or not at all; its folder is made. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        os.replace(part, path)
-    except BaseException:
-        Path(part).unlink(missing_ok=True)
-        raise
+    with whole_file(path, private=True) as stream:
+        stream.write(data)
 
 
 def read_kept(path: Path, most: int) -> bytes | None:

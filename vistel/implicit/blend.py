@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vistel.arrays import F64
+from vistel.geometry.smoothstep import ease
 from vistel.implicit.checks import ShapeError, positive
 from vistel.implicit.constants import THRESHOLD
 
 
 def _hermite(x: F64) -> tuple[F64, F64, F64]:
-    return 1 - x * x * (3 - 2 * x), -6 * x * (1 - x), -6 + 12 * x
+    return 1 - ease(x), -6 * x * (1 - x), -6 + 12 * x
 
 
 def _wyvill(x: F64) -> tuple[F64, F64, F64]:

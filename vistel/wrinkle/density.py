@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 
+from vistel.geometry.smoothstep_kernels import ease
 from vistel.jit.kernel_jit import fast
 
 FAR = np.float32(1e30)
@@ -30,7 +31,7 @@ def quartic(x):
 @fast
 def hermite(x):
     """h(x) = 1 - 3 x^2 + 2 x^3 on [0, 1], then 0."""
-    return 1.0 - x * x * (3.0 - 2.0 * x) if x < 1.0 else 0.0
+    return 1.0 - ease(x) if x < 1.0 else 0.0
 
 
 @fast
@@ -137,7 +138,7 @@ def lay(out, step, line, span, values, first, cap, layers, reach, wraps):
                     if away >= near[i - r0, j - c0]:
                         continue
                     t = span[k, 0] + (span[k, 1] - span[k, 0]) * (u / length)
-                    t = t * t * (3.0 - 2.0 * t)
+                    t = ease(t)
                     r = values[k, 2] + (values[k, 3] - values[k, 2]) * t
                     near[i - r0, j - c0] = away
                     strength[i - r0, j - c0] = values[k, 0] + (values[k, 1] - values[k, 0]) * t

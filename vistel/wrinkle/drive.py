@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS
 from vistel.geometry.rotation import quaternion_from_matrix
+from vistel.geometry.smoothstep import ease
 from vistel.wrinkle.errors import Entry
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -43,7 +44,7 @@ class Curve(Entry):
             return float(weight[-1])
         k = int(np.searchsorted(at, value, side="right")) - 1
         t = (value - at[k]) / (at[k + 1] - at[k])
-        t = t * t * (3.0 - 2.0 * t) if self.form == "smooth" else t
+        t = ease(t) if self.form == "smooth" else t
         return float(weight[k] + t * (weight[k + 1] - weight[k]))
 
 

@@ -15,6 +15,7 @@ from vistel.arrays import F64, I32
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, PARENTS
 from vistel.geometry.rotation import multiply, quaternion_from_matrix
+from vistel.geometry.smoothstep_kernels import ease
 from vistel.jit.kernel_jit import compiled
 from vistel.wrinkle.drive import Drive
 
@@ -95,5 +96,5 @@ def _weigh(
             k += 1
         t = (x - knots[k, 0]) / (knots[k + 1, 0] - knots[k, 0])
         if smooth[s]:
-            t = t * t * (3.0 - 2.0 * t)
+            t = ease(t)
         values[s] = knots[k, 1] + t * (knots[k + 1, 1] - knots[k, 1])

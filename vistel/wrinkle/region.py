@@ -19,6 +19,7 @@ from pydantic import Field
 from vistel.arrays import F32, F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.smoothstep import smoothstep
 from vistel.wrinkle.errors import Entry, WrinkleError, checked, read_toml
 
 FILE = Path(__file__).with_name("regions.toml")
@@ -167,5 +168,4 @@ def _inwards(vertices: F32, triangles: NDArray[np.int32], member: NDArray[np.boo
         distance = reached
         if changed.min(initial=np.inf) > start + fade:
             break
-    t = np.clip((distance - start) / fade, 0.0, 1.0)
-    return np.where(member, t * t * (3.0 - 2.0 * t), 0.0).astype(np.float32)
+    return np.where(member, smoothstep(0.0, fade, distance - start), 0.0).astype(np.float32)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel import colour
 from vistel.arrays import F32, U8
 from vistel.wrinkle.displacement import Map, bump_normals, slopes
 from vistel.wrinkle.errors import WrinkleError
@@ -111,15 +112,12 @@ def sample(picture: F32, shift: F32, wraps: bool) -> F32:
 
 def linear(picture: U8) -> F32:
     """Linear light of sRGB bytes."""
-    x = np.arange(256) / 255.0
-    table = np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    return table[picture]
+    return colour.linear(np.arange(256) / 255.0).astype(np.float32)[picture]
 
 
 def encoded(light: F32) -> U8:
     """sRGB bytes of linear light."""
-    x = np.clip(light, 0.0, 1.0)
-    return np.asarray(np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055) * 255.0 + 0.5, np.uint8)
+    return np.asarray(colour.srgb(np.clip(light, 0.0, 1.0)) * 255.0 + 0.5, np.uint8)
 
 
 def smoothed(of: Map, sigma: float) -> Map:

@@ -22,6 +22,7 @@ from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
+from vistel.geometry.smoothstep import ease
 from vistel.space.people import HAND_JOINT
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel_services.renderer.giving_way import STILL, Shown, gives_way, moved_hand, towards
@@ -114,7 +115,7 @@ class HeldThings:
         out = dict(people)
         for (who, right), hand in self._hands.items():
             if who in out:
-                u = hand.share * hand.share * (3.0 - 2.0 * hand.share)
+                u = ease(hand.share)
                 own = out[who].hands
                 hands = own.copy()
                 hands[int(right)] += u * (hand.fingers - own[int(right)])
@@ -160,7 +161,7 @@ def _drawn(track: _Track, now_ns: int, said: Pose, predicted: Pose | None, grasp
     u = 1.0 - min(1.0, max(0.0, (now_ns - track.changed_ns) / BLEND_NS))
     if u <= 0.0:
         track.offset = None
-    track.drawn = target if track.offset is None else _with(target, track.offset, u * u * (3.0 - 2.0 * u))
+    track.drawn = target if track.offset is None else _with(target, track.offset, ease(u))
     return track.drawn
 
 

@@ -6,14 +6,12 @@ makes a figure of it; what is there is believed.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import inspect
 import logging
 import os
 import pickle
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -25,6 +23,7 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.builtin import by_turns, default_cache
 from vistel.figure.layers import skin
 from vistel.jit.kernel_jit import stamp_of
+from vistel.whole_file import whole_file
 from vistel.wrinkle import shown
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.wardrobe import FOLDER, WrinkleSet, sets_in, wardrobe
@@ -117,15 +116,8 @@ def _write(path: Path, person: Person) -> None:
     """Whole or not at all; older ones make room."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                pickle.dump(person, stream, 5)
-            os.replace(part, path)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.unlink(part)
-            raise
+        with whole_file(path, private=True) as stream:
+            pickle.dump(person, stream, 5)
         _make_room(path.parent)
     except OSError as fault:
         log.warning("event=figure_not_kept path=%s reason=%s", path, fault)

@@ -15,6 +15,7 @@ from vistel.figure.body import PosedBody
 from vistel.figure.posture.posture import JointPose
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.geometry.smoothstep import ease
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.ghosts.constraint import Constraint, Pull
 from vistel.implicit.ghosts.deformable import Deformable
@@ -93,8 +94,7 @@ def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: Pose, limb: Primitive, 
 
 def smoothly(u: float) -> float:
     """0 for u <= 0, 1 for u >= 1, without slope at both ends."""
-    u = min(max(u, 0.0), 1.0)
-    return u * u * (3.0 - 2.0 * u)
+    return ease(min(max(u, 0.0), 1.0))
 
 
 class SoftThing:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,7 @@ from prometheus_client import Gauge
 from vistel.space.room import Room
 from vistel.space.snapshot import VERSION, version_of
 from vistel.space.world import World
+from vistel.whole_file import whole_file
 from vistel_services.world import journal
 
 log = logging.getLogger("vistel.world")
@@ -210,18 +210,8 @@ class Store:
 
     def _write(self, data: bytes, step: int) -> None:
         """All of the file or nothing of it."""
-        path = self._path(self._term, step, "snapshot")
-        part = path.with_suffix(".part")
-        try:
-            with part.open("wb") as out:
-                out.write(data)
-                out.flush()
-                os.fsync(out.fileno())
-            os.replace(part, path)
-        except OSError:
-            with contextlib.suppress(OSError):
-                part.unlink(missing_ok=True)
-            raise
+        with whole_file(self._path(self._term, step, "snapshot"), sync=True) as out:
+            out.write(data)
 
     def _prune(self, step: int) -> None:
         self._done = sorted({*self._done, (self._term, step)})[-KEPT:]

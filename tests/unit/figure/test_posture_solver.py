@@ -35,6 +35,7 @@ from vistel.figure.posture.swivel import wrist_angles
 from vistel.figure.posture.trunk import leg_angles
 from vistel.figure.skeleton import COLLAR_SHORTENING, JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import rotation_y, rotation_z, rotvec_from_matrix, rotvec_from_quaternion
+from vistel.geometry.smoothstep import ease
 
 SKELETON = standard_skeleton()
 GOLDEN = Path(__file__).parents[2] / "golden.json"
@@ -282,7 +283,7 @@ def test_standing_up_straightens_the_legs_over_feet_that_stay() -> None:
     first = last = None
     for k in range(180):
         u = min(1.0, k / 120)
-        u = u * u * (3 - 2 * u)
+        u = ease(u)
         dofs = standing().dofs.copy()
         thigh, shank = SKELETON.upper_leg, SKELETON.lower_leg
         # Hips rise and come forward over the feet.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from vistel.figure.making.colours import linear
+from vistel.colour import linear
 from vistel.figure.making.files.source import Material
 from vistel.space.commands.reshape import curved, joined, painted, scaled, stretched
 from vistel.space.files import Interior, Model, RoomFileError, load_room, load_seats, load_things, save_usd

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.figure.face.landmarks import EYEBALL
+from vistel.geometry.smoothstep import smooth
 
 SPAN = np.radians(34.0)
 """Along the eyeball, from a lid's edge to where the skin no longer follows it."""
@@ -50,7 +51,7 @@ class Slit:
         low, high = float(self.across[0]), float(self.across[-1])
         beyond = np.maximum(low - across, across - high)
         top, bottom = np.interp(across, self.across, self.top), np.interp(across, self.across, self.bottom)
-        middle, moves = 0.5 * (top + bottom), 1.0 - _smooth(beyond / BESIDE)
+        middle, moves = 0.5 * (top + bottom), 1.0 - smooth(beyond / BESIDE)
         return np.where(beyond > 0.0, middle, top), np.where(beyond > 0.0, middle, bottom), moves
 
     def lowest(self, across: F64) -> F64:
@@ -73,7 +74,7 @@ def lids_of(p: F64, centre: F64, scale: float, triangles: I64 | None) -> Lids:
     angle, top, bottom, moves = angle[vertex], top[vertex], bottom[vertex], moves[vertex]
     upper = angle > 0.5 * (top + bottom)
     from_edge = np.where(upper, angle - top, bottom - angle)
-    share = (1.0 - _smooth(from_edge / SPAN)) * (1.0 - _smooth((away[vertex] / ball - 1.25) / 0.9)) * moves
+    share = (1.0 - smooth(from_edge / SPAN)) * (1.0 - smooth((away[vertex] / ball - 1.25) / 0.9)) * moves
     closes = top - slit.lowest(across[vertex]) + OVERLAP
     opening = (top - bottom) / float((slit.top - slit.bottom).max())
     return Lids(centre, vertex, upper, np.where(upper, closes * share, 0.0), np.where(upper, 1.0, FOLLOWS_BELOW) * opening * share)
@@ -134,8 +135,3 @@ def _almond() -> Slit:
     across = _ACROSS[np.abs(_ACROSS) < width]
     opening = half * np.sqrt(1.0 - (across / width) ** 2)
     return Slit(across, opening, -opening)
-
-
-def _smooth(x: F64) -> F64:
-    t = np.clip(x, 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)

@@ -16,6 +16,7 @@ from vistel.figure.face.lips import line_of_lips, sides_of_mouth
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
 from vistel.figure.face.rules import FaceRules, OneSided, Pull, builtin_rules
 from vistel.figure.face.targets import half, shapes_of
+from vistel.geometry.smoothstep import smooth
 
 REACH_M, MOST_REST = 0.05, 0.012
 """How far round a mark the skin follows what the rules leave of its motion, and how much of it at most."""
@@ -184,7 +185,7 @@ class FaceShape:
         for name in ("upper_lip", "left_nose_wing", "right_nose_wing"):
             weight[:, MARK_INDEX[name]] *= 1.0 - self._below
         across, up, ahead = (np.abs(p[:, 0] - marks.middle[0]), np.abs(p[:, 1] - marks.middle[1]), p[:, 2] - marks.hinge[2])
-        rim = _smooth((0.11 - across / scale) / 0.03) * _smooth((0.16 - up / scale) / 0.04) * _smooth((ahead / scale + 0.02) / 0.04)
+        rim = smooth((0.11 - across / scale) / 0.03) * smooth((0.16 - up / scale) / 0.04) * smooth((ahead / scale + 0.02) / 0.04)
         own = weight[-MARK_COUNT:] + 1e-3 * np.eye(MARK_COUNT)
         return (rim * self._outside)[:, None] * (weight @ np.linalg.inv(own))
 
@@ -220,13 +221,13 @@ def below_the_lips(p: F64, marks: Landmarks) -> F64:
     line, across = line_of_lips(p, marks)
     beyond = np.clip((across - 0.75) / 0.55, 0.0, 1.0)
     soft = marks.scale * (0.0009 + 0.020 * beyond * beyond)
-    return _smooth((line - p[:, 1]) / soft * 0.5 + 0.5)
+    return smooth((line - p[:, 1]) / soft * 0.5 + 0.5)
 
 
 def _of_lip(p: F64, side: F64, below: F64, inside: NDArray[np.bool_], marks: Landmarks) -> F64:
     """(N,) `below`, sharp between the lips' edges where it is known which lip a vertex is of, as it was at the corners."""
     _, across = line_of_lips(p, marks)
-    corner = np.where(inside, 0.0, _smooth((across - 0.72) / 0.25))
+    corner = np.where(inside, 0.0, smooth((across - 0.72) / 0.25))
     return np.where(np.isnan(side), below, side + corner * (below - side))
 
 
@@ -243,19 +244,14 @@ def _jaw_weight(p: F64, below: F64, marks: Landmarks, inside: NDArray[np.bool_])
     half = abs(m[MARK_INDEX["left_mouth_corner"]][0] - m[MARK_INDEX["right_mouth_corner"]][0]) * 0.5
     aside = np.abs(p[:, 0] - marks.middle[0])
     # Beside the mouth the cheek stretches over a hand's breadth of angle; towards the jaw's corners skin goes along less and less.
-    cheek = _smooth((angle - (mouth - 0.33)) / 0.60)
-    at_lips = (1.0 - _smooth((aside / half - 0.45) / 0.5)) * _smooth((q[:, 2] - 0.045 * scale) / (0.02 * scale))
+    cheek = smooth((angle - (mouth - 0.33)) / 0.60)
+    at_lips = (1.0 - smooth((aside / half - 0.45) / 0.5)) * smooth((q[:, 2] - 0.045 * scale) / (0.02 * scale))
     at_lips = np.where(inside, 1.0, at_lips)
-    weight = (cheek + at_lips * (below - cheek)) * (1.0 - _smooth((aside / scale - JAW_SIDE[0]) / (JAW_SIDE[1] - JAW_SIDE[0])))
-    throat = 1.0 - _smooth((angle - last - 0.18) / 0.62)
+    weight = (cheek + at_lips * (below - cheek)) * (1.0 - smooth((aside / scale - JAW_SIDE[0]) / (JAW_SIDE[1] - JAW_SIDE[0])))
+    throat = 1.0 - smooth((angle - last - 0.18) / 0.62)
     return weight * throat
 
 
 def _round(p: F64, mark: F64, reach: float) -> F64:
     away = np.linalg.norm(p - mark, axis=1) / reach
     return np.maximum(0.0, 1.0 - away) ** 4 * (4.0 * away + 1.0)
-
-
-def _smooth(x: F64) -> F64:
-    t = np.clip(x, 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)

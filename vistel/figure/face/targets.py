@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-import numpy as np
-
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Target
 from vistel.figure.face.rules import FaceRules, OneSided, builtin_rules
+from vistel.geometry.smoothstep import smooth
 
 FILE = Path(__file__).with_name("targets.toml")
 _SIDE = re.compile(r"(?<![a-z])(left|right)(?![a-z])|(left|right)$|[ _.-](l|r)$", re.IGNORECASE)
@@ -55,8 +54,7 @@ def shapes_of(unit: OneSided, targets: Sequence[Target]) -> tuple[list[Target], 
 
 def half(p: F64, middle: F64, scale: float, side: int) -> F64:
     """(N,) share of a shape of both sides that is of one."""
-    t = np.clip(0.5 + 0.5 * side * (p[:, 0] - middle[0]) / (SPLIT_M * scale), 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)
+    return smooth(0.5 + 0.5 * side * (p[:, 0] - middle[0]) / (SPLIT_M * scale))
 
 
 def _meaning(name: str) -> Meaning | None:

@@ -5,8 +5,6 @@ An .npz of arrays (no pickles) keeps everything; OBJ + MTL + PNG keeps shape and
 
 from __future__ import annotations
 
-import os
-import tempfile
 import tokenize
 import zipfile
 import zlib
@@ -22,6 +20,7 @@ from vistel.figure.avatar.avatar import Avatar, Mesh, Target
 from vistel.figure.avatar.patch import from_arrays, to_arrays
 from vistel.figure.body import Body
 from vistel.figure.skeleton import Skeleton
+from vistel.whole_file import whole_file
 
 FORMAT = 2
 MOST_TEXELS = 4096
@@ -62,14 +61,8 @@ def save_avatar(avatar: Avatar, path: Path, *, small: bool = False) -> None:
                 arrays[f"level{k}.mesh{i}.target.size"] = np.array([len(t.vertex) for t in mesh.targets])
                 arrays[f"level{k}.mesh{i}.target.vertex"] = np.concatenate([t.vertex for t in mesh.targets])
                 arrays[f"level{k}.mesh{i}.target.offset"] = np.concatenate([t.offset for t in mesh.targets])
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            np.savez_compressed(stream, **arrays)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as stream:
+        np.savez_compressed(stream, **arrays)
 
 
 def load_avatar(path: Path) -> Avatar:

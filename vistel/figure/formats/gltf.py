@@ -10,7 +10,6 @@ makes them anew.
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ from vistel.figure.formats.usd import joints_only
 from vistel.figure.making.files.vrm import REQUIRED, vrm_name
 from vistel.figure.rigid.weights import influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
+from vistel.whole_file import whole_file
 
 GLTF_ENDINGS = (".glb", ".vrm")
 EXTENSION = "VISTEL_avatar"
@@ -40,10 +40,8 @@ def save_gltf(avatar: Avatar, path: Path, *, author: str = "") -> None:
     if ending not in GLTF_ENDINGS:
         raise ValueError(f"{path}: expected a name that ends in {', '.join(GLTF_ENDINGS)}")
     data = _Writer().whole(avatar, author or avatar.name or "unknown", vrm=ending == ".vrm")
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem}") as folder:
-        whole = Path(folder) / path.name
-        whole.write_bytes(data)
-        whole.replace(path)
+    with whole_file(path) as stream:
+        stream.write(data)
 
 
 class _Writer(Binary):

@@ -12,6 +12,7 @@ from vistel.figure.layers.anatomy import BONES, BoneSpec, Site
 from vistel.figure.layers.places import Places, unit
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.smoothstep import ease
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Bone:
         """How far it shows in a posture: 0 with its joint straight, 1 bent to `full` and more, C1 between."""
         parent, child = (joints.rotation[j] @ self.direction for j in self.hinge)
         u = float(np.clip((1.0 - parent @ child) / (1.0 - math.cos(self.full)), 0.0, 1.0))
-        return u * u * (3.0 - 2.0 * u)
+        return ease(u)
 
 
 def bones_of(places: Places, specs: tuple[BoneSpec, ...] = BONES) -> tuple[Bone, ...]:

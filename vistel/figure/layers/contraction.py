@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vistel.arrays import F64
+from vistel.geometry.smoothstep import smooth
 
 SHORTEST, LONGEST = 0.5, 1.6
 """Belly length / its length at rest is kept within these: beyond them a muscle does not work, or the path of this model is
@@ -19,8 +20,7 @@ YIELD = 0.12
 def activation(stretch: ArrayLike) -> F64:
     """Activation in [0, 1] from posture, for belly lengths / at rest (...,): 0 at the length of rest and beyond, 1 at FULL
     and below, C1 between."""
-    u = np.clip((1.0 - np.asarray(stretch, np.float64)) / (1.0 - FULL), 0.0, 1.0)
-    return u * u * (3.0 - 2.0 * u)
+    return smooth((1.0 - np.asarray(stretch, np.float64)) / (1.0 - FULL))
 
 
 def belly_length(stretch: ArrayLike, active: ArrayLike) -> F64:

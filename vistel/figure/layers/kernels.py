@@ -10,6 +10,7 @@ import numpy as np
 
 from vistel.figure.layers.contraction import FULL, LONGEST, SHORTEST, YIELD
 from vistel.figure.rigid.lanes import LANES, by_dual_quaternions, by_matrix, one_hemisphere
+from vistel.geometry.smoothstep_kernels import ease
 from vistel.jit.addresses import doubles, floats, ints
 from vistel.jit.kernel_jit import fast, inlined, leaf
 from vistel.jit.lanes import inverse_root, of_width, store
@@ -58,7 +59,7 @@ def _muscle_value(length, tendon, fibre, effort):
     """How much thicker a belly is than at rest, 1 where it is FULL of its length (see `contraction`)."""
     stretch = min(max((length - tendon) / fibre, SHORTEST), LONGEST)
     u = min(max((1.0 - stretch) / (1.0 - FULL), 0.0), 1.0)
-    active = max(u * u * (3.0 - 2.0 * u), effort)
+    active = max(ease(u), effort)
     belly = max(stretch * (1.0 - YIELD * active), 0.8 * SHORTEST)
     value = (1.0 / math.sqrt(belly) - 1.0) / (1.0 / math.sqrt(FULL * (1.0 - YIELD)) - 1.0)
     return min(max(value, LEAST), MOST)
@@ -89,7 +90,7 @@ def drive(t, rotation, position):
         for i in range(3):
             cosine += (p[i, 0] * x + p[i, 1] * y + p[i, 2] * z) * (c[i, 0] * x + c[i, 1] * y + c[i, 2] * z)
         u = min(max((1.0 - cosine) / (1.0 - full[b]), 0.0), 1.0)
-        value[t[MUSCLES] + b] = np.float32(u * u * (3.0 - 2.0 * u))
+        value[t[MUSCLES] + b] = np.float32(ease(u))
 
 
 @leaf

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from vistel.arrays import F64, U8
-from vistel.figure.making.colours import linear, srgb
+from vistel.colour import linear, srgb
 
 REPEAT, MIRROR, CLAMP = "repeat", "mirror", "clamp"
 

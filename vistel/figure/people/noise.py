@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.geometry.smoothstep_kernels import ease
 from vistel.jit.kernel_jit import compiled
 
 
@@ -29,7 +30,7 @@ def _lattice(i: int, j: int, k: int, seed: int) -> float:
 def _value(x: float, y: float, z: float, seed: int) -> float:
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
     u, v, w = x - i, y - j, z - k
-    u, v, w = u * u * (3 - 2 * u), v * v * (3 - 2 * v), w * w * (3 - 2 * w)
+    u, v, w = ease(u), ease(v), ease(w)
     total = 0.0
     for c in range(8):
         a, b, d = c & 1, (c >> 1) & 1, c >> 2
@@ -51,12 +52,6 @@ def noise(points: F64, octaves: int, seed: int) -> F64:
             scale *= 2.0
         out[n] = total / norm
     return out
-
-
-def smoothstep(low: float, high: float, x: F64) -> F64:
-    """0 below low, 1 above high, smooth between."""
-    t = np.clip((x - low) / (high - low), 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)
 
 
 def bump(p: F64, centre: tuple[float, float, float], sigma: float, *, mirrored: bool = True) -> F64:

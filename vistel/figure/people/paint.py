@@ -13,11 +13,12 @@ from vistel.figure.people.field import Solid
 from vistel.figure.people.hair import paint_hair, strands
 from vistel.figure.people.head import EYE, EYE_RADIUS
 from vistel.figure.people.mouth import Mouth, shade
-from vistel.figure.people.noise import noise, smoothstep
+from vistel.figure.people.noise import noise
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.reduce import normals
 from vistel.figure.people.skin import paint_lip, paint_skin
 from vistel.figure.people.trunk import collar_height, within_collar
+from vistel.geometry.smoothstep import smoothstep
 from vistel.implicit.constants import THRESHOLD
 
 _PAINTERS: dict[int, Callable[[Recipe, F64, F64], F64]] = {

@@ -7,22 +7,18 @@ from typing import Any
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.geometry.smoothstep import smooth
 
 _ARM_Y = 1.41
 _HAND, _HEAD = 1.8, 2.2  # extra stretch
 
 
-def _ramp(t: F64) -> F64:
-    t = np.clip(t, 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)
-
-
 def _gain_along_arm(x: F64) -> F64:
-    return 1.0 + _HAND * _ramp((x - 0.62) / 0.12)
+    return 1.0 + _HAND * smooth((x - 0.62) / 0.12)
 
 
 def _gain_up(y: F64) -> F64:
-    return 1.0 + _HEAD * _ramp((y - 1.48) / 0.08)
+    return 1.0 + _HEAD * smooth((y - 1.48) / 0.08)
 
 
 def _integral(gain: Any, start: float, end: float) -> tuple[F64, F64]:

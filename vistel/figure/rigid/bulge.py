@@ -15,6 +15,7 @@ import numpy as np
 
 from vistel.arrays import F32, F64, I32
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
+from vistel.geometry.smoothstep import smooth
 
 HINGES = tuple(
     (f"{side}_{parent}", f"{side}_{child}")
@@ -70,12 +71,7 @@ def bulge_shapes(skeleton: Skeleton, vertices: F32, limb_joint: I32) -> BulgeSha
 
 def _belly(x: F64, length: float) -> F64:
     """A smooth hill from a little beyond the joint to where the limb ends; x: distance from the joint [m]."""
-    return _smoothstep((x + _NEAR * length) / (0.38 * length)) * _smoothstep((_AWAY * length - x) / (0.42 * length))
-
-
-def _smoothstep(u: F64) -> F64:
-    u = np.clip(u, 0.0, 1.0)
-    return u * u * (3.0 - 2.0 * u)
+    return smooth((x + _NEAR * length) / (0.38 * length)) * smooth((_AWAY * length - x) / (0.42 * length))
 
 
 def _axis_of_fold(child: int) -> F64:

@@ -9,6 +9,7 @@ import numpy as np
 from vistel.arrays import F32, F64, I32
 from vistel.figure.rigid.kernels import WITH_TWIST_OF, WITHOUT_TWIST_FROM
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, REFERENCE_HEIGHT, SPINE_SEGMENTS, Skeleton
+from vistel.geometry.smoothstep import smooth
 
 
 @dataclass(frozen=True)
@@ -76,16 +77,11 @@ def passed(skeleton: Skeleton, p: F64, joint: str) -> F64:
     if joint.endswith("foot"):
         axis = np.array((0.0, -1.0, 0.0))
     h = zone_half_length(skeleton, joint)
-    return _smoothstep(((p - skeleton.rest[j]) @ axis + h) / (2.0 * h))
+    return smooth(((p - skeleton.rest[j]) @ axis + h) / (2.0 * h))
 
 
 def _unit(v: F64) -> F64:
     return v / max(float(np.linalg.norm(v)), 1e-12)
-
-
-def _smoothstep(u: F64) -> F64:
-    u = np.clip(u, 0.0, 1.0)
-    return u * u * (3.0 - 2.0 * u)
 
 
 def _bone(joint: str, kind: int) -> int:
@@ -159,13 +155,13 @@ def _arm_reach(skeleton: Skeleton, p: F64, side: str) -> F64:
     """How far trunk vertices belong to an arm's joint at all: nothing below the armpit or across the
     middle."""
     centre, scale = skeleton.rest[JOINT_INDEX[f"{side}_upper_arm"]], skeleton.height / REFERENCE_HEIGHT
-    return _smoothstep((p[:, 1] - centre[1] + 0.15 * scale) / (0.12 * scale))
+    return smooth((p[:, 1] - centre[1] + 0.15 * scale) / (0.12 * scale))
 
 
 def _leg_reach(skeleton: Skeleton, p: F64, side: str) -> F64:
     """How far trunk vertices belong to a leg's joint: nothing at the crotch's middle or on the other side."""
     centre, scale = skeleton.rest[JOINT_INDEX[f"{side}_upper_leg"]], skeleton.height / REFERENCE_HEIGHT
-    return _smoothstep((p[:, 0] * np.sign(centre[0]) + 0.005 * scale) / (0.06 * scale))
+    return smooth((p[:, 0] * np.sign(centre[0]) + 0.005 * scale) / (0.06 * scale))
 
 
 def _spread_twist(skeleton: Skeleton, weight: F64, p: F64, side: str) -> F64:
@@ -174,7 +170,7 @@ def _spread_twist(skeleton: Skeleton, weight: F64, p: F64, side: str) -> F64:
     for joint, kind, whole_at_end in ((f"{side}_lower_arm", WITH_TWIST_OF, True), (f"{side}_upper_arm", WITHOUT_TWIST_FROM, False)):
         j, extra = JOINT_INDEX[joint], _bone(joint, kind)
         tip = skeleton.tip[j]
-        u = _smoothstep(((p - skeleton.rest[j]) @ tip / (tip @ tip) - 0.02) / 0.9) if whole_at_end else None
+        u = smooth(((p - skeleton.rest[j]) @ tip / (tip @ tip) - 0.02) / 0.9) if whole_at_end else None
         if u is None:
             u = 1.0 - np.clip((p - skeleton.rest[j]) @ tip / (tip @ tip) / 0.8, 0.0, 1.0)
         out[:, extra] += weight[:, j] * u

@@ -12,6 +12,7 @@ from typing import Self
 
 import numpy as np
 
+from vistel.geometry.smoothstep import ease
 from vistel.implicit.blend import QUARTIC, Blend
 from vistel.implicit.checks import ShapeError, Vec3, within
 from vistel.implicit.graph.combine import Placed, Sum
@@ -25,7 +26,7 @@ ENDS = 1e-3
 
 def eased(progress: float) -> float:
     """3 s^2 - 2 s^3: slow at both ends."""
-    return progress * progress * (3 - 2 * progress)
+    return ease(progress)
 
 
 def uniform_threshold(progress: float, blend: Blend = QUARTIC) -> float:

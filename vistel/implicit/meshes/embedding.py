@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vistel.arrays import F32, F64, I32
+from vistel.geometry.smoothstep import smooth
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, diff, quartic, union
@@ -158,7 +159,7 @@ def embed(vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None, normal
         for k in range(limbs.groups):
             linked = (min(g, k), max(g, k)) in limbs.adjacent
             if k != g and len(rows) and (linked or fields[k][rows].max() > 0.8 * T):
-                overlap[g, k] = 1.0 - _smoothstep(fields[k][rows] / (0.8 * T))
+                overlap[g, k] = 1.0 - smooth(fields[k][rows] / (0.8 * T))
     return Embedding(
         p,
         limbs,
@@ -185,11 +186,6 @@ def _contact(group: I32, limbs: Limbs, fields: list[F64], overlapping: list[tupl
         seen = [fields[g]] + [fields[k] for of, k in overlapping if of == g]
         out[rows] = np.max([f[rows] for f in seen], axis=0)
     return np.clip(T / np.maximum(out, 1e-9), W_FLOOR, W_CAP)
-
-
-def _smoothstep(u: F64) -> F64:
-    u = np.clip(u, 0.0, 1.0)
-    return u * u * (3.0 - 2.0 * u)
 
 
 def _fit(p: F64, limb: I32, limbs: Limbs) -> Fit:
@@ -289,8 +285,8 @@ def _joints(p: F64, group: I32, limbs: Limbs, fit: Fit, fields: list[F64]) -> tu
         group[rows] = np.where(child >= parent, joint.child_group, joint.parent_group)
         other[rows] = np.where(child >= parent, joint.parent_group, joint.child_group)
         mine, theirs = np.maximum(parent, child), np.minimum(parent, child)
-        mu[rows] = CREASE * _smoothstep(theirs / (0.8 * T))
-        alpha[rows] = AUTHORITY * (1.0 - _smoothstep((distance / radius - 1.6) / 0.4))
+        mu[rows] = CREASE * smooth(theirs / (0.8 * T))
+        alpha[rows] = AUTHORITY * (1.0 - smooth((distance / radius - 1.6) / 0.4))
         sphere = JOINT_WEIGHT * quartic(distance / (JOINT_REACH * radius))
         df[rows] = sphere + mu[rows] * diff(mine, theirs) + (1.0 - mu[rows]) * mine
     return hinge, other, group, mu, alpha, df

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32
 from vistel.implicit.polygonise.mesh import SurfaceMesh
+from vistel.whole_file import whole_file
 
 Any_ = NDArray[Any]
 
@@ -30,15 +31,8 @@ def save(mesh: SurfaceMesh, path: Path) -> None:
     if writer is None:
         raise ValueError(f"{path}: no format for {path.suffix or 'a name without an ending'!r}, expected {', '.join(FORMATS)}")
     data = writer(mesh)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as stream:
+        stream.write(data)
 
 
 def writable(path: Path) -> str | None:
@@ -247,9 +241,3 @@ def _split(mesh: SurfaceMesh) -> tuple[NDArray[np.int64], NDArray[np.int64], F32
     key = mesh.triangles.astype(np.int64) * len(mesh.normals) + mesh.normal_of
     pairs, corner = np.unique(key, return_inverse=True)
     return pairs // len(mesh.normals), corner.reshape(-1, 3), mesh.normals[pairs % len(mesh.normals)]
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

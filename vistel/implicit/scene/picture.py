@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import U8
+from vistel.colour import srgb
 from vistel.implicit.scene.model import SceneError
 
 
@@ -19,9 +20,7 @@ def encoded(light: NDArray[np.floating]) -> U8:
 
 
 def _table() -> U8:
-    x = np.linspace(0.0, 1.0, 1 << 14)
-    curve = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-    return np.round(255 * curve).astype(np.uint8)
+    return np.round(255 * srgb(np.linspace(0.0, 1.0, 1 << 14))).astype(np.uint8)
 
 
 _TABLE = _table()

@@ -20,6 +20,7 @@ import math
 import numpy as np
 from numba.np.numpy_support import carray
 
+from vistel.geometry.smoothstep_kernels import ease
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, SPHERE, SUPERELLIPSOID
@@ -267,7 +268,7 @@ def feel(first, pairs, point, normal, field_depth, compliance, all_a, all_b, pre
             long = min(_radius(a), _radius(b))
             result[:] = 0.0
             left = min(max((GONE - T - field_depth[row]) / (GONE - FADES), 0.0), 1.0)
-            left = left * left * (3.0 - 2.0 * left)
+            left = ease(left)
             if left == 0.0:
                 continue
             n = (normal[row, 0], normal[row, 1], normal[row, 2])

@@ -7,18 +7,18 @@ What only the world needs stays behind; USD keeps it.
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.colour import linear
 from vistel.figure.formats.gltf_binary import INDICES, Binary, png
-from vistel.figure.making.colours import linear
 from vistel.space.files.interior import Interior
 from vistel.space.files.surfaces import Piece, pieces_of
 from vistel.space.things.things import Thing
+from vistel.whole_file import whole_file
 
 
 def save_glb(interior: Interior, path: Path) -> None:
@@ -26,10 +26,8 @@ def save_glb(interior: Interior, path: Path) -> None:
     if path.suffix.lower() != ".glb":
         raise ValueError(f"{path}: expected a name that ends in .glb")
     data = _Writer().whole(interior)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem}") as folder:
-        whole = Path(folder) / path.name
-        whole.write_bytes(data)
-        whole.replace(path)
+    with whole_file(path) as stream:
+        stream.write(data)
 
 
 class _Writer(Binary):

@@ -335,6 +335,6 @@ def _linear(colour: int) -> Any:
     """USD's colours are linear light."""
     from pxr import Gf  # noqa: PLC0415
 
-    from vistel.figure.making.colours import linear  # noqa: PLC0415
+    from vistel.colour import linear  # noqa: PLC0415
 
     return Gf.Vec3f(*linear(np.array([colour >> s & 0xFF for s in (24, 16, 8)]) / 255.0).tolist())

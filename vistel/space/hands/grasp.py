@@ -16,6 +16,7 @@ import numpy as np
 from vistel.arrays import F64, I64
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
+from vistel.geometry.smoothstep import ease
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.hands.axes import axes_of
@@ -95,7 +96,7 @@ class Grasp:
     def settled(self, t_ns: int) -> float:
         """How far thing and fingers have come to where they are brought: 0 to 1."""
         u = min(1.0, max(0.0, (t_ns - self.since_ns) / SETTLE_NS))
-        return u * u * (3.0 - 2.0 * u)
+        return ease(u)
 
     def lie(self, t_ns: int) -> Pose:
         """Where the thing lies in the hand joint's frame at `t_ns`, as far as the hand has a say in that."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.geometry.smoothstep import ease
 
 SPEED, SPIN = 0.5, 3.0
 """Means over a way [m/s], [rad/s]."""
@@ -44,7 +45,7 @@ class Glide:
     def at(self, step: int) -> tuple[F64, F64]:
         """Position (3,) and rotation (4,) at a step: slow at both ends."""
         u = min(1.0, max(0.0, (step - self.step) / self.steps))
-        u = u * u * (3.0 - 2.0 * u)
+        u = ease(u)
         turned = matrix_from_rotvec(np.ascontiguousarray(u * self.turn)) @ matrix_from_quaternion(self.rotation)
         return on_way(self.position, self.shift, self.lift, u), quaternion_from_matrix(np.ascontiguousarray(turned))
 

@@ -16,6 +16,7 @@ from scipy.spatial import KDTree
 from vistel.arrays import F64, I64, U8
 from vistel.figure.making.assembly.piece import Piece, closest, loops
 from vistel.figure.making.files.source import MakingError, Material
+from vistel.geometry.smoothstep import smooth
 
 TEXELS = 320
 """Along a side of the picture of one joint."""
@@ -108,8 +109,7 @@ def _painted(made: Piece, share: F64, limbs: Sequence[Piece], materials: Sequenc
     corner = made.triangles[row[inside]]
     b = bary[inside]
     points = np.einsum("nk,nkc->nc", b, made.points[corner])
-    t = np.clip(np.einsum("nk,nk->n", b, share[corner]), 0.0, 1.0)
-    t = t * t * (3.0 - 2.0 * t)
+    t = smooth(np.einsum("nk,nk->n", b, share[corner]))
     colours = [colour_at(limb, points, materials) for limb in limbs]
     out = np.zeros((TEXELS, TEXELS, 3))
     out[inside] = (1.0 - t)[:, None] * colours[0] + t[:, None] * colours[1]

@@ -20,6 +20,7 @@ from scipy.spatial import KDTree
 from vistel.arrays import F64, I64
 from vistel.figure.making.assembly.piece import Piece, at_vertices, closed, closest, connected, cut, loops
 from vistel.figure.making.files.source import MakingError
+from vistel.geometry.smoothstep import smooth
 from vistel.implicit.blend import QUARTIC
 from vistel.implicit.checks import ShapeError
 from vistel.implicit.constants import THRESHOLD
@@ -370,8 +371,7 @@ def _hidden(p: F64, tri: I64, centre: F64, frame: Frame) -> NDArray[np.bool_]:
 
 def _drawn_in(solid: Piece, centre: F64, frame: Frame) -> Piece:
     """The solid whose field at what was its surface falls from the threshold to nothing through the zone."""
-    u = np.clip((solid.points[:, 2] + frame.zone) / (2.0 * frame.zone), 0.0, 1.0)
-    share = 1.0 - u * u * (3.0 - 2.0 * u)
+    share = 1.0 - smooth((solid.points[:, 2] + frame.zone) / (2.0 * frame.zone))
     scale = REACH / BLEND.inverse(THRESHOLD * share)
     return replace(solid, points=centre + scale[:, None] * (solid.points - centre))
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from vistel.arrays import U8
+from vistel.colour import srgb
 from vistel.figure.avatar.patch import Patch
-from vistel.figure.making.colours import srgb
 from vistel.figure.making.files.gltf import Document
 from vistel.figure.making.files.source import Finish, MakingError, Material
 from vistel.figure.making.maps import CLAMP, MIRROR, REPEAT, Lying, laid, occluded, scaled, steeper, times, tinted, together

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.colours import srgb
+from vistel.colour import srgb
 from vistel.figure.making.files.source import Finish, Material
 from vistel.figure.making.files.usd_patches import Inputs, channel_of, lying_of, patch_read, texture_reader
 from vistel.figure.making.maps import Lying

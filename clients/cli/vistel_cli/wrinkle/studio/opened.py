@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats.usd import save_usd
+from vistel.whole_file import whole_file
 from vistel.wrinkle.wardrobe import WrinkleSet, sets_in, wardrobe
 from vistel.wrinkle.wardrobe_text import wardrobe_text
 
@@ -59,12 +58,5 @@ def worn_by(avatar: Avatar, source: str) -> list[WrinkleSet]:
 
 
 def _write(path: Path, text: str) -> None:
-    """Whole or not at all."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as stream:
+        stream.write(text.encode())

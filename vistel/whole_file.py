@@ -1,0 +1,31 @@
+"""Files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+
+@contextmanager
+def whole_file(path: Path, *, private: bool = False, sync: bool = False) -> Iterator[BinaryIO]:
+    """A stream into a new file beside `path`. At the end of the block the file takes the place of `path`; after an error it is
+    removed and `path` stays as it was.
+
+    private: only its owner may read it; sync: it is on the disk before it takes its place. Raises OSError, also where the
+    folder is missing.
+    """
+    part = path.with_name(f"{path.stem}{os.urandom(4).hex()}.part")
+    handle = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600 if private else 0o666)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            yield stream
+            if sync:
+                stream.flush()
+                os.fsync(stream.fileno())
+        os.replace(part, path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
