@@ -13,14 +13,24 @@ from google.protobuf.message import DecodeError
 
 from vistel.wire.bus import BusCounters, Sample
 from vistel.wire.freshness import Freshness
+from vistel.wire.reliable import CACHE_MESSAGES
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 from vistel.wire.world.fence import Fence
 
 log = logging.getLogger("vistel.bus")
 
 QUEUE_LIMIT = 4096
+"""Messages that wait in a NEWEST subscription with `queue_all`; beyond that the oldest go."""
 RELIABLE_LIMIT = 65536
+"""Messages that wait in a RELIABLE subscription."""
+RELIABLE_BYTES = 64 << 20
+"""Bytes of messages that wait there."""
 STALE_AFTER_NS = 250_000_000
+"""Age [ns] beyond which a NEWEST message is dropped on arrival."""
+
+
+class OverflowedError(RuntimeError):
+    """A reliable subscription was not read for so long that messages are lost; who reads it must begin again."""
 
 
 class Decoder:
@@ -61,6 +71,9 @@ class Inbox:
     NEWEST topics keep the newest payload per key and decode only that; with `queue_all`, and for RELIABLE
     topics, everything is kept in order. However many messages arrive, the loop is woken once until it has
     drained; with `polled` it is not woken at all, and only `take` gives what has arrived.
+
+    A NEWEST inbox that is full drops its oldest messages and counts them. A RELIABLE one never loses a message unnoticed: its
+    feeder holds messages back while it is `full`, and where that cannot be, reading it raises OverflowedError.
     """
 
     def __init__(
@@ -82,7 +95,10 @@ class Inbox:
         self._loop = loop
         self._newest_only = topic.delivery is Delivery.NEWEST and not queue_all
         self._stale_after_ns = stale_after_ns if self._newest_only else None
-        self._limit = RELIABLE_LIMIT if topic.delivery is Delivery.RELIABLE else QUEUE_LIMIT
+        # Once the first of a gap has come, one arrival may release all that its sender keeps.
+        self._limit = RELIABLE_LIMIT + CACHE_MESSAGES if topic.delivery is Delivery.RELIABLE else QUEUE_LIMIT
+        self._raw_bytes = self._ready_bytes = 0
+        self._lost = 0
         self._polled = polled
         self._on_close = on_close
         self._lock = threading.Lock()
@@ -111,6 +127,7 @@ class Inbox:
                     self._raw_newest[key] = (payload, received_ns)
             else:
                 self._raw.extend(messages)
+                self._raw_bytes += sum(len(payload) for _, payload, _ in messages)
                 while len(self._raw) > self._limit:
                     self._raw.popleft()
                     self._overflow()
@@ -119,17 +136,26 @@ class Inbox:
             self._woken = True
         wake(self._loop, self._drain)
 
+    @property
+    def full(self) -> bool:
+        """Whether a RELIABLE inbox should be fed no more for now. From any thread."""
+        return len(self._raw) + len(self._ready) >= RELIABLE_LIMIT or self._raw_bytes + self._ready_bytes >= RELIABLE_BYTES
+
     def take(self) -> list[Sample]:
         self._drain()
+        self._check()
         self._arrived.clear()
         out = list(self._ready)
         self._ready.clear()
+        self._ready_bytes = 0
         return out
 
     async def __aiter__(self) -> AsyncIterator[Sample]:
         while True:
             while self._ready:
+                self._check()
                 yield self._ready.popleft()
+            self._ready_bytes = 0
             if self.closed:
                 return
             self._arrived.clear()
@@ -150,6 +176,8 @@ class Inbox:
             else:
                 items = list(self._raw)
                 self._raw.clear()
+                self._ready_bytes += self._raw_bytes
+                self._raw_bytes = 0
         for key, payload, received_ns in items:
             sample = self._sample(key, payload, received_ns)
             if sample is not None:
@@ -191,8 +219,12 @@ class Inbox:
 
     def _overflow(self) -> None:
         self._counters.overflow += 1
-        if self.topic.delivery is Delivery.RELIABLE and self._counters.overflow % 1000 == 1:
-            log.error("reliable messages lost topic=%s reason='the reader is %d behind'", self.topic.name, self._limit)
+        if self.topic.delivery is Delivery.RELIABLE:
+            self._lost += 1
+
+    def _check(self) -> None:
+        if self._lost:
+            raise OverflowedError(f"{self.topic.name}: {self._lost} reliable messages lost, the reader was {self._limit} behind")
 
 
 def wake(loop: asyncio.AbstractEventLoop, callback: Callable[[], object]) -> None:

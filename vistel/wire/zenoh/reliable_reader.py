@@ -1,4 +1,9 @@
-"""A reliable subscription over Zenoh: history first, then order, and repair of what the network dropped."""
+"""A reliable subscription over Zenoh: history first, then order, and repair of what the network dropped.
+
+What arrives while too much waits already (a reader that does not read, an event loop that computes) is dropped as if the
+network had dropped it: the gap is seen at the next message or heartbeat and the sender asked again. What a sender has
+meanwhile let go of (`vistel.wire.reliable.CACHE_MESSAGES`, `CACHE_BYTES`) is counted as lost and logged.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +12,17 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import threading
 from collections import deque
 from collections.abc import Callable
 
 import zenoh
 
 from vistel.wire import background
+from vistel.wire import inbox as inboxes
 from vistel.wire.bus import BusCounters
 from vistel.wire.clock import Clock
-from vistel.wire.inbox import RELIABLE_LIMIT, Inbox, wake
+from vistel.wire.inbox import Inbox, wake
 from vistel.wire.reliable import ReceiveOrder, Stamp
 from vistel.wire.zenoh.pump import Pump
 
@@ -50,12 +57,14 @@ class ReliableReader:
         self._counters = counters
         self._orders: dict[str, ReceiveOrder] = {}
         self._repairs: dict[str, asyncio.Task[None]] = {}
+        self._lock = threading.Lock()  # of the next three
         self._arrivals: deque[_Arrival] = deque()
+        self._arrived_bytes = 0
         self._woken = False
         self._history_done = False
         self._closed = False
         self._background = background.current()
-        self._pump = Pump(session, pattern, RELIABLE_LIMIT, self._arrived)
+        self._pump = Pump(session, pattern, inboxes.RELIABLE_LIMIT, self._arrived)
         self._history = self._background.start(self._ask_for_history(), f"history {pattern}")
 
     def undeclare(self) -> None:
@@ -69,20 +78,26 @@ class ReliableReader:
     def _arrived(self, burst: list[zenoh.Sample], repeated: bool = False) -> None:
         """On another thread: note it and wake the loop, once per burst."""
         now_ns = self._clock.now_ns()
-        for sample in burst:
-            stamp = Stamp.from_bytes(sample.attachment.to_bytes()) if sample.attachment is not None else None
-            if stamp is None:
-                self._counters.corrupt += 1
-            else:
-                self._arrivals.append((str(sample.key_expr), stamp, sample.payload.to_bytes(), now_ns, repeated))
-        if not self._woken:
+        with self._lock:
+            for sample in burst:
+                stamp = Stamp.from_bytes(sample.attachment.to_bytes()) if sample.attachment is not None else None
+                if stamp is None:
+                    self._counters.corrupt += 1
+                elif len(self._arrivals) >= inboxes.RELIABLE_LIMIT or self._arrived_bytes >= inboxes.RELIABLE_BYTES:
+                    self._counters.overflow += 1
+                else:
+                    payload = sample.payload.to_bytes()
+                    self._arrivals.append((str(sample.key_expr), stamp, payload, now_ns, repeated))
+                    self._arrived_bytes += len(payload)
+            if self._woken:
+                return
             self._woken = True
-            wake(self._loop, self._drain)
+        wake(self._loop, self._drain)
 
     def _drain(self) -> None:
-        self._woken = False
-        while self._arrivals:
-            key, stamp, payload, now_ns, repeated = self._arrivals.popleft()
+        """Put in order what has arrived and hand it on, unless the reader is behind."""
+        while (arrival := self._next_arrival()) is not None:
+            key, stamp, payload, now_ns, repeated = arrival
             order = self._orders.get(key)
             if order is None:
                 # A key that was not in the history began after this subscription: everything it said counts.
@@ -94,6 +109,15 @@ class ReliableReader:
             self._report_lost(key, order.lost - lost_before)
             if order.missing() and key not in self._repairs and not self._closed:
                 self._repairs[key] = self._background.start(self._repair(key, order), f"repair {key}")
+
+    def _next_arrival(self) -> _Arrival | None:
+        with self._lock:
+            if not self._arrivals or self._inbox.full:
+                self._woken = False
+                return None
+            arrival = self._arrivals.popleft()
+            self._arrived_bytes -= len(arrival[2])
+            return arrival
 
     async def _ask_for_history(self) -> None:
         while not self._closed:
@@ -108,6 +132,10 @@ class ReliableReader:
         tries = 0
         try:
             while (gap := order.missing()) and not self._closed:
+                if self._inbox.full:
+                    await asyncio.sleep(RETRY_S)
+                    self._drain()
+                    continue
                 before = (order.epoch, order.next)
                 await self._ask(f"{key}?epoch={order.epoch};from={gap[0]};to={gap[1]}", 1.0)
                 self._drain()
