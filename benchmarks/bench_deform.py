@@ -28,7 +28,7 @@ from vistel.figure.posture.posture import Posture, Stance, standing
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact import ContactScene
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.implicit.meshes.embedding import primitive_field
 
 ROUNDS = 60

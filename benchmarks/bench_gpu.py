@@ -13,7 +13,7 @@ from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.posture.posture import Posture
-from vistel.implicit.ghosts.ghost import GhostSource
+from vistel.implicit.deformation.ghost_source import GhostSource
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
 

@@ -30,7 +30,7 @@ from vistel.figure.posture.standard import standard_postures
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 
 Shot = tuple[str, list[Part], tuple[float, float, float], tuple[float, float, float], float]
 

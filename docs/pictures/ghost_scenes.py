@@ -23,8 +23,9 @@ from vistel.figure.figure import Figure, FigureState
 from vistel.figure.posture.posture import ELBOW, NECK, SHOULDER, WRIST, Posture, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed
-from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.deformation.ghost_source import ghosts_of
+from vistel.implicit.ghosts.composition import collisions, deformed
+from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.mesh_ghosts import dents
 from vistel.implicit.ghosts.temporal import Memory, Plastic, Viscoelastic
 from vistel.space.dynamics.soft import SoftRoom

@@ -15,8 +15,9 @@ from PIL import Image
 
 import vistel.implicit as vi
 from vistel.arrays import F64
+from vistel.implicit.ghosts.composition import collisions, deformed
 from vistel.implicit.ghosts.constraint import Constraint
-from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed
+from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Force, gravity, wind
 from vistel.implicit.ghosts.ghost_kind import Ghost
 

@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw
 
 import vistel.implicit as vi
 from vistel.arrays import F64
-from vistel.implicit.graph.shape_change import ThresholdChange, WeightChange
+from vistel.implicit.primitives.shape_change import ThresholdChange, WeightChange
 
 RED, BLUE, GREEN, GOLD = (0.80, 0.36, 0.30), (0.33, 0.50, 0.76), (0.42, 0.66, 0.42), (0.86, 0.68, 0.34)
 BLENDS = {"hermite": vi.HERMITE, "wyvill": vi.WYVILL, "quartic": vi.QUARTIC, "quad2": vi.QUAD2}

@@ -21,7 +21,7 @@ from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
-from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.meshes.embedding import embed
 from vistel.implicit.meshes.embedding_report import fit_report
 from vistel.implicit.meshes.placement import Placement, place_skeletons

@@ -28,7 +28,7 @@ from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, s
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotvec_from_matrix
-from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import pulled
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.memory.bonds import Bond

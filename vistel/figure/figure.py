@@ -19,7 +19,7 @@ from vistel.figure.rigid.component import Influences, RigidSkin
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import move_points
 from vistel.implicit.deformation.deform import Deformer, DeformReport
-from vistel.implicit.ghosts.ghost import GhostSource
+from vistel.implicit.deformation.ghost_source import GhostSource
 from vistel.implicit.meshes.embedding import Embedding, embed, group_fields
 
 
@@ -89,7 +89,7 @@ class Figure:
         """The figure in `posture`, deformed by its own limbs and by the ghosts of other bodies.
 
         displacement: (V,) of the skin along its normal [m], wrinkles; flattened where something presses. Make ghosts with
-        `Figure.ghosts` of another figure and `vistel.implicit.ghosts.ghost.ghosts_of` of things.
+        `Figure.ghosts` of another figure and `vistel.implicit.deformation.ghost_source.ghosts_of` of things.
         """
         joints = pose_joints(self.avatar.skeleton, posture)
         self.skin.pose(joints, self._vertices, self._normals)

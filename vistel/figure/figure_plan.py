@@ -15,7 +15,7 @@ from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.implicit.deformation.deform_plan import FramePlan, Planner
-from vistel.implicit.ghosts.ghost import GhostSource
+from vistel.implicit.deformation.ghost_source import GhostSource
 
 _ONLY = np.zeros(1, np.int32)
 

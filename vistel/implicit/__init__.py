@@ -28,13 +28,13 @@ from vistel.implicit.graph.combine import (
     total,
     union,
 )
+from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.kinds import KINDS, primitive_of
 from vistel.implicit.primitives.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
 from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
 from vistel.implicit.primitives.polyblob import Polyblob
 from vistel.implicit.primitives.polyhedron import Polyhedron, box, prism, sphere_mesh, torus_mesh
-from vistel.implicit.primitives.primitive import Primitive
 from vistel.implicit.primitives.superquadric import Superellipsoid, Supertoroid
 
 __all__ = [

@@ -27,7 +27,7 @@ from vistel.figure.layers.skin import Anatomy, SkinLayers
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.space.things.tessellate import join, tessellate
 from vistel.space.things.things import Primitive
 from vistel.wrinkle.dressing import dressed

@@ -9,7 +9,7 @@ import numpy as np
 from vistel.figure.body import PosedBody
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.space.things.things import Thing
 from vistel_services.renderer.figures import Shape
 from vistel_services.renderer.stage import Instant

@@ -22,10 +22,16 @@ from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.implicit import constants as implicit_constants
 from vistel.implicit.contacts import contact_set
-from vistel.implicit.deformation import deform_table, displace_kernels, field_kernels, min_rule_kernels, solve_kernels
+from vistel.implicit.deformation import (
+    deform_table,
+    displace_kernels,
+    effect_kernels,
+    field_kernels,
+    min_rule_kernels,
+    solve_kernels,
+)
 from vistel.implicit.deformation.deform_plan import BONE, FramePlan, Places
 from vistel.implicit.deformation.normals_kernels import GAP
-from vistel.implicit.ghosts import effect_kernels
 from vistel_services.renderer.gl_context import Capability, Surface
 from vistel_services.renderer.programs import feedback
 

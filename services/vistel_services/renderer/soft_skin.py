@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.implicit.ghosts.ghost import MOST_PRIMITIVES
+from vistel.implicit.deformation.ghost_source import MOST_PRIMITIVES
 from vistel.implicit.meshes.embedding import Limbs
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of, rgb

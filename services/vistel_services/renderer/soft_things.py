@@ -17,11 +17,11 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.geometry.smoothstep import ease
 from vistel.implicit.deformation.deform import Deformer
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.implicit.ghosts.constraint import Constraint, Pull
 from vistel.implicit.ghosts.deformable import Deformable
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
-from vistel.implicit.ghosts.ghost_terms import decay_quartic
 from vistel.implicit.ghosts.mesh_ghosts import faded, pulled
+from vistel.implicit.graph.ghost_terms import decay_quartic
 from vistel.implicit.meshes.embedding import embed
 from vistel.implicit.primitives.kinds import primitive_of
 from vistel.space.files.model import Model

@@ -17,7 +17,7 @@ from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.face.gaze import converged, distance_looked_at
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.implicit.ghosts.ghost import GhostSource
+from vistel.implicit.deformation.ghost_source import GhostSource
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 from vistel.space.room import meeting_room

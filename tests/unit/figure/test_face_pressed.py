@@ -12,7 +12,7 @@ from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 
 RADIUS = 0.03
 

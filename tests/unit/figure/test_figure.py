@@ -14,7 +14,7 @@ from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, Stance, stan
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
-from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.meshes.embedding import embed
 
 

@@ -12,7 +12,7 @@ from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
-from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.meshes.embedding import Limbs, embed, primitive_field
 
 GOLDEN = json.loads((Path(__file__).parents[2] / "golden.json").read_text())["values"]

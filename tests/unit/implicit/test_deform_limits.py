@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.implicit.meshes.embedding import Limbs, embed, primitive_field
 
 SLOPE = 4.0 * SURFACE_RATIO * (1.0 - SURFACE_RATIO**2)

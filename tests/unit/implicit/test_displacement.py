@@ -8,7 +8,7 @@ from test_mesh_ghosts import RADIUS, ROD, ball
 
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer, DeformReport
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import faded
 
 HIGH = 0.002

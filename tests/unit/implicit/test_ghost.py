@@ -15,8 +15,8 @@ from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, PrimitiveSet
 from vistel.implicit.contacts.contact_surface_kernels import field_of_ratio, surface
 from vistel.implicit.deformation.field_kernels import WIDTH, load_normals, local_ray, ray, spread, store_field
+from vistel.implicit.deformation.ghost_source import collision, ghosts_of, propagation, zone
 from vistel.implicit.deformation.meet_kernels import evaluate
-from vistel.implicit.ghosts.ghost import collision, ghosts_of, propagation, zone
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, quartic
 from vistel.jit.pointers import keep, pointer
 

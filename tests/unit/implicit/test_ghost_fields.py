@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 import vistel.implicit as vi
 from vistel.implicit.contacts.penetration import penetration
+from vistel.implicit.ghosts.composition import Collision, Imprint, collisions, deformed
 from vistel.implicit.ghosts.constraint import Constraint, tear
-from vistel.implicit.ghosts.deformable import Collision, Deformable, Imprint, collisions, deformed
+from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Directional, Force, Shear, compression, expansion, gravity, limited, wind
 from vistel.implicit.ghosts.ghost_kind import Ghost
-from vistel.implicit.ghosts.rigidity import compliances, ghosts_in_contact, rigidity
 from vistel.implicit.ghosts.temporal import Decay, Elastic, Memory, Plastic, Viscoelastic
 
 T = vi.THRESHOLD
@@ -221,20 +221,6 @@ def test_a_rigid_body_is_not_deformed_and_cuts_the_other() -> None:
     assert shapes["wall"] is bodies[1].placed
     points = cloud(bodies)
     assert not np.any((shapes["a"].field(points) > T + 1e-9) & bodies[1].placed.inside(points))
-
-
-@given(st.floats(0.0, 1.0))
-def test_rigidities_and_compliances_say_the_same(w: float) -> None:
-    c_i, c_j = compliances(w)
-    assert rigidity(c_i, c_j) == pytest.approx(w)
-    y_i = T - 0.7
-    # On the surface y_j c_i = y_i c_j both bodies end: there each one's ghost is its own deficit.
-    y_j = y_i * c_j / c_i if c_i > 0 else 0.0
-    y_i = y_i if c_i > 0 else y_j
-    onto_j, onto_i = ghosts_in_contact(T - y_i, T - y_j, w)
-    if 0.0 < w < 1.0:
-        assert onto_j == pytest.approx(y_j, abs=1e-12)
-        assert onto_i == pytest.approx(y_i, abs=1e-12)
 
 
 def test_priorities_decide_what_sees_what() -> None:

@@ -12,7 +12,7 @@ from implicit_golden import group
 
 import vistel.implicit as vi
 from vistel.implicit.graph.combine import diff
-from vistel.implicit.graph.shape_change import core_scale, uniform_threshold
+from vistel.implicit.primitives.shape_change import core_scale, uniform_threshold
 
 BLENDS = {"hermite": vi.HERMITE, "wyvill": vi.WYVILL, "quartic": vi.QUARTIC, "quad2": vi.QUAD2}
 GROUPS = ("blend", "primitive", "pointblob", "pointset", "local", "polyblob", "combine", "appB")

@@ -11,10 +11,11 @@ import pytest
 from implicit_golden import group
 
 import vistel.implicit as vi
+from vistel.implicit.ghosts.composition import Collision, deformed
 from vistel.implicit.ghosts.constraint import Constraint
-from vistel.implicit.ghosts.deformable import Collision, Deformable, deformed
+from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Directional, Force, compression, expansion
-from vistel.implicit.ghosts.ghost_terms import (
+from vistel.implicit.graph.ghost_terms import (
     constraint_field,
     constraint_ratio,
     decay_quartic,
@@ -27,7 +28,6 @@ from vistel.implicit.ghosts.ghost_terms import (
     propagation_quartic,
     unified,
 )
-from vistel.implicit.ghosts.rigidity import compliances, normals_cosine
 from vistel.implicit.meshes.embedding import bound_radius, shape_weight
 
 T = vi.THRESHOLD
@@ -54,6 +54,20 @@ def pair(distance: float, compliance: tuple[float, float] = (1.0, 1.0)) -> list[
     return [Deformable("a", ball, compliance[0]), Deformable("b", ball, compliance[1], position=(distance, 0, 0))]
 
 
+def compliances(w: float) -> tuple[float, float]:
+    """Of two bodies, the first of which has Singh's relative rigidity w; the softer one's is 1 (mathematics M3.8)."""
+    return (1.0, 2.0 * w) if w <= 0.5 else (2.0 * (1.0 - w), 1.0)
+
+
+def normals_cosine(radius: float, other: float, apart: float) -> float:
+    """N_i . N_j where the surfaces of two balls cross whose centres are `apart` (Figure 71, corrected: mathematics M3.9)."""
+    x = (apart * apart + radius * radius - other * other) / (2 * apart)
+    point = [(x, math.sqrt(radius * radius - x * x), 0.0)]
+    balls = vi.Sphere.of_surface((0, 0, 0), radius), vi.Sphere.of_surface((apart, 0, 0), other)
+    one, two = (ball.normal(point)[0] for ball in balls)
+    return float(one @ two)
+
+
 def collision(name: str, i: dict[str, Any]) -> Any:
     if name.startswith("t("):
         return vi.QUARTIC.inverse(i["T"])
@@ -71,7 +85,7 @@ def collision(name: str, i: dict[str, Any]) -> Any:
     if name.startswith("p_field max"):
         return propagation(np.linspace(0, i["ye"], 3001), i["ye"]).max()
     if name.startswith("cos_"):
-        return normals_cosine(i["Ri"], i["Rj"], i["th"])
+        return normals_cosine(i["Ri"], i["Rj"], i["Ri"] + i["Rj"] - i["th"])
     if name.startswith("rigidity"):
         a, b = pair(i["D"], compliances(i["w"]))
         return on_ray(deformed([a, b], [Collision("b", "a")])["a"], (1, 0, 0), 0, i["D"])

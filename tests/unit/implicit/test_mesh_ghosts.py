@@ -11,10 +11,11 @@ import vistel.implicit as vi
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.contacts.penetration import penetration
 from vistel.implicit.deformation.deform import Deformer
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
+from vistel.implicit.ghosts.composition import Imprint, collisions, deformed
 from vistel.implicit.ghosts.constraint import Constraint
-from vistel.implicit.ghosts.deformable import Deformable, Imprint, collisions, deformed
+from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Directional, Force, Shear, compression, expansion
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import blown, dents, faded, pulled
 from vistel.implicit.ghosts.temporal import Decay, Memory, Plastic
 from vistel.implicit.meshes.embedding import Limbs, embed

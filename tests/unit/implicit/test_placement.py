@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from vistel.figure.avatar.builtin import builtin_avatar
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
-from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.meshes.embedding import embed
 from vistel.implicit.meshes.placement import place_in_parts, place_skeletons
 from vistel.implicit.scene.mesh_file import read_polygons

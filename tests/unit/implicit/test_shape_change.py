@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vistel.implicit as vi
-from vistel.implicit.graph.shape_change import ThresholdChange, WeightChange, core_scale
+from vistel.implicit.primitives.shape_change import ThresholdChange, WeightChange, core_scale
 
 TORUS = vi.torus_mesh(0.8, 0.3, 16, 8)
 

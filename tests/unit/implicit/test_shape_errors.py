@@ -11,7 +11,7 @@ import numba as nb
 import pytest
 
 import vistel.implicit as vi
-from vistel.implicit.evaluation import row_kernels
+from vistel.implicit.rows import row_kernels
 
 TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))

@@ -20,9 +20,9 @@ from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, Posture, Stance
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.deform_plan import FramePlan, Planner
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.implicit.ghosts.constraint import Pull
 from vistel.implicit.ghosts.force_field import Directional, Radial, Shear
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import blown, faded, pulled
 from vistel.implicit.meshes.embedding import Hinge, Limbs, embed
 from vistel_services.renderer.gl_context import Surface

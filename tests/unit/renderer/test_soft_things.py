@@ -10,7 +10,7 @@ import pytest
 
 from vistel.figure.making.files.source import Material
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.space.files.model import Model
 from vistel.space.room import Extra
 from vistel.space.things.things import Look, Matter, Primitive, Thing

@@ -19,7 +19,7 @@ from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.wrinkle.wardrobe import wardrobe
 from vistel_services.renderer.camera import Camera, look_at
 from vistel_services.renderer.draw import Frame, Painter

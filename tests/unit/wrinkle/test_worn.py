@@ -15,7 +15,7 @@ from vistel.figure.people.bake import rasterise
 from vistel.figure.posture.posture import ELBOW, KNEE, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.wrinkle.dressing import Dressed, dressed
 from vistel.wrinkle.region import builtin_regions, sides_of, tube
 from vistel.wrinkle.wardrobe import wardrobe

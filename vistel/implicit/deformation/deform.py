@@ -20,14 +20,14 @@ from vistel.implicit.deformation.displace_kernels import (
     lay_on,  # pyright: ignore[reportUnknownVariableType]
     pressed,  # pyright: ignore[reportUnknownVariableType]
 )
+from vistel.implicit.deformation.effect_kernels import OWN_EFFECT
 from vistel.implicit.deformation.field_kernels import LANES, ROW, WIDTH
+from vistel.implicit.deformation.ghost_source import MOST_PRIMITIVES, GhostSource
 from vistel.implicit.deformation.pose_kernels import (
     load_source,  # pyright: ignore[reportUnknownVariableType]
     measure_rest,  # pyright: ignore[reportUnknownVariableType]
     pose_ghosts,  # pyright: ignore[reportUnknownVariableType]
 )
-from vistel.implicit.ghosts.effect_kernels import OWN_EFFECT
-from vistel.implicit.ghosts.ghost import MOST_PRIMITIVES, GhostSource
 from vistel.implicit.meshes.embedding import JOINT_REACH, JOINT_WEIGHT, Embedding
 
 _LINE = 64

@@ -28,6 +28,7 @@ from vistel.arrays import F32, F64, I32
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.field_kernels import LANES
+from vistel.implicit.deformation.ghost_source import GhostSource
 from vistel.implicit.deformation.normals_kernels import build_fans  # pyright: ignore[reportUnknownVariableType]
 from vistel.implicit.deformation.plan_kernels import (
     BLOCK_WORDS,
@@ -38,7 +39,6 @@ from vistel.implicit.deformation.plan_kernels import (
     near_blocks,  # pyright: ignore[reportUnknownVariableType]
     write_frame,  # pyright: ignore[reportUnknownVariableType]
 )
-from vistel.implicit.ghosts.ghost import GhostSource
 from vistel.implicit.meshes.embedding import Embedding
 
 BONE = 20

@@ -12,9 +12,9 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.implicit.deformation import deform_table as table
+from vistel.implicit.deformation.effect_kernels import FADING
 from vistel.implicit.deformation.field_kernels import LANES, ONE, PATCHES, RAY_SIZE, WIDTH, ZERO, T, load
 from vistel.implicit.deformation.meet_kernels import gather, union_at_rest
-from vistel.implicit.ghosts.effect_kernels import FADING
 from vistel.jit.addresses import floats, ints, longs
 from vistel.jit.kernel_jit import fast, leaf
 from vistel.jit.lanes import most, store

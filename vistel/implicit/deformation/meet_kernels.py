@@ -14,6 +14,7 @@ import numpy as np
 
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID
 from vistel.implicit.deformation import deform_table as table
+from vistel.implicit.deformation.effect_kernels import OWN_EFFECT
 from vistel.implicit.deformation.field_kernels import (
     HUGE,
     LANES,
@@ -39,7 +40,6 @@ from vistel.implicit.deformation.field_kernels import (
     union_end,
 )
 from vistel.implicit.deformation.pose_kernels import find_candidates
-from vistel.implicit.ghosts.effect_kernels import OWN_EFFECT
 from vistel.jit.addresses import floats, ints, longs, octets
 from vistel.jit.kernel_jit import fast, inlined, leaf
 from vistel.jit.lanes import largest, most, store

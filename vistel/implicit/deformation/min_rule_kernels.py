@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.implicit.constants import GHOST_CAP, THRESHOLD
+from vistel.implicit.deformation.effect_kernels import add_cut, add_least, add_propagation, add_shared
 from vistel.implicit.deformation.field_kernels import HALF, ONE, SMALL, TWO, ZERO, T
-from vistel.implicit.ghosts.effect_kernels import add_cut, add_least, add_propagation, add_shared
 from vistel.jit.kernel_jit import inlined
 from vistel.jit.lanes import choose, inverse_root, least, most
 

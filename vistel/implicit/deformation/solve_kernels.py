@@ -10,6 +10,7 @@ import numpy as np
 
 from vistel.implicit.contacts.contact_set import CONE_SPHERE
 from vistel.implicit.deformation import deform_table as table
+from vistel.implicit.deformation.effect_kernels import COLLISION, THREE, contact_effect, nothing, own_effect
 from vistel.implicit.deformation.field_kernels import (
     HALF,
     LANES,
@@ -35,7 +36,6 @@ from vistel.implicit.deformation.field_kernels import (
 )
 from vistel.implicit.deformation.meet_kernels import evaluate, own_mask
 from vistel.implicit.deformation.min_rule_kernels import add_neighbour, add_rigid, add_soft, join_shown, joint_field, total_field
-from vistel.implicit.ghosts.effect_kernels import COLLISION, THREE, contact_effect, nothing, own_effect
 from vistel.jit.addresses import floats, ints, longs, octets
 from vistel.jit.kernel_jit import fast, inlined, leaf
 from vistel.jit.lanes import absolute, bits, choose, how_many, least, most, some, store

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
-from vistel.implicit.evaluation.layout import (
+from vistel.implicit.graph.combine_kernels import combine
+from vistel.implicit.primitives.kinds import dispatcher
+from vistel.implicit.rows.layout import (
     CHILD0,
     CHILD1,
     FAMILY,
@@ -22,8 +24,8 @@ from vistel.implicit.evaluation.layout import (
     SUM,
     VALUE,
 )
-from vistel.implicit.evaluation.line_kernels import ROW, sphere_slope_row
-from vistel.implicit.evaluation.row_kernels import (
+from vistel.implicit.rows.line_kernels import ROW, sphere_slope_row
+from vistel.implicit.rows.row_kernels import (
     ONE,
     ZERO,
     accumulate_quartic,
@@ -39,8 +41,6 @@ from vistel.implicit.evaluation.row_kernels import (
     fill,
     row,
 )
-from vistel.implicit.graph.combine_kernels import combine
-from vistel.implicit.primitives.kinds import dispatcher
 from vistel.jit.pointers import at
 
 dispatch = dispatcher()

@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vistel.implicit.evaluation.block_kernels import block, normalise
-from vistel.implicit.evaluation.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
-from vistel.implicit.evaluation.line_kernels import ROW, copy_row
 from vistel.implicit.evaluation.reach_kernels import collect, in_slab, narrow
-from vistel.implicit.evaluation.row_kernels import F32, FAST, ONE, ZERO, extent, fill, find_cells, row
+from vistel.implicit.rows.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
+from vistel.implicit.rows.line_kernels import ROW, copy_row
+from vistel.implicit.rows.row_kernels import F32, FAST, ONE, ZERO, extent, fill, find_cells, row
 from vistel.jit.kernel_jit import compiled
 from vistel.jit.pointers import at, keep, pointer
 
@@ -33,7 +33,7 @@ EDGE = F32(1e-3)
 
 
 class Arrays(NamedTuple):
-    """A program's arrays as the kernels take them; see `vistel.implicit.evaluation.layout`."""
+    """A program's arrays as the kernels take them; see `vistel.implicit.rows.layout`."""
 
     leaf: Any
     scale: Any

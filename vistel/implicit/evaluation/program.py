@@ -23,7 +23,13 @@ from numpy.typing import ArrayLike, NDArray
 from vistel.arrays import F32, F64
 from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.evaluation.hierarchy import build
-from vistel.implicit.evaluation.layout import (
+from vistel.implicit.graph.attributes import Layout
+from vistel.implicit.graph.combine import Complement, Diff, Extremum, Ricci, placed_box
+from vistel.implicit.graph.ghost_nodes import Deficit, Ghosted, Plateau, Product, Raised
+from vistel.implicit.graph.lower import Leaf, Node, lower
+from vistel.implicit.graph.shape import Shape
+from vistel.implicit.primitives.kinds import KIND_INDEX, KINDS
+from vistel.implicit.rows.layout import (
     COMPLEMENT,
     DEFICIT,
     DIFF,
@@ -40,12 +46,6 @@ from vistel.implicit.evaluation.layout import (
     SUM,
     UNION,
 )
-from vistel.implicit.evaluation.lower import Leaf, Node, lower
-from vistel.implicit.ghosts.ghost_nodes import Deficit, Ghosted, Plateau, Product, Raised
-from vistel.implicit.graph.attributes import Layout
-from vistel.implicit.graph.combine import Complement, Diff, Extremum, Ricci, placed_box
-from vistel.implicit.graph.shape import Shape
-from vistel.implicit.primitives.kinds import KIND_INDEX, KINDS
 
 THREADED = 1 << 16
 """Fewer points than this stay on the calling thread: waking others costs more than they save."""
@@ -65,7 +65,7 @@ class FieldProgram:
     """A compiled shape: struct-of-arrays primitives with a bounding hierarchy, and the graph above them.
 
     shape: what it was compiled from; origin: (3,) what all lengths in `arrays` are relative to [m];
-    bounds: (2, 3) outside this box the field is `far`; arrays: see `vistel.implicit.evaluation.layout`.
+    bounds: (2, 3) outside this box the field is `far`; arrays: see `vistel.implicit.rows.layout`.
     """
 
     shape: Shape

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 
-from vistel.implicit.evaluation.row_kernels import HALF, ONE, ZERO, row
+from vistel.implicit.rows.row_kernels import HALF, ONE, ZERO, row
 from vistel.jit.pointers import at
 
 

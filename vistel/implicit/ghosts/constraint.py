@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,21 +19,20 @@ from vistel.implicit.blend import QUARTIC
 from vistel.implicit.checks import ShapeError, Vec3, positive, vector, within
 from vistel.implicit.constants import GHOST_CAP
 from vistel.implicit.constants import THRESHOLD as T
+from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.ghost_kind import CONTACT, Ghost
-from vistel.implicit.ghosts.ghost_nodes import Plateau
-from vistel.implicit.ghosts.ghost_terms import constraint_field, decay_quartic, hold_level
 from vistel.implicit.graph.combine import Sum, union
+from vistel.implicit.graph.ghost_nodes import Plateau
+from vistel.implicit.graph.ghost_terms import constraint_field, decay_quartic, hold_level
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.offset import Sphylinder
-
-if TYPE_CHECKING:
-    from vistel.implicit.ghosts.deformable import Deformable
 
 SAMPLES = 33
 """Points of the axis at which crossings are looked for."""
 REACH = 0.4
 """Reach by default, in surface radii of the body."""
 KAPPA = (0.02, 50.0)
+"""Least and largest quotient of two bodies' compliances in a ghost."""
 Deficits = Callable[[F64], F64]
 
 

@@ -16,11 +16,11 @@ from vistel.implicit.blend import Blend
 from vistel.implicit.checks import ShapeError, Vec3, finite, positive, vector, within
 from vistel.implicit.constants import GHOST_CAP, MOST_CHANGE, THRESHOLD
 from vistel.implicit.ghosts.ghost_kind import Ghost
-from vistel.implicit.ghosts.ghost_nodes import Product, Ramp
 from vistel.implicit.graph.combine import Combination, Sum
+from vistel.implicit.graph.ghost_nodes import Product, Ramp
+from vistel.implicit.graph.primitive import unit_rows
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.offset import Sphere
-from vistel.implicit.primitives.primitive import unit_rows
 
 
 class Field(Protocol):

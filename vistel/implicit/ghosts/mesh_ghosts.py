@@ -3,7 +3,7 @@
     held = pulled(ghosts_of(ball), constraint.pulls(ball_body, arm_body))
     figure.pose(posture, [held, blown(Directional((1, 0, 0), 0.8), box)])
 
-They say the same as the nodes of `vistel.implicit.ghosts.ghost_nodes`, which fields of shapes are made of: given the same depth
+They say the same as the nodes of `vistel.implicit.graph.ghost_nodes`, which fields of shapes are made of: given the same depth
 of penetration, vertices lie within 2e-5 of field of the deformed shape. Where no depth is given, a mesh measures it as the
 deepest vertex at rest (mathematics M3.4), about twice what two shapes have half-way between them, and rims are wider.
 """
@@ -18,12 +18,12 @@ from numpy.typing import ArrayLike
 
 from vistel.implicit.checks import ShapeError, within
 from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.deformation import effect_kernels as effects
 from vistel.implicit.deformation.field_kernels import ROW
-from vistel.implicit.ghosts import effect_kernels as effects
+from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.implicit.ghosts.constraint import Pull
 from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Directional, Radial, Shear
-from vistel.implicit.ghosts.ghost import GhostSource, ghosts_of
 from vistel.implicit.ghosts.temporal import Memory
 from vistel.implicit.graph.combine import rotation_matrix
 

@@ -23,8 +23,9 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, slerp
 from vistel.implicit.checks import positive
 from vistel.implicit.contacts.penetration import penetration
-from vistel.implicit.ghosts.deformable import Deformable, Imprint
-from vistel.implicit.ghosts.ghost_terms import decay_exponential, decay_quartic, lag
+from vistel.implicit.ghosts.composition import Imprint
+from vistel.implicit.ghosts.deformable import Deformable
+from vistel.implicit.graph.ghost_terms import decay_exponential, decay_quartic, lag
 from vistel.implicit.graph.shape import Shape
 
 FADED = 1e-3

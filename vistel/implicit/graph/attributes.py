@@ -19,11 +19,11 @@ from numpy.typing import ArrayLike, NDArray
 from vistel.arrays import F32, F64
 from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.graph.combine import Attributed, Combination, Placed
+from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Shape
-from vistel.implicit.primitives.primitive import Primitive
 
 if TYPE_CHECKING:
-    from vistel.implicit.evaluation.lower import Leaf
+    from vistel.implicit.graph.lower import Leaf
 
 Texture = Callable[[F64], Any]
 

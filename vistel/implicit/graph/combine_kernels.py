@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import math
 
-from vistel.implicit.evaluation.layout import (
+from vistel.implicit.graph.ghost_kernels import plateau, raised
+from vistel.implicit.rows.layout import (
     COMPLEMENT,
     DEFICIT,
     FAR,
@@ -22,8 +23,7 @@ from vistel.implicit.evaluation.layout import (
     REGISTER,
     UNION,
 )
-from vistel.implicit.evaluation.row_kernels import F32, HALF, ONE, ZERO, row
-from vistel.implicit.ghosts.ghost_kernels import plateau, raised
+from vistel.implicit.rows.row_kernels import F32, HALF, ONE, ZERO, row
 from vistel.jit.pointers import at
 
 TIE = F32(1e-6)

@@ -11,7 +11,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from vistel.implicit.evaluation.line_kernels import ROW
+from vistel.implicit.rows.line_kernels import ROW
 
 U64 = np.uint64
 NONE, ONE_BIT, TOP = U64(0), U64(1), U64(63)

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32, I64
 from vistel.implicit.constants import THRESHOLD
-from vistel.implicit.evaluation.layout import CHILD0, CHILD1, OP
-from vistel.implicit.evaluation.lower import Leaf, lower
 from vistel.implicit.evaluation.program import FieldProgram, compile
+from vistel.implicit.graph.lower import Leaf, lower
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.polygonise.lattice import RIM, Lattice, check_object, never_reached
 from vistel.implicit.polygonise.marching import BITS, OFFSET, Marched, cell_indices, march
 from vistel.implicit.polygonise.mesh import SurfaceMesh
 from vistel.implicit.polygonise.surface import RESIDUAL, RESOLUTION, finished, pointed
+from vistel.implicit.rows.layout import CHILD0, CHILD1, OP
 
 T = TypeVar("T", bound=np.generic)
 

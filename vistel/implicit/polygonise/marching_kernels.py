@@ -19,10 +19,10 @@ import numpy as np
 
 from vistel.implicit.evaluation.block_kernels import block
 from vistel.implicit.evaluation.evaluate_kernels import DI, DJ, DK, across
-from vistel.implicit.evaluation.layout import FAR, LANES, NODE_WORDS, REGISTER
 from vistel.implicit.evaluation.reach_kernels import collect, narrow
-from vistel.implicit.evaluation.row_kernels import FAST, HALF, ONE, ZERO, extent, fill, row
 from vistel.implicit.polygonise.bits_kernels import NONE, ONE_BIT, TOP, U64, apart, keep_row, lowest, ones
+from vistel.implicit.rows.layout import FAR, LANES, NODE_WORDS, REGISTER
+from vistel.implicit.rows.row_kernels import FAST, HALF, ONE, ZERO, extent, fill, row
 from vistel.jit.kernel_jit import compiled
 from vistel.jit.pointers import at, keep, pointer
 
@@ -38,7 +38,7 @@ LOW16 = U64(0xFFFF)
 
 
 class Tables(NamedTuple):
-    """Pointers to a program's arrays, see `vistel.implicit.evaluation.layout`; how many nodes, leaves and boxes there are."""
+    """Pointers to a program's arrays, see `vistel.implicit.rows.layout`; how many nodes, leaves and boxes there are."""
 
     leaf: Any
     scale: Any

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
-from vistel.implicit.evaluation.layout import CHILD0, CHILD1, FAR, LEAF0, LEAF1, MAX, OP, SUM, UNION
-from vistel.implicit.evaluation.lower import Leaf, lower
 from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.graph.lower import Leaf, lower
 from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
+from vistel.implicit.rows.layout import CHILD0, CHILD1, FAR, LEAF0, LEAF1, MAX, OP, SUM, UNION
 
 NOBODY, SHARED = -1, -2
 """In `alone`: no primitive reaches the cell; several do, or one that has no polygons of its own."""

@@ -10,21 +10,39 @@ record: centre (3); blend family, warp; reach; 1 for vertex blends; form of the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
+from vistel.implicit.blend import Blend
+from vistel.implicit.checks import Vec3
 from vistel.implicit.primitives.kinds import KIND_INDEX
 from vistel.implicit.primitives.polyhedron import Polyhedron
-from vistel.implicit.primitives.volume import farthest
-
-if TYPE_CHECKING:
-    from vistel.implicit.primitives.pointblob import Pointblob
+from vistel.implicit.primitives.volume import Fan, Volume, farthest
 
 
-def packed(blobs: Sequence[Pointblob], smoothing: float, printed: bool) -> F64:
+class Blob(Protocol):
+    """What is packed of a `pointblob.Pointblob`."""
+
+    @property
+    def volume(self) -> Volume: ...
+    @property
+    def centre(self) -> Vec3: ...
+    @property
+    def blend(self) -> Blend: ...
+    @property
+    def reach(self) -> float: ...
+    @property
+    def vertex_blends(self) -> tuple[Blend, ...] | None: ...
+    @property
+    def vertex_reaches(self) -> tuple[float, ...]: ...
+    @property
+    def fan(self) -> Fan: ...
+
+
+def packed(blobs: Sequence[Blob], smoothing: float, printed: bool) -> F64:
     """All numbers of a pointblob (one) or a point-setblob (several)."""
     header = 3 + len(blobs)
     records: list[F64] = []
@@ -37,7 +55,7 @@ def packed(blobs: Sequence[Pointblob], smoothing: float, printed: bool) -> F64:
     return np.concatenate([[len(blobs), smoothing, float(printed)], starts, *records]).astype(np.float64)
 
 
-def _record(blob: Pointblob, at: int) -> F64:
+def _record(blob: Blob, at: int) -> F64:
     head = [*blob.centre, blob.blend.code, blob.blend.warp, blob.reach, float(blob.vertex_blends is not None)]
     if not isinstance(blob.volume, Polyhedron):
         volume = blob.volume

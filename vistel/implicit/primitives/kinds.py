@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from vistel.implicit.primitives.primitive import Primitive
+    from vistel.implicit.graph.primitive import Primitive
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("pointblob", "pointblob", module="primitives.blob_kernels", value=True),
     Kind("point_setblob", "point_setblob", module="primitives.blob_kernels", value=True),
     Kind("polyblob", "polyblob", module="primitives.polyblob_kernels"),
-    Kind("ramp", "ramp", module="ghosts.ghost_kernels", value=True),
+    Kind("ramp", "ramp", module="graph.ghost_kernels", value=True),
 )
 
 _IMPLICIT = Path(__file__).parents[1]
@@ -110,7 +110,7 @@ def primitive_of(kind: str, params: Sequence[float]) -> Primitive:
 
 def _dispatcher(kinds: Sequence[tuple[int, Kind]]) -> Any:
     """The compiled function (kind, p, x, y, z, u, gx, gy, gz, n, slope) that calls the kernel of one of `kinds`."""
-    from vistel.implicit.evaluation.row_kernels import row
+    from vistel.implicit.rows.row_kernels import row
 
     lines = ["def dispatch(kind, p, x, y, z, u, gx, gy, gz, n, slope):"]
     scope: dict[str, Any] = {}

@@ -17,8 +17,8 @@ from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC, Blend
 from vistel.implicit.checks import ShapeError, Vec3, point_rows, positive, vector
 from vistel.implicit.constants import THRESHOLD
+from vistel.implicit.graph.primitive import Primitive, influence, unit_rows
 from vistel.implicit.graph.shape import Sample
-from vistel.implicit.primitives.primitive import Primitive, influence, unit_rows
 
 POINT = 1e-8
 """A segment shorter than this many radii is a point."""

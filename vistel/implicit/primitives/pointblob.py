@@ -1,7 +1,5 @@
 """Pointblob and point-setblob: any star-shaped volume as an implicit primitive (Singh §3.2)."""
 
-# ruff: noqa: PLC0415 - the packing of numbers knows the shapes it packs
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -16,9 +14,10 @@ from vistel.arrays import F64
 from vistel.implicit.blend import HERMITE, QUARTIC, Blend
 from vistel.implicit.checks import ShapeError, Vec3, point_rows, positive, within
 from vistel.implicit.constants import THRESHOLD
+from vistel.implicit.graph.primitive import Primitive, unit_rows
 from vistel.implicit.graph.shape import Sample
+from vistel.implicit.primitives.blob_parameters import packed
 from vistel.implicit.primitives.polyhedron import Polyhedron
-from vistel.implicit.primitives.primitive import Primitive, unit_rows
 from vistel.implicit.primitives.volume import Fan, Volume, checked_centre, ray_ratio
 
 
@@ -146,8 +145,6 @@ class Pointblob(Primitive):
 
     @property
     def parameters(self) -> F64:
-        from vistel.implicit.primitives.blob_parameters import packed
-
         return packed((self,), 1.0, False)
 
 
@@ -267,6 +264,4 @@ class PointSetblob(Primitive):
 
     @property
     def parameters(self) -> F64:
-        from vistel.implicit.primitives.blob_parameters import packed
-
         return packed(self.blobs, self.smoothing, self.printed)

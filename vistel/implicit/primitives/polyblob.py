@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.implicit.checks import ShapeError
+from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.polyhedron import Polyhedron, listed
-from vistel.implicit.primitives.primitive import Primitive
 from vistel.implicit.primitives.volume import PAIRS
 
 

@@ -8,7 +8,7 @@ m rows of 13 (normal 3, level, corners 9).
 
 from __future__ import annotations
 
-from vistel.implicit.evaluation.row_kernels import F32, ONE, TWO, ZERO, row
+from vistel.implicit.rows.row_kernels import F32, ONE, TWO, ZERO, row
 from vistel.jit.pointers import at
 
 LARGE = F32(3e38)

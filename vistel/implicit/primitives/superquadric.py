@@ -11,9 +11,9 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.implicit.checks import ShapeError, Vec3, positive, vector, within
 from vistel.implicit.constants import THRESHOLD
+from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.offset import influence_of
-from vistel.implicit.primitives.primitive import Primitive
 
 ROUND, SHARP = 0.1, 1.9
 """Exponents outside this range make fields too steep to evaluate."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from vistel.arrays import F64, I64
 from vistel.implicit.checks import ShapeError, Vec3, vector
+from vistel.implicit.graph.primitive import Primitive, unit_rows
 from vistel.implicit.primitives.polyhedron import Polyhedron, listed
-from vistel.implicit.primitives.primitive import Primitive, unit_rows
 
 Volume = Polyhedron | Primitive
 PAIRS = 2_000_000

@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from vistel.implicit.evaluation.layout import FRAME as FRAME_AT
-from vistel.implicit.evaluation.layout import KIND as KIND_AT
-from vistel.implicit.evaluation.layout import START
+from vistel.implicit.rows.layout import FRAME as FRAME_AT
+from vistel.implicit.rows.layout import KIND as KIND_AT
+from vistel.implicit.rows.layout import START
 from vistel.implicit.scanline import along_kernels as row
 from vistel.implicit.scanline.along_kernels import inner
 from vistel.implicit.scanline.extents_kernels import (

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32
-from vistel.implicit.evaluation.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, START, SUM, VALUE
 from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.rows.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, START, SUM, VALUE
 from vistel.implicit.scanline import along_kernels, eye_kernels, sweep_kernels
 from vistel.implicit.scanline.polygons_kernels import cover_depths, keep_nearer
 from vistel.implicit.scanline.view import Outlines, View

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32, I64
-from vistel.implicit.evaluation.layout import FRAME, KIND, START
-from vistel.implicit.evaluation.lower import Leaf, lower
 from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.graph.lower import Leaf, lower
 from vistel.implicit.primitives.kinds import KIND_INDEX
 from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
 from vistel.implicit.primitives.polyblob import Polyblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.primitives.polyhedron import box as solid_box
+from vistel.implicit.rows.layout import FRAME, KIND, START
 from vistel.implicit.scene import Camera
 
 

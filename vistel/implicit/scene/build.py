@@ -11,12 +11,12 @@ import numpy as np
 import vistel.implicit.scene.entries as e
 from vistel.implicit.checks import ShapeError
 from vistel.implicit.graph.combine import Complement, Diff, Sum, difference, intersection, selective, subtract, total, union
+from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.offset import ConeSphere, RoundedPolygon, Sphere, Sphylinder
 from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
 from vistel.implicit.primitives.polyblob import Polyblob
 from vistel.implicit.primitives.polyhedron import Polyhedron, box, prism, sphere_mesh, torus_mesh
-from vistel.implicit.primitives.primitive import Primitive
 from vistel.implicit.primitives.superquadric import Superellipsoid, Supertoroid
 from vistel.implicit.primitives.volume import Volume
 from vistel.implicit.scene.mesh_file import read_polygons

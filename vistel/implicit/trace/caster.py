@@ -13,9 +13,9 @@ from vistel.arrays import F64, I64
 from vistel.implicit.blend import QUARTIC
 from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.constants import THRESHOLD
-from vistel.implicit.evaluation.layout import FAMILY, FRAME, KIND, OP, SUM
 from vistel.implicit.evaluation.program import FieldProgram
 from vistel.implicit.primitives.kinds import KIND_INDEX
+from vistel.implicit.rows.layout import FAMILY, FRAME, KIND, OP, SUM
 from vistel.implicit.trace.pieces import Pieces
 
 METHODS = ("auto", "march", "analytic", "numeric")

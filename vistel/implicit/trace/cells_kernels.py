@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from vistel.implicit.evaluation.row_kernels import F32, blend_one
+from vistel.implicit.rows.row_kernels import F32, blend_one
 from vistel.jit.kernel_jit import fast
 
 HAIR = 1e-9

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from vistel.arrays import F64, I64, Bool
-from vistel.implicit.evaluation.lower import Leaf, lower
 from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.graph.lower import Leaf, lower
+from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.primitives.offset import Sphere, Sphylinder
 from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
-from vistel.implicit.primitives.primitive import Primitive
 from vistel.implicit.scene import Material, Mesh
 from vistel.implicit.trace.mesh_tree import BoxTree
 from vistel.implicit.trace.pieces import sums

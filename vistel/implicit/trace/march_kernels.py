@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vistel.implicit.evaluation.layout import KIND, LEAF_WORDS, START
+from vistel.implicit.rows.layout import KIND, LEAF_WORDS, START
 from vistel.implicit.trace.packet_kernels import F32, NEVER, ONE, RAYS, SMALL, ZERO, bound, gather, load, total
 from vistel.jit.kernel_jit import fast, leaf, reduction
 from vistel.jit.pointers import at, keep, pointer

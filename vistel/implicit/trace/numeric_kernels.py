@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from vistel.implicit.evaluation.block_kernels import block
-from vistel.implicit.evaluation.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
+from vistel.implicit.rows.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
 from vistel.implicit.trace.packet_kernels import F32, HALF, NEVER, ONE, RAYS, SMALL, ZERO, bound, box_range, gather, load, sort
 from vistel.jit.kernel_jit import fast
 from vistel.jit.pointers import at, keep, pointer

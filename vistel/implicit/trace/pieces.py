@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from vistel.arrays import I32, I64
 from vistel.implicit.blend import QUAD2, QUARTIC
-from vistel.implicit.evaluation.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, SUM
-from vistel.implicit.evaluation.lower import Leaf, lower
 from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.graph.lower import Leaf, lower
 from vistel.implicit.primitives.kinds import KIND_INDEX
 from vistel.implicit.primitives.pointblob import Pointblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
+from vistel.implicit.rows.layout import CHILD0, CHILD1, FAMILY, FRAME, KIND, LEAF0, LEAF1, MAX, OP, SUM
 
 MOST_MEMBERS = 10_000_000
 

@@ -15,8 +15,8 @@ import math
 
 import numpy as np
 
-from vistel.implicit.evaluation.layout import FAMILY, FRAME, KIND, LEAF_WORDS, START
 from vistel.implicit.primitives.blob_kernels import _triangle
+from vistel.implicit.rows.layout import FAMILY, FRAME, KIND, LEAF_WORDS, START
 from vistel.implicit.trace.packet_kernels import F32, RAYS, bound, gather, load
 from vistel.jit.kernel_jit import fast
 from vistel.jit.pointers import at, keep, pointer

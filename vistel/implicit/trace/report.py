@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.implicit.graph.combine import Combination, Complement, Sum
+from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Shape
-from vistel.implicit.primitives.primitive import Primitive
 from vistel.implicit.scene import Scene
 from vistel.implicit.trace.exact import Exact
 

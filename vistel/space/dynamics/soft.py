@@ -20,12 +20,13 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.ghosts.composition import collisions, deformed
 from vistel.implicit.ghosts.constraint import Constraint, Hold, tear
-from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed
+from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.ghost_kind import Ghost
-from vistel.implicit.ghosts.ghost_terms import constraint_field, hold_level
 from vistel.implicit.ghosts.temporal import Material, Memory
 from vistel.implicit.graph.combine import union
+from vistel.implicit.graph.ghost_terms import constraint_field, hold_level
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.kinds import primitive_of
 from vistel.space.contact.forces import STIFFEST, Motion, Patch, Surface, contact_patches

@@ -17,8 +17,8 @@ import numpy as np
 from vistel.geometry.rotation import matrix_from_quaternion, slerp
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost_terms import decay_quartic
 from vistel.implicit.ghosts.temporal import FADED
+from vistel.implicit.graph.ghost_terms import decay_quartic
 from vistel.space.things.things import Matter, Primitive
 
 LEAST = 0.01

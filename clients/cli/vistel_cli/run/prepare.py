@@ -27,7 +27,7 @@ from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import Posture, standing
 from vistel.figure.posture.solve import PostureSolver
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.ghosts.ghost import ghosts_of
+from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World

@@ -57,7 +57,7 @@ class GhostSource:
     primitives of group g are group_start[g] : group_start[g + 1] and act as one body, their Ricci union.
     compliance: (G,), 0 = rigid. depth: (G,) penetration delta in field units if the caller knows it,
     negative to have it measured on the skin. target: (P,) primitives of the deformed body this acts on,
-    None for all. effect: (G,) of `vistel.implicit.ghosts.effect_kernels`, None: all collide; parameters: flat,
+    None for all. effect: (G,) of `vistel.implicit.deformation.effect_kernels`, None: all collide; parameters: flat,
     those of group g's effect are parameters[parameter_start[g] : parameter_start[g + 1]].
     """
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 
-from vistel.implicit.evaluation.row_kernels import F32, ONE, THREE, TWO, ZERO, affine, fill, row
+from vistel.implicit.rows.row_kernels import F32, ONE, THREE, TWO, ZERO, affine, fill, row
 
 FOUR = F32(4.0)
 

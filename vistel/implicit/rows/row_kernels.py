@@ -14,7 +14,7 @@ import math
 import numba as nb
 import numpy as np
 
-from vistel.implicit.evaluation.line_kernels import ROW, sphere_row
+from vistel.implicit.rows.line_kernels import ROW, sphere_row
 from vistel.jit.pointers import at
 
 F32 = np.float32

@@ -15,10 +15,10 @@ from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC
 from vistel.implicit.checks import ShapeError, Vec3, finite, vector, within
 from vistel.implicit.constants import GHOST_CAP, THRESHOLD
-from vistel.implicit.ghosts.ghost_terms import constraint_field, propagation
 from vistel.implicit.graph.combine import Combination
+from vistel.implicit.graph.ghost_terms import constraint_field, propagation
+from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Sample, Shape
-from vistel.implicit.primitives.primitive import Primitive
 
 
 class _Silent(Combination):

@@ -10,7 +10,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from vistel.implicit.evaluation.layout import LANES
+from vistel.implicit.rows.layout import LANES
 
 ROW = 16
 """Floats in a cache line. LLVM does not vectorise loops as short as this by itself."""

@@ -15,8 +15,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.implicit.checks import ShapeError
 from vistel.implicit.graph.combine import Attributed, Combination, Complement, Diff, Extremum, Placed, Ricci, Sum
+from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Shape
-from vistel.implicit.primitives.primitive import Primitive
 
 IDENTITY = np.eye(3, 4)
 
