@@ -13,7 +13,8 @@ import typer
 from vistel.arrays import F64
 from vistel_cli.terminal import USAGE, fail, out
 
-POSITION, ROTATION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
+POSITION = ("x", "y", "z")
+ROTATION = ("qx", "qy", "qz", "qw")
 
 
 def distortion(

@@ -127,7 +127,7 @@ async def _ask(steps: Sequence[Step], collected: Collected, now: Now, begin_s: f
     for number, step in enumerate(steps, start=1):
         for attempt in range(1, tries + 1):
             begin = begin_s + begin_of(step)
-            asker.tell(f"{number} of {len(steps)}. {step.say}")
+            asker.say(f"{number} of {len(steps)}. {step.say}")
             await asker.lead(now, begin, step.seconds, "go")
             await until(now, begin + step.seconds + _AFTER_S)
             try:
@@ -136,7 +136,7 @@ async def _ask(steps: Sequence[Step], collected: Collected, now: Now, begin_s: f
             except MoveError as e:
                 if attempt == tries:
                     raise
-                asker.tell(f"Once more: {e}")
+                asker.say(f"Once more: {e}")
                 begin_s = now() - begin_of(step) + pause_of(step)
-    asker.tell("Done. Thank you.")
+    asker.say("Done. Thank you.")
     return moves

@@ -173,7 +173,7 @@ async def _live(conference: Conference, participant: str, side: str, take: Calla
             return session.details.get(f"{participant}-glove-{side}", "is it plugged in, and is its port right?")
         begin_s = 0.0 if all(g.port == "sim" for g in worn.values()) else session.now_s()
         for k, (name, say) in enumerate(HANDS):
-            asker.tell(f"{k + 1} of {len(HANDS)}, {name}. {say}")
+            asker.say(f"{k + 1} of {len(HANDS)}, {name}. {say}")
             await asker.lead(session.now_s, begin_s + k * (PAUSE_S + HOLD_S) + PAUSE_S, HOLD_S, "hold still")
-        asker.tell("Done. Thank you.")
+        asker.say("Done. Thank you.")
     return ""

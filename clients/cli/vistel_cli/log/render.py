@@ -91,7 +91,7 @@ def _render_site(
         seated = config.view.kind == "seat" or bool(config.view.screens)
         spatial = site.audio is None or site.audio.spatial != "off"
         voices = FilmSound(begin_ns, config.delay_s, config.view.eyes if seated else None, spatial)
-    pictures = film(config, told(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer, voices)
+    pictures = film(config, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer, voices)
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=30), TextColumn("{task.completed:.0f} of {task.total:.0f}"))
     with Progress(*columns, TimeRemainingColumn(), console=out, transient=True) as bar:
         task = bar.add_task(name, total=count)
@@ -117,7 +117,7 @@ def _render_site(
     out.print(f"  {target}  {count} pictures at {look.rate:g}/s, {config.view.width}x{config.view.height}", soft_wrap=True)
 
 
-def told(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
+def records_of(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
     """What a film is made of: who takes part from the log's beginning on, all else from a little before the asked time."""
     from vistel_services.renderer.out.film import TOPICS
 
