@@ -18,6 +18,7 @@ import aiohttp
 import cv2
 import numpy as np
 import pytest
+from waiting import until
 
 _PATIENCE_S = 40.0
 
@@ -70,14 +71,13 @@ class Page:
             raise RuntimeError(result["exceptionDetails"].get("exception", {}).get("description", expression))
         return result["result"].get("value")
 
-    async def until(self, expression: str, within_s: float = _PATIENCE_S) -> Any:
-        """The value of JavaScript once it is true. Raises TimeoutError."""
-        async with asyncio.timeout(within_s):
-            while True:
-                with contextlib.suppress(RuntimeError):  # the page is being loaded
-                    if value := await self.value(expression):
-                        return value
-                await asyncio.sleep(0.05)
+    async def until(self, expression: str) -> Any:
+        """The value of JavaScript once it is true."""
+        while True:
+            with contextlib.suppress(RuntimeError):  # the page is being loaded
+                if value := await self.value(expression):
+                    return value
+            await asyncio.sleep(0.05)  # a page does not say when it has changed
 
     async def picture(self) -> np.ndarray:
         """What is seen, (h, w, 3) RGB."""
@@ -133,10 +133,9 @@ async def page(folder: Path, *more: str) -> AsyncIterator[Page]:
 
 
 async def _port(file: Path, process: asyncio.subprocess.Process) -> int:
-    async with asyncio.timeout(_PATIENCE_S):
-        while True:
-            assert process.returncode is None, "Chromium ended"
-            lines = file.read_text().splitlines() if file.exists() else []
-            if len(lines) == 2:
-                return int(lines[0])
-            await asyncio.sleep(0.05)
+    def lines() -> list[str]:
+        assert process.returncode is None, "Chromium ended"
+        return file.read_text().splitlines() if file.exists() else []
+
+    await until(lambda: len(lines()) == 2, "Chromium's port")
+    return int(lines()[0])

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import virtual_time
 from virtual_time import LoopClock
+from waiting import until
 
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
@@ -117,18 +118,11 @@ class DeviceSite:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
 
-    async def until(self, condition: Callable[[], bool], at_most_s: float = 20.0) -> None:
-        await until(condition, at_most_s)
+    async def until(self, condition: Callable[[], bool]) -> None:
+        await until(condition)
 
     def truth(self, station: int, t_ns: int) -> tuple[np.ndarray, np.ndarray]:
         return pose(station, (t_ns - self.start_ns) * 1e-9)
-
-
-async def until(condition: Callable[[], bool], at_most_s: float = 20.0) -> None:
-    """Wait for `condition`."""
-    async with asyncio.timeout(at_most_s):
-        while not condition():
-            await asyncio.sleep(0.01)
 
 
 class Running:

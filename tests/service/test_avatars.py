@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from avatar_fixture import long_armed
+from waiting import until
 from world_site import START_NS, WorldSite
 
 from vistel.conference.avatar_files import keep_parcel, kept_parcel, parcel_path
@@ -74,16 +74,15 @@ class Viewer:
         self.deliveries = Deliveries(bus, self.stage)
         self._about = bus.subscribe(BY_NAME["participant"])
 
-    async def see(self, done: Callable[[Viewer], bool], seconds: float = 60.0) -> About:
-        deadline = time.monotonic() + seconds
-        while time.monotonic() < deadline:
+    async def see(self, done: Callable[[Viewer], bool]) -> About:
+        def seen() -> bool:
             for sample in self._about.take():
                 self.stage.hear_about(sample.message)
             self.deliveries.take()
-            if self.stage._people and done(self):
-                return next(iter(self.stage._people.values())).about
-            await asyncio.sleep(0.02)
-        pytest.fail("did not come in time")
+            return bool(self.stage._people) and done(self)
+
+        await until(seen)
+        return next(iter(self.stage._people.values())).about
 
 
 def here(viewer: Viewer) -> bool:

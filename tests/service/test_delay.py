@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from waiting import until
 
 from vistel.protocol.equipment import DELAY_UNIT, Register
 from vistel.v1.audio_pb2 import EquipmentRequest, EquipmentStatus
@@ -56,13 +57,15 @@ class Room:
         self.unit.strike(Fault("unit", kind, (self.clock.now_ns() - self.start_ns) * 1e-9 - 0.001, 60.0))
 
     async def until(self, wanted: Callable[[EquipmentStatus], bool]) -> EquipmentStatus:
-        async with asyncio.timeout(30):
-            while True:
-                for sample in self._status.take():
-                    self.status = sample.message
-                    if wanted(self.status):
-                        return self.status
-                await asyncio.sleep(0.02)
+        def told() -> bool:
+            for sample in self._status.take():
+                self.status = sample.message
+                if wanted(self.status):
+                    return True
+            return False
+
+        await until(told)
+        return self.status
 
 
 def with_room(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from device_site import STATE, RecordingBus
+from waiting import until
 
 from vistel.conference.devices import FaceConfig
 from vistel.conference.model import Conference, Participant, Site
@@ -51,12 +52,7 @@ class Helmet:
         self.tasks = [asyncio.create_task(w) for w in (face.run(config, self.bus, self.clock), *(c.run() for c in self.cameras))]
 
     async def until(self, condition) -> None:
-        async with asyncio.timeout(90):
-            while not condition():
-                await asyncio.sleep(0.02)
-                for task in self.tasks:
-                    if task.done():
-                        task.result()
+        await until(condition, tasks=self.tasks)
 
     async def close(self) -> None:
         for task in self.tasks:

@@ -94,7 +94,7 @@ class UsbGlove:
         self.pulled = False
 
     def read(self, length: int, timeout_ms: int) -> list[int]:
-        time.sleep(self._unit.period_s)
+        time.sleep(self._unit.period_s)  # a glove sends at its own pace, and hidapi waits for it on a thread
         if self.pulled:
             raise OSError("read error")
         return list(self._unit.measure(time.monotonic()))[:length]

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from waiting import until
 
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
@@ -30,7 +31,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 WORKER = """
-import os, sys, time
+import os, signal, sys
 loaded = False
 def preload(conference):
     global loaded
@@ -42,15 +43,16 @@ def main(arguments=None):
         raise ValueError("no")
     if "exit" in arguments:
         sys.exit(7)
-    time.sleep(0 if "return" in arguments else 60)
+    if "return" not in arguments:
+        signal.pause()
     return 5
 if __name__ == "__main__":
     sys.exit(main())
 """
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "conferences"
 FORKED, FRESH = "forked one True\n", "fresh one True\n"
-LOADING = "import time; time.sleep(60)\n"
-THREADED = "import threading, time; threading.Thread(target=time.sleep, args=(60,), daemon=True).start()\n"
+LOADING = "import signal; signal.pause()\n"
+THREADED = "import threading; threading.Thread(target=threading.Event().wait, daemon=True).start()\n"
 BROKEN = "raise OSError('the disk is gone')\n"
 
 Play = Callable[[Supervisor], Awaitable[None]]
@@ -78,12 +80,6 @@ def _server_spec(folder: Path, code: str = WORKER) -> ForkServerSpec:
 def _worker(folder: Path, *arguments: str, module: str | None = "worker") -> ProcessSpec:
     argv = (sys.executable, str(folder / "worker.py"), *arguments)
     return ProcessSpec("a/one", argv, env=_environment(folder), module=module, arguments=arguments)
-
-
-async def _until(condition: Callable[[], bool], limit_s: float = 60.0) -> None:
-    async with asyncio.timeout(limit_s):
-        while not condition():
-            await asyncio.sleep(0.01)
 
 
 def _scene(folder: Path, server: ForkServerSpec, spec: ProcessSpec, play: Play, *, loaded: bool = True) -> None:
@@ -118,12 +114,12 @@ def _kill(pid: int | None) -> None:
 
 def test_a_process_is_forked_and_forked_again_when_it_dies(tmp_path: Path) -> None:
     async def play(runs: Supervisor) -> None:
-        await _until(lambda: _said(runs) == FORKED)
+        await until(lambda: _said(runs) == FORKED)
         child = runs.children["a/one"]
         assert psutil.Process(child.pid).ppid() == os.getpid()
         assert psutil.Process(child.pid).cmdline()[0] == "vistel: a/one"
         _kill(child.pid)
-        await _until(lambda: _said(runs) == 2 * FORKED)
+        await until(lambda: _said(runs) == 2 * FORKED)
         assert (child.restarts, child.exits) == (1, [-signal.SIGKILL])
 
     _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one"), play)
@@ -133,7 +129,7 @@ def test_a_process_is_forked_and_forked_again_when_it_dies(tmp_path: Path) -> No
 def test_a_forked_process_ends_with_the_code_it_would_have_ended_with(tmp_path: Path, what: str, code: int) -> None:
     async def play(runs: Supervisor) -> None:
         child = runs.children["a/one"]
-        await _until(lambda: bool(child.exits))
+        await until(lambda: bool(child.exits))
         assert child.exits[0] == code
         assert ("ValueError: no" in _said(runs)) == (what == "raise")
 
@@ -144,7 +140,7 @@ def test_what_dies_again_and_again_is_started_from_nothing(tmp_path: Path, monke
     monkeypatch.setattr(supervisor, "RESTART_FIRST_S", 0.01)
 
     async def play(runs: Supervisor) -> None:
-        await _until(lambda: len(runs.children["a/one"].exits) >= 3)
+        await until(lambda: len(runs.children["a/one"].exits) >= 3)
         assert [line.split()[0] for line in _said(runs).splitlines()][:3] == ["forked", "forked", "fresh"]
 
     _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one", "return"), play)
@@ -158,14 +154,14 @@ def test_without_a_server_that_is_ready_processes_are_started_from_nothing(tmp_p
     worker = ProcessSpec("a/one", (worker.argv[0], str(tmp_path / "other.py"), "one"), module="worker")
 
     async def play(runs: Supervisor) -> None:
-        await _until(lambda: _said(runs) == FRESH)
+        await until(lambda: _said(runs) == FRESH)
 
     _scene(tmp_path, spec, worker, play, loaded=code == BROKEN)
 
 
 def test_what_is_no_module_is_never_forked(tmp_path: Path) -> None:
     async def play(runs: Supervisor) -> None:
-        await _until(lambda: _said(runs) == FRESH)
+        await until(lambda: _said(runs) == FRESH)
 
     _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one", module=None), play)
 
@@ -176,14 +172,14 @@ def test_what_was_forked_outlives_the_server_and_the_next_one_takes_over(
     monkeypatch.setattr(forking, "RETRY_FIRST_S", 0.0)
 
     async def play(runs: Supervisor) -> None:
-        await _until(lambda: _said(runs) == FORKED)
+        await until(lambda: _said(runs) == FORKED)
         server, child = runs.fork_server, runs.children["a/one"]
         first, pid = server.pid, child.pid
         _kill(first)
-        await _until(lambda: server.ready and server.pid != first)
+        await until(lambda: server.ready and server.pid != first)
         assert child.pid == pid
         _kill(pid)
-        await _until(lambda: _said(runs) == 2 * FORKED)
+        await until(lambda: _said(runs) == 2 * FORKED)
 
     _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one"), play)
     assert sum("fork server ended" in r.getMessage() for r in caplog.records) == 1
@@ -191,7 +187,7 @@ def test_what_was_forked_outlives_the_server_and_the_next_one_takes_over(
 
 def _talk(spec: ForkServerSpec, *orders: bytes) -> tuple[int, list[bytes], list[str]]:
     """What a server answers to `orders` before its input ends: exit code, answers, lines of its log."""
-    done = subprocess.run(spec.argv, input=b"".join(orders), capture_output=True, env=spec.env, timeout=60, check=False)
+    done = subprocess.run(spec.argv, input=b"".join(orders), capture_output=True, env=spec.env, check=False)
     return done.returncode, done.stdout.splitlines(keepends=True), done.stderr.decode().splitlines()
 
 
@@ -241,9 +237,9 @@ def test_a_real_process_of_a_conference_is_killed_and_is_on_the_bus_again(tmp_pa
         runs = Supervisor([host_spec(p, file, router.endpoint, paths) for p in plans], tmp_path / "logs", server)
         await runs.start()
         try:
-            await _until(lambda: comings == [True])
+            await until(lambda: comings == [True])
             _kill(runs.children["hub/recorder"].pid)
-            await _until(lambda: comings[-1] and len(comings) >= 3)
+            await until(lambda: comings[-1] and len(comings) >= 3)
         finally:
             codes = await runs.stop()
             await bus.close()

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from waiting import until
 
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
@@ -157,9 +158,7 @@ def perform(script: Callable[[Stage], Coroutine[Any, Any, None]], tmp_path: Path
 
 async def ready(bus: _Bus) -> None:
     """The service has compiled what it needs and said who is there."""
-    async with asyncio.timeout(120.0):
-        while not bus.present:
-            await asyncio.sleep(0.01)
+    await until(lambda: bus.present)
 
 
 def posture_of(sample: MotionSample) -> Posture:

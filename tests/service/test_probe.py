@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from device_site import HAND, pose, quiet_fastrak, quiet_glove, run
 from virtual_time import LoopClock
+from waiting import until
 
 from vistel_cli.devices.devices import _answer
 from vistel_sim.device import SimulatedDevice
@@ -38,8 +39,7 @@ def test_each_device_is_named_with_firmware_and_rate(tmp_path: Path, unit, name:
         task = asyncio.create_task(device.run())
         try:
             async with asyncio.timeout(20):
-                while not device.port.plugged:
-                    await asyncio.sleep(0.01)
+                await until(lambda: device.port.plugged)
                 found = await _answer(str(tmp_path / "unit"))
                 assert found["description"].startswith(name)
                 assert found["firmware"] == firmware

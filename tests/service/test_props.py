@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from waiting import until
 from world_site import WorldSite
 
 from vistel.conference.model import Conference
@@ -82,11 +82,12 @@ def test_device_bytes_become_where_the_thing_is(tmp_path: Path) -> None:
         ]
         got: list[Prop] = []
         try:
-            async with asyncio.timeout(30):
-                while len(got) < 120:
-                    await asyncio.sleep(0.02)
-                    got += [s.message for s in heard.take() if (s.names["site"], s.names["thing"]) == ("tokyo", "baton")]
-                    assert not any(t.done() for t in tasks)
+
+            def enough() -> bool:
+                got.extend(s.message for s in heard.take() if (s.names["site"], s.names["thing"]) == ("tokyo", "baton"))
+                return len(got) >= 120
+
+            await until(enough, tasks=tasks)
         finally:
             for task in tasks:
                 task.cancel()
@@ -239,11 +240,12 @@ def test_a_real_hand_over_shows_who_holds_the_baton(tmp_path: Path, shared_data:
             ]
         holders: list[tuple[str, ...]] = []
         try:
-            until = time.monotonic() + 60.0
-            while time.monotonic() < until and not {("aiko",), ("ben",)} <= set(holders):
-                await asyncio.sleep(0.05)
-                holders += [now.holders("baton") for now, _ in room.take()]
-                assert not any(t.done() for t in tasks)
+
+            def both() -> bool:
+                holders.extend(now.holders("baton") for now, _ in room.take())
+                return {("aiko",), ("ben",)} <= set(holders)
+
+            await until(both, "the baton in the hands of each", tasks=tasks)
         finally:
             for task in tasks:
                 task.cancel()

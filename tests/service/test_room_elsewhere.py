@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import shutil
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +14,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 import typer
+from waiting import until, wait_until
 
 from vistel.conference import room_assets
 from vistel.conference.files import ConferenceError, load
@@ -93,8 +94,7 @@ def drawn(interior: Interior, models: dict[str, Model]) -> np.ndarray:
     try:
         poses = {t.id: Pose(t.position, t.rotation) for t in interior.room.things}
         instant = Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in interior.room.things}))
-        while not studio.complete:
-            time.sleep(0.01)
+        wait_until(lambda: studio.complete)
         return studio.render(instant)
     finally:
         studio.close()
@@ -119,26 +119,31 @@ def test_a_site_without_the_files_draws_what_the_world_has(
         models: dict[str, Model] = {}
         stage, listener = Stage(0), WorldListener(buses[1], clock)
         try:
-            while not stage.looks:
+
+            def seen() -> bool:
                 for now, received_ns in listener.take():
                     stage.hear_world(now, received_ns)
-                await asyncio.sleep(0.02)
+                return bool(stage.looks)
+
+            await until(seen)
             site = machine("oslo")
             assert not (site / "den.usdz").exists()
             guest = load(site / "conference.toml", room_elsewhere=True)
             guest = await asyncio.to_thread(with_room, guest, "oslo", router.endpoint, 20.0)
             deliveries = RoomDeliveries(buses[1], clock, models)
-            while models.keys() != stage.looks:
+
+            def here() -> bool:
                 deliveries.want(stage.looks)
-                await asyncio.sleep(0.02)
+                return models.keys() == stage.looks
+
+            await until(here)
             deliveries.close()
             leading.cancel()  # nobody serves any more: the second time they are here
             await asyncio.gather(leading, return_exceptions=True)
             again: dict[str, Model] = {}
             second = RoomDeliveries(buses[1], clock, again)
             second.want(stage.looks)
-            while again.keys() != stage.looks:
-                await asyncio.sleep(0.02)
+            await until(lambda: again.keys() == stage.looks)
             return models, stage, guest, again
         finally:
             leading.cancel()
@@ -172,8 +177,7 @@ def test_what_is_felt_stands_in_until_the_polymesh_is_there(machine: Callable[[s
         things = {t.id: t for t in whole.room.things}
         poses = {t.id: Pose(t.position, t.rotation) for t in whole.room.things}
         instant = Instant(1, (), WorldView(1, poses), MappingProxyType(things))
-        while not studio.complete:
-            time.sleep(0.01)
+        wait_until(lambda: studio.complete)
         first = studio.render(instant)
         models.update(whole.models)
         second = studio.render(instant)
@@ -234,12 +238,13 @@ def test_what_is_kept_and_damaged_is_forgotten(machine: Callable[[str], Path], c
 
 
 def test_the_oldest_make_room(machine: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    machine("one")
+    folder = machine("one")
     monkeypatch.setattr(room_assets, "MOST_KEPT", 2500)
     names = [f"{n:032x}" for n in range(4)]
     for n, name in enumerate(names):
         keep_asset(name, bytes([n]) * 1000)
-        time.sleep(0.01)
+        for path in folder.rglob(f"{name}*"):
+            os.utime(path, (n, n))  # a file system's clock may be coarse
     assert [kept_asset(name) is not None for name in names] == [False, False, True, True]
 
 
@@ -301,11 +306,7 @@ def test_a_shelf_answers_for_nothing_it_has_not() -> None:
     assert shelf.answer(b"\xff\xff") is None
     assert shelf.answer(AssetRequest(digest="../../etc/passwd").SerializeToString()) is None
     missing = AssetRequest(digest="c" * 32).SerializeToString()
-    for _ in range(100):
-        if shelf.answer(missing) is None:
-            return
-        time.sleep(0.01)
-    pytest.fail("it goes on to say that it is being packed")
+    wait_until(lambda: shelf.answer(missing) is None, "it says no more that it is being packed")
 
 
 def test_without_a_world_that_has_it_one_line_says_so(machine: Callable[[str], Path], capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from types import MappingProxyType
 
 import numpy as np
 import pytest
+from waiting import wait_until
 
 from vistel.figure.posture.posture import standing
 from vistel.geometry.pose import Pose
@@ -93,8 +93,7 @@ def test_a_line_in_their_colour_goes_round_it_and_the_thing_stays_as_it_is() -> 
     studio = Studio(View(480, 270, "room", "", False), 2)
     studio.camera = look_at(np.array([0.5, 1.3, 0.9]), things["ball"].position, 0.4)
     try:
-        while not studio.complete:
-            time.sleep(0.01)
+        wait_until(lambda: studio.complete)
 
         def drawn(selected: tuple[tuple[str, tuple[str, ...]], ...]) -> np.ndarray:
             view = WorldView(1, poses, selected=selected)
@@ -125,8 +124,7 @@ def test_a_hidden_thing_is_not_in_the_picture_and_a_dented_one_is_seen_to_be() -
     at = told.hears.now.poses["ball"][0]
     studio.camera = look_at(at + np.array([0.0, 0.45, -0.45]), at, 0.3)
     try:
-        while not studio.complete:
-            time.sleep(0.01)
+        wait_until(lambda: studio.complete)
 
         def drawn() -> np.ndarray:
             now = told.hears.now

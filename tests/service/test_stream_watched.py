@@ -52,7 +52,7 @@ async def draw(stream: Stream, clock: SystemClock, *, busy: bool = False) -> Non
     while True:
         stream.put(clock.now_ns(), noisy[k % 4] if busy else drawn(k), 42_000_000)
         k += 1
-        await asyncio.sleep(1 / RATE)
+        await asyncio.sleep(1 / RATE)  # a browser plays it in real time
 
 
 PIXELS = """(() => {

@@ -9,24 +9,19 @@ import sys
 from pathlib import Path
 
 import pytest
+from waiting import until
 
 from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 WAIT = (
-    "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: (print('told', flush=True), sys.exit(0)));"
-    " print('up', flush=True); time.sleep(60)"
+    "import signal, sys; signal.signal(signal.SIGTERM, lambda *_: (print('told', flush=True), sys.exit(0)));"
+    " print('up', flush=True); signal.pause()"
 )
-STUBBORN = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('up', flush=True); time.sleep(60)"
+STUBBORN = "import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('up', flush=True); signal.pause()"
 
 
 def _python(name: str, code: str, rank: int = 0, grace_s: float = 5.0) -> ProcessSpec:
     return ProcessSpec(name, (sys.executable, "-c", code), rank, grace_s)
-
-
-async def _until(condition, limit_s: float = 20.0) -> None:
-    async with asyncio.timeout(limit_s):
-        while not condition():
-            await asyncio.sleep(0.01)
 
 
 def test_a_killed_process_comes_back_and_the_others_go_on(tmp_path: Path) -> None:
@@ -34,11 +29,11 @@ def test_a_killed_process_comes_back_and_the_others_go_on(tmp_path: Path) -> Non
         supervisor = Supervisor([_python("a/one", WAIT), _python("a/two", WAIT)], tmp_path)
         await supervisor.start()
         one, two = supervisor.children["a/one"], supervisor.children["a/two"]
-        await _until(lambda: supervisor.log_file("a/one").read_text() == "up\n")
+        await until(lambda: supervisor.log_file("a/one").read_text() == "up\n")
         first, other = one.pid, two.pid
         assert first is not None
         os.kill(first, signal.SIGKILL)
-        await _until(lambda: one.pid not in (None, first))
+        await until(lambda: one.pid not in (None, first))
         assert one.exits == [-signal.SIGKILL]
         assert one.restarts == 1
         assert two.pid == other
@@ -53,7 +48,7 @@ def test_higher_stop_ranks_stop_first(tmp_path: Path) -> None:
         supervisor = Supervisor([_python("last", WAIT, 0), _python("first", WAIT, 1)], tmp_path)
         await supervisor.start()
         for name in ("last", "first"):
-            await _until(lambda name=name: supervisor.log_file(name).read_text() == "up\n")
+            await until(lambda name=name: supervisor.log_file(name).read_text() == "up\n")
         codes = await supervisor.stop()
         assert codes == {"last": 0, "first": 0}
         stamps = [supervisor.log_file(n).stat().st_mtime_ns for n in ("first", "last")]
@@ -66,7 +61,7 @@ def test_a_process_that_ignores_the_signal_is_killed_after_its_grace(tmp_path: P
     async def scene() -> None:
         supervisor = Supervisor([_python("stubborn", STUBBORN, grace_s=0.2)], tmp_path)
         await supervisor.start()
-        await _until(lambda: supervisor.log_file("stubborn").read_text() == "up\n")
+        await until(lambda: supervisor.log_file("stubborn").read_text() == "up\n")
         assert await supervisor.stop() == {"stubborn": -signal.SIGKILL}
 
     asyncio.run(scene())
@@ -83,14 +78,14 @@ def test_a_process_that_cannot_be_started_again_is_tried_until_it_can(tmp_path: 
         supervisor = Supervisor([ProcessSpec("a/one", (str(program),))], tmp_path / "logs")
         await supervisor.start()
         one = supervisor.children["a/one"]
-        await _until(lambda: supervisor.log_file("a/one").read_text() == "up\n")
+        await until(lambda: supervisor.log_file("a/one").read_text() == "up\n")
         first = one.pid
         assert first is not None
         program.unlink()
         os.kill(first, signal.SIGKILL)
-        await _until(lambda: any("not started process=a/one" in r.getMessage() for r in caplog.records))
+        await until(lambda: any("not started process=a/one" in r.getMessage() for r in caplog.records))
         install()
-        await _until(lambda: one.pid not in (None, first))
+        await until(lambda: one.pid not in (None, first))
         await supervisor.stop()
 
     install()

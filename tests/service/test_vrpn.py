@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from device_site import HAND, STATE, DeviceSite, pose, run
+from waiting import until
 
 from vistel.conference.devices import GloveConfig
 from vistel.protocol import pinch
@@ -210,8 +211,7 @@ async def real_server(folder: Path, unit: Instrument, line: str, baud: int) -> A
     clock = SystemClock()
     device = SimulatedDevice("unit", unit, folder / "unit", clock, clock.now_ns(), baud=baud)
     simulation = asyncio.create_task(device.run())
-    while not device.port.plugged:
-        await asyncio.sleep(0.01)
+    await until(lambda: device.port.plugged)
     (folder / "vrpn.cfg").write_text(line.replace("PTY", str(folder / "unit")))
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from waiting import until
 from world_site import CONFERENCE
 
 from vistel.conference.paths import RunPaths
@@ -53,14 +54,13 @@ class Site:
         self.steps: list[WorldInputs] = []
 
     async def until(self, holds: Callable[[], bool], what: str) -> None:
-        for _ in range(3000):
+        def seen() -> bool:
             for now, _ in self.room.take():
                 self.now: Any = now
             self.steps += [s.message for s in self.inputs.take()]
-            if self.now is not None and holds():
-                return
-            await asyncio.sleep(0.02)
-        raise AssertionError(f"never came: {what}")
+            return self.now is not None and holds()
+
+        await until(seen, what)
 
     @property
     def ball(self) -> np.ndarray:
@@ -72,7 +72,7 @@ class Site:
         start = self.ball.copy()
         for k in range(1, 11):
             self.wire.carry(Carry("ball", start + 0.05 * k * UP, UPRIGHT, STILL))
-            await asyncio.sleep(0.02)
+            await asyncio.sleep(0.02)  # a hand takes time
         top = start + 0.5 * UP
         await self.until(lambda: bool(np.allclose(self.ball, top, atol=1e-3)), "the ball up there, in paris")
         return top
@@ -90,7 +90,7 @@ async def motions(bus: ZenohBus, clock: SystemClock) -> None:
     for k in range(1, 1_000_000):
         stance = np.array((0.0, 0.0, -2.0, 0.0))
         publication.put(encoder.encode(MotionSample(k, clock.now_ns(), np.zeros(25), np.zeros((2, 20)), stance)))
-        await asyncio.sleep(1 / 60)
+        await asyncio.sleep(1 / 60)  # as a tracker does, in real time
 
 
 def played(folder: Path, play: Callable[[Site], Awaitable[None]], lost: Callable[[Prop], bool] = lambda message: False) -> None:

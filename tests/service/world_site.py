@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from waiting import until
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
@@ -73,8 +74,7 @@ class WorldSite:
         """Start a world and let it come up."""
         bus = self._bus = self.network.bus("demo", "hub", self.clock)
         self._task = asyncio.create_task(world.run(self.config, bus, self.clock))
-        while not self.clock._sleepers and not self._task.done():
-            await asyncio.sleep(0.01)  # its kernels are made on a thread
+        await until(lambda: self.clock._sleepers or self._task.done(), "its kernels, made on a thread")
 
     async def kill(self) -> None:
         """As SIGKILL would: at once. (What it writes at its end is taken away, as if it had never been written.)"""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
+from waiting import wait_until
 
 needs_pulseaudio = pytest.mark.skipif(shutil.which("pulseaudio") is None, reason="PulseAudio is not installed")
 
@@ -39,10 +39,7 @@ def server(folder: Path, environment: dict[str, str], rate: int = 48_000) -> sub
     (folder / "native").unlink(missing_ok=True)
     alone = {k: v for k, v in environment.items() if k != "PULSE_SERVER"}
     out = subprocess.Popen(arguments, env=alone, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    over = time.monotonic() + 20.0
-    while not (folder / "native").exists():
-        if out.poll() is not None or time.monotonic() > over:
-            out.kill()
-            pytest.skip("PulseAudio does not start here")
-        time.sleep(0.05)
+    wait_until(lambda: (folder / "native").exists() or out.poll() is not None)
+    if out.poll() is not None:
+        pytest.skip("PulseAudio does not start here")
     return out

@@ -7,11 +7,11 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 import yaml
+from waiting import wait_until
 
 from vistel.wire.log import LogReader
 
@@ -66,11 +66,13 @@ def test_router_world_sites_and_recorder_meet_as_separate_commands(tmp_path: Pat
             words = command.split()
             with (tmp_path / f"{name}.txt").open("wb") as output:
                 processes[name] = subprocess.Popen([sys.executable, "-m", "vistel_cli.main", *words], stdout=output, stderr=output)
-        deadline = time.monotonic() + 90
         videos = [tmp_path / "out" / s / f"{s}.mp4" for s in ("tokyo", "columbus")]
-        while time.monotonic() < deadline and not all(v.exists() and v.stat().st_size > 30_000 for v in videos):
+
+        def filmed() -> bool:
             assert all(p.poll() is None for p in processes.values()), {n: (tmp_path / f"{n}.txt").read_text() for n in processes}
-            time.sleep(0.2)
+            return all(v.exists() and v.stat().st_size > 30_000 for v in videos)
+
+        wait_until(filmed, every_s=0.2)
     finally:
         codes: dict[str, int] = {}
         for name in ("tokyo", "columbus", "world", "recorder", "router"):

@@ -66,9 +66,9 @@ def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
     processes: list[psutil.Process] = []
     deadline = time.monotonic() + 300
     while not all(_sees_all(out, site) for site in SITES) and process.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.25)
+        time.sleep(0.25)  # its videos and its log are looked at, as another process
     for node in ("zurich/renderer", "hub/world"):
-        time.sleep(SETTLED_S)
+        time.sleep(SETTLED_S)  # how long it has run is what counts
         if process.poll() is None:
             _process(node, parent).send_signal(signal.SIGKILL)
             killed[node] = time.time_ns()

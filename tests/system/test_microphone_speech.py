@@ -58,7 +58,7 @@ class Program:
                 pytest.skip("PortAudio does not see PulseAudio: apt-get install libportaudio2 libasound2-plugins")
             ended = not self._reader.is_alive()
             assert (not ended and time.monotonic() < over) or re.search(pattern, self.text[since:]), self.text
-            time.sleep(0.05)
+            time.sleep(0.05)  # another thread reads what the program prints
         return found
 
     def end(self, seconds: float = 30.0) -> int:

@@ -48,7 +48,7 @@ while time.monotonic() < over:
     if (loudspeaker.detail, capture.detail) != state:
         state = loudspeaker.detail, capture.detail
         print(json.dumps({"loudspeaker": state[0], "microphone": state[1]}), flush=True)
-    time.sleep(0.01)
+    time.sleep(0.01)  # a sound card plays in real time
 begin_ns = frames[0][0]
 heard = np.zeros(round((frames[-1][0] - begin_ns) / FRAME_NS + 1) * FRAME)
 for t_ns, pcm in frames:
@@ -72,10 +72,10 @@ def test_claps_are_heard_when_they_were_played_and_a_card_that_goes_is_named_and
     pulse = server(tmp_path, environment)
     loop = subprocess.Popen([sys.executable, "-c", LOOP, "14"], env=environment, stdout=subprocess.PIPE, text=True)
     try:
-        time.sleep(5.0)
+        time.sleep(5.0)  # of sound
         pulse.send_signal(signal.SIGKILL)
         pulse.wait()
-        time.sleep(1.0)
+        time.sleep(1.0)  # without a card
         pulse = server(tmp_path, environment)
         output, _ = loop.communicate(timeout=60.0)
     finally:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from waiting import until
 
 from vistel.protocol.space_mouse import SpaceMouseState, after
 from vistel.wire.clock import SystemClock
@@ -110,22 +111,21 @@ def test_a_3d_mouse_on_usb_pushes_and_turns_as_its_cap_does_until_it_is_pulled_o
     monkeypatch.setitem(sys.modules, "hid", usb)
 
     async def scenario() -> None:
-        async def until(puck: Puck) -> None:
-            async with asyncio.timeout(30):
-                while mouse.puck != puck:
-                    await asyncio.sleep(0.005)
-
         mouse = SpaceMouse(SystemClock())
+
+        async def moved_to(puck: Puck) -> None:
+            await until(lambda: mouse.puck == puck)
+
         mouse.look()
         assert mouse.puck.still
         usb.unit.push, usb.unit.turn = (1.0, -0.4, 0.2), (0.0, 0.6, -1.0)
-        await until(Puck((1.0, -0.2, -0.4), (0.0, 1.0, 0.6)))
+        await moved_to(Puck((1.0, -0.2, -0.4), (0.0, 1.0, 0.6)))
         usb.unit.push = usb.unit.turn = (0.02, 0.0, -0.01)  # springs do not come back to the count
-        await until(Puck())
+        await moved_to(Puck())
         usb.unit.push = (0.0, 1.0, 0.0)
-        await until(Puck((0.0, 0.0, 1.0)))
+        await moved_to(Puck((0.0, 0.0, 1.0)))
         usb.pulled.set()
-        await until(Puck())
+        await moved_to(Puck())
         mouse.close()
 
     asyncio.run(scenario())

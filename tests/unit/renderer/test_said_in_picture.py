@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 import pytest
+from waiting import wait_until
 
 from vistel.figure.posture.posture import Stance, standing
 from vistel.geometry.pose import Pose
@@ -38,11 +38,12 @@ BEN = PersonNow(
 def studio() -> Iterator[Studio]:
     made = Studio(View(WIDTH, HEIGHT, "room", "", False), 2)
     made.camera = CAMERA
-    for _ in range(60):
+
+    def complete() -> bool:
         made.render(instant())
-        if made.complete:
-            break
-        time.sleep(0.5)  # a figure is made beside it, on cores that drawing would take
+        return made.complete
+
+    wait_until(complete, every_s=0.5)  # a figure is made beside it, on cores that drawing would take
     yield made
     made.close()
 

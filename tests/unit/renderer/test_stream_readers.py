@@ -90,7 +90,7 @@ def encoded(pictures: list[np.ndarray], apart_ns: int, wanted: set[int]) -> list
     out: list[Picture] = []
     for k, picture in enumerate(pictures):
         encoder.put(k * apart_ns, picture, {"h264"}, wants_key=k in wanted)
-        out.append(done.get(timeout=10.0))
+        out.append(done.get())
     encoder.close()
     return out
 

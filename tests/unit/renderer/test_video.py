@@ -6,12 +6,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import av
 import numpy as np
 import pytest
+from waiting import wait_until
 
 from vistel_services.renderer.out.video import VideoWriter, save_png
 
@@ -23,10 +23,9 @@ video = VideoWriter(Path(sys.argv[1]), 160, 90, 30.0)
 for k in range(100000):
     picture = np.full((90, 160, 4), k % 200 + 20, np.uint8)
     while not video.put(k * 33_000_000, picture):
-        time.sleep(0.005)
+        time.sleep(0.005)  # the writer's queue is full
     if k == 150:
         print("ready", flush=True)
-    time.sleep(0.002)
 """
 
 
@@ -36,8 +35,7 @@ def frames(path: Path) -> list[tuple[float, np.ndarray]]:
 
 
 def put(video: VideoWriter, t_ns: int, picture: np.ndarray) -> None:
-    while not video.put(t_ns, picture):
-        time.sleep(0.002)
+    wait_until(lambda: video.put(t_ns, picture), "room in the writer's queue")
 
 
 def test_frames_come_back_with_their_times_colours_and_the_right_way_up(tmp_path: Path) -> None:

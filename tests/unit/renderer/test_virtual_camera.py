@@ -62,7 +62,7 @@ def test_the_device_is_told_its_format_and_gets_planes_that_any_player_shows() -
     camera.put(picture())
     camera.put(picture())
     camera.close()
-    reader.join(timeout=10.0)
+    reader.join()
     kind, _, width, height, pixels, field, stride, size = struct.unpack_from("<8I", device.format)
     assert (kind, width, height, field, stride, size) == (2, WIDTH, HEIGHT, 1, WIDTH, WIDTH * HEIGHT * 3 // 2)
     assert pixels.to_bytes(4, "little") == b"YU12"

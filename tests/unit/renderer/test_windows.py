@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Iterator
 from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
+from waiting import wait_until
 from x_server import Hands, x_server
 
 from vistel_services.renderer.draw import Painter
@@ -37,11 +37,12 @@ def halves(width: int, height: int) -> np.ndarray:
 
 def shown_on(hands: Hands, painter: Painter) -> np.ndarray:
     """The screen once the windows are mapped and drawn."""
-    for _ in range(100):
+
+    def drawn() -> bool:
         assert painter.show()
-        if hands.screen().any():
-            break
-        time.sleep(0.02)
+        return bool(hands.screen().any())
+
+    wait_until(drawn)
     painter.show()
     return hands.screen()
 
@@ -95,12 +96,7 @@ def test_a_window_that_is_minimised_draws_nothing_and_is_drawn_again_when_it_is_
         assert painter.show()
         glfw.show_window(handle)
         glfw.set_window_size(handle, 400, 300)
-        for _ in range(100):
-            assert painter.show()
-            if surface.window.size() == (400, 300) and tuple(hands.screen()[150, 380]) == BLUE:
-                break
-            time.sleep(0.02)
-        assert tuple(hands.screen()[150, 380]) == BLUE
+        wait_until(lambda: painter.show() and surface.window.size() == (400, 300) and tuple(hands.screen()[150, 380]) == BLUE)
         assert painter.error() == "GL_NO_ERROR"
     finally:
         surface.close()

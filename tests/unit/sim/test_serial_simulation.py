@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 import os
 import termios
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from waiting import until
 
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
@@ -22,12 +22,6 @@ from vistel_sim.process import simulated_devices
 from vistel_sim.pty_port import PtyPort
 
 POSE = ((0.5, 0.1, -0.6), (0.0, 0.0, 0.0, 1.0))
-
-
-async def until(condition: Callable[[], bool]) -> None:
-    """The kernel hands bytes over by a thread of its own, which may come late: only pytest's timeout ends this."""
-    while not condition():
-        await asyncio.sleep(0.001)
 
 
 def read_waiting(fd: int) -> bytes:
