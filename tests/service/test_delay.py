@@ -246,8 +246,17 @@ def test_a_ramp_of_the_delay_line_does_not_click() -> None:
 
     def steepest(ramp: float) -> float:
         line = DelayLine()
-        out = [line.process(tone[k : k + 960], 0.05 if k > 9600 else 0.0, ramp, 0.001) for k in range(0, RATE, 960)]
-        return float(np.abs(np.diff(np.concatenate(out)[960:])).max())
+        out = np.concatenate(
+            [line.process(tone[k : k + 960], 0.051 if k > 9600 else 0.0, ramp, 0.001) for k in range(0, RATE, 960)]
+        )
+        assert np.allclose(out[480:9600], tone[432:9552], atol=1e-3)  # its own millisecond
+        if ramp == 0.0:
+            assert np.allclose(out[-9600:], tone[-9600 - 2496 : -2496], atol=1e-3)  # and the 51 that were asked for
+        else:
+            assert line.actual_s == pytest.approx(0.05 * (RATE - 10560) / RATE)
+            assert out[-9600:].std() == pytest.approx(tone.std(), rel=0.01)
+        return float(np.abs(np.diff(out[960:])).max())
 
     smooth = float(np.abs(np.diff(tone)).max())
     assert steepest(0.05) < 1.1 * smooth
+    assert steepest(0.0) > 1.4 * smooth

@@ -74,10 +74,16 @@ def test_nobody_is_heard_in_silence_noise_clipping_and_numbers_that_are_none(rec
 
 
 def test_talk_without_end_is_cut_and_forgotten(recogniser: JapaneseRecogniser) -> None:
-    sound = np.tile(samples(RECORDINGS[0])[8000:-8000], 6)
+    said = samples(RECORDINGS[0])
+    pieces = said[: len(said) // 320 * 320].reshape(-1, 320).astype(float)
+    loud = np.linalg.norm(pieces, axis=1)
+    sound = np.tile(pieces[loud > 0.1 * loud.max()].reshape(-1), 30).astype(np.int16)  # 28 s without a breath
+    pending = [0]
     for at in range(0, len(sound), 1600):
         recogniser.feed(sound[at : at + 1600])
-        assert recogniser.pending_frames <= 1000
+        pending.append(recogniser.pending_frames)
+    assert 500 < max(pending) <= 1000  # talk is kept,
+    assert min(np.diff(pending)) < -500  # until it is cut
 
 
 def test_a_model_of_another_version_is_refused(tmp_path: Path) -> None:
