@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
+from hypothesis.internal.conjecture import providers
 
 # No deadline: the first call of a kernel may compile it, and no test is about time.
 settings.register_profile("same", deadline=None, database=None, derandomize=True)
@@ -19,6 +20,12 @@ settings.load_profile("same")
 ROUNDS = 20
 """How often `fuzz` runs each test that says itself how many examples it draws."""
 _FAILING = re.compile(r"(?:Failing test case|Falsifying example): \w+\((.*)\)\s*\Z", re.DOTALL)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Hypothesis also draws constants of the modules that are imported, which differ with what else the process has run."""
+    if config.getoption("--hypothesis-profile") != "fuzz":
+        providers._get_local_constants = lambda: providers._local_constants
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -95,6 +95,14 @@ def test_the_same_examples_are_drawn_every_time_and_others_where_that_is_asked_f
     assert fuzzed != drawn(pytester, "--hypothesis-profile", "fuzz")
 
 
+def test_examples_do_not_depend_on_what_else_was_imported(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(DRAWING.replace("max_examples=5", "max_examples=300").format(condition="True"))
+    before = drawn(pytester)
+    pytester.makepyfile(numbers_of_mine="MINE = [" + ", ".join(str(10**6 + 7 * k) for k in range(300)) + "]")
+    pytester.makeconftest("pytest_plugins = ('found_examples', 'skips')\nimport numbers_of_mine")
+    assert drawn(pytester) == before
+
+
 def test_what_fails_is_printed_as_an_example_to_keep(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(DRAWING.format(condition="n < 2"))
     done = pytester.runpytest_subprocess("--hypothesis-profile", "fuzz", "-x")
