@@ -53,7 +53,7 @@ def view(studio: Studio, parts: list[Part], centre: Sequence[float], size: float
 def main() -> None:
     from sculpt import rounds
 
-    from benchmarks.bench_polygonise import table_3  # found on the path set above
+    from benchmarks.fields.bench_polygonise import table_3  # found on the path set above
 
     studio = Studio()
     blend = vi.Sphere.of_surface((-0.35, 0, 0), 0.4) + vi.Sphere.of_surface((0.3, 0.1, 0), 0.3)

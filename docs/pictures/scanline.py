@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[1]))
 
 import vistel.implicit as vi
-from benchmarks.scanline_scenes import CLAY, Row, table2
+from benchmarks.fields.scanline_scenes import CLAY, Row, table2
 from vistel.implicit.scanline import Scanline, render
 from vistel.implicit.scene import Scene, encoded
 from vistel.implicit.trace import render as trace

@@ -14,7 +14,7 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks.trace_scenes import table1
+from benchmarks.fields.trace_scenes import table1
 from vistel.implicit.scene import Scene, encoded, load, write_png
 from vistel.implicit.trace import render
 

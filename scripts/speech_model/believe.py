@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.speech_sounds import CONDITIONS, Command, Place, commands, other_talk
+from benchmarks.voices.speech_sounds import CONDITIONS, Command, Place, commands, other_talk
 from scripts.speech_model import rooms
 from scripts.speech_model.corpus import seeded
 from scripts.speech_model.texts import TRAIN

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import inspect
 import json
-import pkgutil
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -57,8 +56,11 @@ def _known() -> dict[str, str]:
         fail("bench: the benchmarks live in the repository; run from a checkout (pip install -e .)")
     if str(_ROOT) not in sys.path:
         sys.path.insert(0, str(_ROOT))
-    names = sorted(m.name for m in pkgutil.iter_modules([str(folder)]) if m.name.startswith("bench_"))
-    return {n.removeprefix("bench_"): _first_line(folder / f"{n}.py") for n in names}
+    return {_name(file): _first_line(file) for file in sorted(folder.glob("*/bench_*.py"), key=_name)}
+
+
+def _name(file: Path) -> str:
+    return file.stem.removeprefix("bench_")
 
 
 def _first_line(path: Path) -> str:
@@ -69,7 +71,8 @@ def _first_line(path: Path) -> str:
 
 
 def _load(name: str) -> Any:
-    return importlib.import_module(f"benchmarks.bench_{name}")
+    (file,) = (_ROOT / "benchmarks").glob(f"*/bench_{name}.py")
+    return importlib.import_module(f"benchmarks.{file.parent.name}.{file.stem}")
 
 
 def _show(rows: list[dict[str, Any]]) -> None:

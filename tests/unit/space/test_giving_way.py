@@ -18,7 +18,7 @@ from vistel.space.room import BATON, TABLE_HEIGHT
 from vistel.space.view import WorldView
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
-from benchmarks.grasp_depth import deepest
+from benchmarks.figures.grasp_depth import deepest
 
 BUILD = build_of(1.75, 1.0)
 MOST = 0.001

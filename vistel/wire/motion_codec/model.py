@@ -1,6 +1,6 @@
 """How the numbers of a Motion are foreseen, learnt from recordings once and fixed for good; one file per version.
 
-`benchmarks/motion_training.py` makes the file. A version that has been published never changes: logs and other sites
+`benchmarks/wire/motion_training.py` makes the file. A version that has been published never changes: logs and other sites
 hold streams of it.
 """
 

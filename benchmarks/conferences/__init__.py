@@ -1,0 +1,1 @@
+"""Conferences: rooms, pictures, what lies between a device and a picture."""

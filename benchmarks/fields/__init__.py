@@ -1,0 +1,1 @@
+"""Fields: evaluated, traced, meshed, deformed."""

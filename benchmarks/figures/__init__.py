@@ -1,0 +1,1 @@
+"""Figures: postures, faces, grasps, wrinkles."""

@@ -1,0 +1,208 @@
+"""Figures: the time to pose one, how its skin holds in recorded postures, and fitting avatars to bodies.
+
+Time is processor time of the one thread, medians, alternating with a Numba kernel of linear blend skinning of the same
+mesh (four weights, float32, positions only). The sweep moves the same mesh by the same bones and weights in three ways,
+through 200 postures of the recordings under ../shared/data/body.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.figures.figure_peers import linear_blend
+from benchmarks.figures.figure_postures import recorded_postures
+from benchmarks.figures.figure_sweep import DUAL, LINEAR, sweep
+from benchmarks.row import Row, machine
+from benchmarks.timing import microseconds
+from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.figure import Figure
+from vistel.figure.layers.skin import SkinLayers
+from vistel.figure.making.files.read import Extras, read_source
+from vistel.figure.making.files.source import Material, Source
+from vistel.figure.making.make import make_avatar, refit
+from vistel.figure.posture.hands import RELAXED
+from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints
+
+_MAKEHUMAN = Path(__file__).resolve().parents[3] / "shared/data/human/makehuman"
+_MALE = _MAKEHUMAN / "targets/caucasian-male-young.target.gz"
+_WITHIN_S, _CLOSE_MM, _MOVED_MM = 20.0, {23: 8.0, 60: 4.0}, 10.0
+_ROUNDS, _POSTURES = 100, 200
+_LAYERS = 1.1
+_SLOWER, _SHARE, _VOLUME, _CROSSING = 1.2, 25.0, 5.0, 0.1
+
+
+def run() -> Iterator[Row]:
+    """One row per figure; some two minutes, most of it the sweep."""
+    person = builtin_avatar("builtin:seed=3", name="bench", height=1.75)
+    yield from _times(person)
+    yield from _layers(person)
+    postures = recorded_postures(_POSTURES)
+    if postures:
+        yield from _sweeps(f"built-in person, {len(person.mesh.vertices)} vertices", person, postures)
+    for case, source in _sources():
+        if postures and case.startswith("MakeHuman"):
+            body = make_avatar(_makehuman(f"{_MALE}=1"), name="body", height=1.75).avatar
+            yield from _sweeps(f"MakeHuman male, {len(body.mesh.vertices)} vertices", body, postures)
+        yield from _fits(case, source)
+
+
+def _layers(avatar: Avatar) -> Iterator[Row]:
+    """Processor time of a figure that moves, with muscles and bones under its skin and without."""
+    bare, layered = Figure(avatar), Figure(avatar)
+    layered.layers = SkinLayers(layered)
+    postures = (recorded_postures(_POSTURES) or [_bent(), Posture()])[::5]
+
+    def through(figure: Figure) -> None:
+        for posture in postures:
+            figure.pose(posture)
+
+    took = microseconds({"bare": lambda: through(bare), "layered": lambda: through(layered)}, 40)
+    each = {k: v / len(postures) for k, v in took.items()}
+    ratio = each["layered"] / each["bare"]
+    yield Row(
+        "figure",
+        f"posed figure with muscles and bones, {len(postures)} postures",
+        "time",
+        "us",
+        round(each["layered"], 1),
+        "the same figure without them",
+        round(each["bare"], 1),
+        round(ratio, 3),
+        f"ratio <= {_LAYERS}",
+        ratio <= _LAYERS,
+        machine(),
+    )
+
+
+def _times(avatar: Avatar) -> Iterator[Row]:
+    """Processor time of a posed figure, joints and all, beside linear blend skinning."""
+    figures = [Figure(avatar) for _ in range(3)]
+    figure, mesh = figures[0], avatar.mesh
+    follows, out = figure.skin.influences, np.empty_like(mesh.vertices)
+    name = f"Numba {version('numba')} linear blend skinning, {len(mesh.vertices)} vertices"
+    for case, posture in (("joints straight", Posture()), ("elbows and fingers bent", _bent())):
+        matrices = figure.skin.matrices(pose_joints(avatar.skeleton, posture)).copy()
+        took = microseconds(
+            {
+                "lbs": lambda m=matrices: linear_blend(mesh.vertices, follows.bone, follows.weight, m, out),
+                "ours": lambda p=posture: figure.pose(p),
+            },
+            _ROUNDS,
+        )
+        ratio = took["ours"] / took["lbs"]
+        yield Row(
+            "figure",
+            f"posed figure, no contact, {case}",
+            "time",
+            "us",
+            round(took["ours"], 1),
+            name,
+            round(took["lbs"], 1),
+            round(ratio, 3),
+            f"ratio <= {_SLOWER}",
+            ratio <= _SLOWER,
+            machine(),
+        )
+    postures = recorded_postures(_POSTURES) or [_bent()]
+
+    def frames() -> None:
+        for k in range(60):
+            for number, f in enumerate(figures):
+                f.pose(postures[(k + 67 * number) % len(postures)])
+
+    share = 1e-4 * microseconds({"second": frames}, 3)["second"]
+    yield _row("three figures at 60 Hz", "share of one core", "%", share, f"value <= {_SHARE:.0f}", share <= _SHARE)
+
+
+def _bent() -> Posture:
+    dofs = Posture().dofs.copy()
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        dofs[SHOULDER[side]], dofs[ELBOW[side]] = (0.0, 0.0, -0.5 * sign), 0.8
+    return Posture(dofs, np.tile(RELAXED, (2, 1)))
+
+
+def _sweeps(case: str, avatar: Avatar, postures: list[Posture]) -> Iterator[Row]:
+    found = sweep(avatar, postures)
+    ours = found.pop("")
+    case = f"{case}, {len(postures)} recorded postures"
+    for peer in (LINEAR, DUAL):
+        other = found[peer]
+        for metric, mine, theirs, target in (
+            ("volume change of a limb segment, largest", abs(ours.segments).max(), abs(other.segments).max(), _VOLUME),
+            ("the same, mean", abs(ours.segments).mean(), abs(other.segments).mean(), None),
+            ("volume change of elbow or knee, largest", abs(ours.regions).max(), abs(other.regions).max(), None),
+            ("self-intersecting triangles, mean", ours.crossing.mean(), other.crossing.mean(), _CROSSING),
+            ("self-intersecting triangles, median", np.median(ours.crossing), np.median(other.crossing), None),
+            ("self-intersecting triangles, largest", ours.crossing.max(), other.crossing.max(), None),
+        ):
+            value, beside = 100.0 * float(mine), 100.0 * float(theirs)
+            yield Row(
+                "figure",
+                case,
+                metric,
+                "%",
+                round(value, 3),
+                peer,
+                round(beside, 3),
+                round(value / max(beside, 1e-9), 3),
+                None if target is None else f"value <= {target}",
+                None if target is None else value <= target,
+                machine(),
+            )
+
+
+def _fits(case: str, source: Source) -> Iterator[Row]:
+    """MakeHuman's base mesh where ../shared/data has it, and a built-in person as a mesh without rig."""
+    make_avatar(source, name="warm", primitives=60)  # compiles
+    began = time.perf_counter()
+    made = make_avatar(source, name="body", primitives=60)
+    took = time.perf_counter() - began
+    yield _row(case, "fit, all steps", "s", took, f"value <= {_WITHIN_S:.0f}", took <= _WITHIN_S)
+    for count, limit in _CLOSE_MM.items():
+        mean = 1e3 * refit(made.avatar, count)[1].mean_distance
+        yield _row(case, f"mean distance, {count} primitives", "mm", mean, f"value <= {limit:.0f}", mean <= limit)
+    moved = 1e3 * _moved_at_rest(made.avatar)
+    yield _row(case, "furthest vertex moved at rest", "mm", moved, f"value <= {_MOVED_MM:.0f}", moved <= _MOVED_MM)
+
+
+def _sources() -> Iterator[tuple[str, Source]]:
+    if (_MAKEHUMAN / "base.obj").is_file():
+        yield "MakeHuman body, 13380 vertices, rig and weights", _makehuman()
+    person = builtin_avatar("builtin:seed=3", name="body", height=1.7)
+    mesh = person.mesh
+    none = np.zeros(len(mesh.triangles), np.int32)
+    yield (
+        f"built-in person, {len(mesh.vertices)} vertices, no rig",
+        Source(
+            "body",
+            mesh.vertices.astype(np.float64),
+            mesh.triangles,
+            np.zeros((0, 2)),
+            np.full(mesh.triangles.shape, -1, np.int32),
+            none,
+            ("",),
+            none,
+            (Material(""),),
+        ),
+    )
+
+
+def _makehuman(*targets: str) -> Source:
+    rig, weights = _MAKEHUMAN / "rig.game_engine.json", _MAKEHUMAN / "weights.game_engine.json.gz"
+    return read_source(_MAKEHUMAN / "base.obj", Extras(rig=rig, weights=weights, targets=targets))
+
+
+def _moved_at_rest(avatar: Avatar) -> float:
+    figure = Figure(avatar)
+    rigid, normals = np.empty_like(avatar.mesh.vertices), np.empty_like(avatar.mesh.vertices)
+    figure.skin.pose(pose_joints(avatar.skeleton, Posture()), rigid, normals)
+    return float(np.linalg.norm(figure.pose(Posture()).vertices - rigid, axis=1).max())
+
+
+def _row(case: str, metric: str, unit: str, value: float, target: str, met: bool) -> Row:
+    return Row("figure", case, metric, unit, round(value, 3), None, None, None, target, met, machine())

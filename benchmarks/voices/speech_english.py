@@ -1,0 +1,126 @@
+"""English commands: pocketsphinx over the room's grammar, scored on synthesised speech."""
+
+from __future__ import annotations
+
+import random as stdrandom
+from collections.abc import Iterator
+from functools import cache
+
+import numpy as np
+
+from benchmarks.row import Row, machine
+from benchmarks.voices.speech_english_sentences import TEST
+from benchmarks.voices.speech_score import false_accepts, score, share_of_core
+from benchmarks.voices.speech_sounds import Place
+from vistel.arrays import F32
+from vistel.speech.features import Resampler
+from vistel.speech.grammar import Grammar, Said
+from vistel.speech.heard import SAMPLE_RATE, Hypotheses, Recogniser
+from vistel.speech.meaning import asked_for
+from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser
+from vistel.speech.synthesis import synthesise, voices
+
+VOICES = ("rms", "slt", "awb", "kal16")
+"""Of flite; the first three are of recorded people (CMU Arctic). Settings and confidence were chosen with others: festival's ked,
+espeak-ng."""
+TARGETS = {"clean": 0.97, "20 dB": 0.95, "10 dB": 0.85}
+BELIEVED = 0.5
+COUNT, TALK_S = len(TEST), 600.0
+_SEED = 29
+TALK = (
+    "What time does the train leave tomorrow morning", "We should have lunch before the meeting starts",
+    "Did anybody see the game last night", "My sister is coming to visit us next week", "The weather is really lovely today",
+    "Could you send me that report by Friday", "I am not sure that is what they meant", "We had a good time at the beach",
+    "Tell me when you are ready to go", "She said the results were better than expected",
+    "There is a new restaurant around the corner", "I still have to buy some milk on the way home",
+    "How many people are coming to the party", "He has been working on it for several months",
+    "The price of oil went up again yesterday", "They moved to a bigger house last summer", "It rained so hard that we stayed in",
+    "Our flight was delayed for almost three hours", "The doctor told him to get more rest",
+    "Nobody knew what had happened to the keys", "The museum is closed on Mondays", "I would rather stay at home tonight",
+    "They are building a new bridge over the river", "The students asked a lot of good questions",
+)  # fmt: skip
+
+
+@cache
+def _spoken(text: str, voice: str) -> F32:
+    pcm, rate = synthesise(text, voice)
+    return Resampler(rate).feed(np.concatenate([pcm, np.zeros(64, np.float32)]))
+
+
+def _end_s(sound: F32) -> float:
+    frames = np.sqrt(np.add.reduceat(sound**2, np.arange(0, len(sound), 160)) / 160)
+    return (int(np.flatnonzero(frames > 0.03 * frames.max())[-1]) + 1) * 0.01
+
+
+def _commands(grammar: Grammar, count: int, *, usual: bool) -> Iterator[tuple[Said, F32]]:
+    """usual: what a person would say, instead of what the grammar allows at random."""
+    draw = stdrandom.Random(_SEED)
+    names = [v for v in VOICES if f"flite:{v}" in voices()]
+    for k in range(count):
+        said = grammar.read(TEST[k]) if usual else grammar.pick("en", draw)
+        if said is not None:
+            yield said, _spoken(said.spoken, f"flite:{names[k % len(names)]}")
+
+
+def _talk(seconds: float) -> F32:
+    names = [v for v in VOICES if f"flite:{v}" in voices()]
+    parts: list[F32] = []
+    k = 0
+    while sum(map(len, parts)) < seconds * SAMPLE_RATE:
+        sound = _spoken(TALK[k % len(TALK)], f"flite:{names[(k + k // len(TALK)) % len(names)]}")
+        parts += [sound * np.float32(0.05 / np.sqrt(np.mean(sound**2))), np.zeros(int(0.5 * SAMPLE_RATE), np.float32)]
+        k += 1
+    return np.concatenate(parts)
+
+
+def rows(count: int = COUNT, talk_s: float = TALK_S) -> Iterator[Row]:
+    """Figures as they come; none where flite or pocketsphinx is missing."""
+    if not any(v.startswith("flite:") for v in voices()):
+        print("speech, English: skipped, flite is not installed (apt-get install flite)", flush=True)
+        return
+    grammar, _ = checked_grammar()
+    try:
+        hears = recogniser("en", grammar)
+    except RecogniserError as e:
+        print(f"speech, English: skipped, {e}", flush=True)
+        return
+    late: list[float] = []
+    for condition in TARGETS:
+        for usual in (True, False):
+            yield from accuracy(grammar, hears, condition, count, late, usual=usual)
+    after_s = float(np.percentile(late, 95)) if late else float("nan")
+    yield _row("English", "end of speech to command, p95", "s", after_s, "<= 0.3", after_s <= 0.3)
+    yield from listening(hears, talk_s)
+
+
+def accuracy(grammar: Grammar, hears: Recogniser, condition: str, count: int, late: list[float], *, usual: bool) -> Iterator[Row]:
+    """Of one set of sentences in one condition; late: gets how late each result was [s]."""
+    spoken = list(_commands(grammar, count, usual=usual))
+    place = Place(condition, [sound for _, sound in spoken])
+    heard = [(place.heard(sound), 0.7 + _end_s(sound)) for _, sound in spoken]
+
+    def understood(index: int, found: Hypotheses) -> bool:
+        said = grammar.said(found[0].words, "en") if found[0].words else None
+        return said is not None and asked_for(said.means) == asked_for(spoken[index][0].means)
+
+    result = score(hears, heard, understood, BELIEVED)
+    late += result.late_s[np.isfinite(result.late_s)].tolist()
+    case = f"English, {condition}, {len(spoken)} {'sentences people say' if usual else 'drawn from the grammar'}"
+    yield _row(case, "commands right", "share", result.right, f">= {TARGETS[condition]}", result.right >= TARGETS[condition])
+    yield _row(case, "right and accepted", "share", result.accepted, ">= 0.9", result.accepted >= 0.9)
+
+
+def listening(hears: Recogniser, talk_s: float) -> Iterator[Row]:
+    """What is believed of other talk, and what listening to a quiet room costs."""
+    talk = _talk(talk_s)
+    heard = Place("clean", [talk[: 10 * SAMPLE_RATE]]).heard(talk)
+    wrong = len(false_accepts(hears, heard, BELIEVED)) * 600.0 * SAMPLE_RATE / len(talk)
+    case = f"English, {talk_s / 60.0:.0f} minutes of other talk"
+    yield _row(case, "false accepts in 10 minutes", "", wrong, "<= 1", wrong <= 1.0)
+    hiss = (1e-3 * np.random.default_rng(4).standard_normal(20 * SAMPLE_RATE)).astype(np.float32)
+    share = share_of_core(hears, hiss)
+    yield _row("English, idle", "processor", "of a core", share, "<= 0.25", share <= 0.25)
+
+
+def _row(case: str, metric: str, unit: str, value: float, target: str, met: bool) -> Row:
+    return Row("speech", case, metric, unit, value, None, None, None, target, met, machine())

@@ -1,0 +1,114 @@
+"""Japanese commands by voices the model was not trained on, other talk, how soon, what listening costs, what enrolment
+gives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.row import Row, machine
+from benchmarks.voices.speech_score import Score, false_accepts, score, share_of_core
+from benchmarks.voices.speech_sounds import CONDITIONS, Command, Place, commands, held_out, other_talk
+from scripts.speech_model import rooms
+from scripts.speech_model.corpus import ESPEAK_TEST, seeded
+from scripts.speech_model.voices import RATE, Manner, missing, resampled
+from vistel.arrays import F32
+from vistel.speech.acoustic import Adaptation, japanese
+from vistel.speech.automaton import compile_automaton
+from vistel.speech.enrolment import adapt
+from vistel.speech.grammar import Grammar
+from vistel.speech.grammar_file import load_grammar
+from vistel.speech.heard import Hypotheses
+from vistel.speech.japanese import ACCEPT, JapaneseRecogniser
+from vistel.speech.phones import PHONES, kana_phones
+
+COUNT, TALK_S, ENROLMENT_S = 100, 600.0, 150.0
+TARGETS = {"clean": 0.95, "20 dB": 0.94, "10 dB": 0.88, "reverberant": 0.92}
+_FAR_STEP = 1.25
+"""A throat a fifth shorter than the held-out voice's: a child, far from all that was trained on."""
+
+
+def rows() -> Iterator[Row]:
+    reason = missing() or (None if held_out() else "none of the held-out voices (mei) is here; pip install pyopenjtalk-plus")
+    if reason:
+        print(f"speech, Japanese: skipped, {reason}", flush=True)
+        return
+    where = machine()
+    grammar, _ = load_grammar()
+    said = list(commands(grammar, COUNT, held_out()))
+    sounds = [each.sound for each in said[:30]]
+    late: list[NDArray[np.float64]] = []
+    accepted: list[float] = []
+    for condition in CONDITIONS:
+        found = _scored(grammar, said, Place(condition, sounds))
+        yield _row(f"{COUNT} commands, held-out voice mei, {condition}", "understood", found.right, TARGETS[condition], where)
+        late.append(found.late_s)
+        accepted.append(found.accepted)
+        yield _row(f"the same, {condition}", "right and accepted", found.accepted, None, where)
+    yield _row("over all four conditions", "right and accepted", float(np.mean(accepted)), 0.90, where)
+    p95 = 1000.0 * float(np.nanquantile(np.concatenate(late), 0.95))
+    case = "Japanese, end of utterance to result, p95"
+    yield Row("speech", case, "latency", "ms", p95, None, None, None, "<= 300", p95 <= 300.0, where)
+    yield _false(grammar, sounds, where)
+    yield from _listening(grammar, where)
+    other = list(commands(grammar, COUNT // 2, ESPEAK_TEST, seed=5))
+    found = _scored(grammar, other, Place("clean", sounds))
+    yield _row(f"{COUNT // 2} commands, held-out espeak-ng voices, clean", "understood", found.right, None, where)
+    yield from _enrolled(grammar, where)
+
+
+def _row(case: str, metric: str, value: float, target: float | None, where: str) -> Row:
+    text, met = (None, None) if target is None else (f">= {100 * target:.0f}", value >= target)
+    return Row("speech", f"Japanese, {case}", metric, "%", 100.0 * value, None, None, None, text, met, where)
+
+
+def _recogniser(grammar: Grammar, adaptation: Adaptation | None = None) -> JapaneseRecogniser:
+    return JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), adaptation=adaptation)
+
+
+def _scored(grammar: Grammar, said: list[Command], place: Place, adaptation: Adaptation | None = None) -> Score:
+    def understood(index: int, heard: Hypotheses) -> bool:
+        sentence = grammar.said(heard[0].words, "ja")
+        return sentence is not None and sentence.means == said[index].said.means
+
+    heard = ((place.heard(each.sound, 0.7), 0.7 + each.end_s) for each in said)
+    return score(_recogniser(grammar, adaptation), heard, understood, ACCEPT)
+
+
+def _false(grammar: Grammar, sounds: list[F32], where: str) -> Row:
+    talk = other_talk(TALK_S, held_out())
+    half = len(talk) // 2
+    heard = np.concatenate([Place("clean", sounds).heard(talk[:half]), Place("20 dB", sounds).heard(talk[half:])])
+    found = len(false_accepts(_recogniser(grammar), heard, ACCEPT))
+    rate = found / (len(heard) / RATE / 600.0)
+    case = f"Japanese, {len(heard) / RATE / 60.0:.0f} minutes of other talk, held-out voice and texts, half of it at 20 dB"
+    return Row("speech", case, "false accepts", "in 10 minutes", rate, None, None, None, "<= 1", rate <= 1.0, where)
+
+
+def _listening(grammar: Grammar, where: str) -> Iterator[Row]:
+    random = seeded(6, "idle")
+    quiet = 0.003 * rooms.coloured(random, 20 * RATE, 3.0)
+    share = 100.0 * share_of_core(_recogniser(grammar), quiet)
+    case = "Japanese, listening to a quiet room"
+    yield Row("speech", case, "processor time", "% of a core", share, None, None, None, "<= 25", share <= 25, where)
+
+
+def _enrolled(grammar: Grammar, where: str) -> Iterator[Row]:
+    """A voice far from all others, before and after it read sentences of its own."""
+    far = Manner(rate=1.0 / _FAR_STEP, semitones=1.0)
+    voice = held_out()[:1]
+    read = [_shorter(each) for each in commands(grammar, int(ENROLMENT_S / 2.5), voice, seed=21, manner=far)]
+    said = [_shorter(each) for each in commands(grammar, COUNT // 2, voice, seed=22, manner=far)]
+    room = Place("20 dB", [each.sound for each in read])
+    learnt = adapt(japanese(), [(room.heard(each.sound, 0.3, 0.3), each.said.spoken) for each in read])
+    case = f"{COUNT // 2} commands, a voice far from the training, 20 dB"
+    for what, adaptation in (("before enrolment", None), (f"after {ENROLMENT_S:.0f} s of it", learnt)):
+        found = _scored(grammar, said, Place("20 dB", [each.sound for each in said]), adaptation)
+        yield _row(f"{case}, {what}", "understood", found.right, None, where)
+
+
+def _shorter(command: Command) -> Command:
+    return replace(command, sound=resampled(command.sound, _FAR_STEP), end_s=command.end_s / _FAR_STEP)

@@ -1,0 +1,1 @@
+"""Bytes, clocks and streams."""
