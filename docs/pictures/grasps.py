@@ -35,7 +35,7 @@ from vistel.space.things.things import Thing
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
-from benchmarks import grasp_trials  # of this repository, not installed
+from benchmarks.figures import grasp_trials  # of this repository, not installed
 
 THINGS = {"baton": 0.020, "ball": 0.045, "box": 0.040, "can": 0.040, "cone": 0.040, "tile": 0.015}
 """How far from the palm each lies as the hand comes to it [m]."""

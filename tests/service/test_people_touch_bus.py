@@ -6,7 +6,6 @@ Motions go through their codec to the real world service; what it says goes to t
 from __future__ import annotations
 
 import asyncio
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_people_touch import AHEAD, CLEAR, SHAKE, SIDEWAYS, UP, mirrored, with_hand
 from world_site import TICK_NS, WorldSite
 
 from vistel.figure.body import pose_body, standard_body
@@ -26,9 +26,6 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world.room_now import WorldDecoder
 from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.world.verify import verify
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "unit/space"))
-from test_people_touch import AHEAD, CLEAR, SHAKE, SIDEWAYS, UP, mirrored, with_hand
 
 SKELETON = standard_skeleton()
 BODY = standard_body(SKELETON)

@@ -230,7 +230,8 @@ def worlds() -> Iterator[tuple[str, Any]]:
     """The endpoint of a router, and how to start a world: place, folder, waits -> its process."""
     router = Router.open()
     program = [sys.executable, str(Path(__file__).with_name("world_place.py")), router.endpoint]
-    parent = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    path = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    parent = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=path)
     assert parent.stdin is not None and parent.stdout is not None
     assert parent.stdout.readline() == "ready\n"
     pids: list[int] = []

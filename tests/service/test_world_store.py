@@ -41,6 +41,7 @@ def test_a_world_killed_at_any_moment_has_done_whatever_anybody_was_told_it_had(
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
     )
     assert victim.stdin is not None and victim.stdout is not None
     try:

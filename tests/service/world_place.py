@@ -12,8 +12,6 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 from world_site import CONFERENCE
 
 from vistel.conference.paths import RunPaths

@@ -10,8 +10,6 @@ import os
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 from world_site import PEOPLE, START_NS, TICK_NS, WorldSite
 
 from vistel.v1.command_pb2 import Command, MoveThing

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
+from figure_fixture import tube_person
 from typer.testing import CliRunner
 
 from vistel.figure.formats.avatar_file import save_avatar
 from vistel.implicit.scene import load
 from vistel_cli.main import app
-
-sys.path.append(str(Path(__file__).parents[1] / "figure"))
-from figure_fixture import tube_person
 
 
 @pytest.fixture(scope="module")

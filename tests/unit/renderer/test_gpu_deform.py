@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
+from figure_fixture import capsule, tube_person
 
 from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
@@ -28,9 +28,6 @@ from vistel.implicit.meshes.embedding import Hinge, Limbs, embed
 from vistel_services.renderer.gl_context import Surface
 from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape, choose_engine, constants
 from vistel_services.renderer.programs import source
-
-sys.path.append(str(Path(__file__).parents[1] / "figure"))
-from figure_fixture import capsule, tube_person
 
 pytestmark = pytest.mark.gl
 

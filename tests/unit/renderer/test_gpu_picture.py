@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+from figure_fixture import tube_person
 
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, Stance, standing
 from vistel_services.renderer.figures import Person
@@ -15,9 +13,6 @@ from vistel_services.renderer.playout import Timing
 from vistel_services.renderer.stage import About, Instant, PersonNow
 from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.world_view import Ghost, WorldView
-
-sys.path.append(str(Path(__file__).parents[1] / "figure"))
-from figure_fixture import tube_person
 
 pytestmark = pytest.mark.gl
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
+from figure_fixture import tube_person
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
@@ -14,9 +14,6 @@ from vistel.figure.posture.posture import ELBOW, Posture
 from vistel_services.renderer.drawn_figures import Corners
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.service import configure
-
-sys.path.append(str(Path(__file__).parents[1] / "figure"))
-from figure_fixture import tube_person
 
 
 def _drawn(person: Person, elbow: float) -> np.ndarray:

@@ -111,12 +111,7 @@ def test_the_world_says_contacts_of_a_hand_as_it_is_seen_on_what_it_holds() -> N
 
 def test_recorded_hands_take_what_they_close_round_and_nothing_else(shared_data: Path) -> None:
     """A few of what `vistel bench grasp` plays by the hundred."""
-    import sys
-
-    root = str(Path(__file__).resolve().parents[3])
-    if root not in sys.path:
-        sys.path.insert(0, root)
-    from benchmarks import grasp_trials as trials
+    from benchmarks.figures import grasp_trials as trials
 
     assert (shared_data / "hand").is_dir()
     true = [t for t in trials.true_trials(1) if t.name.split(", ")[1].split()[0] in ("ball", "pill") and "grab 1" not in t.name]

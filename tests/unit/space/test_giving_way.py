@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from test_together import FAR, both, pulled_apart
 from test_tracked_things import PropPlay
 from test_world_steps import Play, at, reaching, take_baton
 
+from benchmarks.figures.grasp_depth import deepest
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.hands.fitting import hand_of
 from vistel.space.people import build_of
 from vistel.space.room import BATON, TABLE_HEIGHT
 from vistel.space.view import WorldView
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
-from benchmarks.figures.grasp_depth import deepest
 
 BUILD = build_of(1.75, 1.0)
 MOST = 0.001
