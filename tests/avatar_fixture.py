@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from vistel.figure.avatar.avatar import Avatar, Mesh, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.body import Body
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 
 LONGER = 1.18

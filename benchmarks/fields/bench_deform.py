@@ -22,8 +22,8 @@ from benchmarks.fields.deform_scenes import Body, body, capsules, hugging
 from benchmarks.figures.figure_peers import linear_blend
 from benchmarks.row import Row, machine
 from benchmarks.timing import microseconds
-from vistel.figure.avatar.builtin import builtin_avatar
 from vistel.figure.figure import Figure
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, Stance, standing
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact import ContactScene

@@ -9,9 +9,9 @@ import numpy as np
 
 from benchmarks.fields.deform_scenes import hugging
 from benchmarks.row import Row, machine
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.figure import Figure
 from vistel.figure.figure_plan import FigurePlanner
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture
 from vistel.implicit.deformation.ghost_source import GhostSource
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface

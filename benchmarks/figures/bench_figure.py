@@ -19,12 +19,13 @@ from benchmarks.figures.figure_postures import recorded_postures
 from benchmarks.figures.figure_sweep import DUAL, LINEAR, sweep
 from benchmarks.row import Row, machine
 from benchmarks.timing import microseconds
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
 from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.making.files.read import Extras, read_source
-from vistel.figure.making.files.source import Material, Source
 from vistel.figure.making.make import make_avatar, refit
+from vistel.figure.making.source import Material, Source
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.hands import RELAXED
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints
 

@@ -16,8 +16,8 @@ import numpy as np
 from benchmarks.fields.bench_field import alternating
 from benchmarks.figures import face_rules, wrinkle_frames
 from benchmarks.row import Row, machine
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.figure import Figure
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, Posture, pose_joints, standing
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.displacement import displacement_map

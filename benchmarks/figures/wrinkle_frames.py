@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.row import Row
-from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, Posture, Stance, standing
 from vistel.space.room import seat_pose
 from vistel.wrinkle.dressing import dressed

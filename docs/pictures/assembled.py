@@ -21,7 +21,7 @@ from PIL import Image
 from vistel.figure.making.assembly.assemble import assemble
 from vistel.figure.making.assembly.file import read_assembly
 from vistel.figure.making.files.read import read_source
-from vistel.figure.making.files.source import Source
+from vistel.figure.making.source import Source
 
 ROOT = Path(__file__).resolve().parents[2]
 log = logging.getLogger("pictures")

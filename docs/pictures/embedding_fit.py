@@ -13,8 +13,8 @@ from implicit_render import font
 from mesh_render import Part, Studio, normals
 from PIL import Image, ImageDraw
 
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.figure_limbs import limbs_of
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.implicit.meshes.embedding import embed
 from vistel.implicit.meshes.embedding_report import EDGES, FitReport, fit_report
 

@@ -19,11 +19,12 @@ from mesh_render import Part, Studio
 from PIL import Image
 
 from vistel.arrays import F64
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.arm_clearance import clear_of_body
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure, FigureState
-from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.formats.load import load_any
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.hands import FLAT, RELAXED, finger_posture, hand_rotation
-from vistel.figure.posture.limits import clear_of_body
 from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.posture.reach import reach
 from vistel.figure.posture.standard import standard_postures

@@ -18,8 +18,9 @@ from mesh_render import Part, Studio
 from PIL import Image
 
 import vistel.implicit as vi
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure, FigureState
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, NECK, SHOULDER, WRIST, Posture, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet

@@ -19,9 +19,9 @@ from mesh_render import Part, Studio
 from PIL import Image
 
 from vistel.arrays import F64
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.figure import Figure
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix

@@ -18,13 +18,14 @@ import numpy as np
 from PIL import Image
 
 import vistel.implicit as vi
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
-from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.formats.load import load_any
 from vistel.figure.layers.model import Layer, LayeredModel, layered_model
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.scene_text import COLOURS
 from vistel.figure.layers.skin import Anatomy, SkinLayers
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints
 from vistel.figure.posture.standard import standard_postures
 from vistel.figure.skeleton import JOINT_INDEX

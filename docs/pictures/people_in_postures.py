@@ -14,8 +14,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from vistel.figure.avatar.avatar import builtin_avatar
-from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.formats.load import load_any
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.standard import standard_postures
 from vistel_services.renderer.portrait import Portraits
 

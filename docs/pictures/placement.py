@@ -17,7 +17,7 @@ from mesh_render import Part, Studio, normals
 from PIL import Image
 
 import vistel.implicit as vi
-from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer

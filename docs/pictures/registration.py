@@ -14,10 +14,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from vistel.figure.avatar.avatar import Avatar, Registration, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar, Registration
 from vistel.figure.avatar.texture import islands, registered, with_picture
 from vistel.figure.figure import Figure
 from vistel.figure.making.uv_sheet import uv_sheet
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
 from vistel_services.renderer.portrait import Portraits
 

@@ -17,9 +17,10 @@ import numpy as np
 from vistel.arrays import F64, U8
 from vistel.conference.files import load
 from vistel.conference.paths import RunPaths
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
-from vistel.figure.posture.hands import OPEN, RELAXED, closed_round, hand_rotation
+from vistel.figure.grip import closed_round
+from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.posture.hands import OPEN, RELAXED, hand_rotation
 from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.pose import Pose

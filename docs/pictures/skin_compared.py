@@ -18,9 +18,10 @@ from mesh_render import Part, Studio, normals
 from PIL import Image
 
 from vistel.arrays import F32
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure, vertex_normals
-from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.formats.load import load_any
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, WRIST, Posture, pose_joints
 from vistel.figure.posture.standard import standard_postures
 from vistel.figure.rigid.component import RigidSkin

@@ -20,10 +20,11 @@ from mesh_render import Part, Studio
 from PIL import Image
 
 from vistel.arrays import F64
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.figure import Figure
-from vistel.figure.posture.hands import OPEN, closed_round, hand_rotation
+from vistel.figure.grip import closed_round
+from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.posture.hands import OPEN, hand_rotation
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.pose import Pose

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 from aiohttp import web
 
-from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.wrinkle.wardrobe import wardrobe
 from vistel_cli.wrinkle.studio.opened import Opened
 from vistel_cli.wrinkle.studio.server import Studio

@@ -18,8 +18,8 @@ from PIL import Image, ImageDraw
 from wrinkle_render import Studio, View
 
 from vistel.arrays import U8
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.figure import Figure
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, Posture, standing
 from vistel.figure.posture.standard import standard_postures
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion

@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.making.assembly.piece import Piece, cut
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_rotvec
 

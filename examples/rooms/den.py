@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.files.source import Material
+from vistel.figure.making.source import Material
 from vistel.geometry.rotation import quaternion_from_matrix, rotation_x, rotation_y
 from vistel.space.files import Interior, Model, save_usd
 from vistel.space.room import Room, Seat

@@ -16,8 +16,8 @@ from world_site import START_NS, WorldSite
 from vistel.conference.avatar_files import keep_parcel, kept_parcel, parcel_path
 from vistel.conference.files import load
 from vistel.conference.paths import RunPaths
-from vistel.figure.avatar.parcel import pack, unpack
 from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.formats.parcel import pack, unpack
 from vistel.figure.formats.usd import save_usd
 from vistel.space.people import build_like
 from vistel.v1.motion_pb2 import AvatarPart, Participant

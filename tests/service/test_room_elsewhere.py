@@ -23,7 +23,7 @@ from vistel.conference.paths import RunPaths
 from vistel.conference.room_assets import keep_asset, kept_asset, kept_model
 from vistel.conference.rooms import interior_of
 from vistel.conference.seats import seat_place
-from vistel.figure.making.files.source import Material
+from vistel.figure.making.source import Material
 from vistel.geometry.pose import Pose
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model

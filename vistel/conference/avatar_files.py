@@ -8,7 +8,7 @@ from pathlib import Path
 from vistel.conference.kept import make_room, read_kept, write_whole
 from vistel.conference.model import Participant
 from vistel.figure.avatar.cache_folder import default_cache
-from vistel.figure.avatar.parcel import ENDING
+from vistel.figure.formats.parcel import ENDING
 from vistel.wire.parcels import MOST_BYTES, digest_of, is_digest
 
 log = logging.getLogger("vistel.avatars")

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64, U8
+from vistel.figure.avatar.atlas import atlas
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch, patch_of
-from vistel.figure.making.pictures import atlas
 from vistel.figure.people.bake import rasterise
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.islands import shown_by, spread_out

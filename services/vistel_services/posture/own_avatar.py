@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from vistel.conference.avatar_files import keep_parcel
 from vistel.figure.avatar.avatar import scaled
-from vistel.figure.avatar.parcel import read_parcel
 from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.formats.load import read_parcel
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.parcels import digest_of, parts_of

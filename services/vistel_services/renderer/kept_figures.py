@@ -20,7 +20,7 @@ import numpy as np
 
 from vistel.figure import figure
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.avatar.builtin import by_turns, default_cache
+from vistel.figure.avatar.cache_folder import default_cache, file_lock
 from vistel.figure.layers import skin
 from vistel.jit.kernel_jit import stamp_of
 from vistel.whole_file import whole_file
@@ -46,7 +46,7 @@ def person_of(avatar: Avatar, cache: Path | None = None, wears: Sequence[str] = 
     path = folder / f"{_digest(avatar, wears)}.pickle"
     if (kept := _read(path)) is not None:
         return kept
-    with by_turns(path.with_suffix(".lock")):
+    with file_lock(path.with_suffix(".lock")):
         if (kept := _read(path)) is not None:
             return kept
         person = Person(avatar, wears=wardrobe(wears) if wears else _own_wrinkles(avatar))

@@ -8,9 +8,10 @@ from types import MappingProxyType
 
 from vistel.conference.model import Conference
 from vistel.figure.avatar.avatar import Avatar, scaled
-from vistel.figure.avatar.builtin import builtin_avatar, default_cache
-from vistel.figure.avatar.parcel import unpack
-from vistel.figure.formats.avatar_file import load_any
+from vistel.figure.avatar.cache_folder import default_cache
+from vistel.figure.formats.load import load_any
+from vistel.figure.formats.parcel import unpack
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
 from vistel_services.renderer.figures import Person
 from vistel_services.renderer.kept_figures import person_of

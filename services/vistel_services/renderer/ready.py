@@ -15,8 +15,8 @@ from vistel.conference.avatar_files import avatar_file
 from vistel.conference.files import public_avatar
 from vistel.conference.model import Conference
 from vistel.conference.model import Room as RoomKeys
-from vistel.figure.avatar.parcel import read_parcel
 from vistel.figure.face.gaze import converged
+from vistel.figure.formats.load import read_parcel
 from vistel.figure.posture.posture import standing
 from vistel.space.files.interior import Interior
 from vistel.space.room import Room, meeting_room

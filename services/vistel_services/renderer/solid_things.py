@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 
 from vistel.arrays import F32, U8
-from vistel.figure.making.files.source import Finish
+from vistel.figure.making.source import Finish
 from vistel.space.files.surfaces import PLAIN, Piece
 from vistel.space.things.tessellate import Surface3
 from vistel_services.renderer.programs import program, put

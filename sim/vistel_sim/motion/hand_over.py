@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64
 from vistel.figure.body import standard_body
-from vistel.figure.posture.hands import OPEN, RELAXED, closed_on
+from vistel.figure.grip import closed_on
+from vistel.figure.posture.hands import OPEN, RELAXED
 from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y, slerp
 from vistel.space.room import BATON, meeting_room, table_radius

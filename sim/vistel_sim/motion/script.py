@@ -13,7 +13,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.body import standard_body
-from vistel.figure.posture.hands import FLAT, OPEN, PRESSED, RELAXED, closed_round, hand_rotation
+from vistel.figure.grip import closed_round
+from vistel.figure.posture.hands import FLAT, OPEN, PRESSED, RELAXED, hand_rotation
 from vistel.figure.posture.sensors import Placement
 from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix

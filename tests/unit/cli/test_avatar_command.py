@@ -12,10 +12,12 @@ import pytest
 from typer.testing import CliRunner
 
 from vistel.conference.files import load, public_avatar
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
-from vistel.figure.formats.avatar_file import export_obj, load_any
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats.gltf import save_gltf
+from vistel.figure.formats.load import load_any
+from vistel.figure.formats.obj import export_obj
 from vistel.figure.formats.usd import save_usd
+from vistel.figure.people.builtin import builtin_avatar
 from vistel_cli.main import app
 from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
 from vistel_services.renderer.people import files_of, load_avatar_of

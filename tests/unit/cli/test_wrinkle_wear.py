@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats.usd import load_usd, save_usd
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.wrinkle.wardrobe import sets_in
 from vistel_cli.main import app
 

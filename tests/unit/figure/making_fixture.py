@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import SHOULDER, Posture
 
 

@@ -13,8 +13,8 @@ from vistel.arrays import F64
 from vistel.figure.making.assembly.assemble import Assembled, assemble
 from vistel.figure.making.assembly.colour import colour_at
 from vistel.figure.making.assembly.piece import Piece, cut, loops
-from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.parts import soundness
+from vistel.figure.making.source import MakingError
 
 AROUND = 28
 RADIUS = 0.045

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.people import person as people
 from vistel.figure.people.bake import rasterise
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.people.head import MOUTH_Y
 from vistel.figure.people.recipe import parse_spec
 from vistel.figure.skeleton import JOINT_INDEX

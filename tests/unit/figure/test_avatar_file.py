@@ -9,8 +9,10 @@ import trimesh
 from figure_fixture import tube_person
 from PIL import Image
 
-from vistel.figure.avatar import builtin as avatar_builtin
-from vistel.figure.formats.avatar_file import AvatarFileError, export_obj, load_avatar, save_avatar
+from vistel.figure.avatar.check import AvatarFileError
+from vistel.figure.formats.avatar_file import load_avatar, save_avatar
+from vistel.figure.formats.obj import export_obj
+from vistel.figure.people import builtin as avatar_builtin
 
 
 @pytest.fixture

@@ -17,13 +17,14 @@ from making_fixture import person
 from scipy.spatial import KDTree
 
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.formats.avatar_file import AvatarFileError, load_any
+from vistel.figure.avatar.check import AvatarFileError
 from vistel.figure.formats.gltf import save_gltf
-from vistel.figure.formats.usd import joints_only
+from vistel.figure.formats.load import load_any
 from vistel.figure.making.files.read import read_source
-from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.files.vrm import REQUIRED, house_name, vrm_name
 from vistel.figure.making.make import make_avatar
+from vistel.figure.making.source import MakingError
+from vistel.figure.rigid.weights import joints_only
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 
 _PARENTS = {

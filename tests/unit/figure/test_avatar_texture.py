@@ -15,8 +15,8 @@ from making_fixture import person
 
 from vistel.figure.avatar.avatar import Avatar, Registration
 from vistel.figure.avatar.texture import island_of, islands, registered, unregistered, with_picture
-from vistel.figure.formats.avatar_file import load_any
 from vistel.figure.formats.gltf import save_gltf
+from vistel.figure.formats.load import load_any
 from vistel.figure.formats.usd import save_usd
 
 ISLAND = 3

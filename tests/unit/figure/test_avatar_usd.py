@@ -13,10 +13,11 @@ from making_fixture import person
 from pxr import Usd, UsdSkel, UsdValidation
 
 from vistel.figure.avatar.avatar import Avatar, scaled
-from vistel.figure.formats.avatar_file import AvatarFileError, load_any
-from vistel.figure.formats.usd import joints_only, load_usd, save_usd
+from vistel.figure.avatar.check import AvatarFileError
+from vistel.figure.formats.load import load_any
+from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.figure.making.make import refit
-from vistel.figure.rigid.weights import influences
+from vistel.figure.rigid.weights import influences, joints_only
 from vistel.figure.skeleton import JOINTS
 
 

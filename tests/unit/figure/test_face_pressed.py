@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.marks import MARK_INDEX
 from vistel.figure.figure import Figure
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet

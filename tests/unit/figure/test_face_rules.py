@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from vistel.arrays import F64
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.face.countenance import Countenance
 from vistel.figure.face.intensities import MarkReader, by_loudness
 from vistel.figure.face.landmarks import Landmarks, landmarks_of
 from vistel.figure.face.marks import MARK_INDEX, REST, Expressions
 from vistel.figure.face.rules import FaceRuleError, builtin_rules, load_rules
 from vistel.figure.face.shape import Expression, FaceShape
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, interpolate
 from vistel.protocol.live_link_face import CHANNELS
 

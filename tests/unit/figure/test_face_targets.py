@@ -12,18 +12,19 @@ import pytest
 from gltf_fixture import chunks, foreign, small, write_glb
 
 from vistel.figure.avatar.avatar import Avatar, Target
+from vistel.figure.avatar.check import AvatarFileError
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.rules import builtin_rules
 from vistel.figure.face.shape import Expression
 from vistel.figure.face.skin import FaceSkin
 from vistel.figure.face.targets import Meaning, meant
-from vistel.figure.formats.avatar_file import AvatarFileError, load_avatar, save_avatar
+from vistel.figure.formats.avatar_file import load_avatar, save_avatar
 from vistel.figure.formats.gltf import save_gltf
 from vistel.figure.formats.gltf_read import load_gltf
 from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.figure.making.files.read import Extras, read_source
-from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.make import make_avatar
+from vistel.figure.making.source import MakingError
 
 RULES = builtin_rules()
 

@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.avatar.builtin import builtin_avatar
 from vistel.figure.face.landmarks import EYEBALL, landmarks_of
 from vistel.figure.face.rules import builtin_rules
 from vistel.figure.face.shape import Expression, FaceShape
+from vistel.figure.people.builtin import builtin_avatar
 
 RULES = builtin_rules()
 HEADS = ("builtin:seed=3", "builtin:seed=4,pattern=4,top=7", "builtin:seed=12,build=1.2")

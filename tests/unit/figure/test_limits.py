@@ -10,8 +10,9 @@ from figure_fixture import tube_person
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vistel.figure.arm_clearance import clear_of_body
 from vistel.figure.body import pose_body
-from vistel.figure.posture.limits import ankle_range, axial_range, clear_of_body, within_limits
+from vistel.figure.posture.limits import ankle_range, axial_range, within_limits
 from vistel.figure.posture.posture import ANKLE, DOF_COUNT, ELBOW, KNEE, SHOULDER, WRIST, Posture, pose_joints, standing
 from vistel.figure.posture.standard import standard_postures
 

@@ -14,11 +14,11 @@ from PIL import Image
 
 from vistel.figure.figure import Figure
 from vistel.figure.making.files.read import Extras, read_source
-from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.levels import cut_apart, with_coarser
 from vistel.figure.making.make import Making, make_avatar, refit
 from vistel.figure.making.names import house_joint
 from vistel.figure.making.parts import soundness
+from vistel.figure.making.source import MakingError
 from vistel.figure.posture.posture import Posture
 from vistel.figure.posture.standard import standard_postures
 from vistel.figure.skeleton import JOINT_INDEX

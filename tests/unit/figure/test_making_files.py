@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
-from vistel.figure.formats.usd import joints_only
 from vistel.figure.making.files.read import read_source
-from vistel.figure.making.files.source import MakingError, Source
 from vistel.figure.making.make import make_avatar
 from vistel.figure.making.places import joints_by_place
 from vistel.figure.making.rigs import mapped
+from vistel.figure.making.source import MakingError, Source
 from vistel.figure.making.upright import Upright, upright
+from vistel.figure.rigid.weights import joints_only
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
 from vistel.geometry.rotation import matrix_from_rotvec
 

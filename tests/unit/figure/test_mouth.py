@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.lips import sides_of_mouth
 from vistel.figure.face.rules import builtin_rules
 from vistel.figure.face.shape import Expression
 from vistel.figure.face.skin import FaceSkin
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.people.mouth import HALF, line, open_mouth
 
 RULES = builtin_rules()

@@ -12,10 +12,10 @@ from avatar_fixture import long_armed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.figure.avatar import parcel
-from vistel.figure.avatar.parcel import pack, unpack
+from vistel.figure.avatar.check import AvatarFileError
 from vistel.figure.avatar.proportions import Proportions
-from vistel.figure.formats.avatar_file import AvatarFileError
+from vistel.figure.formats import parcel
+from vistel.figure.formats.parcel import pack, unpack
 from vistel.figure.skeleton import JOINTS
 
 

@@ -15,18 +15,20 @@ from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdValidation, Vt
 
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.avatar.parcel import pack, unpack
+from vistel.figure.avatar.check import AvatarFileError
 from vistel.figure.avatar.patch import Patch, from_arrays, patch_of, to_arrays
-from vistel.figure.formats.avatar_file import AvatarFileError, load_any, save_avatar
+from vistel.figure.formats.avatar_file import save_avatar
 from vistel.figure.formats.gltf import save_gltf
+from vistel.figure.formats.load import load_any
+from vistel.figure.formats.parcel import pack, unpack
 from vistel.figure.formats.usd import save_usd
 from vistel.figure.making.dress import placed
 from vistel.figure.making.files.gltf import Document, read_document
 from vistel.figure.making.files.gltf_materials import GltfMaterials
 from vistel.figure.making.files.read import read_source
-from vistel.figure.making.files.source import Material
 from vistel.figure.making.make import make_avatar
 from vistel.figure.making.maps import CLAMP, MIRROR, REPEAT, Lying, laid, steeper, tiled
+from vistel.figure.making.source import Material
 
 RNG = np.random.default_rng(4)
 FIELDS = ("box", "roughness", "metallic", "glow", "cutoff", "blend", "both_sides")

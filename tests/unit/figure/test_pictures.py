@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from vistel.figure.making import pictures
-from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.pictures import decode
+from vistel.figure.making.source import MakingError
 
 RED, GREEN = (200, 10, 10), (0, 150, 0)
 

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from vistel.figure.making.files.read_ply import read_ply
-from vistel.figure.making.files.source import MakingError
+from vistel.figure.making.source import MakingError
 
 N = 24
 ANGLE = 2 * np.pi * np.arange(N) / N

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.figure.avatar.builtin import builtin_avatar
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.ghost_source import ghosts_of

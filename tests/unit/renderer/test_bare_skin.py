@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vistel.figure.avatar.avatar import Avatar, builtin_avatar
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.people.builtin import builtin_avatar
 from vistel_services.renderer.bare_skin import bare_skin, is_bare
 
 LIGHT, DARK = ("builtin:seed=2", 1.64), ("builtin:seed=4,pattern=4,top=7", 1.82)

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vistel.figure.avatar.avatar import builtin_avatar
 from vistel.figure.face.gaze import FARTHEST, converged, distance_looked_at
 from vistel.figure.face.marks import REST, Expressions
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import NECK, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.messages.postures import posture_of

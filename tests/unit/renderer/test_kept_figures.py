@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vistel.figure.avatar.builtin import builtin_avatar
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
 from vistel_services.renderer.figures import Corners, Person
 from vistel_services.renderer.kept_figures import person_of
@@ -17,7 +17,7 @@ from vistel_services.renderer.kept_figures import person_of
 SHOW = """
 import hashlib, sys
 from pathlib import Path
-from vistel.figure.avatar.builtin import builtin_avatar
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
 from vistel_services.renderer.kept_figures import person_of
 person = person_of(builtin_avatar("builtin:seed=3", name="ann", height=1.7), Path(sys.argv[1]))

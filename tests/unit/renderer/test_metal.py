@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vistel.figure.making.files.source import Finish
+from vistel.figure.making.source import Finish
 from vistel.space.files.surfaces import Piece
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate

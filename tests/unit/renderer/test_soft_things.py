@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vistel.figure.making.files.source import Material
+from vistel.figure.making.source import Material
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.space.files.model import Model

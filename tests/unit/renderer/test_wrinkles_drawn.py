@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 from vistel.arrays import U8
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet

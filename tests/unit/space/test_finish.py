@@ -13,7 +13,7 @@ from trimesh.visual.material import PBRMaterial
 
 from vistel.figure.making.files.read_gltf import read_gltf
 from vistel.figure.making.files.read_usd import read_usd
-from vistel.figure.making.files.source import Finish, Material
+from vistel.figure.making.source import Finish, Material
 from vistel.space.files import Interior, Model, load_room, save_usd
 from vistel.space.files.gltf_write import save_glb
 from vistel.space.files.surfaces import PLAIN, pieces_of

@@ -11,7 +11,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from vistel.colour import linear
-from vistel.figure.making.files.source import Material
+from vistel.figure.making.source import Material
 from vistel.space.commands.reshape import curved, joined, painted, scaled, stretched
 from vistel.space.files import Interior, Model, RoomFileError, load_room, load_seats, load_things, save_usd
 from vistel.space.files.edit import edited

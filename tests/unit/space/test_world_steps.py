@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.figure.body import standard_body
-from vistel.figure.posture.hands import OPEN, closed_round, hand_rotation
+from vistel.figure.grip import closed_round
+from vistel.figure.posture.hands import OPEN, hand_rotation
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import matrix_from_quaternion, rotvec_from_matrix

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.figure.avatar.avatar import builtin_avatar
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import DOF_COUNT, Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.wrinkle.dressing import Dressed, dressed

@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vistel.figure.avatar.avatar import Avatar, Mesh, builtin_avatar
-from vistel.figure.avatar.parcel import pack, unpack
-from vistel.figure.formats.avatar_file import AvatarFileError, load_any, load_avatar, save_avatar
+from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.check import AvatarFileError
+from vistel.figure.formats.avatar_file import load_avatar, save_avatar
 from vistel.figure.formats.gltf import save_gltf
+from vistel.figure.formats.load import load_any
+from vistel.figure.formats.parcel import pack, unpack
 from vistel.figure.formats.usd import save_usd
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.wardrobe import load_sets, sets_in, wardrobe

@@ -6,7 +6,6 @@ Every mesh lies in the model frame of `vistel.figure.skeleton` (metres, Y up, fa
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,11 +115,3 @@ def scaled(avatar: Avatar, height: float) -> Avatar:
         return replace(level, skeleton=skeleton, body=body, mesh=mesh, eyeballs=tuple(eyes), coarser=())
 
     return replace(grown(avatar), coarser=tuple(grown(level) for level in avatar.coarser))
-
-
-def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:
-    """The built-in person of `spec`; see `vistel.figure.avatar.builtin.builtin_avatar`."""
-    # Making people needs the packages of the extra "avatar"; who only draws avatars does without.
-    from vistel.figure.avatar import builtin as avatar_builtin  # noqa: PLC0415
-
-    return avatar_builtin.builtin_avatar(spec, name=name, height=height, cache=cache)

@@ -2,20 +2,34 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import fault_of
 from vistel.figure.avatar.proportions import Proportions
-from vistel.figure.formats.avatar_file import MOST_TEXELS, AvatarFileError
+from vistel.figure.body import Body
 from vistel.figure.rigid.weights import TWIST_BONES
-from vistel.figure.skeleton import JOINTS
+from vistel.figure.skeleton import JOINTS, Skeleton
 
-MOST_VERTICES, MOST_TRIANGLES = 200_000, 400_000
-MOST_LEVELS, MOST_TARGETS = 6, 300
+MOST_TEXELS = 4096
+"""Texels along a side of a texture."""
+MOST_VERTICES = 200_000
+"""Vertices of one mesh."""
+MOST_TRIANGLES = 400_000
+"""Triangles of one mesh."""
+MOST_LEVELS = 6
+"""Coarser levels of detail."""
+MOST_TARGETS = 300
+"""Expression targets of one mesh."""
 MOST_WRINKLES = 1 << 18
-"""Letters of what says which wrinkles it wears."""
+"""Characters of the text that describes the wrinkles it wears."""
+
+
+class AvatarFileError(ValueError):
+    """An avatar file that cannot be used. The message is one line: which file, and why."""
 
 
 def check_avatar(avatar: Avatar, where: str) -> None:
@@ -78,6 +92,38 @@ def check_targets(mesh: Mesh, where: str) -> None:
             raise AvatarFileError(f"{where}: target {t.name!r} is damaged")
         if len(t.vertex) and (t.vertex.min() < 0 or t.vertex.max() >= len(mesh.vertices) or np.abs(t.offset).max() > 1.0):
             raise AvatarFileError(f"{where}: target {t.name!r} moves what is not there, or far away")
+
+
+def check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
+    """Raises AvatarFileError for primitives or joints of a file that do not fit together."""
+    count = len(body)
+    shapes = (body.joint.shape, body.a.shape, body.b.shape, body.radius_a.shape, body.radius_b.shape)
+    if count == 0 or shapes != ((count,), (count, 3), (count, 3), (count,), (count,)):
+        raise AvatarFileError(f"{path}: primitives of different counts; export the avatar again")
+    if skeleton.rest.shape != (len(JOINTS), 3) or skeleton.tip.shape != (len(JOINTS), 3):
+        raise AvatarFileError(f"{path}: {len(skeleton.rest)} joints, expected {len(JOINTS)}")
+    if body.joint.min() < 0 or body.joint.max() >= len(JOINTS):
+        raise AvatarFileError(f"{path}: a primitive of joint {body.joint.max()}, expected 0 to {len(JOINTS) - 1}")
+    numbers = (body.a, body.b, body.radius_a, body.radius_b, skeleton.rest, skeleton.tip)
+    if not all(np.isfinite(n).all() for n in numbers):
+        raise AvatarFileError(f"{path}: primitives or joints that are not finite")
+
+
+def check_indices(mesh: Mesh, body: Body, path: Path) -> None:
+    """Raises AvatarFileError for indices of a mesh that point beyond its arrays."""
+    count = len(mesh.vertices)
+    for what, index, limit in (
+        ("vertex", mesh.triangles, count),
+        ("texture place", mesh.corner_triangles, len(mesh.uv)),
+        ("primitive", mesh.limb, len(body)),
+        ("bone", mesh.bone, len(JOINTS) + len(TWIST_BONES)),
+    ):
+        if index is not None and (not len(index) or index.min() < 0 or index.max() >= limit):
+            raise AvatarFileError(f"{path}: a {what} that is not there; export the avatar again")
+    if len(mesh.limb) != count or (mesh.bone is not None and (len(mesh.bone) != count or mesh.weight is None)):
+        raise AvatarFileError(f"{path}: vertices and what belongs to them of different counts; export the avatar again")
+    if mesh.corner_triangles.shape != mesh.triangles.shape or not np.isfinite(mesh.vertices).all():
+        raise AvatarFileError(f"{path}: a mesh that is damaged; export the avatar again")
 
 
 def _within(index: NDArray[np.int32], limit: int, where: str) -> None:

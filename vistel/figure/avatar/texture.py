@@ -20,8 +20,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from vistel.arrays import F64, I32, U8
+from vistel.figure.avatar.atlas import atlas
 from vistel.figure.avatar.avatar import Avatar, Mesh, Registration
-from vistel.figure.making.pictures import atlas
 
 
 @dataclass(frozen=True)

@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from vistel.figure.avatar.avatar import Avatar, Mesh, Target
 from vistel.figure.formats.gltf_binary import Binary
 from vistel.figure.formats.gltf_materials import extensions_used, primitives, write_materials
-from vistel.figure.formats.usd import joints_only
 from vistel.figure.making.files.vrm import REQUIRED, vrm_name
-from vistel.figure.rigid.weights import influences
+from vistel.figure.rigid.weights import influences, joints_only
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
 from vistel.whole_file import whole_file
 

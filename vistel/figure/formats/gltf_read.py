@@ -11,17 +11,15 @@ from typing import Any
 import numpy as np
 
 from vistel.figure.avatar.avatar import Avatar, Mesh, Registration, Target
-from vistel.figure.avatar.check import check_targets
+from vistel.figure.avatar.check import AvatarFileError, check_body, check_indices, check_targets
 from vistel.figure.body import Body
-from vistel.figure.formats.avatar_file import AvatarFileError
 from vistel.figure.formats.gltf import EXTENSION, EYES, FORMAT
 from vistel.figure.formats.gltf_materials import read_patches
-from vistel.figure.formats.usd import check_body, check_mesh
 from vistel.figure.making.files.gltf import Document, read_document
-from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.levels import with_coarser
 from vistel.figure.making.parts import soundness
 from vistel.figure.making.pictures import decode
+from vistel.figure.making.source import MakingError
 from vistel.figure.skeleton import JOINTS, Skeleton
 
 
@@ -56,7 +54,7 @@ def _restored(document: Document, kept: dict[str, Any], path: Path) -> Avatar | 
         if mesh is None:
             return None
         mesh = replace(mesh, targets=_targets(document, row, mesh))
-        check_mesh(mesh, body, path)
+        check_indices(mesh, body, path)
         check_targets(mesh, str(path))
         meshes.append(mesh)
     if len(document.rows("nodes")) != len(JOINTS) + len(meshes):

@@ -23,20 +23,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+from pxr import Ar, Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from vistel.figure.avatar.avatar import Avatar, Mesh, Registration
-from vistel.figure.avatar.check import check_targets
+from vistel.figure.avatar.check import AvatarFileError, check_body, check_indices, check_targets
 from vistel.figure.avatar.patch import fault_of
 from vistel.figure.body import Body
-from vistel.figure.formats.avatar_file import AvatarFileError
 from vistel.figure.formats.usd_materials import bind, pictures_of, read_patches, write_materials
 from vistel.figure.formats.usd_targets import read_targets, write_targets
-from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.pictures import decode
-from vistel.figure.rigid.weights import TWIST_BONES, influences
+from vistel.figure.making.source import USD_ENDINGS, MakingError
+from vistel.figure.rigid.weights import influences, joints_only
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
 
-USD_ENDINGS = (".usda", ".usdc", ".usd", ".usdz")
 FORMAT = 1
 _EYES = ("LeftEye", "RightEye")
 _FULL = "full"
@@ -47,8 +46,6 @@ def save_usd(avatar: Avatar, path: Path) -> None:
     in one file; whole or not at all. Raises OSError, and ValueError for another ending."""
     if path.suffix.lower() not in USD_ENDINGS:
         raise ValueError(f"{path}: expected a name that ends in {', '.join(USD_ENDINGS)}")
-    from pxr import UsdUtils  # noqa: PLC0415 - takes long to load
-
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem}") as folder:
         packed = path.suffix.lower() == ".usdz"
         stage = Path(folder) / (f"{path.stem}.usdc" if packed else path.name)
@@ -71,8 +68,6 @@ def save_usd(avatar: Avatar, path: Path) -> None:
 
 def load_usd(path: Path) -> Avatar:
     """Reads what `save_usd` wrote. Raises AvatarFileError for any other or damaged file, OSError."""
-    from pxr import Tf, Usd  # noqa: PLC0415
-
     if not path.is_file():
         raise FileNotFoundError(2, "No such file", str(path))
     try:
@@ -92,8 +87,6 @@ def load_usd(path: Path) -> Avatar:
 
 
 def _write(avatar: Avatar, path: Path, texture: str, stem: str) -> None:
-    from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt  # noqa: PLC0415
-
     stage: Any = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -128,8 +121,8 @@ def _write(avatar: Avatar, path: Path, texture: str, stem: str) -> None:
     skeleton = UsdSkel.Skeleton.Define(stage, "/Avatar/Skeleton")
     skeleton.CreateJointsAttr(names)
     skeleton.CreateJointNamesAttr(list(JOINTS))
-    skeleton.CreateBindTransformsAttr(Vt.Matrix4dArray([_moved(Gf, p) for p in avatar.skeleton.rest]))
-    skeleton.CreateRestTransformsAttr(Vt.Matrix4dArray([_moved(Gf, p) for p in avatar.skeleton.offsets]))
+    skeleton.CreateBindTransformsAttr(Vt.Matrix4dArray([_moved(p) for p in avatar.skeleton.rest]))
+    skeleton.CreateRestTransformsAttr(Vt.Matrix4dArray([_moved(p) for p in avatar.skeleton.offsets]))
     tips = Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(avatar.skeleton.tip, np.float64))
     keep(skeleton.GetPrim(), "rest", types.Point3dArray, Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(avatar.skeleton.rest)))
     keep(skeleton.GetPrim(), "tip", types.Double3Array, tips)
@@ -163,8 +156,6 @@ def _meshes(level: Avatar) -> list[tuple[str, Mesh, int | None]]:
 
 
 def _write_mesh(stage: Any, at: str, mesh: Mesh, avatar: Avatar, joint: int | None, keep: Any) -> Any:
-    from pxr import Sdf, UsdGeom, UsdSkel, Vt  # noqa: PLC0415
-
     types = Sdf.ValueTypeNames
     geometry = UsdGeom.Mesh.Define(stage, at)
     geometry.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
@@ -193,32 +184,12 @@ def _write_mesh(stage: Any, at: str, mesh: Mesh, avatar: Avatar, joint: int | No
         indices, shares = joints_only(bone, weight)
         binding.CreateJointIndicesPrimvar(False, 4).Set(Vt.IntArray.FromNumpy(np.ascontiguousarray(indices.reshape(-1))))
         binding.CreateJointWeightsPrimvar(False, 4).Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(shares.reshape(-1))))
-    binding.CreateGeomBindTransformAttr(_identity())
+    binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
     write_targets(stage, at, binding, mesh)
     return geometry
 
 
-def joints_only(bone: NDArray[np.int32], weight: NDArray[np.float32]) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-    """(V, 4) joints and shares with those of twist bones given to their joint, largest first; for formats without them."""
-    of = np.concatenate([np.arange(len(JOINTS)), [JOINT_INDEX[b.joint] for b in TWIST_BONES]]).astype(np.int32)
-    joint, share = of[bone], weight.copy()
-    for k in range(1, 4):
-        for j in range(k):
-            same = joint[:, k] == joint[:, j]
-            share[same, j] += share[same, k]
-            share[same, k] = 0.0
-    joint = np.where(share > 0.0, joint, 0)
-    order = np.argsort(-share, axis=1, kind="stable")
-    return np.take_along_axis(joint, order, axis=1).astype(np.int32), np.take_along_axis(share, order, axis=1)
-
-
-def _identity() -> Any:
-    from pxr import Gf  # noqa: PLC0415
-
-    return Gf.Matrix4d(1.0)
-
-
-def _moved(Gf: Any, p: NDArray[np.float64]) -> Any:
+def _moved(p: NDArray[np.float64]) -> Any:
     return Gf.Matrix4d(1.0).SetTranslate(Gf.Vec3d(*p.tolist()))
 
 
@@ -232,8 +203,6 @@ def joint_path(joint: int) -> str:
 
 
 def _read(stage: Any, root: Any, path: Path) -> Avatar:
-    from pxr import UsdGeom  # noqa: PLC0415
-
     def get(prim: Any, name: str) -> Any:
         value = prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
         if value is None:
@@ -281,7 +250,7 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
                     mesh, bone=array(prim, "vistel:bone", np.int32, 4), weight=array(prim, "vistel:weight", np.float32, 4)
                 )
             mesh = replace(mesh, targets=read_targets(stage, prim))
-            check_mesh(mesh, body, path)
+            check_indices(mesh, body, path)
             check_targets(mesh, str(path))
             meshes.append(mesh)
         levels.append(Avatar(str(get(root, "vistel:name")), skeleton, body, meshes[0], tuple(meshes[1:]), albedo, patches=patches))
@@ -296,42 +265,8 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
     return replace(levels[0], coarser=tuple(levels[1:]), registration=kept, wrinkles=wrinkles)
 
 
-def check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
-    """Raises AvatarFileError for primitives or joints that do not fit together."""
-    count = len(body)
-    shapes = (body.joint.shape, body.a.shape, body.b.shape, body.radius_a.shape, body.radius_b.shape)
-    if count == 0 or shapes != ((count,), (count, 3), (count, 3), (count,), (count,)):
-        raise AvatarFileError(f"{path}: primitives of different counts; export the avatar again")
-    if skeleton.rest.shape != (len(JOINTS), 3) or skeleton.tip.shape != (len(JOINTS), 3):
-        raise AvatarFileError(f"{path}: {len(skeleton.rest)} joints, expected {len(JOINTS)}")
-    if body.joint.min() < 0 or body.joint.max() >= len(JOINTS):
-        raise AvatarFileError(f"{path}: a primitive of joint {body.joint.max()}, expected 0 to {len(JOINTS) - 1}")
-    numbers = (body.a, body.b, body.radius_a, body.radius_b, skeleton.rest, skeleton.tip)
-    if not all(np.isfinite(n).all() for n in numbers):
-        raise AvatarFileError(f"{path}: primitives or joints that are not finite")
-
-
-def check_mesh(mesh: Mesh, body: Body, path: Path) -> None:
-    """Raises AvatarFileError for numbers of a mesh that lead nowhere."""
-    count = len(mesh.vertices)
-    for what, index, limit in (
-        ("vertex", mesh.triangles, count),
-        ("texture place", mesh.corner_triangles, len(mesh.uv)),
-        ("primitive", mesh.limb, len(body)),
-        ("bone", mesh.bone, len(JOINTS) + len(TWIST_BONES)),
-    ):
-        if index is not None and (not len(index) or index.min() < 0 or index.max() >= limit):
-            raise AvatarFileError(f"{path}: a {what} that is not there; export the avatar again")
-    if len(mesh.limb) != count or (mesh.bone is not None and (len(mesh.bone) != count or mesh.weight is None)):
-        raise AvatarFileError(f"{path}: vertices and what belongs to them of different counts; export the avatar again")
-    if mesh.corner_triangles.shape != mesh.triangles.shape or not np.isfinite(mesh.vertices).all():
-        raise AvatarFileError(f"{path}: a mesh that is damaged; export the avatar again")
-
-
 def _picture(value: Any, path: Path) -> NDArray[np.uint8]:
     """The picture of an asset that a material names."""
-    from pxr import Ar  # noqa: PLC0415
-
     found = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(value.resolvedPath)) if value and value.resolvedPath else None
     if found is None:
         raise AvatarFileError(f"{path}: its texture {value.path if value else ''} is not there; put it beside the file")

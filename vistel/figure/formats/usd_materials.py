@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
+from pxr import Gf, Sdf, UsdGeom, UsdShade, Vt
 
 from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.avatar.patch import Patch, patch_of
@@ -37,8 +38,6 @@ def name_of(stem: str, patch: int, field: str) -> str:
 
 def write_materials(stage: Any, texture: str, stem: str, patches: tuple[Patch, ...]) -> tuple[Any, list[Any]]:
     """The material of what has no patch, and those of the patches; texture: file name of the colours."""
-    from pxr import UsdGeom  # noqa: PLC0415
-
     UsdGeom.Scope.Define(stage, "/Avatar/Materials")
     plain = _Material(stage, "/Avatar/Materials/Skin", texture)
     plain.value("roughness", 0.7)
@@ -73,8 +72,6 @@ class _Material:
     """A material that is being written: colours of the texture, read at the mesh's coordinates."""
 
     def __init__(self, stage: Any, at: str, texture: str) -> None:
-        from pxr import UsdShade  # noqa: PLC0415
-
         self._stage, self._at = stage, at
         self.material = UsdShade.Material.Define(stage, at)
         self._surface = self._shader("Surface", "UsdPreviewSurface")
@@ -87,14 +84,10 @@ class _Material:
 
     @property
     def _types(self) -> Any:
-        from pxr import Sdf  # noqa: PLC0415
-
         return Sdf.ValueTypeNames
 
     def keep(self, patch: Patch) -> None:
         """What no input says, and the numbers exactly."""
-        from pxr import Sdf  # noqa: PLC0415
-
         flags = float(patch.blend), float(patch.both_sides)
         numbers = (*patch.box, patch.roughness, patch.metallic, *patch.glow, patch.cutoff, *flags)
         attribute = self.material.GetPrim().CreateAttribute("vistel:patch", self._types.DoubleArray, True, Sdf.VariabilityUniform)
@@ -104,8 +97,6 @@ class _Material:
         self._surface.CreateInput(name, self._types.Float).Set(float(number))
 
     def colour(self, name: str, rgb: tuple[float, float, float]) -> None:
-        from pxr import Gf  # noqa: PLC0415
-
         self._surface.CreateInput(name, self._types.Color3f).Set(Gf.Vec3f(*rgb))
 
     def connect(self, name: str, picture: Any, channel: str) -> None:
@@ -125,8 +116,6 @@ class _Material:
         bumps: bool = False,
     ) -> Any:
         """A picture that spans a patch; factor: of its colours; bumps: it is a normal map."""
-        from pxr import Gf  # noqa: PLC0415
-
         out = self._texture(name, file, space, self._across(patch))
         if factor is not None:
             out.CreateInput("scale", self._types.Float4).Set(Gf.Vec4f(*factor, 1.0))
@@ -137,8 +126,6 @@ class _Material:
 
     def _across(self, patch: Patch) -> Any:
         """Coordinates that go from 0 to 1 over the patch."""
-        from pxr import Gf  # noqa: PLC0415
-
         if self._on_patch is None:
             u, v, right, top = patch.box
             turned = self._shader("OnPatch", "UsdTransform2d")
@@ -149,8 +136,6 @@ class _Material:
         return self._on_patch
 
     def _texture(self, name: str, file: str, space: str, place: Any) -> Any:
-        from pxr import Sdf  # noqa: PLC0415
-
         out = self._shader(name, "UsdUVTexture")
         out.CreateInput("file", self._types.Asset).Set(Sdf.AssetPath(f"./{file}"))
         out.CreateInput("sourceColorSpace", self._types.Token).Set(space)
@@ -161,8 +146,6 @@ class _Material:
         return out
 
     def _shader(self, name: str, kind: str) -> Any:
-        from pxr import UsdShade  # noqa: PLC0415
-
         out = UsdShade.Shader.Define(self._stage, f"{self._at}/{name}")
         out.CreateIdAttr(kind)
         return out
@@ -170,8 +153,6 @@ class _Material:
 
 def bind(geometry: Any, mesh: Mesh, plain: Any, patches: tuple[Patch, ...], materials: list[Any]) -> None:
     """The materials on a mesh: one for all, or one for each of its patches."""
-    from pxr import UsdGeom, UsdShade, Vt  # noqa: PLC0415
-
     api = UsdShade.MaterialBindingAPI.Apply(geometry.GetPrim())
     api.Bind(plain)
     on = patch_of(patches, mesh.uv, mesh.corner_triangles)

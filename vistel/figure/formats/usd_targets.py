@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from pxr import Tf, UsdSkel, Vt
 
 from vistel.figure.avatar.avatar import Mesh, Target
 
@@ -15,8 +16,6 @@ def write_targets(stage: Any, at: str, binding: Any, mesh: Mesh) -> None:
     """Blend shapes of the mesh at the path `at`; binding: its UsdSkel.BindingAPI."""
     if not mesh.targets:
         return
-    from pxr import Tf, UsdSkel, Vt  # noqa: PLC0415 - takes long to load
-
     paths: list[str] = []
     for k, target in enumerate(mesh.targets):
         # Two names may differ in what a path of USD cannot hold.
@@ -30,8 +29,6 @@ def write_targets(stage: Any, at: str, binding: Any, mesh: Mesh) -> None:
 
 def read_targets(stage: Any, prim: Any) -> tuple[Target, ...]:
     """What `write_targets` wrote; in-between shapes of others are passed over. Raises ValueError."""
-    from pxr import UsdSkel  # noqa: PLC0415
-
     binding = UsdSkel.BindingAPI(prim)
     names = binding.GetBlendShapesAttr().Get() or []
     paths = binding.GetBlendShapeTargetsRel().GetTargets()

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.layers import kernels as k
 from vistel.figure.layers.bones import Bone, bones_of
 from vistel.figure.layers.muscles import Muscles
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.profiles import Profile, Skin, bone_profile, muscle_profile, turned_normals
 from vistel.figure.posture.posture import JointPose
-from vistel.figure.rigid.component import Rows
+from vistel.figure.rigid.component import RigidSkin, Rows
 from vistel.figure.rigid.lanes import LANES
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
+from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.deform_table import ALPHA, OFFSET
-from vistel.implicit.meshes.embedding import embed
-
-if TYPE_CHECKING:
-    from vistel.figure.figure import Figure
-
+from vistel.implicit.meshes.embedding import Embedding, embed
 
 _SLOPE_STEP = 2e-3
 """Over which the fall of the skin's own field is measured [m]."""
@@ -34,6 +32,15 @@ falls so slowly that a muscle of a limb's size would blow it up."""
 _TRUNK = (*(f"spine_{i}" for i in range(4, 9)), "left_shoulder", "right_shoulder", "neck")
 _BLENDS = {"deltoid": _TRUNK, "pectoral": _TRUNK, "trapezius": _TRUNK, "collar": _TRUNK}
 """Which limbs a layer blends with beside those it is fixed to: the edges of the graph to the skin (Fig. 39b)."""
+
+
+class LayeredFigure(Protocol):
+    """A figure whose skin layers move: what they ask of `vistel.figure.figure.Figure`."""
+
+    avatar: Avatar
+    skin: RigidSkin
+    embedding: Embedding
+    deformer: Deformer
 
 
 @dataclass(frozen=True)
@@ -69,7 +76,7 @@ class LayerTerms:
 class SkinLayers:
     """Muscles and bones under the skin of one figure. They move its vertices at rest, before the joints carry them."""
 
-    def __init__(self, figure: Figure, anatomy: Anatomy | None = None) -> None:
+    def __init__(self, figure: LayeredFigure, anatomy: Anatomy | None = None) -> None:
         self.anatomy = anatomy or Anatomy.of(Places(figure.avatar))
         slope = own_slope(figure)
         self.profiles = _profiles(figure, self.anatomy, slope)
@@ -156,7 +163,7 @@ class SkinLayers:
             self._keep(slot, array)
         self._table[k.MUSCLES], self._table[k.BONES] = len(muscles), len(bones)
 
-    def _keep_rows(self, figure: Figure) -> None:
+    def _keep_rows(self, figure: LayeredFigure) -> None:
         index = figure.skin.rows.index
         self._terms = terms = np.array([_terms(figure, p) for p in self.profiles])
         acts: NDArray[np.bool_] = np.abs(terms).max(axis=1) > 0.0
@@ -176,7 +183,7 @@ class SkinLayers:
         ):
             self._keep(slot, array)
 
-    def _keep_folds(self, figure: Figure, slope: F64) -> None:
+    def _keep_folds(self, figure: LayeredFigure, slope: F64) -> None:
         """Patches whose skin the implicit component shapes: there what a layer adds to the field has to be told."""
         index, calibration = figure.deformer.calibration
         blocks, patches, rows, width = calibration.shape
@@ -206,7 +213,7 @@ class SkinLayers:
         self._table[k.FOLDS] = len(place)
 
 
-def own_slope(figure: Figure) -> F64:
+def own_slope(figure: LayeredFigure) -> F64:
     """(V,) how fast the weighted field of a figure's own limbs falls along the normals at rest [1/m]."""
     mesh, embedding = figure.avatar.mesh, figure.embedding
     rest, normals = figure.skin.rest
@@ -216,7 +223,7 @@ def own_slope(figure: Figure) -> F64:
     return np.maximum(embedding.weight * (before - after) / _SLOPE_STEP, _LEAST_SLOPE)
 
 
-def _terms(figure: Figure, profile: Profile) -> F32:
+def _terms(figure: LayeredFigure, profile: Profile) -> F32:
     """(4, V) what a layer adds at every vertex: along the normal, and to the three coordinates of the normal."""
     rest, _ = figure.skin.rest
     out = np.zeros((4, len(rest)), np.float32)
@@ -226,7 +233,7 @@ def _terms(figure: Figure, profile: Profile) -> F32:
     return out
 
 
-def _shares(figure: Figure) -> F32:
+def _shares(figure: LayeredFigure) -> F32:
     """(V, J) how far each vertex follows each joint, twists counted with the bone that twists."""
     influences = figure.skin.influences
     to = np.array([*range(len(JOINTS)), *(JOINT_INDEX[b.joint] for b in TWIST_BONES)])
@@ -244,7 +251,7 @@ def _limbs_of(name: str, joints: tuple[int, ...]) -> list[int]:
     return sorted({*joints, *(JOINT_INDEX[j] for j in (*also, *near))})
 
 
-def _profiles(figure: Figure, anatomy: Anatomy, slope: F64) -> tuple[Profile, ...]:
+def _profiles(figure: LayeredFigure, anatomy: Anatomy, slope: F64) -> tuple[Profile, ...]:
     skeleton, share = figure.avatar.skeleton, _shares(figure)
     rest, normals = figure.skin.rest
     skin = Skin(rest.astype(np.float64), normals.astype(np.float64), np.maximum(slope, _FIRM))

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32, U8
+from vistel.figure.avatar.atlas import atlas
 from vistel.figure.avatar.patch import Patch
-from vistel.figure.making.files.source import Material, Source
 from vistel.figure.making.maps import CLAMP, MIRROR, scaled, tiled
-from vistel.figure.making.pictures import LARGEST, atlas
+from vistel.figure.making.pictures import LARGEST
+from vistel.figure.making.source import Material, Source
 from vistel.figure.skeleton import FINGERS, JOINTS
 
 _SWATCH = 32

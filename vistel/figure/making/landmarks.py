@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
 from vistel.arrays import F64, I32
-from vistel.figure.making.files.source import MakingError
+from vistel.figure.making.source import MakingError
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, standard_skeleton
 
 _WRIST, _ELBOW = 0.262, 0.610

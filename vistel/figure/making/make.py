@@ -17,7 +17,6 @@ from vistel.figure.avatar.patch import MOST_PATCHES
 from vistel.figure.body import pose_body, standard_body
 from vistel.figure.face.targets import meant
 from vistel.figure.making.dress import Dressed, drawn, dress
-from vistel.figure.making.files.source import MakingError, Source
 from vistel.figure.making.joints import NEEDED, Jointed, jointed
 from vistel.figure.making.landmarks import joints_by_shape
 from vistel.figure.making.levels import with_coarser
@@ -27,6 +26,7 @@ from vistel.figure.making.places import joints_by_place
 from vistel.figure.making.primitives import WITH_FINGERS, BodyFit, fit_body
 from vistel.figure.making.repose import repose
 from vistel.figure.making.rigs import mapped
+from vistel.figure.making.source import MakingError, Source
 from vistel.figure.making.upright import Upright, upright
 from vistel.figure.making.weights import blended_weights, limb_groups_of, strongest
 from vistel.figure.posture.posture import JointPose

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from vistel.arrays import F64, I32
-from vistel.figure.making.files.source import MakingError, Source
+from vistel.figure.making.source import MakingError, Source
 
 Mask = NDArray[np.bool_]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32
-from vistel.figure.making.files.source import Rig
 from vistel.figure.making.names import SPINE, house_joint
+from vistel.figure.making.source import Rig
 
 
 @dataclass(frozen=True)

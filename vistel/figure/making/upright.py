@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.making.files.source import MakingError
+from vistel.figure.making.source import MakingError
 
 UNITS = (
     ("metres", 1.0, 0.5, 2.6),

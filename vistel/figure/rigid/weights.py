@@ -208,3 +208,17 @@ def smoothed(weight: F64, triangles: I32, rounds: int) -> F64:
         mean[lonely] = part[lonely]
         weight[:, used] = 0.5 * part + 0.5 * mean
     return weight
+
+
+def joints_only(bone: I32, weight: F32) -> tuple[I32, F32]:
+    """(V, 4) joints and shares with those of twist bones given to their joint, largest first; for formats without them."""
+    of = np.concatenate([np.arange(len(JOINTS)), [JOINT_INDEX[b.joint] for b in TWIST_BONES]]).astype(np.int32)
+    joint, share = of[bone], weight.copy()
+    for k in range(1, 4):
+        for j in range(k):
+            same = joint[:, k] == joint[:, j]
+            share[same, j] += share[same, k]
+            share[same, k] = 0.0
+    joint = np.where(share > 0.0, joint, 0)
+    order = np.argsort(-share, axis=1, kind="stable")
+    return np.take_along_axis(joint, order, axis=1).astype(np.int32), np.take_along_axis(share, order, axis=1)

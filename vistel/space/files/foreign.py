@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.making.files.source import Source
+from vistel.figure.making.source import Source
 from vistel.space.files.cells import Cells
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.fit import MOST_PARTS, fitted

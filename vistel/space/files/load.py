@@ -22,8 +22,7 @@ from vistel.arrays import F64
 from vistel.figure.avatar.cache_folder import default_cache
 from vistel.figure.making.files.read_gltf import read_gltf
 from vistel.figure.making.files.read_obj import read_obj
-from vistel.figure.making.files.read_usd import read_usd
-from vistel.figure.making.files.source import MakingError
+from vistel.figure.making.source import MakingError
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.foreign import Found, Said, found
 from vistel.space.files.interior import Interior
@@ -114,6 +113,8 @@ def _made(path: Path, fixed: bool | None, room: bool) -> Interior:
     ending = path.suffix.lower()
     seats: list[Seat] = []
     if ending in USD_ENDINGS:
+        from vistel.figure.making.files.read_usd import read_usd  # noqa: PLC0415 - USD takes long to load
+
         stage = _opened(path)
         source = read_usd(path, lambda prim: str(_component(prim).GetPath()))
         whole = found(source, _said(stage), fixed=fixed)

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from vistel.arrays import F32, F64, I32
-from vistel.figure.making.files.source import Material
+from vistel.figure.making.source import Material
 
 
 @dataclass(frozen=True, eq=False)

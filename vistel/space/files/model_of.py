@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32, I64
-from vistel.figure.making.files.source import Material, Source
+from vistel.figure.making.source import Material, Source
 from vistel.space.files.model import Model
 
 MOST_TRIANGLES = 120_000

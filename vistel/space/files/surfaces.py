@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vistel.arrays import F32, F64, U8
-from vistel.figure.making.files.source import Finish
+from vistel.figure.making.source import Finish
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.files.model import Model
 from vistel.space.things.tessellate import Surface3, tessellate_thing

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from vistel.arrays import U8
-from vistel.figure.making.files.source import Finish, Material
+from vistel.figure.making.source import Finish, Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.making.files.source import MakingError, Material
 from vistel.figure.making.pictures import decode
+from vistel.figure.making.source import MakingError, Material
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model

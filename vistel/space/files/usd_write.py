@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.making.files.source import Material
+from vistel.figure.making.source import Material
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import PLAIN, rgb

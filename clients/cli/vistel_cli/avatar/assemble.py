@@ -27,8 +27,8 @@ def assemble(
       vistel avatar assemble parts.toml -o me.usda
     """
     from vistel.figure.making.assembly import assemble as making
-    from vistel.figure.making.files.source import MakingError
     from vistel.figure.making.make import make_avatar
+    from vistel.figure.making.source import MakingError
 
     check_output(output)
     began = time.perf_counter()

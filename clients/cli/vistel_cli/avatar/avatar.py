@@ -54,7 +54,7 @@ def generate(
 
       vistel avatar generate -o somebody.usdz
     """
-    from vistel.figure.avatar.avatar import builtin_avatar  # - what makes people takes long to load
+    from vistel.figure.people.builtin import builtin_avatar  # - what makes people takes long to load
 
     check_output(output)
     name = name or output.stem
@@ -104,8 +104,8 @@ def import_(
       vistel avatar import base.obj -o me.usda --rig rig.game_engine.json --weights weights.game_engine.json.gz --texture skin.png
     """
     from vistel.figure.making.files.read import Extras, read_source
-    from vistel.figure.making.files.source import MakingError
     from vistel.figure.making.make import make_avatar
+    from vistel.figure.making.source import MakingError
 
     check_output(output)
     if up is not None and up.upper() not in ("Y", "Z"):
@@ -237,9 +237,9 @@ def export(
 
       vistel avatar export me.usda -o me.vrm --author "Ben Okri"
     """
-    from vistel.figure.formats.avatar_file import export_obj
     from vistel.figure.formats.gltf import GLTF_ENDINGS, save_gltf
-    from vistel.figure.formats.usd import USD_ENDINGS
+    from vistel.figure.formats.obj import export_obj
+    from vistel.figure.making.source import USD_ENDINGS
 
     ending = output.suffix.lower()
     known = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")

@@ -25,7 +25,8 @@ def busy(text: str, show: bool) -> Any:
 
 def load(file: Path) -> Avatar:
     """The avatar in a file; leaves with one line where there is none."""
-    from vistel.figure.formats.avatar_file import AvatarFileError, load_any
+    from vistel.figure.avatar.check import AvatarFileError
+    from vistel.figure.formats.load import load_any
 
     try:
         return load_any(file)
@@ -39,7 +40,7 @@ def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Ava
     """The avatar in a file, or the built-in one that "builtin:…" describes; leaves with one line where there is none."""
     if not spec.startswith("builtin"):
         return load(Path(spec))
-    from vistel.figure.avatar.avatar import builtin_avatar
+    from vistel.figure.people.builtin import builtin_avatar
 
     try:
         return builtin_avatar(spec, name=name, height=height)
@@ -49,7 +50,8 @@ def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Ava
 
 def own(file: Path) -> Avatar | None:
     """The avatar where the file is one already."""
-    from vistel.figure.formats.avatar_file import AvatarFileError, load_any
+    from vistel.figure.avatar.check import AvatarFileError
+    from vistel.figure.formats.load import load_any
 
     if file.suffix.lower() in (".npz", ".obj"):
         return None
@@ -61,7 +63,7 @@ def own(file: Path) -> Avatar | None:
 
 def check_output(output: Path) -> None:
     """Leaves with one line where an avatar cannot be written there."""
-    from vistel.figure.formats.usd import USD_ENDINGS
+    from vistel.figure.making.source import USD_ENDINGS
 
     if output.suffix.lower() not in USD_ENDINGS:
         fail(f"{output}: expected a name that ends in {', '.join(USD_ENDINGS)}", USAGE)

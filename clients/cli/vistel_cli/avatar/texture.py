@@ -78,8 +78,8 @@ def register(
     """
     from vistel.figure.avatar.avatar import Registration
     from vistel.figure.avatar.texture import registered, unregistered, with_picture
-    from vistel.figure.making.files.source import MakingError
     from vistel.figure.making.pictures import decode
+    from vistel.figure.making.source import MakingError
 
     target = output or file
     check_output(target)

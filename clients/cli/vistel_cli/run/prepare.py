@@ -20,10 +20,9 @@ import numpy as np
 from vistel.conference.files import load
 from vistel.conference.model import Conference
 from vistel.conference.room_things import extras_of
-from vistel.figure.avatar.avatar import builtin_avatar
-from vistel.figure.avatar.builtin import by_turns
-from vistel.figure.avatar.cache_folder import default_cache
+from vistel.figure.avatar.cache_folder import default_cache, file_lock
 from vistel.figure.figure import Figure
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, standing
 from vistel.figure.posture.solve import PostureSolver
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -126,7 +125,7 @@ def main() -> None:
     conference = _by_the_meeting(load(Path(sys.argv[1])))
     try:
         # Sites that start together on one machine prepare one after the other: the second finds all done.
-        with by_turns(default_cache().parent / "prepare.lock"):
+        with file_lock(default_cache().parent / "prepare.lock"):
             if stamp_of(conference).exists():
                 return
             for line in _run(conference):

@@ -165,8 +165,8 @@ def trace(
 
 def read_picture(path: Path) -> Any:
     """(H, W, 3) of a picture file; leaves with one line where there is none."""
-    from vistel.figure.making.files.source import MakingError
     from vistel.figure.making.pictures import decode
+    from vistel.figure.making.source import MakingError
 
     try:
         return decode(path.read_bytes(), 8192)

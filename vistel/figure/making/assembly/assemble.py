@@ -17,8 +17,8 @@ from vistel.figure.making.assembly.file import Assembly, read_assembly
 from vistel.figure.making.assembly.joint import ZONES, End, Frame, blended, frame_of
 from vistel.figure.making.assembly.piece import Piece, closed, joined, loops
 from vistel.figure.making.files.read import Extras, read_source
-from vistel.figure.making.files.source import MakingError, Material, Source
 from vistel.figure.making.parts import soundness, weld
+from vistel.figure.making.source import MakingError, Material, Source
 
 WELD = 1e-6
 """Vertices of cuts that are one lie no further apart [m]."""

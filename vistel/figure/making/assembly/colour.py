@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from vistel.arrays import F64, I64, U8
 from vistel.figure.making.assembly.piece import Piece, closest, loops
-from vistel.figure.making.files.source import MakingError, Material
+from vistel.figure.making.source import MakingError, Material
 from vistel.geometry.smoothstep import smooth
 
 TEXELS = 320

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from vistel.arrays import F64
-from vistel.figure.making.files.source import MakingError
+from vistel.figure.making.source import MakingError
 
 Triple = tuple[float, float, float]
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_\-]*$")]

@@ -19,7 +19,7 @@ from scipy.spatial import KDTree
 
 from vistel.arrays import F64, I64
 from vistel.figure.making.assembly.piece import Piece, at_vertices, closed, closest, connected, cut, loops
-from vistel.figure.making.files.source import MakingError
+from vistel.figure.making.source import MakingError
 from vistel.geometry.smoothstep import smooth
 from vistel.implicit.blend import QUARTIC
 from vistel.implicit.checks import ShapeError

@@ -17,7 +17,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.files.source import MakingError
+from vistel.figure.making.source import MakingError
 
 LARGEST = 512 * 1024 * 1024
 _MAGIC, _JSON, _BIN = 0x46546C67, 0x4E4F534A, 0x004E4942

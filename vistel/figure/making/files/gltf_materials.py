@@ -13,9 +13,9 @@ from vistel.arrays import U8
 from vistel.colour import srgb
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.making.files.gltf import Document
-from vistel.figure.making.files.source import Finish, MakingError, Material
 from vistel.figure.making.maps import CLAMP, MIRROR, REPEAT, Lying, laid, occluded, scaled, steeper, times, tinted, together
 from vistel.figure.making.pictures import LARGEST, alpha_of, decoded
+from vistel.figure.making.source import Finish, MakingError, Material
 
 _WRAPS = {33071: CLAMP, 33648: MIRROR}
 _PLAIN = 64

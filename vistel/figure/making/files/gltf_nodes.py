@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32
 from vistel.figure.making.files.gltf import Document
-from vistel.figure.making.files.source import MakingError
+from vistel.figure.making.source import MakingError
 from vistel.geometry.rotation import matrix_from_quaternion
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.making.files.source import MakingError, Rig, Source
+from vistel.figure.making.source import MakingError, Rig, Source
 
 _CUBES = {
     "pelvis": "hips", "neck": "neck", "head": "head", "jaw": "jaw",

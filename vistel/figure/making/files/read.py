@@ -12,15 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from vistel.figure.making.expressions import makehuman_expressions
+from vistel.figure.making.files.expressions import makehuman_expressions
 from vistel.figure.making.files.makehuman import apply_target, cubes_rig, read_clothes, read_rig
 from vistel.figure.making.files.read_gltf import read_gltf
 from vistel.figure.making.files.read_obj import read_obj
 from vistel.figure.making.files.read_ply import read_ply
-from vistel.figure.making.files.read_usd import USD_ENDINGS, read_usd
-from vistel.figure.making.files.source import MakingError, Material, Source
 from vistel.figure.making.parts import WORN, is_eye, parts_of
 from vistel.figure.making.pictures import decode, read_picture
+from vistel.figure.making.source import USD_ENDINGS, MakingError, Material, Source
 
 GLTF_ENDINGS = (".glb", ".gltf", ".vrm")
 ENDINGS = (".obj", ".ply", *GLTF_ENDINGS, *USD_ENDINGS)
@@ -88,6 +87,8 @@ def read_mesh(path: Path) -> Source:
     if ending in GLTF_ENDINGS:
         return read_gltf(path)
     if ending in USD_ENDINGS:
+        from vistel.figure.making.files.read_usd import read_usd  # noqa: PLC0415 - USD takes long to load
+
         return read_usd(path)
     raise MakingError(f"{path}: no format for {ending or 'a name without an ending'!r}, expected {', '.join(ENDINGS)}")
 

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32
-from vistel.figure.making.expressions import joined, named, vrm_expressions
+from vistel.figure.making.files.expressions import joined, named, vrm_expressions
 from vistel.figure.making.files.gltf import Document, read_document
 from vistel.figure.making.files.gltf_materials import GltfMaterials, layout
 from vistel.figure.making.files.gltf_nodes import Nodes, influences, parents_within
-from vistel.figure.making.files.source import MakingError, Material, Rig, Source, SourceTarget
 from vistel.figure.making.files.vrm import humanoid, version
+from vistel.figure.making.source import MakingError, Material, Rig, Source, SourceTarget
 
 _MOST_WEIGHTS = 300_000_000
 _STRIP, _FAN, _TRIANGLES = 5, 6, 4

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vistel.figure.making.files.source import MakingError, Material, Source
 from vistel.figure.making.pictures import read_picture
+from vistel.figure.making.source import MakingError, Material, Source
 
 _LARGEST = 512 * 1024 * 1024
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from vistel.arrays import F64
-from vistel.figure.making.files.source import MakingError, Material, Source
 from vistel.figure.making.pictures import read_picture
+from vistel.figure.making.source import MakingError, Material, Source
 
 TEXELS = 1024
 """Along a side of the picture made of colours at vertices."""

@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 from vistel.arrays import F64, I32
-from vistel.figure.making.files.source import MakingError, Rig, Source
 from vistel.figure.making.files.usd_materials import Materials
-
-USD_ENDINGS = (".usda", ".usdc", ".usd", ".usdz")
+from vistel.figure.making.source import MakingError, Rig, Source
 
 
 @dataclass
@@ -36,8 +35,6 @@ class _Part:
 def read_usd(path: Path, named: Callable[[Any], str] | None = None) -> Source:
     """The mesh of a USD file. named: what the group of a mesh prim is called, by default as the prim. Raises MakingError,
     OSError."""
-    from pxr import Tf, Usd  # noqa: PLC0415 - takes long to load
-
     if not path.is_file():
         raise FileNotFoundError(2, "No such file", str(path))
     try:
@@ -52,8 +49,6 @@ def read_usd(path: Path, named: Callable[[Any], str] | None = None) -> Source:
 
 class _Stage:
     def __init__(self, stage: Any, path: Path, named: Callable[[Any], str] | None) -> None:
-        from pxr import UsdGeom, UsdSkel  # noqa: PLC0415
-
         self.stage, self.path, self.notes = stage, path, list[str]()
         self.named = named or (lambda prim: prim.GetName())
         self.cache, self.skel = UsdGeom.XformCache(), UsdSkel.Cache()
@@ -62,8 +57,6 @@ class _Stage:
         self.morphs = 0
 
     def source(self) -> Source:
-        from pxr import Usd, UsdGeom, UsdSkel  # noqa: PLC0415
-
         everything = Usd.PrimRange(self.stage.GetPseudoRoot(), Usd.TraverseInstanceProxies())
         parts: list[_Part] = []
         for prim in everything:
@@ -107,14 +100,10 @@ class _Stage:
         )
 
     def _shown(self, mesh: Any) -> bool:
-        from pxr import UsdGeom  # noqa: PLC0415
-
         purpose = mesh.ComputePurpose()
         return mesh.ComputeVisibility() != UsdGeom.Tokens.invisible and purpose in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
     def _mesh(self, mesh: Any) -> _Part | None:
-        from pxr import UsdGeom  # noqa: PLC0415
-
         prim, when = mesh.GetPrim(), _earliest(self.stage)
         points = np.array(mesh.GetPointsAttr().Get(when) or [], np.float64).reshape(-1, 3)
         counts = np.array(mesh.GetFaceVertexCountsAttr().Get(when) or [], np.int64)
@@ -143,8 +132,6 @@ class _Stage:
 
     def _uv(self, prim: Any, index: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[F64, NDArray[np.int64] | None]:
         """Texture coordinates, and which of them each corner of a face has; None where there are none."""
-        from pxr import UsdGeom  # noqa: PLC0415
-
         found = [p for p in UsdGeom.PrimvarsAPI(prim).FindPrimvarsWithInheritance() if _is_uv(p) and p.HasValue()]
         found.sort(key=lambda p: (p.GetPrimvarName() != "st", "st" not in p.GetPrimvarName().lower()))
         for primvar in found:
@@ -168,8 +155,6 @@ class _Stage:
         self, query: Any, prim: Any, points: F64, matrix: F64, when: Any
     ) -> tuple[F64, list[str], NDArray[np.float32], F64]:
         """Points as the skeleton stands, its joints' names, shares of them, and the matrix to the stage's frame."""
-        from pxr import Gf, Vt  # noqa: PLC0415
-
         skeleton = self._skeleton_of(prim)
         if skeleton is None:
             return points, [], np.zeros((len(points), 0), np.float32), matrix
@@ -196,8 +181,6 @@ class _Stage:
         return np.array(moved, np.float64), names, weight[:, :-1], np.array(Gf.Matrix4d(world))
 
     def _skeleton_of(self, prim: Any) -> Any:
-        from pxr import UsdSkel  # noqa: PLC0415
-
         bound = UsdSkel.BindingAPI(prim).GetInheritedSkeleton()
         query = self.skel.GetSkelQuery(bound) if bound else None
         return query if query else None
@@ -235,8 +218,6 @@ class _Stage:
 
 
 def _earliest(stage: Any) -> Any:
-    from pxr import Usd  # noqa: PLC0415
-
     return Usd.TimeCode(stage.GetStartTimeCode()) if stage.HasAuthoredTimeCodeRange() else Usd.TimeCode.Default()
 
 

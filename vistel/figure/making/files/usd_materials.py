@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pxr import Ar, Sdf, UsdGeom, UsdShade
 
 from vistel.colour import srgb
-from vistel.figure.making.files.source import Finish, Material
 from vistel.figure.making.files.usd_patches import Inputs, channel_of, lying_of, patch_read, texture_reader
 from vistel.figure.making.maps import Lying
 from vistel.figure.making.pictures import alpha_of, decoded
+from vistel.figure.making.source import Finish, Material
 
 _PLAIN = 64
 """Texels along a side of the colour of a material that has other pictures only."""
@@ -37,8 +38,6 @@ class Materials:
 
     def of_faces(self, mesh: Any, faces: int) -> NDArray[np.int32]:
         """(faces,) material of each: the mesh's, or that of the subset it is in."""
-        from pxr import UsdGeom, UsdShade  # noqa: PLC0415
-
         both = self._patches and bool(mesh.GetDoubleSidedAttr().Get())
         out = np.full(faces, self._of(mesh.GetPrim(), self._shown(mesh), both), np.int32)
         for subset in UsdShade.MaterialBindingAPI(mesh.GetPrim()).GetMaterialBindSubsets():
@@ -52,8 +51,6 @@ class Materials:
         return _bytes(colour[0]) if colour is not None and len(colour) == 1 else None
 
     def _of(self, prim: Any, shown: tuple[int, int, int] | None, both: bool) -> int:
-        from pxr import UsdShade  # noqa: PLC0415
-
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         if not material:
             if shown is None:
@@ -143,8 +140,6 @@ class Materials:
 
     def _asset(self, source: Any, deep: int) -> Any:
         """The first picture among the shaders that feed an input."""
-        from pxr import Sdf, UsdShade  # noqa: PLC0415
-
         if deep > _DEEP:
             return None
         value = source.Get()
@@ -162,8 +157,6 @@ class Materials:
         return None
 
     def _opened(self, asset: Any) -> bytes | None:
-        from pxr import Ar  # noqa: PLC0415
-
         found = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(asset.resolvedPath)) if asset.resolvedPath else None
         return None if found is None else bytes(found.GetBuffer())
 

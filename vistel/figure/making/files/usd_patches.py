@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pxr import UsdShade
 
 from vistel.arrays import U8
 from vistel.figure.avatar.patch import Patch
-from vistel.figure.making.files.source import Finish
 from vistel.figure.making.maps import CLAMP, MIRROR, REPEAT, Lying, laid, times, together
+from vistel.figure.making.source import Finish
 
 _WRAPS = {"repeat": REPEAT, "mirror": MIRROR}
 _CHANNELS = {"r": 0, "g": 1, "b": 2}
@@ -57,8 +58,6 @@ def patch_read(shader: Any, read: Inputs, like: Lying, finish: Finish | None) ->
 
 def texture_reader(source: Any) -> Any:
     """The UsdUVTexture that feeds an input, None without one."""
-    from pxr import UsdShade  # noqa: PLC0415
-
     for _ in range(4):
         connected = source.GetConnectedSources()
         rows = connected[0] if isinstance(connected, tuple) else connected
@@ -75,8 +74,6 @@ def texture_reader(source: Any) -> Any:
 
 def lying_of(reader: Any) -> Lying:
     """How the picture of a UsdUVTexture lies: a UsdTransform2d scales, then turns, then moves."""
-    from pxr import UsdShade  # noqa: PLC0415
-
     wrap = tuple(_WRAPS.get(str(reader.GetInput(n).Get()) if reader.GetInput(n) else "", CLAMP) for n in ("wrapS", "wrapT"))
     if not any(reader.GetInput(n) for n in ("wrapS", "wrapT")):
         wrap = (REPEAT, REPEAT)

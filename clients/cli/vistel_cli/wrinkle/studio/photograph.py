@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from vistel.figure.avatar.avatar import Avatar, Registration
 from vistel.figure.avatar.texture import island_of, islands, registered, unregistered, with_picture
-from vistel.figure.making.files.source import MakingError
 from vistel.figure.making.pictures import decode
+from vistel.figure.making.source import MakingError
 
 MOST_ISLANDS = 40
 """That are offered, largest first."""

@@ -18,8 +18,8 @@ import numpy as np
 from PIL import Image
 
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.avatar.check import check_avatar
-from vistel.figure.formats.avatar_file import MOST_TEXELS, AvatarFileError, load_any, load_avatar, save_avatar
+from vistel.figure.avatar.check import MOST_TEXELS, AvatarFileError, check_avatar
+from vistel.figure.formats.avatar_file import load_avatar, save_avatar
 
 ENDING = ".parcel"
 TEXELS, QUALITY = 2048, 90
@@ -47,15 +47,6 @@ def pack(avatar: Avatar) -> bytes:
         save_avatar(replace(avatar, name="", albedo=_NOTHING, coarser=bare, patches=patches), path, small=True)
         arrays = path.read_bytes()
     return _HEAD.pack(_MAGIC, _FORMAT, len(arrays)) + arrays + picture.getvalue()
-
-
-def read_parcel(path: Path) -> tuple[Avatar, bytes]:
-    """An avatar file and its parcel; of a file that is one, its own bytes. Raises AvatarFileError, OSError."""
-    if path.suffix.lower() == ENDING:
-        data = path.read_bytes()
-        return unpack(data, str(path)), data
-    avatar = load_any(path)
-    return avatar, pack(avatar)
 
 
 def unpack(data: bytes, where: str) -> Avatar:

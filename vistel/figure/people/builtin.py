@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import sys
-from collections.abc import Generator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.avatar.cache_folder import default_cache
-from vistel.figure.formats.avatar_file import AvatarFileError, load_avatar, save_avatar
+from vistel.figure.avatar.cache_folder import default_cache, file_lock
+from vistel.figure.avatar.check import AvatarFileError
+from vistel.figure.formats.avatar_file import load_avatar, save_avatar
 from vistel.figure.people.person import VERSION, make_person
 from vistel.figure.people.recipe import Recipe, parse_spec
 
-if sys.platform != "win32":
-    import fcntl
-
-_log = logging.getLogger("vistel.figure.avatar.avatar")
+_log = logging.getLogger(__name__)
 
 
 def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:
@@ -45,7 +40,7 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
 
 
 def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
-    with by_turns(path.with_suffix(".lock")):
+    with file_lock(path.with_suffix(".lock")):
         # Another process may have made the same person while this one waited.
         try:
             return replace(load_avatar(path), name=name)
@@ -57,18 +52,3 @@ def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
         except OSError as fault:
             _log.warning("event=avatar_cache_unwritable path=%s reason=%s", path, fault)
     return avatar
-
-
-@contextmanager
-def by_turns(lock: Path) -> Generator[None, None, None]:
-    """Holds the file lock where the platform and the folder allow it; the processes of a machine then take turns."""
-    try:
-        lock.parent.mkdir(parents=True, exist_ok=True)
-        stream = lock.open("ab")
-    except OSError:
-        yield
-        return
-    with stream:
-        if sys.platform != "win32":
-            fcntl.flock(stream, fcntl.LOCK_EX)
-        yield

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64, I32, U8
 from vistel.figure.avatar.patch import Patch
 
+USD_ENDINGS = (".usda", ".usdc", ".usd", ".usdz")
+"""What names of USD files end in."""
+
 
 class MakingError(ValueError):
     """A mesh or rig that cannot become an avatar: what, where, and how to mend it."""

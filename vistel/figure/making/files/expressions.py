@@ -14,7 +14,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.making.files.gltf import Document
 from vistel.figure.making.files.makehuman import read_target
-from vistel.figure.making.files.source import MakingError, Source, SourceTarget
+from vistel.figure.making.source import MakingError, Source, SourceTarget
 
 Bind = tuple[tuple[str, int], int, float]
 
