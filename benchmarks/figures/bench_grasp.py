@@ -18,9 +18,9 @@ from benchmarks.figures.grasp_depth import deepest
 from benchmarks.row import Row, machine
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.space.hands.fitting import fit, hand_of
+from vistel.space.dynamics.solids import solids
+from vistel.space.holding.fitting import fit, hand_of
 from vistel.space.room import meeting_room
-from vistel.space.things.solids import solids
 
 SHAPES = 30
 """Things of each kind."""

@@ -25,11 +25,11 @@ from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
-from vistel.space.hands.fitting import fit
+from vistel.space.dynamics.solids import solids
 from vistel.space.hands.grasp import align
+from vistel.space.holding.fitting import fit
 from vistel.space.people import HAND_JOINT, build_like
 from vistel.space.room import meeting_room
-from vistel.space.things.solids import solids
 from vistel.space.things.tessellate import tessellate_thing
 from vistel.space.things.things import Thing
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from world_site import TICK_NS, WorldSite
 
-from vistel.space.hands.ownership import LEASE_NS
+from vistel.space.holding.ownership import LEASE_NS
 from vistel.v1.world_pb2 import Ownership
 from vistel.wire.topics import BY_NAME
 from vistel_services.world.verify import verify

@@ -18,24 +18,24 @@ from vistel.implicit.contacts.contact import ContactArray
 from vistel.space import snapshot
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.contact.near import Bodies, placed
-from vistel.space.contact.touch import touches
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
+from vistel.space.dynamics.solids import Solids, solids
 from vistel.space.eyes import Eyes, eyes_of
 from vistel.space.hands import grasp as hands
-from vistel.space.hands import holding, ownership
-from vistel.space.hands.forces import Reached, due_at, hand_forces, nothing
-from vistel.space.hands.gripped import seen
-from vistel.space.hands.sharing import Pull, with_pulls
+from vistel.space.holding import holding, ownership
+from vistel.space.holding.forces import Reached, due_at, hand_forces, nothing
+from vistel.space.holding.gripped import seen
+from vistel.space.holding.sharing import Pull, with_pulls
 from vistel.space.inputs import CommandInput, StepInputs, usable
-from vistel.space.memory import sticking
-from vistel.space.memory.memory import changes, remembered
+from vistel.space.led import followed
+from vistel.space.matter import sticking
+from vistel.space.matter.memory import changes, remembered
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.state import State
-from vistel.space.things.led import followed
-from vistel.space.things.solids import Solids, solids
+from vistel.space.thing_views import ThingViews
 from vistel.space.things.things import Thing
-from vistel.space.things.views import ThingViews
+from vistel.space.touch import touches
 from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, WorldView
 
 DT = 1.0 / 60.0

@@ -16,7 +16,7 @@ from vistel.figure.posture.reach import reach
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
-from vistel.space.hands.gripped import hand_seen
+from vistel.space.holding.gripped import hand_seen
 from vistel.space.people import HAND_JOINT, SIDES
 
 STILL: tuple[F64, F64] = np.zeros(3), np.zeros(3)

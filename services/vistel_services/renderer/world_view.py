@@ -9,9 +9,9 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
-from vistel.space.contact.touch import FLESH_COMPLIANCE
 from vistel.space.things.arc import Arc
 from vistel.space.things.things import Curve, Look, Primitive, Thing
+from vistel.space.touch import FLESH_COMPLIANCE
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.wire.world.room_now import RoomNow, Touch
 

@@ -10,7 +10,7 @@ from test_world_steps import START, STEP_NS, Play, at, reaching, take_baton
 
 from vistel.space.commands.actions import Attach, Grip, Move, Which
 from vistel.space.hands.claims import ClaimEvent, What
-from vistel.space.hands.ownership import LEASE_NS
+from vistel.space.holding.ownership import LEASE_NS
 from vistel.space.inputs import CommandInput
 from vistel.space.room import BATON, TABLE_HEIGHT
 from vistel.space.world import World

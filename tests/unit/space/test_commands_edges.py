@@ -11,7 +11,7 @@ from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Which
 from vistel.space.commands.denting import SOFT
 from vistel.space.commands.reshape import extent
-from vistel.space.things.solids import solids
+from vistel.space.dynamics.solids import solids
 from vistel.space.world import World
 
 

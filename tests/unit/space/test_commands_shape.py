@@ -16,8 +16,8 @@ from vistel.space.commands.actions import Along, Towards, Which
 from vistel.space.commands.create import SHAPES
 from vistel.space.commands.reference import COLOURS
 from vistel.space.commands.reshape import curved, extent, joined, scaled, stretched
+from vistel.space.dynamics.solids import solids
 from vistel.space.room import TABLE_HEIGHT
-from vistel.space.things.solids import solids
 from vistel.space.things.things import Thing
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance, wake_around
+from vistel.space.dynamics.solids import Solids, solids
 from vistel.space.room import TABLE_HEIGHT, meeting_room
-from vistel.space.things.solids import Solids, solids
 from vistel.space.things.things import Thing
 
 DT = 1.0 / 60.0

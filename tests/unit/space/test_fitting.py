@@ -12,12 +12,12 @@ from test_world_steps import FIST, Play, at, reaching, take_baton
 from vistel.figure.posture.hands import OPEN
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
+from vistel.space.dynamics.solids import solids
 from vistel.space.hands.axes import axes_of
-from vistel.space.hands.fitting import PRESS, fit, hand_of
 from vistel.space.hands.grasp import MOST_TURN, align
+from vistel.space.holding.fitting import PRESS, fit, hand_of
 from vistel.space.people import PALM, THUMB, build_of
 from vistel.space.room import BATON, meeting_room
-from vistel.space.things.solids import solids
 from vistel.space.things.things import Axis, Primitive, Thing
 
 BUILD = build_of(1.75, 1.0)

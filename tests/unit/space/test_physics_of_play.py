@@ -11,7 +11,7 @@ from test_world_steps import Play, at, reaching, take_baton
 
 from vistel.figure.posture.posture import Posture
 from vistel.space.hands.claims import What
-from vistel.space.hands.sharing import STRENGTH
+from vistel.space.holding.sharing import STRENGTH
 from vistel.space.inputs import StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
 from vistel.space.view import WorldView

@@ -7,8 +7,8 @@ from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_kernels import surface
 from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.space.dynamics.solids import Solids, pose_solids, solids
 from vistel.space.room import meeting_room
-from vistel.space.things.solids import Solids, pose_solids, solids
 from vistel.space.things.things import Primitive, Thing
 
 

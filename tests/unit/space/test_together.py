@@ -8,7 +8,7 @@ from test_world_steps import Play, at, reaching, take_baton
 
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.hands.claims import What
-from vistel.space.hands.sharing import STIFFNESS, STRENGTH
+from vistel.space.holding.sharing import STIFFNESS, STRENGTH
 from vistel.space.room import BATON
 from vistel.space.view import HandForce, WorldView
 

@@ -122,7 +122,7 @@ _BELOW = _below()
 @dataclass(frozen=True)
 class Load:
     """A force (3,) [N] that acts on what is fixed to `joint`, at `point` (3,) [m]; room frame. Of the hands:
-    `vistel.space.hands.forces`."""
+    `vistel.space.holding.forces`."""
 
     joint: str
     point: F64

@@ -14,12 +14,12 @@ from vistel.space.commands.actions import Refused, Which
 from vistel.space.commands.history import Change, Stood
 from vistel.space.commands.reference import Speaker, meant
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions
-from vistel.space.hands import holding
+from vistel.space.dynamics.solids import Solids, outline
+from vistel.space.holding import holding
 from vistel.space.memory.dents import Dent
 from vistel.space.people import pose_figure
 from vistel.space.room import Room
 from vistel.space.state import State
-from vistel.space.things.solids import Solids, outline
 from vistel.space.things.things import Thing
 
 

@@ -15,7 +15,7 @@ from vistel.space.commands.asked import Answer, Asked, changed, exchanged, on_it
 from vistel.space.commands.history import History, Stood
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
-from vistel.space.hands import holding, ownership
+from vistel.space.holding import holding, ownership
 from vistel.space.state import State
 
 NEAR = 0.03

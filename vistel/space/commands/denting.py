@@ -16,8 +16,8 @@ from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed
 from vistel.space.commands.history import Stood
 from vistel.space.commands.reshape import extent
+from vistel.space.dynamics.solids import outline
 from vistel.space.memory.dents import MOST, Dent, deepest, imprints
-from vistel.space.things.solids import outline
 from vistel.space.things.things import Matter, Primitive
 
 SOFT = 0.15

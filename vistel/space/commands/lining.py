@@ -13,9 +13,9 @@ from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked
 from vistel.space.commands.placing import GAP, glide, is_free, table_edge
-from vistel.space.hands import holding
+from vistel.space.dynamics.solids import outline
+from vistel.space.holding import holding
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
-from vistel.space.things.solids import outline
 
 LEAST_GAP = 2.0 * GAP
 _ASIDE = (0.0, *(sign * k * 0.03 for k in range(1, 9) for sign in (1.0, -1.0)))

@@ -13,11 +13,11 @@ from vistel.space.commands import actions as ask
 from vistel.space.commands import choosing, denting, edges, lining, placing, shaping
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked
-from vistel.space.hands import ownership
+from vistel.space.dynamics.solids import Solids
+from vistel.space.holding import ownership
 from vistel.space.inputs import CommandInput
 from vistel.space.room import Room
 from vistel.space.state import State
-from vistel.space.things.solids import Solids
 from vistel.space.view import Outcome
 
 

@@ -17,10 +17,10 @@ from vistel.space.commands import reshape
 from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed, lowest
 from vistel.space.commands.history import Change, Stood
-from vistel.space.hands import holding
+from vistel.space.dynamics.solids import outline
+from vistel.space.holding import holding
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
 from vistel.space.things.glide import Glide, on_way
-from vistel.space.things.solids import outline
 from vistel.space.things.things import Thing
 
 HIGHEST = 3.0

@@ -19,7 +19,7 @@ from vistel.space.commands.history import Change, Stood
 from vistel.space.commands.placing import axis_in_room, free_spot, place_meant
 from vistel.space.dynamics.dynamics import HELD
 from vistel.space.hands import grasp as hands
-from vistel.space.hands import holding
+from vistel.space.holding import holding
 from vistel.space.things.things import Thing
 
 MOST_THINGS = 600

@@ -16,7 +16,7 @@ from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.dynamics.collide_kernels import PUSHER, WIDTH, detect  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.kernels import matrices, solve  # pyright: ignore[reportUnknownVariableType]
-from vistel.space.things.solids import Solids, pose_solids
+from vistel.space.dynamics.solids import Solids, pose_solids
 
 FIXED, FREE, ASLEEP, HELD = range(4)
 """What moves a thing: nothing; forces; nothing until it is touched; a hand."""

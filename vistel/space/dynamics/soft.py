@@ -32,7 +32,7 @@ from vistel.implicit.primitives.kinds import primitive_of
 from vistel.space.contact.forces import STIFFEST, Motion, Patch, Surface, contact_patches
 from vistel.space.contact.patch_kernels import value  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.bristles import Bristle, Key, grip
-from vistel.space.things.solids import Solids, solids
+from vistel.space.dynamics.solids import Solids, solids
 from vistel.space.things.things import Thing
 
 SUBSTEP, SHORTEST = 1.0 / 240.0, 1.0 / 4000.0

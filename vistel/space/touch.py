@@ -10,8 +10,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.implicit.contacts.contact import ContactArray
+from vistel.space.dynamics.solids import Solids
 from vistel.space.people import Posed
-from vistel.space.things.solids import Solids
 from vistel.space.view import ContactView, GhostView
 
 FLESH = 1.5e5

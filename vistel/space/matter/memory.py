@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
+from vistel.space.dynamics.solids import Solids
+from vistel.space.matter.sticking import frame_of, relieved
 from vistel.space.memory.bonds import NEAR, Bond, Frame, Grip, Torn, glue_of, same_to_others, stick
 from vistel.space.memory.dents import MOST_IN_ROOM, Dent, Press, deepest, remember
-from vistel.space.memory.sticking import frame_of, relieved
 from vistel.space.people import Posed
 from vistel.space.state import State
-from vistel.space.things.solids import Solids
 from vistel.space.things.things import Primitive
 
 REACH, LEAST_REACH, MOST_REACH = 0.75, 0.012, 0.02

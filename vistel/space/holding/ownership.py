@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Set
 from dataclasses import replace
 
-from vistel.space.hands import holding
 from vistel.space.hands.claims import Claim, ClaimEvent, What
 from vistel.space.hands.grasp import Grasp
+from vistel.space.holding import holding
 from vistel.space.state import State
 
 LEASE_NS = 1_000_000_000

@@ -20,15 +20,15 @@ from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.forces import STIFFEST, Surface
 from vistel.space.contact.near import Bodies, placed
-from vistel.space.contact.touch import FLESH, FLESH_COMPLIANCE
 from vistel.space.contact.touch_kernels import (
     FELT,
     feel,  # pyright: ignore[reportUnknownVariableType]
     gather,  # pyright: ignore[reportUnknownVariableType]
 )
 from vistel.space.dynamics.dynamics import FIXED, Motions
+from vistel.space.dynamics.solids import Solids
 from vistel.space.people import DIGITS, HAND_JOINT, Posed
-from vistel.space.things.solids import Solids
+from vistel.space.touch import FLESH, FLESH_COMPLIANCE
 from vistel.space.view import DigitTouch, HandForce
 
 Hand = tuple[str, bool]

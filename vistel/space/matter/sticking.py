@@ -18,12 +18,12 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.dynamics.dynamics import ASLEEP, FREE, Motions
 from vistel.space.dynamics.kernels import GRAVITY
+from vistel.space.dynamics.solids import Solids
 from vistel.space.hands.grasp import into_hand
-from vistel.space.hands.sharing import Anchor, Pull
+from vistel.space.holding.sharing import Anchor, Pull
 from vistel.space.memory.bonds import Bond, Frame, Glue, ends, glue_of
 from vistel.space.people import DIGITS, Posed
 from vistel.space.state import State
-from vistel.space.things.solids import Solids
 
 DAMPING = 0.4
 """Of what swings on a bond, of twice the critical."""

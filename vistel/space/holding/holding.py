@@ -15,12 +15,12 @@ from vistel.geometry.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions, wake_around
 from vistel.space.dynamics.kernels import MAX_SPEED, MAX_SPIN
+from vistel.space.dynamics.solids import Solids
 from vistel.space.hands import grasp as hands
-from vistel.space.hands import sharing
 from vistel.space.hands.grasp import Grasp
+from vistel.space.holding import sharing
 from vistel.space.people import Posed
 from vistel.space.state import LetGo, State
-from vistel.space.things.solids import Solids
 
 LET_GO_GAP = 0.015
 """A hand that let go pushes the thing again once it was this far off it [m]..."""

@@ -10,11 +10,11 @@ from dataclasses import replace
 
 from vistel.space.commands.history import Change, Stood
 from vistel.space.dynamics.dynamics import FREE, HELD
-from vistel.space.hands import holding
+from vistel.space.dynamics.solids import Solids
+from vistel.space.holding import holding
 from vistel.space.inputs import PropInput
 from vistel.space.state import State
 from vistel.space.things.props import Tracked, heard
-from vistel.space.things.solids import Solids
 
 
 def followed(state: State, s: Solids, news: Iterable[PropInput], dt: float) -> State:

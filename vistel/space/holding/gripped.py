@@ -15,11 +15,11 @@ from vistel.arrays import F64
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
-from vistel.space.hands.fitting import hand_of
+from vistel.space.dynamics.solids import Solids
 from vistel.space.hands.grasp import Grasp, hand_frame
+from vistel.space.holding.fitting import hand_of
 from vistel.space.people import DIGITS, Posed
 from vistel.space.state import State
-from vistel.space.things.solids import Solids
 
 FURTHEST, MOST_TURN = 0.06, 0.7
 """A hand is seen no further than this from where it is [m, rad]."""
