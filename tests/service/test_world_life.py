@@ -19,9 +19,9 @@ from vistel.v1.command_pb2 import Command, CommandResult, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.v1.world_pb2 import WorldHandoverRequest
 from vistel.wire.clock import SimulatedClock
+from vistel.wire.fence import LEASE_NS
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world.fence import LEASE_NS
 from vistel_services import world
 from vistel_services.world import rooms
 from vistel_services.world.service import STEP_NS

@@ -12,10 +12,10 @@ from typing import Any
 from google.protobuf.message import DecodeError
 
 from vistel.wire.bus import BusCounters, Sample
+from vistel.wire.fence import Fence
 from vistel.wire.freshness import Freshness
 from vistel.wire.reliable import CACHE_MESSAGES
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
-from vistel.wire.world.fence import Fence
 
 log = logging.getLogger("vistel.bus")
 

@@ -16,9 +16,9 @@ from google.protobuf.message import Message
 
 from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
+from vistel.wire.fence import Fence
 from vistel.wire.inbox import STALE_AFTER_NS, Decoder, Inbox
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
-from vistel.wire.world.fence import Fence
 
 log = logging.getLogger("vistel.bus")
 

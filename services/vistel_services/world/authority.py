@@ -3,7 +3,7 @@
 A world is present on the bus under a token that holds its term. One that starts, or is asked to, asks whoever leads for the
 room and takes it over, step for step; one that is overtaken, or has given the room away, falls silent and waits. When it sees
 nobody of a higher term any more, it leads again, if it has the newest steps: if those lie on the disk of a world that is not
-there, it waits for that one. Receivers drop what a lower term says once a higher one has spoken (`vistel.wire.world.fence`), so
+there, it waits for that one. Receivers drop what a lower term says once a higher one has spoken (`vistel.wire.fence`), so
 that a world that was frozen and wakes does no harm.
 """
 
