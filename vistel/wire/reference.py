@@ -10,7 +10,7 @@ from vistel.wire.topics import MESSAGE_VERSION, TOPICS, Delivery, Publisher, Top
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/reference/topics.md"
 
-_DELIVERY = {Delivery.NEWEST: "newest wins", Delivery.RELIABLE: "reliable", Delivery.QUERY: "asked for"}
+_DELIVERY = {Delivery.NEWEST: "newest wins", Delivery.RELIABLE: "reliable", Delivery.QUERY: "query"}
 _PUBLISHER = {Publisher.SITE: "its site", Publisher.WORLD: "the world", Publisher.HUB: "the hub"}
 
 
@@ -31,20 +31,22 @@ Everything that crosses the bus, message version {MESSAGE_VERSION}. The messages
 |---|---|---|--:|---|---|---|---|
 {rows}
 
-**Newest wins**: best effort. A reader that is slow or was cut off skips old values; what arrives more than 250 ms later
-than usual for its sender is dropped and counted. **Reliable**: in order, nothing is lost while its sender lives, across
-a router that restarts too; whoever comes late gets the last value of each key. **Asked for**: a question and its answer.
+* **Newest wins**: best effort. A slow reader skips old values. A message that arrives more than 250 ms later than usual for its
+  sender is dropped and counted.
+* **Reliable**: in order. While its sender lives nothing is lost, even if a router restarts. A late joiner gets the last value of
+  each key.
+* **Query**: a request and its answer.
 
-Who is present stands under `vistel/{{conference}}/alive/{{site}}/{{token}}`. With certificates, a router lets each site
+Presence is under `vistel/{{conference}}/alive/{{site}}/{{token}}`. With certificates, a router lets each site
 publish only under its own name; the rules are made from this table (`vistel.wire.zenoh.access`).
 
-A message that does not parse, or has another version, is dropped and counted; it harms nobody.
+A message that does not parse, or has another version, is dropped and counted.
 
 ## Motion
 
-A posture in some forty bytes, `Motion.frame`: [how they are read](motion-stream.md). Every number is a whole number of
+`Motion.frame` has a posture in some forty bytes ([the bytes](motion-stream.md)). Every number is a whole number of
 steps; a number outside its range is sent as the end of the range. A frame refers to a key frame shortly before it; at
-least every {FULL_INTERVAL_NS / 1e9:g} s comes a full one, which refers to no other.
+least every {FULL_INTERVAL_NS / 1e9:g} s there is a full one, which refers to no other.
 
 | part | numbers | count | range | step | group |
 |---|---|--:|---|--:|--:|

@@ -22,10 +22,10 @@ from vistel.v1.service_pb2 import ImageDelay
 
 log = logging.getLogger("vistel.audio")
 
-_MOUTH_TO_EAR = Gauge("vistel_audio_mouth_to_ear_seconds", "From capture to ear", ["site", "participant"])
-_TARGET = Gauge("vistel_audio_target_delay_seconds", "Wanted from capture to ear", ["site", "participant"])
-_SKEW = Gauge("vistel_audio_skew_seconds", "Ear after picture", ["site", "participant"])
-_CONCEALED = Counter("vistel_audio_concealed_frames_total", "Frames made up for lost or late ones", ["site", "participant"])
+_MOUTH_TO_EAR = Gauge("vistel_audio_mouth_to_ear_seconds", "Time from capture to ear", ["site", "participant"])
+_TARGET = Gauge("vistel_audio_target_delay_seconds", "Wanted time from capture to ear", ["site", "participant"])
+_SKEW = Gauge("vistel_audio_skew_seconds", "Time from a picture to its voice", ["site", "participant"])
+_CONCEALED = Counter("vistel_audio_concealed_frames_total", "Frames concealed, lost or late", ["site", "participant"])
 
 _HEARD_NS = 400_000_000
 """After a frame that somebody spoke in they are shown as talking so long."""

@@ -24,8 +24,8 @@ log = logging.getLogger("vistel.delay")
 
 _UNKNOWN = Counter("vistel_delay_unknown_total", "Times a device's state became unknown", ["equipment"])
 _RECONNECTS = Counter("vistel_delay_reconnects_total", "Times a device was reached again", ["equipment"])
-_REFUSALS = Counter("vistel_delay_refusals_total", "Exceptions a device answered with", ["equipment"])
-_ACOUSTIC = Gauge("vistel_delay_acoustic_seconds", "What a delay unit does, own latency and delay", ["equipment"])
+_REFUSALS = Counter("vistel_delay_refusals_total", "Modbus exceptions in answers of a device", ["equipment"])
+_ACOUSTIC = Gauge("vistel_delay_acoustic_seconds", "Delay of a delay unit, its own latency included", ["equipment"])
 
 _ROUND_NS = 200_000_000
 _RETRY_NS, _RETRY_MOST_NS = 100_000_000, 2_000_000_000

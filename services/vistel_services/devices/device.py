@@ -28,7 +28,7 @@ _FAULT_S = 2.0
 _RECENT = 512
 
 _FRAMES = Counter("vistel_device_frames_total", "Frames decoded", ["device"])
-_SKIPPED = Counter("vistel_device_skipped_bytes_total", "Bytes that were no part of anything", ["device"])
+_SKIPPED = Counter("vistel_device_skipped_bytes_total", "Bytes that were part of no record", ["device"])
 _RECONNECTS = Counter("vistel_device_reconnects_total", "Times the device came back", ["device"])
 _LATENCY = Histogram(
     "vistel_device_publish_latency_seconds",

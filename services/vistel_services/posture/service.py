@@ -38,7 +38,7 @@ _SOLVE = Histogram(
 )
 _MOTIONS = Counter("vistel_posture_motions_total", "Motion messages published", ["participant"])
 _PROPS = Counter("vistel_posture_props_total", "Poses of props published", ["thing"])
-_REJECTED = Gauge("vistel_posture_rejected_samples", "Sensor samples not believed", ["participant"])
+_REJECTED = Gauge("vistel_posture_rejected_samples", "Sensor samples rejected", ["participant"])
 _STALE = Gauge("vistel_posture_stale_sensors", "Sensors that are silent", ["participant"])
 
 _STALE_PART = {

@@ -49,7 +49,7 @@ _FRAME_TIME = Histogram(
     ["site"],
     buckets=(0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12, 0.25, 0.5, 1.0),
 )
-_RATE = Gauge("vistel_renderer_rate_hertz", "Pictures per second over the last report", ["site"])
+_RATE = Gauge("vistel_renderer_rate_hertz", "Pictures per second since the last report", ["site"])
 _AGE = Gauge("vistel_renderer_motion_age_seconds", "Age of the newest motion when drawn", ["site", "participant"])
 
 _REPORT_NS = 500_000_000

@@ -25,7 +25,7 @@ from vistel_services.speech.mouth import Mouth
 
 log = logging.getLogger("vistel.speech")
 
-_HEARD = Counter("vistel_speech_utterances_total", "What was said, by what came of it", ["participant", "outcome"])
+_HEARD = Counter("vistel_speech_utterances_total", "Utterances by outcome", ["participant", "outcome"])
 _LATENCY = Histogram(
     "vistel_speech_latency_seconds",
     "From the end of an utterance to its command",

@@ -30,7 +30,7 @@ OLDEST_NS = 600_000_000_000
 KEPT = 2
 """Snapshots that stay, with what was journaled since: the last one may be damaged."""
 
-_UNSAFE = Gauge("vistel_world_unsaved_count", "Rooms whose disk takes nothing: what is told now would not outlive a crash")
+_UNSAFE = Gauge("vistel_world_unsaved_count", "Rooms whose disk cannot be written: what is published now would be lost in a crash")
 _NAME = re.compile(r"(\d{6})-(\d{14})\.(snapshot|journal)")
 
 

@@ -23,7 +23,7 @@ from vistel_services.renderer.out.virtual_camera import FileDevice, NoCameraErro
 log = logging.getLogger("vistel.renderer")
 
 
-_LEFT_OUT = Counter("vistel_renderer_video_left_out_total", "Pictures the video encoder had no time for", ["site"])
+_LEFT_OUT = Counter("vistel_renderer_video_left_out_total", "Pictures left out by the video encoder", ["site"])
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ log = logging.getLogger("vistel.renderer")
 
 
 _READERS = Gauge("vistel_renderer_stream_readers", "Browsers that watch", ["site"])
-_LEFT_OUT = Counter("vistel_renderer_stream_left_out_total", "Pictures readers did not keep up with", ["site"])
+_LEFT_OUT = Counter("vistel_renderer_stream_left_out_total", "Pictures left out for slow readers", ["site"])
 
 MOST_READERS = 16
 _STATE_S = 1.0
