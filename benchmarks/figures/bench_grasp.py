@@ -19,7 +19,7 @@ from benchmarks.row import Row, machine
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.dynamics.solids import solids
-from vistel.space.holding.fitting import fit, hand_of
+from vistel.space.hands.fitting import fit, hand_of
 from vistel.space.room import meeting_room
 
 SHAPES = 30

@@ -12,8 +12,8 @@ from vistel.arrays import F64
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.dynamics.solids import solids
+from vistel.space.hands.fitting import fit, hand_of
 from vistel.space.hands.grasp import align
-from vistel.space.holding.fitting import fit, hand_of
 from vistel.space.people import build_of
 from vistel.space.things.tessellate import tessellate_thing
 from vistel.space.things.things import Primitive, Thing

@@ -26,8 +26,8 @@ from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.dynamics.solids import solids
+from vistel.space.hands.fitting import fit
 from vistel.space.hands.grasp import align
-from vistel.space.holding.fitting import fit
 from vistel.space.people import HAND_JOINT, build_like
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate_thing

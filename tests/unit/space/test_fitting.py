@@ -14,8 +14,8 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
 from vistel.space.dynamics.solids import solids
 from vistel.space.hands.axes import axes_of
+from vistel.space.hands.fitting import PRESS, fit, hand_of
 from vistel.space.hands.grasp import MOST_TURN, align
-from vistel.space.holding.fitting import PRESS, fit, hand_of
 from vistel.space.people import PALM, THUMB, build_of
 from vistel.space.room import BATON, meeting_room
 from vistel.space.things.things import Axis, Primitive, Thing

@@ -10,7 +10,7 @@ from test_world_steps import Play, at, reaching, take_baton
 
 from benchmarks.figures.grasp_depth import deepest
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.space.holding.fitting import hand_of
+from vistel.space.hands.fitting import hand_of
 from vistel.space.people import build_of
 from vistel.space.room import BATON, TABLE_HEIGHT
 from vistel.space.view import WorldView

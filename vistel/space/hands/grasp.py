@@ -2,7 +2,7 @@
 
 A hand takes a thing when fingers touch it from one side and thumb or palm from the other while the fingers close; it
 lets go when the fingers open again. Where the thing lies is aligned to the hand: the thing's axis that needs the
-least change turns to lie across the palm (mathematics M8.8), and the fingers are laid on it (`vistel.space.holding.fitting`).
+least change turns to lie across the palm (mathematics M8.8), and the fingers are laid on it (`vistel.space.hands.fitting`).
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from vistel.geometry.smoothstep import ease
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.hands.axes import axes_of
+from vistel.space.hands.fitting import fit
 from vistel.space.hands.reach_kernels import REACHED, reached  # pyright: ignore[reportUnknownVariableType]
-from vistel.space.holding.fitting import fit
 from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion, flexion_of
 from vistel.space.things.things import Thing
 

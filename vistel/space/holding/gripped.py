@@ -16,8 +16,8 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.dynamics.solids import Solids
+from vistel.space.hands.fitting import hand_of
 from vistel.space.hands.grasp import Grasp, hand_frame
-from vistel.space.holding.fitting import hand_of
 from vistel.space.people import DIGITS, Posed
 from vistel.space.state import State
 
