@@ -58,6 +58,16 @@ class Instrument(Protocol):
         ...
 
 
+class Simulator(Protocol):
+    """A simulated device."""
+
+    name: str
+
+    async def run(self) -> None:
+        """Until cancelled."""
+        ...
+
+
 class SimulatedDevice:
     """Runs an instrument at a port."""
 
@@ -135,12 +145,13 @@ class SimulatedDevice:
                 self.port.baud = reply.baud
 
 
-async def run_devices(devices: Iterable[SimulatedDevice]) -> None:
+async def run_devices(devices: Iterable[Simulator]) -> None:
     """All of them until cancelled."""
     devices = tuple(devices)
     for device in devices:
-        # A link left by a process that was killed may by now point to another device's terminal.
-        device.port.path.unlink(missing_ok=True)
+        if isinstance(device, SimulatedDevice):
+            # A link left by a process that was killed may by now point to another device's terminal.
+            device.port.path.unlink(missing_ok=True)
     async with asyncio.TaskGroup() as group:
         for device in devices:
             group.create_task(device.run(), name=device.name)

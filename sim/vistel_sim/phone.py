@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 import socket
 from collections.abc import Callable, Iterable, Sequence
@@ -13,6 +12,7 @@ import numpy as np
 from vistel.protocol.live_link_face import CHANNELS, FacePacket, encode
 from vistel.wire.clock import Clock
 from vistel_sim.faults import DeviceFaults, Fault
+from vistel_sim.simulation import Simulation
 
 Channels = Callable[[float], Sequence[float]]
 """t [s] -> 61 values, order of CHANNELS."""
@@ -92,8 +92,7 @@ def face_packets(name: str, channels: Channels) -> Packets:
     return packet
 
 
-async def run_senders(senders: Iterable[SimulatedSender]) -> None:
-    """All of them until cancelled."""
-    async with asyncio.TaskGroup() as group:
-        for sender in senders:
-            group.create_task(sender.run(), name=sender.name)
+def sender(name: str, packet: Packets, simulation: Simulation) -> SimulatedSender:
+    """One of a conference."""
+    link, clock, seed = simulation.link(name), simulation.clock, simulation.seed(name)
+    return SimulatedSender(name, packet, link, clock, simulation.start_ns, simulation.faults, seed=seed)

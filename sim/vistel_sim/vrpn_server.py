@@ -23,7 +23,7 @@ _BENT = 0.7
 """Of a finger's middle joint that reaches the thumb [rad]."""
 
 
-class Device(Protocol):
+class ServedDevice(Protocol):
     """What a server's driver makes of a device."""
 
     period_s: float
@@ -115,7 +115,7 @@ class SimulatedVrpn:
         self,
         name: str,
         called: str,
-        device: Device,
+        device: ServedDevice,
         announce: Path,
         clock: Clock,
         start_ns: int,

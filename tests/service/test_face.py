@@ -18,12 +18,12 @@ from vistel.v1.device_pb2 import FaceFrame, RawBytes
 from vistel.wire.motion import StalePart
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import face
-from vistel_services.face import LiveLinkDecoder
+from vistel_services.face.live_link import LiveLinkDecoder
 from vistel_services.posture.face import FaceCapture
 from vistel_sim.faults import Fault
 from vistel_sim.motion import open_motion
 from vistel_sim.phone import talking
-from vistel_sim.process import simulated_senders
+from vistel_sim.process import simulators
 
 F = "ann-face"
 
@@ -41,7 +41,7 @@ class Hall(Running):
         config = face.configure(conference, conference.sites[0], self.paths)
         work = [face.run(config, self.bus, self.clock)]
         if phone:
-            phones = simulated_senders(conference, motion, self.paths, self.clock, self.start_ns, faults=faults)
+            phones = simulators(conference, motion, self.paths, self.clock, self.start_ns, faults=faults)
             work += [p.run() for p in phones]
         super().__init__(work)
 

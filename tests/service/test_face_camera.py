@@ -11,6 +11,7 @@ import pytest
 from device_site import STATE, RecordingBus
 from waiting import until
 
+from vistel.conference.device_list import Device
 from vistel.conference.devices import FaceConfig
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
@@ -19,12 +20,14 @@ from vistel.vision.face_calibration import calibrate_face, write_face
 from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import face
+from vistel_services.devices.service import connect
 from vistel_sim.faults import Fault
 from vistel_sim.motion import open_motion
 from vistel_sim.phone import talking
 from vistel_sim.pictures.face import FacePicture
 from vistel_sim.pictures.faces import FaceScene
-from vistel_sim.process import device_seed, simulated_cameras
+from vistel_sim.process import simulators
+from vistel_sim.simulation import device_seed
 
 F = "ann-face"
 
@@ -47,7 +50,7 @@ class Helmet:
         paths = RunPaths(folder, folder)
         motion = open_motion(conference)
         self.start_ns = self.clock.now_ns()
-        self.cameras = simulated_cameras(conference, motion, paths, self.clock, self.start_ns)
+        self.cameras = simulators(conference, motion, paths, self.clock, self.start_ns)
         config = face.configure(conference, conference.sites[0], paths)
         self.tasks = [asyncio.create_task(w) for w in (face.run(config, self.bus, self.clock), *(c.run() for c in self.cameras))]
 
@@ -80,7 +83,7 @@ def test_marks_of_a_simulated_camera_arrive_as_they_are(tmp_path: Path) -> None:
             for f in frames
         ]
         assert np.median(errors) < 0.002
-        decoder = face.CameraDecoder(F, face.sight_of(FaceConfig.model_validate(face_config))())
+        decoder = connect(Device(F, FaceConfig.model_validate(face_config))).driver.decoder
         again = [f for m in helmet.bus.on("device_raw", F) for t_ns, data in reads_of(m) for f in decoder.feed(data, t_ns)]
         assert [f.SerializeToString() for f in again] == [f.SerializeToString() for f in frames]
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from device_site import HAND, STATE, DeviceSite, quiet_fastrak, quiet_glove, run
 
+from vistel.conference.device_list import Device
 from vistel.conference.devices import GloveConfig
 from vistel.protocol.fivedt_calibration import default_calibration
 from vistel.v1.device_pb2 import GloveFrame, RawBytes
@@ -17,6 +18,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import glove
 from vistel_services.devices.hid_transport import open_hid
+from vistel_services.devices.service import connect
 from vistel_sim.faults import Fault
 from vistel_sim.fivedt import Glove5, Glove16, Ultra, UltraReports
 
@@ -51,7 +53,7 @@ def test_each_glove_streams_angles_and_survives_garbage_and_unplugging(tmp_path:
         bent = sorted(f.angles[4] + f.angles[6] for f in frames(site))
         assert bent[len(bent) // 2] == pytest.approx(HAND[4] + HAND[6], abs=0.03)
         raw: list[RawBytes] = site.bus.on("device_raw", L)
-        decoder = glove.decoder_of(GloveConfig(kind=kind), L)
+        decoder = connect(Device(L, GloveConfig(kind=kind))).driver.decoder
         again = [
             frame
             for m in raw

@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
+from vistel.conference.device_list import Device
 from vistel.conference.devices import EyeConfig, FaceConfig
-from vistel_services import face
+from vistel_services.devices.service import connect
 from vistel_sim.pictures.eye import EyePicture
 from vistel_sim.pictures.face import FacePicture, rest_face
 
@@ -33,7 +34,7 @@ def packets() -> list[bytes]:
     [(FaceConfig.model_validate({"kind": "camera"}), CASES), (EyeConfig.model_validate({}), CASES // 10)],
 )
 def test_fuzz_pictures_give_nothing_or_finite_marks_gaze_and_lids(sight: FaceConfig | EyeConfig, cases: int) -> None:
-    decoder = face.CameraDecoder("who-camera", face.sight_of(sight)())
+    decoder = connect(Device("who-camera", sight)).driver.decoder
     rng = np.random.default_rng(5)
     known = packets()
     seen = 0

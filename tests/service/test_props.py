@@ -26,7 +26,7 @@ from vistel_services.posture.props import PropCapture
 from vistel_services.world.verify import verify
 from vistel_sim.device import run_devices
 from vistel_sim.motion.source import prop_transmitter, receiver_on_prop
-from vistel_sim.process import simulated_devices
+from vistel_sim.process import simulators
 
 TURN = quaternion_from_matrix(matrix_from_rotvec(np.array([0.4, -1.1, 0.7])))
 MOUNT = {"station": 2, "receiver_position": (0.03, -0.01, 0.05), "receiver_rotation": (0.0, 0.6, 0.0, 0.8)}
@@ -73,7 +73,7 @@ def test_device_bytes_become_where_the_thing_is(tmp_path: Path) -> None:
         bus = network.bus("demo", "tokyo", clock)
         heard = network.bus("demo", "hub", clock).subscribe(BY_NAME["prop"], queue_all=True)
         start_ns, site = clock.now_ns(), CONFERENCE.sites[0]
-        (device,) = simulated_devices(CONFERENCE, Circling(), paths, clock, start_ns)
+        (device,) = simulators(CONFERENCE, Circling(), paths, clock, start_ns)
         assert device.name == "prop-baton-tracker"
         tasks = [
             asyncio.create_task(run_devices([device])),
@@ -227,7 +227,7 @@ def test_a_real_hand_over_shows_who_holds_the_baton(tmp_path: Path, shared_data:
         hub = network.bus("demo", "hub", clock)
         room = WorldListener(network.bus("demo", "hub", clock), clock)
         motion = open_motion(conference)
-        devices = simulated_devices(conference, motion, paths, clock, clock.now_ns())
+        devices = simulators(conference, motion, paths, clock, clock.now_ns())
         tasks = [
             asyncio.create_task(run_devices(devices)),
             asyncio.create_task(world.run(world.configure(conference, None, paths), hub, clock)),

@@ -24,12 +24,12 @@ from vistel.wire.motion import MotionDecoder, MotionEncoder, MotionSample
 from vistel_services import tracker
 from vistel_services.posture import configure
 from vistel_services.posture.capture import Capture
-from vistel_services.tracker import VmcDecoder
+from vistel_services.tracker.vmc import VmcDecoder
 from vistel_sim import suite
 from vistel_sim.faults import Fault
 from vistel_sim.motion import open_motion
 from vistel_sim.motion.source import places
-from vistel_sim.process import simulated_senders
+from vistel_sim.process import simulators
 
 T = "ann-tracker"
 
@@ -91,7 +91,7 @@ class Suite(Running):
         start_ns = self.clock.now_ns()
         work = [tracker.run(tracker.configure(conference, conference.sites[0], self.paths), self.bus, self.clock)]
         if sends:
-            senders = simulated_senders(conference, open_motion(conference), self.paths, self.clock, start_ns, faults=faults)
+            senders = simulators(conference, open_motion(conference), self.paths, self.clock, start_ns, faults=faults)
             work += [s.run() for s in senders]
         super().__init__(work)
 

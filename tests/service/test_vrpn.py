@@ -15,19 +15,20 @@ import pytest
 from device_site import HAND, STATE, DeviceSite, pose, run
 from waiting import until
 
+from vistel.conference.device_list import Device
 from vistel.conference.devices import GloveConfig
 from vistel.protocol import pinch
 from vistel.protocol.fivedt_calibration import default_calibration
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame
 from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
-from vistel_services import glove
-from vistel_services.tracker import VrpnDecoder
+from vistel_services.devices.service import connect
+from vistel_services.tracker.vrpn import VrpnDecoder
 from vistel_sim.device import Instrument, SimulatedDevice
 from vistel_sim.fastrak import Fastrak
 from vistel_sim.faults import Fault
 from vistel_sim.fivedt import Glove5, UltraReports
-from vistel_sim.vrpn_server import Device, Glove, PinchGlove, SimulatedVrpn, Tracker
+from vistel_sim.vrpn_server import Glove, PinchGlove, ServedDevice, SimulatedVrpn, Tracker
 
 T, L = "ann-tracker", "ann-glove-left"
 PERSON: dict[str, Any] = {"gloves": {}, "tracker": {"kind": "vrpn"}}
@@ -48,7 +49,13 @@ async def joined(site: DeviceSite, faults: tuple[Fault, ...] = (), **options: An
 
 @contextlib.asynccontextmanager
 async def served(
-    site: DeviceSite, name: str, called: str, device: Device, person: dict[str, Any], faults: tuple[Fault, ...] = (), **options: Any
+    site: DeviceSite,
+    name: str,
+    called: str,
+    device: ServedDevice,
+    person: dict[str, Any],
+    faults: tuple[Fault, ...] = (),
+    **options: Any,
 ) -> AsyncIterator[None]:
     """The services, and a simulated server with a device of Ann's."""
     async with site.running({}, person=person):
@@ -140,7 +147,7 @@ def test_a_server_that_is_not_there_is_looked_for(tmp_path: Path) -> None:
     run(scenario())
 
 
-def gloved(site: DeviceSite, kind: str, sensors: int, device: Device, faults: tuple[Fault, ...] = ()):
+def gloved(site: DeviceSite, kind: str, sensors: int, device: ServedDevice, faults: tuple[Fault, ...] = ()):
     """Ann wears a glove of a simulated server."""
     worn = {"kind": kind, "sensors": sensors}
     return served(site, L, "Glove0", device, {"tracker": None, "gloves": {"left": worn}}, faults)
@@ -162,7 +169,7 @@ def test_a_gloves_channels_become_angles_and_it_survives_mishaps(tmp_path: Path,
         want = default_calibration().angles(unit.values(0.0), sensors)
         assert list(frames[-1].angles) == pytest.approx(want, abs=1e-6)
         raw = [m for m in site.bus.on("device_raw", L) if m.direction == RawBytes.DIRECTION_FROM_DEVICE]
-        decoder = glove.decoder_of(GloveConfig(kind="vrpn", sensors=sensors), L)
+        decoder = connect(Device(L, GloveConfig(kind="vrpn", sensors=sensors))).driver.decoder
         assert [f for m in raw for t_ns, data in reads_of(m) for f in decoder.feed(data, t_ns)] == frames
 
     run(scenario())

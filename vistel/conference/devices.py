@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, field_validator, model_validator
+
+from vistel.devices.kind import DeviceKind, Role
+from vistel.devices.registry import UnknownKindError, kind_of, kinds
+from vistel.protocol.vrpn import parse_address
 
 Name = Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9_\-]{0,31}$")]
 
@@ -17,12 +21,50 @@ class Checked(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-STATIONS = {"fastrak": 4, "liberty": 16, "patriot": 2, "vrpn": 256}
-"""Receivers that a unit can have."""
+class OfKind(Checked):
+    """A device, whose kind is described in `vistel.devices`."""
+
+    role: ClassVar[Role]
+    kind: str
+    """The name of its kind."""
+
+    @property
+    def known(self) -> DeviceKind:
+        """The description of its kind."""
+        return kind_of(self.role, self.kind)
+
+    @field_validator("kind")
+    @classmethod
+    def _kind_is_known(cls, kind: str) -> str:
+        return kind_of(cls.role, kind).name
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_defaults_of_its_kind(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        given = cast("dict[str, Any]", data)
+        kind = given.get("kind")
+        if not isinstance(kind, str):
+            return given
+        try:
+            return {**kind_of(cls.role, kind).defaults, **given}
+        except UnknownKindError:  # reported for the key `kind`
+            return given
+
+    def check_address(self, port: str) -> None:
+        """Raises ValueError for a port that names no device of a VRPN server, where one is expected."""
+        try:
+            if "vrpn" in self.known.connections and port != "sim":
+                parse_address(port)
+        except ValueError as e:
+            raise ValueError(f"port: {e}") from e
 
 
-class Polhemus(Checked):
-    """What is told of any tracker."""
+class AnyTracker(OfKind):
+    """The keys of any tracker."""
+
+    role = "tracker"
 
     port: str = "sim"
     """Serial port, or "sim" for a simulated one."""
@@ -35,18 +77,7 @@ class Polhemus(Checked):
     """The side of the transmitter on which the receivers stay, in its frame (+X forward, +Z down): above it."""
 
 
-def _check_address(port: str) -> None:
-    """Raises ValueError for what names no device of a VRPN server."""
-    from vistel.protocol.vrpn import parse_address  # noqa: PLC0415
-
-    try:
-        if port != "sim":
-            parse_address(port)
-    except ValueError as e:
-        raise ValueError(f"port: {e}") from e
-
-
-class TrackerConfig(Polhemus):
+class TrackerConfig(AnyTracker):
     """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person; a tracker of a VRPN server, whose sensor 0 is station 1; or a VR
     tracking suite that sends VMC to a UDP port.
 
@@ -54,7 +85,7 @@ class TrackerConfig(Polhemus):
     `transmitter_heading`.
     """
 
-    kind: Literal["fastrak", "liberty", "patriot", "vmc", "vrpn"] = "fastrak"
+    kind: str = "fastrak"
     calibration: Path | None = None
     """What `vistel calibrate tracker` found: where the transmitter stands and how receivers sit; before its position here."""
     second_port: str = ""
@@ -70,27 +101,18 @@ class TrackerConfig(Polhemus):
         "right_hand": 4,
     }
 
-    @model_validator(mode="before")
-    @classmethod
-    def _as_its_kind(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        given = cast("dict[str, Any]", data)
-        return {"transmitter_position": (0.0, 0.0, 0.0), **given} if given.get("kind") == "vmc" else given
-
     @model_validator(mode="after")
     def _has_the_stations(self) -> TrackerConfig:
-        if self.kind == "vmc":
-            if self.port != "sim" and not (self.port.isdecimal() and 0 < int(self.port) < 65536):
-                raise ValueError(f'port: expected a UDP port, "39539" for most suites, got {self.port!r}')
-            if self.stations != {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}:
-                raise ValueError("stations: a tracking suite has them as they are by default; leave them out")
-            return self
-        if self.kind == "vrpn":
-            _check_address(self.port)
-        if self.second_port and self.kind != "fastrak":
-            raise ValueError(f"second_port: only fastrak units are synchronised by cable; this is a {self.kind}")
-        most = STATIONS[self.kind] * (2 if self.second_port else 1)
+        kind = self.known
+        if "udp" in kind.connections and self.port != "sim" and not (self.port.isdecimal() and 0 < int(self.port) < 65536):
+            raise ValueError(f'port: expected a UDP port, "39539" for most suites, got {self.port!r}')
+        if kind.whole_body and self.stations != {"chest": 1, "head": 2, "left_hand": 3, "right_hand": 4}:
+            raise ValueError("stations: a tracking suite has them as they are by default; leave them out")
+        self.check_address(self.port)
+        if self.second_port and not kind.paired:
+            pairs = ", ".join(k.name for k in kinds() if k.paired)
+            raise ValueError(f"second_port: only {pairs} units are synchronised by cable; this is a {self.kind}")
+        most = kind.receivers * (2 if self.second_port else 1)
         if self.second_port and {n > 4 for n in self.stations.values()} != {True, False}:
             raise ValueError("second_port: give some receivers stations 1..4 and some 5..8, those of the second unit")
         if any(not 1 <= n <= most for n in self.stations.values()):
@@ -98,56 +120,35 @@ class TrackerConfig(Polhemus):
         return self
 
 
-_GLOVES: dict[str, tuple[int, tuple[int, ...]]] = {
-    "cyberglove": (115200, (18, 22)),
-    "5dt_ultra": (115200, (14, 5)),
-    "5dt_16": (19200, (14,)),
-    "5dt_5": (19200, (5,)),
-    "vrpn": (0, (14, 5)),
-    "vrpn_pinch": (0, (5,)),
-}
-
-
-class GloveConfig(Checked):
+class GloveConfig(OfKind):
     """A CyberGlove; a 5DT Data Glove: Ultra, 16 or 5; or a glove of a VRPN server: "vrpn", whose analog channels are a 5DT
     glove's sensors, or "vrpn_pinch", whose buttons are the contacts of pinch gloves (0 to 4 the right hand's, thumb first)."""
 
-    kind: Literal["cyberglove", "5dt_ultra", "5dt_16", "5dt_5", "vrpn", "vrpn_pinch"] = "cyberglove"
+    role = "glove"
+    kind: str = "cyberglove"
     port: str = "sim"
     """Serial port, "sim" for a simulated one, "usb" for a 5DT Ultra on USB, "Glove0@host:3883" for one of a VRPN server."""
     baud: int = 115200
     """Default: the one its kind has."""
-    sensors: Literal[5, 14, 18, 22] = 18
+    sensors: int = 18
     """cyberglove: 18 or 22; 5dt_ultra, vrpn: 14 or 5. A Data Glove 16 has 14 on the fingers."""
     calibration: Path | None = None
     """What this user's hand reads in it, as JSON; without one, a typical hand's."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _as_its_kind(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        given = cast("dict[str, Any]", data)
-        kind = given.get("kind")
-        if not isinstance(kind, str) or kind not in _GLOVES:
-            return given
-        baud, sensors = _GLOVES[kind]
-        return {"baud": baud, "sensors": sensors[0], **given}
-
     @model_validator(mode="after")
     def _can_be(self) -> GloveConfig:
-        counts = _GLOVES[self.kind][1]
-        if self.sensors not in counts:
-            raise ValueError(f"sensors: a {self.kind} has {' or '.join(map(str, counts))}; got {self.sensors}")
-        if self.port == "usb" and self.kind != "5dt_ultra":
-            raise ValueError(f'port: only a 5dt_ultra can be on "usb"; give the serial port of this {self.kind}')
-        if self.kind in ("vrpn", "vrpn_pinch"):
-            _check_address(self.port)
+        kind = self.known
+        if self.sensors not in kind.sensors:
+            raise ValueError(f"sensors: a {self.kind} has {' or '.join(map(str, kind.sensors))}; got {self.sensors}")
+        if self.port == "usb" and "usb" not in kind.connections:
+            usb = " or ".join(k.name for k in kinds() if k.role == self.role and "usb" in k.connections)
+            raise ValueError(f'port: only a {usb} can be on "usb"; give the serial port of this {self.kind}')
+        self.check_address(self.port)
         return self
 
 
-class Camera(Checked):
-    """What is told of any camera."""
+class Camera(OfKind):
+    """The keys of any camera."""
 
     source: str = "sim"
     """A number (the system's camera of that number), a device ("/dev/video0"), a video file, an address
@@ -161,7 +162,8 @@ class Camera(Checked):
 class FaceConfig(Camera):
     """A phone that runs Live Link Face and sends to this machine; or a camera on a helmet that sees 13 green marks."""
 
-    kind: Literal["live_link", "camera"] = "live_link"
+    role = "face"
+    kind: str = "live_link"
     port: Annotated[int, Field(ge=1, le=65535)] | Literal["sim"] = 11111
     """live_link: UDP port on which it is heard, or "sim" for a simulated phone."""
     mirrored: bool = False
@@ -169,31 +171,41 @@ class FaceConfig(Camera):
 
     @property
     def simulated(self) -> bool:
-        return self.source == "sim" if self.kind == "camera" else self.port == "sim"
+        """Whether a simulator takes its place."""
+        return self.source == "sim" if "camera" in self.known.connections else self.port == "sim"
 
 
 class EyeConfig(Camera):
     """An infrared camera on a helmet that looks at one eye. The other is taken to do the same."""
 
+    role = "eye"
+    kind: str = "camera"
     eye: Literal["left", "right"] = "left"
     """Which of the participant's eyes it sees."""
 
     @property
     def simulated(self) -> bool:
+        """Whether a simulator takes its place."""
         return self.source == "sim"
 
 
-class PropTracker(Polhemus):
-    """A Polhemus tracker with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
+class PropTracker(AnyTracker):
+    """A tracker on a serial port with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
     site's first participant."""
 
-    kind: Literal["fastrak", "liberty", "patriot"] = "fastrak"
+    kind: str = "fastrak"
     station: int = Field(default=1, ge=1, le=4)
     """Which of the unit's receivers is on the prop."""
     receiver_position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Of the receiver in the thing's frame [m]."""
     receiver_rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
     """Quaternion (x, y, z, w) from the receiver's axes to the thing's."""
+
+    @model_validator(mode="after")
+    def _is_on_a_serial_port(self) -> PropTracker:
+        if "serial" not in self.known.connections:
+            raise ValueError(f"kind: expected a tracker on a serial port, got {self.kind!r}")
+        return self
 
     @field_validator("receiver_rotation")
     @classmethod

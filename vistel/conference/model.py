@@ -7,6 +7,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from vistel.conference.device_names import prop_tracker_name, tracker_name
 from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PropTracker, TrackerConfig
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
@@ -67,7 +68,7 @@ class Prop(Checked):
     @property
     def device(self) -> str:
         """The name of its tracker."""
-        return f"prop-{self.thing}-tracker"
+        return prop_tracker_name(self.thing)
 
 
 class Site(Checked):
@@ -227,7 +228,7 @@ class Conference(Checked):
         _no_twice("sites", [s.name for s in self.sites])
         _no_twice("participants", [p.name for s in self.sites for p in s.participants])
         _no_twice("props", [p.thing for s in self.sites for p in s.props])
-        trackers = {f"{p.name}-tracker": p.name for s in self.sites for p in s.participants}
+        trackers = {tracker_name(p.name): p.name for s in self.sites for p in s.participants}
         for prop in (p for s in self.sites for p in s.props):
             if prop.device in trackers:
                 raise ValueError(

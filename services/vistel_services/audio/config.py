@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vistel.audio.delay_policy import MATCH, Policy
 from vistel.audio.ways import Spatial
+from vistel.conference.device_names import microphone_name
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 
@@ -40,11 +41,6 @@ class Config:
     memory: Path | None = None
 
 
-def microphone_device(participant: str) -> str:
-    """The name of a simulated microphone."""
-    return f"{participant}-microphone"
-
-
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config | None:
     """The sound of `site`; None where it has none."""
     if site is None:
@@ -56,7 +52,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     for i, person in enumerate(site.participants):
         source = audio.microphone_of(person.name, i == 0)
         if source == "sim":
-            source = str(paths.device(microphone_device(person.name)))
+            source = str(paths.device(microphone_name(person.name)))
         if source != "none":
             microphones.append(Microphone(person.name, source, audio.push_to_talk))
     loudspeaker = audio.loudspeaker

@@ -161,6 +161,6 @@ class CameraTransport:
             call(*arguments)
 
 
-def open_camera(source: CameraSource, clock: Clock, look: Callable[[U8, int], None], *, keep: bool) -> OpenTransport:
+def open_camera(source: CameraSource, look: Callable[[U8, int], None], clock: Clock, *, keep: bool) -> OpenTransport:
     """How a driver opens (and opens again) its camera."""
     return lambda received, lost: CameraTransport(source, clock, look, keep, received, lost)

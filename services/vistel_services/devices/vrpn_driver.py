@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 from typing import Protocol
 
 from vistel.protocol import vrpn
-from vistel.protocol.vrpn import VrpnParser
+from vistel.protocol.vrpn import VrpnParser, parse_address
+from vistel.wire.clock import Clock
 from vistel.wire.topics import Topic
 from vistel_services.devices.device import Decoder, DeviceError, Link, NoAnswerError
-from vistel_services.devices.transport import TransportError
+from vistel_services.devices.tcp_transport import open_tcp
+from vistel_services.devices.transport import OpenTransport, TransportError
 
 _HELLO_S, _HEARD_S, _GREETING_S = 3.0, 3.0, 0.3
 _PING_S = 0.05
@@ -63,3 +68,9 @@ class VrpnDriver:
                 raise NoAnswerError(f"{self._device} is known to the server and not running")
             raise NoAnswerError(f"{self._device} is there and reports nothing")
         return f"{self._device} of a VRPN server {parser.version}, {self._has}"
+
+
+def open_vrpn(port: str, link: Path | None) -> Callable[[Clock], OpenTransport]:
+    """How the server is reached that `port` of a conference file names. link: the file that holds a simulated server's TCP port."""
+    host, number = ("127.0.0.1", 0) if port == "sim" else parse_address(port)[1:]
+    return partial(open_tcp, host, number, announced=link)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vistel.conference.avatar_files import avatar_file
+from vistel.conference.device_names import eye_name, face_name, glove_name, tracker_name
 from vistel.conference.files import public_avatar
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
@@ -35,12 +36,16 @@ class Person:
     """Station number to receiver ("chest", ...)."""
     transmitter: Placement
     """In the room."""
-    gloves: dict[str, str]
+    gloves: Mapping[str, str]
     """Device name to side."""
     avatar_file: Path | None = None
     """Where their avatar is read from; None for a built-in person."""
     second_tracker: str | None = None
     """Of two synchronised units the one with stations 5 to 8."""
+    face: str | None = None
+    """What sees their face."""
+    eye: str | None = None
+    """The camera that sees one of their eyes."""
     body: Body | None = None
     """Their measured body; None: an average one of their height."""
     mounts: Mapping[str, Mount] | None = None
@@ -100,12 +105,14 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
                 avatar=public_avatar(p.avatar),
                 height_m=p.height,
                 seat=Stance(position, heading),
-                tracker=f"{p.name}-tracker" if t else None,
+                tracker=tracker_name(p.name) if t else None,
                 stations={station: receiver for receiver, station in t.stations.items()} if t else {},
                 transmitter=transmitter,
-                gloves={f"{p.name}-glove-{side}": side for side in p.gloves},
+                gloves={glove_name(p.name, side): side for side in p.gloves},
+                face=face_name(p.name) if p.face else None,
+                eye=eye_name(p.name) if p.eye else None,
                 avatar_file=avatar_file(p),
-                second_tracker=f"{p.name}-tracker-2" if t and t.second_port else None,
+                second_tracker=tracker_name(p.name, 2) if t and t.second_port else None,
                 body=load_body(p.body) if p.body else None,
                 mounts=setup.mounts if setup else None,
                 distortion=load_distortion(t.distortion) if t and t.distortion else None,

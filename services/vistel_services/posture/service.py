@@ -77,7 +77,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     tracker = bus.subscribe(BY_NAME["tracker"], queue_all=True, site=config.site)
     glove = bus.subscribe(BY_NAME["glove"], queue_all=True, site=config.site)
     face = bus.subscribe(BY_NAME["face"], queue_all=True, site=config.site)
-    by_face = {f"{m.person.name}-{what}": m for m in makers for what in ("face", "eye")}
+    by_face = {d: m for m in makers for d in (m.person.face, m.person.eye) if d}
     for maker in makers:
         maker.announce(clock)
     try:
@@ -118,7 +118,7 @@ async def _follow_faces(subscription: Subscription, by_face: dict[str, _Maker]) 
         device = sample.names["device"]
         maker = by_face.get(device)
         if maker is not None:
-            maker.face.take(sample.message, eye_camera=device.endswith("-eye"))
+            maker.face.take(sample.message, eye_camera=device == maker.person.eye)
 
 
 class _PropMaker:

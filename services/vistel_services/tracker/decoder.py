@@ -85,7 +85,7 @@ class PolhemusDecoder(Generic[R]):
 
 
 class FastrakDecoder(PolhemusDecoder[Reply]):
-    """Of a FASTRAK. first: 4 for the second of two units."""
+    """Of a FASTRAK. first: added to station numbers, 4 for the second of two units."""
 
     def __init__(self, device: str, baud: int = 115200, first: int = 0) -> None:
         super().__init__(device, FastrakParser(baud), lambda error: _HEALTH[trust(error)], first)

@@ -16,7 +16,8 @@ _CONFIRM_S = 0.3
 
 
 class FastrakDriver(PolhemusDriver[Reply, Status]):
-    """Stations 1..4. second: of two units, which keeps to the beat of the first."""
+    """Stations 1..4. first_station: added to their numbers in messages; above 0 it is the second of two units and is synchronised
+    with the first."""
 
     stop = fastrak.STOP
     stream = fastrak.STREAM
@@ -29,11 +30,11 @@ class FastrakDriver(PolhemusDriver[Reply, Status]):
         hemisphere: tuple[float, float, float],
         baud: int = 115200,
         *,
-        second: bool = False,
+        first_station: int = 0,
     ) -> None:
-        decoder = FastrakDecoder(name, baud, 4 if second else 0)
+        decoder = FastrakDecoder(name, baud, first_station)
         super().__init__(name, decoder, ("a Polhemus FASTRAK", "a FASTRAK"), stations, hemisphere, baud, _ANSWER_S)
-        self._second = second
+        self._second = first_station > 0
 
     @property
     def warning(self) -> str:

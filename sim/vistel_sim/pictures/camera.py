@@ -126,10 +126,3 @@ class SimulatedCamera:
                 pass
         self._watching.discard(writer)
         writer.close()
-
-
-async def run_cameras(cameras: Iterable[SimulatedCamera]) -> None:
-    """All of them until cancelled."""
-    async with asyncio.TaskGroup() as group:
-        for camera in cameras:
-            group.create_task(camera.run(), name=camera.name)

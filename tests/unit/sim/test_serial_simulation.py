@@ -18,7 +18,7 @@ from vistel.wire.clock import SimulatedClock
 from vistel_sim.device import SimulatedDevice, run_devices
 from vistel_sim.fastrak import Fastrak
 from vistel_sim.faults import DeviceFaults, Fault, fault_from_text
-from vistel_sim.process import simulated_devices
+from vistel_sim.process import simulators
 from vistel_sim.pty_port import PtyPort
 
 POSE = ((0.5, 0.1, -0.6), (0.0, 0.0, 0.0, 1.0))
@@ -214,7 +214,7 @@ def test_a_conference_has_its_simulated_devices_and_no_others(tmp_path: Path) ->
 
     def names(site: str | None = None, faults: tuple[Fault, ...] = ()) -> list[str]:
         clock = SimulatedClock()
-        return [d.name for d in simulated_devices(conference, _Still(), paths, clock, 0, site=site, faults=faults)]
+        return [d.name for d in simulators(conference, _Still(), paths, clock, 0, site=site, faults=faults)]
 
     assert names() == ["ann-glove-left", "ann-glove-right", "bob-tracker", "bob-glove-left", "bob-glove-right"]
     assert names("a") == ["ann-glove-left", "ann-glove-right"]

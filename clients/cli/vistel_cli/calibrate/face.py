@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from vistel.conference.device_names import face_name
 from vistel_cli.calibrate.pictures import participant, shown
 from vistel_cli.terminal import USAGE, fail, out
 
@@ -34,20 +35,20 @@ def face(
       vistel calibrate face conference.toml aiko --clip neutral.mp4 --out aiko-face.json
     """
     person, seed = participant(file, name)
-    if person.face is None or person.face.kind != "camera":
+    if person.face is None or person.face.known.calibration != "face":
         fail(f'{file}: {name} has no face camera; give them [sites.participants.face] with kind = "camera"', USAGE)
     # Loads what only this command needs.
     from vistel.vision.face_calibration import CalibrationError, calibrate_face, write_face
     from vistel_sim.pictures.face import FacePicture, View, rest_face
     from vistel_sim.pictures.noise import light_at
-    from vistel_sim.process import device_seed
+    from vistel_sim.simulation import device_seed
 
-    drawn = FacePicture(device_seed(seed, f"{name}-face"))
+    drawn = FacePicture(device_seed(seed, face_name(name)))
     frames = [
         picture
         for _, picture in shown(person.face, clip, seconds, lambda k: drawn.draw(rest_face(), k, View(gains=light_at(k / 30))))
     ]
-    path = output or Path(f"{name}-face.json")
+    path = output or Path(f"{face_name(name)}.json")
     try:
         found = calibrate_face(frames[:: max(1, len(frames) // _MOST)], mirrored=person.face.mirrored)
         write_face(path, found)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vistel.conference.device_names import both_units, tracker_name
 from vistel.conference.devices import TrackerConfig
 from vistel.conference.model import Conference, Participant
 from vistel.figure.calibration.moves import (
@@ -77,14 +78,15 @@ def tracker_of(person: Participant) -> TrackerConfig:
 
 
 def recorded(path: Path, device: str, stations: Mapping[int, str]) -> Samples:
-    """What a tracker's receivers say in a log, or the end of the command. Raises MoveError where it says nothing."""
+    """What the receivers of a tracker, and of a second one synchronised with it, measured in a log; or the end of the command.
+    Raises MoveError where there is nothing of it."""
     try:
         reader = LogReader(path)
     except LogError as e:
         fail(str(e))
     collected = Collected(stations, reader.begin_ns)
     for record in reader.records(topics=("tracker",)):
-        if record.names.get("device") in (device, f"{device}-2"):
+        if record.names.get("device") in both_units(device):
             collected.take(record.message)
     samples = collected.samples()
     if len(collected.silent) == len(samples):
@@ -95,7 +97,7 @@ def recorded(path: Path, device: str, stations: Mapping[int, str]) -> Samples:
 def from_log(path: Path, conference: Conference, name: str, steps: Sequence[Step], begin_s: float | None) -> Moves:
     """The moves in a recording. Raises MoveError."""
     _, person = person_of(conference, name)
-    samples = recorded(path, f"{name}-tracker", _roles(tracker_of(person)))
+    samples = recorded(path, tracker_name(name), _roles(tracker_of(person)))
     return cut(samples, find_beginning(samples) if begin_s is None else begin_s, steps)
 
 
@@ -117,7 +119,7 @@ async def _live(conference: Conference, name: str, steps: Sequence[Step], asker:
         session.listen("tracker", collected.take)
         if not await session.until(lambda: not collected.silent, START_S):
             missing = ", ".join(name.replace("_", " ") for name in collected.silent)
-            raise MoveError(f"no word from {missing} ({session.details.get(f'{name}-tracker', 'the tracker does not answer')})")
+            raise MoveError(f"no word from {missing} ({session.details.get(tracker_name(name), 'the tracker does not answer')})")
         simulated = config.port == "sim"
         return await _ask(steps, collected, session.now_s, 0.0 if simulated else session.now_s(), asker, 1 if simulated else TRIES)
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from vistel.conference.device_names import eye_name
 from vistel_cli.calibrate.pictures import SIMULATED_HZ, participant, shown
 from vistel_cli.terminal import USAGE, err, fail, out
 
@@ -51,10 +52,10 @@ def gaze(
     from vistel.vision.face_calibration import CalibrationError
     from vistel.vision.gaze_calibration import NINE, calibrate_gaze, write_gaze
     from vistel_sim.pictures.eye import EyePicture
-    from vistel_sim.process import device_seed
+    from vistel_sim.simulation import device_seed
 
     targets = NINE / np.abs(NINE).max(0) * np.radians((yaw, pitch))
-    drawn = EyePicture(device_seed(seed, f"{name}-eye"), right=person.eye.eye == "right")
+    drawn = EyePicture(device_seed(seed, eye_name(name)), right=person.eye.eye == "right")
 
     def simulated(k: int) -> Any:
         return drawn.draw(targets[min(8, int(k / SIMULATED_HZ / per_point))], 1.0, k)
@@ -76,7 +77,7 @@ def gaze(
         if reading.pupil is not None and _USED[0] < phase < _USED[1] and int(now) < len(targets):
             pupils[int(now)].append(reading.pupil.centre)
             openings.append(reading.opening_px)
-    path = output or Path(f"{name}-eye.json")
+    path = output or Path(f"{eye_name(name)}.json")
     try:
         found = calibrate_gaze([np.array(p).reshape(-1, 2) for p in pupils], targets, size, float(np.median(openings or [0.0])))
         write_gaze(path, found)

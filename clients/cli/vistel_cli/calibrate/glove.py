@@ -3,43 +3,28 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
-import math
-import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-import numpy as np
 import typer
 from rich.table import Table
 
-from vistel.conference.devices import GloveConfig
+from vistel.conference.device_list import Device, devices_of_participant
 from vistel.conference.model import Conference
+from vistel.devices.kind import load
 from vistel_cli.calibrate.ask import Asker
 from vistel_cli.people import person_of
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 
 START_S = 20.0
-_ONE_BYTE = ("cyberglove", "5dt_5")
-"""Gloves whose sensors are a byte each; the others' are two."""
-_STILL = {True: 4.0, False: 60.0}
-"""Counts by which a sensor of a hand held still may wander."""
 
 
 class Collected(NamedTuple):
-    """Times [s] and counts of what a glove said."""
+    """When a glove was read [s], and the bytes of its sensors."""
 
     times: list[float]
-    samples: list[tuple[int, ...]]
-
-
-class Fitted(NamedTuple):
-    """A calibration, what is to be said about it, and how still each hand was held [degrees, root mean square]."""
-
-    save: Callable[[Path], None]
-    notes: tuple[str, ...]
-    unrest_deg: dict[str, float]
+    raw: list[bytes]
 
 
 def glove(
@@ -64,23 +49,23 @@ def glove(
     from vistel.protocol.glove_calibration import CalibrationError
 
     conference = load_conference(file)
-    config = _glove_of(conference, participant, side)
-    device, target = f"{participant}-glove-{side}", output or Path(f"{participant}-{side}.json")
+    glove = _glove_of(conference, participant, side)
+    device, target = glove.name, output or Path(f"{participant}-{side}.json")
     collected = Collected([], [])
 
     def take(frame: Any) -> None:
         collected.times.append(frame.header.t_ns * 1e-9)
-        collected.samples.append(_counts(frame.raw, config))
+        collected.raw.append(frame.raw)
 
     why = "is it in the log?"
     if log is not None:
         _from_log(log, device, take)
     else:
-        why = asyncio.run(_live(conference, participant, side, take, Asker(speak)))
-    if not collected.samples:
+        why = asyncio.run(_live(conference, glove, take, Asker(speak)))
+    if not collected.raw:
         fail(f"{device}: nothing was heard of it; {why}")
     try:
-        found = _fitted(config, side, collected)
+        found = load(glove.kind.fit)(glove, *collected)
         found.save(target)
     except CalibrationError as e:
         fail(f"{device}: {e}")
@@ -102,46 +87,15 @@ def glove(
     out.print(f"{device}: {verdict}. Written to {target}.", soft_wrap=True)
 
 
-def _glove_of(conference: Conference, participant: str, side: str) -> GloveConfig:
+def _glove_of(conference: Conference, participant: str, side: str) -> Device:
     _, person = person_of(conference, participant)
-    worn = {str(s): g for s, g in person.gloves.items()}
-    if side not in worn:
+    worn = {d.side: d for d in devices_of_participant(person) if d.kind.role == "glove"}
+    found = next((d for s, d in worn.items() if s == side), None)
+    if found is None:
         fail(f"{side}: {participant} wears {' and '.join(sorted(worn)) or 'no'} glove", USAGE)
-    return worn[side]
-
-
-def _counts(raw: bytes, config: GloveConfig) -> tuple[int, ...]:
-    return tuple(raw) if config.kind in _ONE_BYTE else struct.unpack(f">{len(raw) // 2}H", raw)
-
-
-def _fitted(config: GloveConfig, side: str, collected: Collected) -> Fitted:
-    """Raises CalibrationError."""
-    from vistel.protocol import fivedt, fivedt_calibration, glove_calibration
-    from vistel.protocol.glove_fit import HANDS, find_holds, fit_among
-    from vistel_services.glove.fivedt_driver import HIGHEST
-
-    holds = find_holds(*collected, _STILL[config.kind in _ONE_BYTE])
-    if config.kind == "cyberglove":
-        found, four = fit_among(holds)
-        unrest = {
-            name: _unrest([found.calibration.angles(bytes(s)) for s in collected.samples[hold.begin : hold.end]])
-            for (name, _), hold in zip(HANDS, four, strict=True)
-        }
-        return Fitted(lambda path: glove_calibration.save_calibration(found.calibration, path), found.notes, unrest)
-    # The open hand of these gloves is a spread one. A hand at rest may come first: a fist has the highest counts.
-    fist, spread = max(itertools.pairwise(holds[1:-1]), key=lambda pair: sum(pair[0].counts) - sum(pair[1].counts))
-    base = fivedt_calibration.default_calibration(HIGHEST.get(config.kind, fivedt.HIGHEST))
-    calibration, notes = fivedt_calibration.calibrate(spread.counts, fist.counts, base)
-    unrest = {
-        name: _unrest([calibration.angles(s, config.sensors) for s in collected.samples[hold.begin : hold.end]])
-        for name, hold in (("fist", fist), ("spread", spread))
-    }
-    return Fitted(lambda path: fivedt_calibration.save_calibration(calibration, path), notes, unrest)
-
-
-def _unrest(angles: Sequence[Sequence[float]]) -> float:
-    """How far the most restless joint strayed from its mean, root mean square [degrees]."""
-    return math.degrees(float(np.asarray(angles, np.float64).std(axis=0).max()))
+    if found.kind.calibration != "glove":
+        fail(f"{found.name}: {found.kind.title} needs no calibration", USAGE)
+    return found
 
 
 def _from_log(path: Path, device: str, take: Callable[[Any], None]) -> None:
@@ -156,22 +110,23 @@ def _from_log(path: Path, device: str, take: Callable[[Any], None]) -> None:
             take(record.message)
 
 
-async def _live(conference: Conference, participant: str, side: str, take: Callable[[Any], None], asker: Asker) -> str:
+async def _live(conference: Conference, glove: Device, take: Callable[[Any], None], asker: Asker) -> str:
     """Ask for the hands, one after the other, and listen. Returns why nothing was heard, where nothing was."""
     from vistel.figure.calibration.moves import PAUSE_S
     from vistel.protocol.glove_fit import HANDS, HOLD_S
     from vistel_cli.devices.session import alone, running
     from vistel_services import glove as service
 
-    site, person = person_of(conference, participant)
-    worn = {s: g for s, g in person.gloves.items() if s == side}
+    assert glove.participant is not None
+    site, person = person_of(conference, glove.participant.name)
+    worn = {s: g for s, g in person.gloves.items() if s == glove.side}
     with_glove = person.model_copy(update={"tracker": None, "gloves": worn, "face": None, "eye": None})
     async with running(alone(conference, site, with_glove), (service,)) as session:
         heard: list[Any] = []
         session.listen("glove", lambda frame: (heard.append(frame), take(frame)))
         if not await session.until(lambda: bool(heard), START_S):
-            return session.details.get(f"{participant}-glove-{side}", "is it plugged in, and is its port right?")
-        begin_s = 0.0 if all(g.port == "sim" for g in worn.values()) else session.now_s()
+            return session.details.get(glove.name, "is it plugged in, and is its port right?")
+        begin_s = 0.0 if glove.simulated else session.now_s()
         for k, (name, say) in enumerate(HANDS):
             asker.say(f"{k + 1} of {len(HANDS)}, {name}. {say}")
             await asker.lead(session.now_s, begin_s + k * (PAUSE_S + HOLD_S) + PAUSE_S, HOLD_S, "hold still")

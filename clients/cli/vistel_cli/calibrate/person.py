@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
+from vistel.conference.device_names import tracker_name
 from vistel_cli.people import person_of
 from vistel_cli.terminal import FAILED, fail, load_conference, out
 
@@ -46,7 +47,7 @@ def tracker(
     """
     from vistel.figure.calibration.files import TrackerSetup, save_tracker
 
-    target = output or Path(f"{participant}-tracker.json")
+    target = output or Path(f"{tracker_name(participant)}.json")
     found, _ = _calibrated(file, participant, log, begin, speak, own_body=True, forearm=False)
     written = _judged(found, anyway)
     if written:

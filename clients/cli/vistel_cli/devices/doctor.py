@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-import importlib.util
 import multiprocessing
 import os
 import platform
 import shutil
 import socket
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from vistel.devices.kind import Finding, load
+from vistel.devices.registry import kinds, packaged_kinds
 from vistel_cli.terminal import FAILED, out
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One line: `state` is "found", "absent" (something else is used) or "broken" (VISTEL cannot run)."""
-
-    what: str
-    state: str
-    detail: str
-    instead: str = ""
 
 
 def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False) -> None:
@@ -36,7 +27,7 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the findi
 
       vistel doctor
     """
-    findings = [check() for check in CHECKS]
+    findings = [check() for check in CHECKS] + _devices() + [_disk()]
     if as_json:
         out.print_json(data=[asdict(f) for f in findings])
     else:
@@ -103,28 +94,6 @@ def _display() -> Finding:
     return Finding("Display", "absent", "neither DISPLAY nor WAYLAND_DISPLAY is set", "headless drawing into MP4")
 
 
-def _serial() -> Finding:
-    from serial.tools import list_ports
-
-    ports = [p.device for p in list_ports.comports()]
-    if not ports:
-        return Finding("Serial ports", "absent", "none", "simulated FASTRAK and CyberGloves on pseudo-terminals")
-    locked = [p for p in ports if not os.access(p, os.R_OK | os.W_OK)]
-    hint = f"no permission for {', '.join(locked)}: add yourself to group dialout" if locked else ""
-    return Finding("Serial ports", "found", ", ".join(ports), hint)
-
-
-def _hid() -> Finding:
-    if importlib.util.find_spec("hid") is None:
-        return Finding("HID devices", "absent", "hidapi is not installed", "gloves on serial ports or simulated")
-    import hid
-
-    gloves = [d for d in hid.enumerate() if d["vendor_id"] == 0x5D70]
-    if gloves:
-        return Finding("HID gloves", "found", ", ".join(d["product_string"] or "5DT glove" for d in gloves))
-    return Finding("HID gloves", "absent", "no 5DT glove on USB", "gloves on serial ports or simulated")
-
-
 def _sound() -> Finding:
     cards = Path("/proc/asound/cards")
     if platform.system() == "Linux":
@@ -133,13 +102,6 @@ def _sound() -> Finding:
             return Finding("Sound card", "absent", "none", "simulated talkers, sound files; what is heard goes into the videos")
         return Finding("Sound card", "found", text.split("]:")[-1].splitlines()[0].strip())
     return Finding("Sound card", "found", "by the system")
-
-
-def _cameras() -> Finding:
-    cameras = sorted(str(p) for p in Path("/dev").glob("video*"))
-    if cameras:
-        return Finding("Cameras", "found", ", ".join(cameras))
-    return Finding("Cameras", "absent", "no /dev/video*", "faces stay at rest, gaze follows the motion source")
 
 
 def _ports() -> Finding:
@@ -161,6 +123,15 @@ def _encoder() -> Finding:
     return Finding("H.264 encoder", "found", f"libx264 in PyAV {av.__version__}")
 
 
+def _devices() -> list[Finding]:
+    """What the kinds of devices need, each once, and the kinds that other packages bring."""
+    found: list[Finding] = [load(check)() for check in dict.fromkeys(k.doctor for k in kinds() if k.doctor)]
+    packaged, faults = packaged_kinds()
+    if packaged:
+        found.append(Finding("More devices", "found", ", ".join(f"{k.role} {k.name!r}: {k.title}" for k in packaged)))
+    return found + [Finding("More devices", "broken", fault, "correct or remove that package") for fault in faults]
+
+
 def _disk() -> Finding:
     free = shutil.disk_usage(Path.cwd()).free / 2**30
     if free < 1:
@@ -168,6 +139,4 @@ def _disk() -> Finding:
     return Finding("Disk", "found", f"{free:.0f} GiB free here")
 
 
-CHECKS: tuple[Callable[[], Finding], ...] = (
-    _python, _machine, _gl, _display, _encoder, _serial, _hid, _sound, _cameras, _ports, _disk,
-)  # fmt: skip
+CHECKS: tuple[Callable[[], Finding], ...] = (_python, _machine, _gl, _display, _encoder, _sound, _ports)

@@ -12,13 +12,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from vistel.conference.device_list import simulated_names
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.wire import background
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel_cli.run.launch import simulated_devices
 from vistel_sim.motion.open import CALIBRATION
 from vistel_sim.process import run_simulators
 
@@ -92,7 +92,7 @@ async def running(conference: Conference, services: Sequence[ModuleType]) -> Asy
         begin_ns = clock.now_ns()
         session = DeviceSession(network.bus(conference.name, "here", clock, None), clock, begin_ns, [], {})
         session.listen("device_status", lambda status: session.details.update({status.device: status.detail}))
-        if simulated_devices(conference):
+        if simulated_names(conference):
             session.tasks.append(background.start(run_simulators(conference, paths, clock, start_ns=begin_ns), "simulators"))
         for site in conference.sites:
             bus = network.bus(conference.name, site.name, clock, None)

@@ -6,6 +6,8 @@ import asyncio
 import heapq
 from collections.abc import Iterator
 
+from vistel.conference.device_list import devices_of
+from vistel.conference.devices import Camera
 from vistel.conference.model import Conference
 from vistel.v1.device_pb2 import RawBytes
 from vistel.v1.world_pb2 import WorldState
@@ -15,22 +17,8 @@ from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME, Topic
 from vistel.wire.world.room_now import Backlog
-from vistel_services import glove, tracker
-from vistel_services.face import CameraDecoder, LiveLinkDecoder, sight_of
-from vistel_services.glove import CyberGloveDecoder, FiveDtDecoder, VrpnGloveDecoder
-from vistel_services.tracker import FastrakDecoder, LibertyDecoder, VmcDecoder, VrpnDecoder
-
-_Decoder = (
-    FastrakDecoder
-    | LibertyDecoder
-    | CyberGloveDecoder
-    | FiveDtDecoder
-    | LiveLinkDecoder
-    | CameraDecoder
-    | VmcDecoder
-    | VrpnDecoder
-    | VrpnGloveDecoder
-)
+from vistel_services.devices.device import Driver
+from vistel_services.devices.service import connect
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
     "devices": ("device_raw", "face", "command", "voice"),
@@ -58,20 +46,10 @@ class Feeder:
 
     def __init__(self, reader: LogReader, conference: Conference, bus: Bus, clock: Clock, source: str) -> None:
         self._reader, self._bus, self._clock = reader, bus, clock
-        people = [p for s in conference.sites for p in s.participants]
-        self._gloves = {f"{p.name}-glove-{side}": worn for p in people for side, worn in p.gloves.items()}
-        self._trackers: dict[str, tuple[str, float]] = {
-            f"{p.name}-tracker": (p.tracker.kind, p.height) for p in people if p.tracker is not None
-        }
-        self._trackers |= {
-            f"{p.name}-tracker-2": (p.tracker.kind, p.height) for p in people if p.tracker is not None and p.tracker.second_port
-        }
-        self._trackers |= {p.device: (p.tracker.kind, 1.75) for s in conference.sites for p in s.props}
-        self._cameras = {f"{p.name}-face": p.face for p in people if p.face is not None and p.face.kind == "camera"}
-        self._cameras |= {f"{p.name}-eye": p.eye for p in people if p.eye is not None}
+        self._devices = {device.name: device for device in devices_of(conference)}
         self._topics = FED_TOPICS[source]
         self._publications: dict[str, Publication] = {}
-        self._decoders: dict[str, _Decoder] = {}
+        self._drivers: dict[str, Driver] = {}
         self._told = Backlog()
         if "world_key" in self._topics:
             bus.serve(BY_NAME["world_snapshot"], lambda _: self._told.snapshot())
@@ -110,37 +88,32 @@ class Feeder:
             yield when_ns, topic, names, message
 
     def _messages(self, record: LogRecord) -> Iterator[tuple[int, Topic, object]]:
-        if record.topic.name == "face":
-            camera = self._cameras.get(record.names["device"])
-            if camera is None or camera.keep_pictures:
-                return  # its raw bytes say the same
+        if record.topic.name == "face" and self._has_raw(record.names["device"]):
+            return  # its raw bytes say the same
         if record.topic.name != "device_raw":
             yield record.log_ns, record.topic, record.message
             return
         raw: RawBytes = record.message
         if raw.direction != RawBytes.DIRECTION_FROM_DEVICE:
             return
-        decoder = self._decoder(raw.device)
-        topic = BY_NAME[_topic_of(raw.device)]
+        driver = self._driver(raw.device)
+        if driver is None:
+            return
         for t_ns, data in reads_of(raw):
             when_ns = min(record.log_ns, max(record.log_ns - GATHERED_NS, t_ns))
-            for message in decoder.feed(data, t_ns):
-                yield when_ns, topic, message
+            for message in driver.decoder.feed(data, t_ns):
+                yield when_ns, driver.topic, message
 
-    def _decoder(self, device: str) -> _Decoder:
-        if device not in self._decoders:
-            self._decoders[device] = self._new_decoder(device)
-        return self._decoders[device]
+    def _has_raw(self, name: str) -> bool:
+        """Whether the log holds the bytes of this device, of the pictures of a camera only where the file says so."""
+        device = self._devices.get(name)
+        return device is None or "camera" not in device.kind.connections or device.config_as(Camera).keep_pictures
 
-    def _new_decoder(self, device: str) -> _Decoder:
-        if device in self._cameras:
-            return CameraDecoder(device, sight_of(self._cameras[device])())
-        if device.endswith("-face"):
-            return LiveLinkDecoder(device)
-        if "-glove-" not in device:
-            kind, height_m = self._trackers.get(device, ("fastrak", 1.75))
-            return tracker.decoder_of(kind, device, height_m)
-        return glove.decoder_of(self._gloves[device], device)
+    def _driver(self, name: str) -> Driver | None:
+        """The driver whose decoder reads the recorded bytes of a device; None for one that the conference does not have."""
+        if name not in self._drivers and name in self._devices:
+            self._drivers[name] = connect(self._devices[name]).driver
+        return self._drivers.get(name)
 
     def _put(self, topic: Topic, names: dict[str, str], message: object) -> None:
         key = topic.key.format(**names)
@@ -150,7 +123,3 @@ class Feeder:
         if isinstance(message, WorldState):
             (self._told.key if topic.name == "world_key" else self._told.add)(message)
         self.fed += 1
-
-
-def _topic_of(device: str) -> str:
-    return "face" if device.endswith(("-face", "-eye")) else "glove" if "-glove-" in device else "tracker"

@@ -64,24 +64,6 @@ def _spec(name: str, module: str, arguments: tuple[str, ...], rank: int, grace_s
     return ProcessSpec(name, argv, rank, grace_s, _environment(), module, arguments)
 
 
-def simulated_devices(conference: Conference, site: str | None = None) -> list[str]:
-    """Names of the simulated devices, of one site or of all."""
-    names: list[str] = []
-    for s in conference.sites:
-        for p in s.participants if site in (None, s.name) else []:
-            names += [f"{p.name}-tracker"] if p.tracker and p.tracker.port == "sim" else []
-            names += [f"{p.name}-tracker-2"] if p.tracker and p.tracker.second_port == "sim" else []
-            names += [f"{p.name}-glove-{side}" for side, g in sorted(p.gloves.items()) if g.port == "sim"]
-            names += [f"{p.name}-face"] if p.face and p.face.simulated else []
-            names += [f"{p.name}-eye"] if p.eye and p.eye.simulated else []
-        if s.audio is not None and site in (None, s.name):
-            speakers = enumerate(s.participants)
-            names += [f"{p.name}-microphone" for i, p in speakers if s.audio.microphone_of(p.name, i == 0) == "sim"]
-            names += [f"{s.name}-{e.name}" for e in s.audio.equipment if e.address == "sim"]
-        names += [p.device for p in s.props if p.tracker.port == "sim"] if site in (None, s.name) else []
-    return names
-
-
 def _environment() -> dict[str, str]:
     """One figure, one thread: teams of threads cost more than they bring for sub-millisecond kernels."""
     alone = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")

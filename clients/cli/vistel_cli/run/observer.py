@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from vistel.conference.device_list import devices_of
 from vistel.conference.model import Conference
 from vistel.v1.device_pb2 import DeviceStatus
 from vistel.v1.service_pb2 import ImageDelay
@@ -75,14 +76,8 @@ class Observer:
 
     @property
     def expected_devices(self) -> list[str]:
-        names: list[str] = []
-        for site in self._conference.sites:
-            for p in site.participants:
-                names += [f"{p.name}-tracker"] if p.tracker else []
-                names += [f"{p.name}-glove-{side}" for side in sorted(p.gloves)]
-                names += [f"{p.name}-face"] if p.face else []
-            names += [p.device for p in site.props]
-        return names
+        """The names of all devices of the conference."""
+        return [device.name for device in devices_of(self._conference)]
 
     def missing(self) -> list[str]:
         """What is not running yet, in words."""

@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
+from vistel.conference.device_list import simulated_names
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.paths import RunPaths
-from vistel_cli.run.launch import simulated_devices
 from vistel_cli.run.up import with_motion, write_conference
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_sim.faults import fault_from_text
@@ -43,7 +43,7 @@ def sim(
     conference = load_conference(file or DEMO_FILE)
     if motion:
         conference = with_motion(conference, motion)
-    names = simulated_devices(conference)
+    names = simulated_names(conference)
     try:
         faults = [fault_from_text(text) for text in fault or []]
     except ValueError as e:

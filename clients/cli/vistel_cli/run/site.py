@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
+from vistel.conference.device_list import simulated_names
 from vistel_cli.run.hub import endpoint_of, run_processes
-from vistel_cli.run.launch import simulated_devices
 from vistel_cli.run.router import run_router
 from vistel_cli.terminal import USAGE, fail, load_conference
 from vistel_services.process.plan import hub_processes, site_processes
@@ -39,7 +39,7 @@ def join(
         fail(str(e), USAGE)
     endpoint = endpoint_of(conference, hub)
     conference = with_room(conference, site, endpoint)
-    simulate = site if simulated_devices(conference, site) else None
+    simulate = site if simulated_names(conference, site) else None
     code = run_processes(conference, plans, endpoint, output, seconds, simulate)
     raise typer.Exit(code)
 

@@ -14,6 +14,7 @@ import tomli_w
 import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from vistel.conference.device_list import simulated_names
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
@@ -22,7 +23,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.run.cpu_use import CpuUse
-from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, simulated_devices, until_loaded
+from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.prepared import prepare
 from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
@@ -99,7 +100,7 @@ def _show_plan(conference: Conference) -> None:
         plans += site_processes(conference, site.name)
     for p in plans:
         out.print(f"{p.node:24} {', '.join(p.services)}")
-    if simulated_devices(conference):
+    if simulated_names(conference):
         out.print(f"{HUB + '/sim':24} simulated devices")
 
 
@@ -144,7 +145,7 @@ class _Run:
         observer = Observer(conference, bus, clock)
         plans = hub_processes(conference)
         specs = [host_spec(p, file, endpoint, paths) for p in plans]
-        simulators = bool(simulated_devices(conference))
+        simulators = bool(simulated_names(conference))
         if simulators:
             specs.append(sim_spec(file, paths))
         for site in conference.sites:

@@ -14,9 +14,13 @@ from vistel_services.devices.probe import who_answers
 
 NAMES = {"5dt_ultra": "5DT Data Glove Ultra", "5dt_16": "5DT Data Glove 16", "5dt_5": "5DT Data Glove 5"}
 BAUDS = {"5dt_ultra": 115200, "5dt_16": 19200, "5dt_5": 19200}
-HIGHEST = {"5dt_5": 255}
 _HEARD_S = 2.0
 _ANSWER_S = 0.5
+
+
+def highest_of(kind: str) -> int:
+    """The highest count of a sensor of a glove of this kind: a Data Glove 5 has a byte for each, the others have 12 bits."""
+    return 255 if kind == "5dt_5" else fivedt.HIGHEST
 
 
 class FiveDtDecoder:

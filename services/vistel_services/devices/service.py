@@ -1,0 +1,62 @@
+"""Runs the devices of a site, whatever their kind: bytes in, messages out. The services of trackers, gloves and faces use it."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+from vistel.conference.device_list import Device, devices_of, devices_of_site
+from vistel.conference.model import Conference, Site
+from vistel.conference.paths import RunPaths
+from vistel.devices.kind import Role, load
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel_services.devices.device import Driver, keep_running
+from vistel_services.devices.transport import OpenTransport
+
+
+@dataclass(frozen=True)
+class Connected:
+    """A device's driver, and how its port is opened. keeps_raw: its bytes may be recorded."""
+
+    driver: Driver
+    opener: Callable[[Clock], OpenTransport]
+    keeps_raw: bool = True
+
+
+@dataclass(frozen=True)
+class Config:
+    """The devices of a service. raw: publish their bytes too."""
+
+    devices: tuple[Connected, ...]
+    raw: bool
+
+
+def connect(device: Device, link: Path | None = None) -> Connected:
+    """What `DeviceKind.driver` gives for a device. link: the file by which its simulator is found, None for a real device or for
+    recorded bytes. Raises CalibrationError (one line)."""
+    return load(device.kind.driver)(device, link)
+
+
+def configure(roles: Collection[Role], conference: Conference, site: Site, paths: RunPaths) -> Config:
+    """The devices of a site with these roles. Raises CalibrationError (one line)."""
+    wanted = [d for d in devices_of_site(site) if d.kind.role in roles]
+    return Config(tuple(connect(d, paths.device(d.name) if d.simulated else None) for d in wanted), conference.record_raw)
+
+
+def preload(roles: Collection[Role], conference: Conference) -> None:
+    """Import the drivers that a conference needs, ahead of `configure`."""
+    for reference in {d.kind.driver for d in devices_of(conference) if d.kind.role in roles}:
+        load(reference)
+
+
+async def run(config: Config, bus: Bus, clock: Clock, log: logging.Logger) -> None:
+    """One task for each device, until cancelled."""
+    async with asyncio.TaskGroup() as group:
+        for d in config.devices:
+            raw = config.raw and d.keeps_raw
+            group.create_task(keep_running(d.driver, d.opener(clock), bus, clock, log, raw=raw), name=d.driver.name)
+        await asyncio.Event().wait()

@@ -1,0 +1,32 @@
+"""The gloves of a site: GloveFrame messages from CyberGloves, 5DT Data Gloves, VRPN servers and kinds of other packages."""
+
+from __future__ import annotations
+
+import logging
+
+from vistel.conference.model import Conference, Site
+from vistel.conference.paths import RunPaths
+from vistel.devices.kind import Role
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel_services.devices import service
+from vistel_services.devices.service import Config
+
+log = logging.getLogger("vistel.glove")
+
+ROLES: tuple[Role, ...] = ("glove",)
+
+
+def configure(conference: Conference, site: Site, paths: RunPaths) -> Config:
+    """From the conference file. Raises CalibrationError (one line)."""
+    return service.configure(ROLES, conference, site, paths)
+
+
+def preload(conference: Conference) -> None:
+    """Load the drivers, ahead of `run`."""
+    service.preload(ROLES, conference)
+
+
+async def run(config: Config, bus: Bus, clock: Clock) -> None:
+    """Run the devices until cancelled."""
+    await service.run(config, bus, clock, log)

@@ -1,0 +1,50 @@
+"""The drivers of the built-in kinds of trackers (`DeviceKind.driver`)."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from vistel.conference.device_list import Device
+from vistel.conference.devices import AnyTracker
+from vistel.protocol.vrpn import SIMULATED, parse_address
+from vistel.wire.topics import BY_NAME
+from vistel_services.devices.service import Connected
+from vistel_services.devices.transport import open_serial
+from vistel_services.devices.udp_transport import open_udp
+from vistel_services.devices.vrpn_driver import VrpnDriver, open_vrpn
+from vistel_services.tracker.fastrak import FastrakDriver
+from vistel_services.tracker.liberty import LibertyDriver
+from vistel_services.tracker.vmc import VmcDriver
+from vistel_services.tracker.vrpn import VrpnDecoder
+
+_HEIGHT_M = 1.75
+"""Of a body whose wearer is not known [m]."""
+
+
+def fastrak(device: Device, link: Path | None) -> Connected:
+    """A FASTRAK; of two synchronised units the second adds `first_station` to its station numbers."""
+    keys = device.config_as(AnyTracker)
+    driver = FastrakDriver(device.name, device.stations, keys.hemisphere, keys.baud, first_station=device.first_station)
+    return Connected(driver, partial(open_serial, str(link or device.port), keys.baud))
+
+
+def liberty(device: Device, link: Path | None) -> Connected:
+    """A LIBERTY or PATRIOT, by the name of its kind."""
+    keys = device.config_as(AnyTracker)
+    driver = LibertyDriver(device.name, keys.kind, device.stations, keys.hemisphere, keys.baud)
+    return Connected(driver, partial(open_serial, str(link or device.port), keys.baud))
+
+
+def vmc(device: Device, link: Path | None) -> Connected:
+    """A suite that sends VMC."""
+    height_m = device.participant.height if device.participant is not None else _HEIGHT_M
+    port = 0 if device.simulated else int(device.port)
+    return Connected(VmcDriver(device.name, str(link or device.port), height_m), partial(open_udp, port, announce=link))
+
+
+def vrpn(device: Device, link: Path | None) -> Connected:
+    """A tracker of a VRPN server."""
+    name = SIMULATED if device.simulated else parse_address(device.port)[0]
+    driver = VrpnDriver(device.name, BY_NAME["tracker"], VrpnDecoder(device.name, name), name, f"{len(device.stations)} sensors")
+    return Connected(driver, open_vrpn(device.port, link))

@@ -1,0 +1,48 @@
+"""The names of devices. They are made here only, and nothing is read out of a name: `vistel.conference.device_list` finds the
+device that has one."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+Side = Literal["left", "right"]
+
+
+def tracker_name(participant: str, unit: int = 1) -> str:
+    """A participant's tracker. unit: 1, or 2 for the second of two that are synchronised."""
+    return both_units(f"{participant}-tracker")[unit - 1]
+
+
+def both_units(tracker: str) -> tuple[str, str]:
+    """The names of two trackers that are synchronised, from that of the first."""
+    return tracker, f"{tracker}-2"
+
+
+def prop_tracker_name(thing: str) -> str:
+    """The tracker of a thing of the room."""
+    return tracker_name(f"prop-{thing}")
+
+
+def glove_name(participant: str, side: Side) -> str:
+    """A participant's glove."""
+    return f"{participant}-glove-{side}"
+
+
+def face_name(participant: str) -> str:
+    """A participant's phone or face camera."""
+    return f"{participant}-face"
+
+
+def eye_name(participant: str) -> str:
+    """A participant's eye camera."""
+    return f"{participant}-eye"
+
+
+def microphone_name(participant: str) -> str:
+    """A participant's simulated microphone."""
+    return f"{participant}-microphone"
+
+
+def equipment_name(site: str, equipment: str) -> str:
+    """A simulated device of a site's room on Modbus."""
+    return f"{site}-{equipment}"
