@@ -16,9 +16,8 @@ from vistel.protocol.fivedt_calibration import default_calibration
 from vistel.v1.device_pb2 import GloveFrame, RawBytes
 from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
-from vistel_services import glove
-from vistel_services.devices.hid_transport import open_hid
 from vistel_services.devices.service import connect
+from vistel_services.glove import drivers
 from vistel_sim.faults import Fault
 from vistel_sim.fivedt import Glove5, Glove16, Ultra, UltraReports
 
@@ -112,7 +111,7 @@ def test_an_ultra_on_usb_is_read_and_missed_and_found_again(tmp_path: Path, monk
         opened.append(UsbGlove(UltraReports(lambda t: HAND, noise=0.0)))
         return opened[-1]
 
-    monkeypatch.setattr(glove, "_opener", lambda d, clock: open_hid(find, clock))
+    monkeypatch.setattr(drivers, "find_hid", lambda *wanted: find)
 
     async def scenario() -> None:
         site = DeviceSite(tmp_path, clock=SystemClock())
