@@ -21,7 +21,11 @@ MOST_DELAY = 20_000
 OWN_LATENCY = 13
 """In tenths of a millisecond: converters."""
 _DEFAULT_RAMP = 500
-_RAMP, _WATCHDOG = 8, 10
+"""How fast a delay changes after power-on [0.1 ms per second]."""
+_RAMP = 8
+"""Holding register of the rate of change."""
+_WATCHDOG = 10
+"""Holding register of the watchdog's time."""
 
 
 class DelayLine:

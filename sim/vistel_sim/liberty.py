@@ -24,8 +24,14 @@ _BINARY_BYTES = {0: 1, 1: 2, 2: 12, 4: 12, 7: 16, 8: 4, 9: 4, 10: 4, 11: 4}
 _TEXT_BYTES = {0: 1, 1: 2, 2: 27, 4: 27, 7: 36, 8: 11, 9: 11, 10: 2, 11: 11}
 _RANGE_M = 3.05
 _DRIFT_M_PER_S = np.array([0.01, 0.005, -0.005])
-_BAD_COMMAND, _BAD_PARAMETER = b"1", b"3"
-_OUT_OF_RANGE, _SATURATED = b"k", b"j"
+_BAD_COMMAND = b"1"
+"""Error letter of a reply to an unknown command."""
+_BAD_PARAMETER = b"3"
+"""Error letter of a reply to a command with an impossible number."""
+_OUT_OF_RANGE = b"k"
+"""Error letter of a record whose receiver is too far away."""
+_SATURATED = b"j"
+"""Error letter of a record whose receiver is too near the transmitter."""
 
 
 @dataclass

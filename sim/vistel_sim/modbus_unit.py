@@ -20,10 +20,20 @@ from vistel.wire.clock import Clock
 from vistel_sim.faults import DeviceFaults, Fault
 from vistel_sim.pty_port import PtyPort
 
-COILS, DISCRETE, HOLDING, INPUT = 1, 2, 3, 4
-"""Function codes that read the tables."""
+COILS = 1
+"""Function code that reads coils."""
+DISCRETE = 2
+"""Function code that reads discrete inputs."""
+HOLDING = 3
+"""Function code that reads holding registers."""
+INPUT = 4
+"""Function code that reads input registers."""
 _TICK_S = 0.05
-_WRITES_BITS, _WRITES_WORDS = (5, 15), (6, 16)
+"""Time between two changes of what the unit measures [s]."""
+_WRITES_BITS = (5, 15)
+"""Function codes that write coils."""
+_WRITES_WORDS = (6, 16)
+"""Function codes that write holding registers."""
 
 
 @dataclass

@@ -20,8 +20,12 @@ Channels = Callable[[float], Sequence[float]]
 Packets = Callable[[int, float], bytes]
 """(frame, t [s]) -> a packet."""
 
-_BLINK_EVERY_S, _BLINK_S = 3.7, 0.15
+_BLINK_EVERY_S = 3.7
+"""Time between two blinks [s]."""
+_BLINK_S = 0.15
+"""Length of a blink [s]."""
 _RATE_HZ = 60
+"""Packets a second of Live Link Face."""
 
 
 def talking(t_s: float) -> list[float]:

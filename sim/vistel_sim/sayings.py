@@ -14,10 +14,15 @@ from vistel.speech.synthesis import PLAIN, SynthesisError, synthesise
 log = logging.getLogger("vistel.sim")
 
 RATE = 48_000
-FIRST_S, EVERY_S = 4.0, 6.0
-"""When the first sentence begins, and how much later the next one each."""
-_LOUD, _PEAK = 0.12, 0.9
-"""Root mean square of a sentence, and what its loudest sample may be: nobody's microphone is over-driven."""
+"""Samples a second."""
+FIRST_S = 4.0
+"""When the first sentence begins [s]."""
+EVERY_S = 6.0
+"""Time from the beginning of a sentence to that of the next [s]."""
+_LOUD = 0.12
+"""Root mean square of a sentence (full scale: 1)."""
+_PEAK = 0.9
+"""A sentence's loudest sample at most, so that the microphone is not over-driven (full scale: 1)."""
 
 
 def said(text: str) -> F32:

@@ -20,16 +20,24 @@ from vistel.wire.clock import Clock
 from vistel_sim.faults import DeviceFaults, Fault
 from vistel_sim.sayings import Sayings
 
-RATE, BLOCK = 48_000, 960
+RATE = 48_000
+"""Samples a second."""
+BLOCK = 960
+"""Samples in a block of 20 ms."""
 _BLOCK_NS = 20_000_000
+"""Length of a block [ns]."""
 _LATE_NS = 500_000_000
+"""A machine that is behind by more leaves blocks out [ns]."""
 _PIPE_BYTES = 16384
-"""A reader that is away misses what was said instead of hearing it later."""
+"""Of the pipe, a sixth of a second: a reader that is away misses sound instead of hearing it later."""
 _LOOP_S = 2.4
+"""Length of the babble that is repeated [s]."""
 _NOISE = 2e-4
-"""Of the room, root mean square."""
+"""Root mean square of the room's noise (full scale: 1)."""
 _LOUD = 0.22
+"""Root mean square of the babble (full scale: 1)."""
 _CLAP_S = 0.03
+"""Length of a clap [s]."""
 _VOWELS = ((730, 1090, 2440), (270, 2290, 3010), (570, 840, 2410), (300, 870, 2240), (530, 1840, 2480), (640, 1190, 2390))
 """Formants of vowels [Hz] (Peterson and Barney 1952, men)."""
 _PEAKS = ((1.0, 90.0), (0.6, 110.0), (0.25, 160.0))

@@ -29,7 +29,13 @@ CYCLE_S = 1.0 / 120.0
 _FLOATS = struct.Struct("<7f")
 _REPLY_START = re.compile(rb"2[ 1-4][A-Za-z]")
 _REPLY_MAX = 256
-_CR, _LF, _ZERO = 13, 10, ord("0")
+"""A reply is shorter [bytes]."""
+_CR = 13
+"""Carriage return."""
+_LF = 10
+"""Line feed."""
+_ZERO = ord("0")
+"""First byte of a record."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,11 +28,16 @@ SLOTS: tuple[str, ...] = (
 SLOTS_5: tuple[str, ...] = ("thumb_near", "index_near", "middle_near", "ring_near", "little_near")
 """Of a glove with 5: slots 0, 3, 6, 9 and 12."""
 VENDOR_ID = 0x5D70
+"""5DT's on USB."""
 REPORT_LENGTH = 64
+"""Of a HID report [bytes]."""
 HIGHEST = 4095
-"""Of a sensor; a Data Glove 5 counts to 255."""
+"""The highest count of a sensor; a Data Glove 5 counts to 255."""
 
-_LEFT, _FIVE = 0x01, 0x10
+_LEFT = 0x01
+"""Bit of the product id of a left glove."""
+_FIVE = 0x10
+"""Bit of the product id of a glove with five sensors."""
 _WORDS = struct.Struct(">16H")
 
 

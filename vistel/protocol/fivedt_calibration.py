@@ -18,9 +18,18 @@ from vistel.protocol.fivedt import SLOTS, SLOTS_5
 from vistel.protocol.glove_calibration import ANGLE_COUNT, CalibrationError
 
 _FINGERS = {"index": 4, "middle": 8, "ring": 12, "little": 16}
-_NEAR, _FAR = math.radians(85.0), math.radians(100.0)
-_THUMB_NEAR, _THUMB_FAR = math.radians(50.0), math.radians(70.0)
-_THUMB_SPREAD, _FINGER_SPREAD = math.radians(45.0), math.radians(15.0)
+_NEAR = math.radians(85.0)
+"""Bend of a finger's first joint in a fist [rad]."""
+_FAR = math.radians(100.0)
+"""Bend of a finger's middle joint in a fist [rad]."""
+_THUMB_NEAR = math.radians(50.0)
+"""Bend of the thumb's middle joint in a fist [rad]."""
+_THUMB_FAR = math.radians(70.0)
+"""Bend of the thumb's end joint in a fist [rad]."""
+_THUMB_SPREAD = math.radians(45.0)
+"""Angle between thumb and index finger in an open hand [rad]."""
+_FINGER_SPREAD = math.radians(15.0)
+"""Angle between two fingers in an open hand [rad]."""
 _LEAST = 0.02
 """A sensor that moves less from open hand to fist, as a part of a typical hand's way, is not worn."""
 _BEYOND = 0.15

@@ -19,6 +19,7 @@ from pathlib import Path
 from vistel.protocol.cyberglove import SENSORS, SENSORS_22
 
 ANGLE_COUNT = 20
+"""Angles of a hand: four of the thumb, then four of each finger."""
 _INDEX = {name: i for i, name in enumerate(SENSORS_22)}
 # Angles that one sensor measures directly: index of the angle, sensor.
 _DIRECT = (
@@ -31,7 +32,14 @@ _DIRECT = (
 _DISTAL = ((7, 6), (11, 10), (15, 14), (19, 18))
 _ABDUCTIONS = (("middle_index_abduction", 4, 8), ("ring_middle_abduction", 8, 12), ("pinky_ring_abduction", 12, 16))
 """Sensors between fingers, and the base flexions of the two fingers: bending both pulls at the sensor too."""
-_INDEX_ABDUCTION, _MIDDLE_ABDUCTION, _RING_ABDUCTION, _LITTLE_ABDUCTION = 5, 9, 13, 17
+_INDEX_ABDUCTION = 5
+"""Place of the index finger's abduction among the angles."""
+_MIDDLE_ABDUCTION = 9
+"""Place of the middle finger's abduction among the angles."""
+_RING_ABDUCTION = 13
+"""Place of the ring finger's abduction among the angles."""
+_LITTLE_ABDUCTION = 17
+"""Place of the little finger's abduction among the angles."""
 
 
 class CalibrationError(ValueError):

@@ -23,7 +23,9 @@ from vistel.protocol.polhemus import CREEP, LATE_CYCLES, Record, pose_of
 from vistel.protocol.stream import NO, WAIT, StreamParser
 
 RECORD_LENGTH = 42
+"""Header, position, quaternion, frame count, CR LF [bytes]."""
 MAX_STATIONS = {"liberty": 16, "patriot": 2}
+"""Receivers of a unit."""
 RATE_HZ = {"liberty": 120.0, "patriot": 60.0}
 """Measurements of every station per second: what `RATE_120_HZ` sets, and a PATRIOT's only rate."""
 LATENCY_NS = {"liberty": 3_500_000, "patriot": 18_500_000}
@@ -34,8 +36,12 @@ _BODY = struct.Struct("<7fI")
 _MODELS = {b"LY": "liberty", b"PA": "patriot"}
 _BODY_SIZE = _BODY.size + 2
 _DATA = b"CP"
-_STATIONS, _WHO = 0x15, 0x16
+_STATIONS = 0x15
+"""Command byte of a reply about stations (^U)."""
+_WHO = 0x16
+"""Command byte of a reply about the unit (^V)."""
 _MAX_REPLY = 512
+"""A reply is shorter [bytes]."""
 _TEXT = re.compile(rb"[\x20-\x7e\r\n\t]*")
 
 

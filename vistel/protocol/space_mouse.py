@@ -12,8 +12,10 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass, replace
 
-LOGITECH, THREE_DCONNEXION = 0x046D, 0x256F
-"""Vendors; the first made them until 2013."""
+LOGITECH = 0x046D
+"""USB vendor of the devices made until 2013."""
+THREE_DCONNEXION = 0x256F
+"""USB vendor of the devices made since."""
 _LOGITECH_PRODUCTS = frozenset((0xC621, 0xC623, 0xC625, 0xC626, 0xC627, 0xC628, 0xC629, 0xC62B))
 _MICE = range(0xC62E, 0xC660)
 FULL = 350

@@ -27,18 +27,39 @@ from dataclasses import dataclass
 from vistel.protocol.stream import NO, WAIT, StreamParser
 
 DEFAULT_PORT = 3883
-SIMULATED, SIMULATED_GLOVE = "Tracker0", "Glove0"
-"""What a simulated server calls its tracker, or its glove."""
+"""TCP port of a VRPN server."""
+SIMULATED = "Tracker0"
+"""The name of the tracker of a simulated server."""
+SIMULATED_GLOVE = "Glove0"
+"""The name of the glove of a simulated server."""
 COOKIE_LENGTH = 24
+"""Of what both sides send first [bytes]."""
 COOKIE = b"vrpn: ver. 07.38  0".ljust(COOKIE_LENGTH, b"\0")
 _MAGIC = b"vrpn: ver. 07."
 _OPENING = b"vrpn: ver. "
 
-SENDER, TYPE, UDP, LOG = -1, -2, -3, -4
-POSE, ANALOG = "vrpn_Tracker Pos_Quat", "vrpn_Analog Channel"
-BUTTON, BUTTONS = "vrpn_Button Change", "vrpn_Button States"
-PING, PONG = "vrpn_Base ping_message", "vrpn_Base pong_message"
+SENDER = -1
+"""Type of the message that names a sender."""
+TYPE = -2
+"""Type of the message that names a type."""
+UDP = -3
+"""Type of the message that gives a UDP port."""
+LOG = -4
+"""Type of the message about a log file of the server."""
+POSE = "vrpn_Tracker Pos_Quat"
+"""A sensor's position and quaternion."""
+ANALOG = "vrpn_Analog Channel"
+"""All channels of an analog device."""
+BUTTON = "vrpn_Button Change"
+"""A button that has changed."""
+BUTTONS = "vrpn_Button States"
+"""All buttons of a device."""
+PING = "vrpn_Base ping_message"
+"""Asks a device whether it is there."""
+PONG = "vrpn_Base pong_message"
+"""Answers that it is."""
 CONTROL = "VRPN Control"
+"""The sender of messages of the connection itself."""
 
 _HEADER = struct.Struct(">IIIii4x")
 _POSE = struct.Struct(">ii7d")

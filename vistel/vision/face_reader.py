@@ -17,17 +17,19 @@ from vistel.vision.mark_tracker import MarkTracker
 from vistel.vision.spots import Spots, find_spots, take_apart
 
 _LIGHT_S = 0.5
-"""In which the key follows the light."""
+"""Time constant with which the key follows the light [s]."""
 _LOOK_S = 0.05
-"""How often the light is looked at."""
+"""Time between two looks at the light [s]."""
 _SLIP_S = 1.0
-"""In which a slip of the helmet is believed."""
-_SMALLEST, _LARGEST = 0.35, 3.2
-"""Of the calibrated mass: a spot of less is the rest of a hidden mark, or of another colour; of more, no mark."""
+"""Time constant with which a slip of the helmet is accepted [s]."""
+_SMALLEST = 0.35
+"""A spot with less of a mark's calibrated mass is the rest of a hidden mark, or of another colour."""
+_LARGEST = 3.2
+"""A spot with more of a mark's calibrated mass is no mark."""
 _TWO = 1.45
-"""A spot of so many masses holds two marks."""
+"""A spot with so many masses of a mark holds two marks."""
 _ONE = 1.3
-"""A spot of more may hold a second mark: whose it is tells nobody where their mark is."""
+"""A spot with more masses of a mark may hold a second one, so that its centre is no mark's place."""
 
 
 @dataclass(frozen=True)

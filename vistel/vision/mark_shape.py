@@ -12,10 +12,15 @@ from vistel.arrays import F64
 from vistel.figure.face.marks import MARK_COUNT, MOVES, REST
 
 _EXPRESSION = 0.35
-"""Deviation of an expression's value."""
+"""Standard deviation of an expression's value."""
 _OWN_M = 0.0015
-"""By how much a mark moves on its own, or is otherwise than the table of expressions has it."""
-_SLIP_M, _SLIP_RAD, _SLIP_SCALE = 0.006, 0.05, 0.03
+"""Standard deviation of a mark's place from that of the table of expressions [m]."""
+_SLIP_M = 0.006
+"""Standard deviation of the helmet's shift on the head [m]."""
+_SLIP_RAD = 0.05
+"""Standard deviation of the helmet's turn on the head [rad]."""
+_SLIP_SCALE = 0.03
+"""Standard deviation of the picture's scale, as the camera comes nearer or moves away (share)."""
 
 
 @dataclass(frozen=True)

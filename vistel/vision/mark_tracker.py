@@ -19,21 +19,24 @@ from vistel.vision.mark_doubt import GATE, NOISE_M, condition, judge
 from vistel.vision.mark_shape import MarkShape, standard_shape
 
 _RELAX_S = 0.8
-"""In which a face forgets: the time constant of the filter's pull to rest."""
+"""Time constant with which the filter returns the face to rest [s]."""
 _DOUBT_S = 0.6
-"""After so long in doubt all marks are looked for anew."""
+"""After this time in doubt all marks are searched for anew [s]."""
 _VAGUE_M = 0.006
-"""How well a spot tells where a mark is that may not be its own."""
-_TOUCH_M, _FITS = 0.0075, 6.0
-"""Marks nearer than this touch; and the squared Mahalanobis distance within which a mark lies as the others expect: narrow,
-for with one mark passed over another both ways round may look like a face that pulls one."""
+"""Standard deviation of a mark's place given by a spot that may not be its own [m]."""
+_TOUCH_M = 0.0075
+"""Marks that are nearer to each other touch [m]."""
+_FITS = 6.0
+"""Squared Mahalanobis distance within which a mark lies where the others predict it. It is narrow: when one mark has passed over
+another, both assignments may look like a face that pulls one of them."""
 _BELIEVED_S = 0.08
-"""A mark that was lost is believed again once it has lain as a face's does for so long."""
+"""A lost mark is accepted again after it has fitted the face for this time [s]."""
 _SPEED_KEPT_S = 0.1
-"""Time constant in which the speed of a hidden mark dies away."""
+"""Time constant with which the speed of a hidden mark decays [s]."""
 _LOST_S = 0.7
-"""With fewer than `_ENOUGH` marks seen for so long everything is looked for anew."""
+"""With fewer than `_ENOUGH` marks seen for this time all marks are searched for anew [s]."""
 _ENOUGH = 6
+"""Marks that must be seen."""
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,22 @@ SURE = 3.5
 """`Pupil.sure` from which an eye counts as open."""
 _WORK = 240
 """Longer side of the picture that is searched [px]."""
-_SMALLEST, _LARGEST = 0.022, 0.125
-"""Radius of a pupil over the longer side of the picture."""
+_SMALLEST = 0.022
+"""Least radius of a pupil over the longer side of the picture."""
+_LARGEST = 0.125
+"""Greatest radius of a pupil over the longer side of the picture."""
 _SIZES = 9
+"""Radii between them that are tried."""
 _PROPOSALS = 8
+"""Places that are examined closely."""
 _RIM = 3
 """Pixels at the edges of the small picture that are not looked at: cameras leave black lines there."""
 _ANGLES = 64
+"""Directions in which an outline is searched."""
 _RADII = 40
-_COS, _SIN = (f(2.0 * np.pi * np.arange(_ANGLES) / _ANGLES) for f in (np.cos, np.sin))
+"""Distances at which an outline is searched."""
+_COS = np.cos(2.0 * np.pi * np.arange(_ANGLES) / _ANGLES)
+_SIN = np.sin(2.0 * np.pi * np.arange(_ANGLES) / _ANGLES)
 _FURTHEST = 2.4
 """How far a disc is unrolled, over its radius."""
 _ROUNDS = 2
@@ -37,7 +44,10 @@ _STEEP = 2.0
 """Grey levels over three pixels of the small picture from which a rise is an edge."""
 _OFF = 0.3
 """How far from the middle of the picture pupils are, over its longer side."""
-_INNER_CLEAR, _INNER_CONTRAST = 0.6, 8.0
+_INNER_CLEAR = 0.6
+"""Share of an outline that must be a clear edge for a disc inside another to be the pupil."""
+_INNER_CONTRAST = 8.0
+"""Grey levels by which a disc inside another must be darker than the ring round it to be the pupil."""
 
 
 @dataclass(frozen=True)

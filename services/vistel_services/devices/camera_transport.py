@@ -17,11 +17,15 @@ from vistel.arrays import U8
 from vistel.wire.clock import Clock
 from vistel_services.devices.transport import OpenTransport, Received, TransportError
 
-_OPEN_MS, _READ_MS = 3000, 1500
+_OPEN_MS = 3000
+"""A network camera must connect within this time [ms]."""
+_READ_MS = 1500
+"""A network camera must send a picture within this time [ms]."""
 _QUALITY = 90
+"""JPEG quality of recorded pictures (0 to 100)."""
 _AGAIN_S = 0.5
-"""After a camera could not be opened."""
-# What FFmpeg says of a stream that ends is told by the device's status, once.
+"""Wait after a camera could not be opened [s]."""
+# FFmpeg would print a line whenever a stream ends; the device's status reports that once.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 

@@ -1,4 +1,4 @@
-"""Joins a VRPN server and listens to one of its devices, a tracker or a glove."""
+"""Connects to a VRPN server and receives the reports of one of its devices, a tracker or a glove."""
 
 from __future__ import annotations
 
@@ -15,8 +15,14 @@ from vistel_services.devices.device import Decoder, DeviceError, Link, NoAnswerE
 from vistel_services.devices.tcp_transport import open_tcp
 from vistel_services.devices.transport import OpenTransport, TransportError
 
-_HELLO_S, _HEARD_S, _GREETING_S = 3.0, 3.0, 0.3
+_HELLO_S = 3.0
+"""A server must answer the opening of a connection within this time [s]."""
+_REPORT_S = 3.0
+"""A device that runs must report within this time [s]."""
+_GREETING_S = 0.3
+"""A server has named all its devices when nothing has come for this time [s]."""
 _PING_S = 0.05
+"""Time between two pings to a glove, which reports changes only [s]: a glove held still gives 20 messages a second."""
 
 
 class VrpnDecoder(Decoder, Protocol):
@@ -31,8 +37,8 @@ class VrpnDriver:
     stop = b""
 
     def __init__(self, name: str, topic: Topic, decoder: VrpnDecoder, device: str, has: str, *, pinged: bool = False) -> None:
-        """device: its name at the server; has: what there is of it, for a person; pinged: it reports changes only, so it is
-        asked again and again whether it is there."""
+        """device: its name at the server. has: its sensors, for a person. pinged: it reports changes only, and is pinged so
+        that its silence can be told from its absence."""
         self.name = name
         self.topic = topic
         self.decoder = decoder
@@ -59,7 +65,7 @@ class VrpnDriver:
         seen = link.frames
         if self.beat is not None:
             link.send(self.beat[1])
-        if await link.wait_for(lambda: link.frames if link.frames > seen else None, _HEARD_S) is None:
+        if await link.wait_for(lambda: link.frames if link.frames > seen else None, _REPORT_S) is None:
             await link.quiet(_GREETING_S, 2 * _GREETING_S)
             if self._device not in parser.devices:
                 there = ", ".join(parser.devices) or "nothing"

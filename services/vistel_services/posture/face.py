@@ -12,8 +12,10 @@ from vistel_services.posture.peaks import PeakHold
 
 SILENT_NS = 250_000_000
 """A face not seen for this long keeps its last expression and is flagged."""
-MARK_PEAK_M, LID_PEAK = 0.001, 0.1
-"""What sticks out by more between two motions is said."""
+MARK_PEAK_M = 0.001
+"""A mark that moves out and back by more between two motions is sent at its farthest [m]."""
+LID_PEAK = 0.1
+"""A lid that opens or closes and returns by more between two motions is sent at its farthest (1: from open to closed)."""
 
 
 class FaceCapture:

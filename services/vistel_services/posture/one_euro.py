@@ -1,12 +1,12 @@
-"""The One-Euro filter (Casiez, Roussel and Vogel, CHI 2012) for a receiver's pose, about where its speed takes it.
+"""The One-Euro filter (Casiez, Roussel and Vogel, CHI 2012) for a receiver's pose, applied to the error of a prediction.
 
-A first-order low-pass whose cut-off rises with speed: still hands do not tremble, quick hands do not lag. What is
-filtered is only what the speed so far had not foretold, so that steady motion does not lag at all; the speed's own
-cut-off rises in the same way. The pose can be asked for a little later than its last sample: stations of one tracker
-are measured one after the other, and a posture needs all four at one instant. The constants are those of least error on
-recorded people at 30 Hz per station with FASTRAK's noise, and at rest of the least tremble that costs no error.
+The filter is a first-order low-pass whose cut-off rises with speed: still hands do not tremble, quick hands do not lag. Here it
+filters the difference between a sample and the pose predicted from the speed, so that steady motion does not lag at all. The
+speed is filtered in the same way. A pose can be predicted a little beyond its last sample: the stations of one tracker are measured
+one after the other, and a posture needs all four at one instant. The constants give the least error on recorded people at 30 Hz per
+station with a FASTRAK's noise; at rest they give the least tremble that costs no error.
 
-The angles of a glove go through the filter as it was published: there is nothing to carry them on for.
+The angles of a glove go through the filter as it was published, without a prediction.
 """
 
 from __future__ import annotations
@@ -18,27 +18,42 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 
-POSITION_CUTOFF_HZ, POSITION_SPEED_GAIN = 1.0, 80.0
-"""Cut-off at rest [Hz], and Hz more for each m/s."""
-ROTATION_CUTOFF_HZ, ROTATION_SPEED_GAIN = 1.0, 15.0
-"""Cut-off at rest [Hz], and Hz more for each rad/s."""
-VELOCITY_CUTOFF_HZ, VELOCITY_SPEED_GAIN = 5.0, 40.0
-"""The same for the velocity."""
-SPIN_CUTOFF_HZ, SPIN_SPEED_GAIN = 5.0, 2.0
-"""The same for the spin."""
+POSITION_CUTOFF_HZ = 1.0
+"""Cut-off of the position at rest [Hz]."""
+POSITION_SPEED_GAIN = 80.0
+"""By how much that cut-off rises with speed [Hz per m/s]."""
+ROTATION_CUTOFF_HZ = 1.0
+"""Cut-off of the rotation at rest [Hz]."""
+ROTATION_SPEED_GAIN = 15.0
+"""By how much that cut-off rises with spin [Hz per rad/s]."""
+VELOCITY_CUTOFF_HZ = 5.0
+"""Cut-off of the velocity at rest [Hz]."""
+VELOCITY_SPEED_GAIN = 40.0
+"""By how much that cut-off rises with speed [Hz per m/s]."""
+SPIN_CUTOFF_HZ = 5.0
+"""Cut-off of the spin at rest [Hz]."""
+SPIN_SPEED_GAIN = 2.0
+"""By how much that cut-off rises with spin [Hz per rad/s]."""
 MOST_SPIN = 12.0
-"""A hand that turns faster [rad/s] is followed, but not expected to go on so."""
+"""A faster spin is followed, but predictions use no more than this [rad/s]."""
 GO_ON = 0.5
-"""Share of the last change of velocity that is expected to go on."""
-AT_ONCE_M, AT_ONCE_RAD, CATCH_UP_S = 0.01, 0.15, 1.0 / 30.0
-"""What a sample puts right beyond the first two is not shown at once, for then a quick hand would jump, but made up for
-within the third."""
-ANGLE_CUTOFF_HZ, ANGLE_SPEED_GAIN, ANGLE_VELOCITY_CUTOFF_HZ = 1.0, 5.0, 5.0
-"""Of a glove's angles: cut-off at rest [Hz], Hz more for each rad/s, and of that speed."""
+"""Share of the last acceleration that predictions use."""
+AT_ONCE_M = 0.01
+"""A sample corrects the predicted position at once by at most this [m]; more would make a quick hand jump."""
+AT_ONCE_RAD = 0.15
+"""A sample corrects the predicted rotation at once by at most this [rad]."""
+CATCH_UP_S = 1.0 / 30.0
+"""The rest of a correction fades in over this time [s]: one sample of four stations."""
+ANGLE_CUTOFF_HZ = 1.0
+"""Cut-off of a glove's angles at rest [Hz]."""
+ANGLE_SPEED_GAIN = 5.0
+"""By how much that cut-off rises with their speed [Hz per rad/s]."""
+ANGLE_VELOCITY_CUTOFF_HZ = 5.0
+"""Cut-off of that speed [Hz]."""
 FORGET_S = 0.5
-"""After a gap this long the filter starts anew."""
+"""After a gap this long the filter starts anew [s]."""
 MOST_AHEAD_S = 0.035
-"""How far a pose is carried on by its speed: a tracker's cycle over four stations, no more."""
+"""A pose is predicted for at most this time [s]: the cycle of a tracker with four stations."""
 
 
 def _share(cutoff_hz: float, dt: float) -> float:
@@ -119,10 +134,10 @@ class PoseFilter:
         self._p = p - (1.0 - taken) * news
         faster = taken * _share(VELOCITY_CUTOFF_HZ + VELOCITY_SPEED_GAIN * speed, dt) / dt * news
         self._v, self._a = self._v + faster, 0.5 * self._a + 0.5 * faster / dt
-        foretold = matrix_from_rotvec(self._w * dt) @ matrix_from_quaternion(self._q)
-        turn = rotvec_from_matrix(matrix_from_quaternion(q) @ foretold.T)
+        predicted = matrix_from_rotvec(self._w * dt) @ matrix_from_quaternion(self._q)
+        turn = rotvec_from_matrix(matrix_from_quaternion(q) @ predicted.T)
         taken = _share(ROTATION_CUTOFF_HZ + ROTATION_SPEED_GAIN * spin, dt)
-        self._q = quaternion_from_matrix(matrix_from_rotvec(taken * turn) @ foretold)
+        self._q = quaternion_from_matrix(matrix_from_rotvec(taken * turn) @ predicted)
         w = self._w + taken * _share(SPIN_CUTOFF_HZ + SPIN_SPEED_GAIN * spin, dt) / dt * turn
         self._w = w * min(1.0, MOST_SPIN / max(float(np.linalg.norm(w)), 1e-9))
 

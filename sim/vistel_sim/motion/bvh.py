@@ -13,7 +13,10 @@ from vistel_sim.motion.recording import INDEX, RECORDED, SIDES, Recording
 from vistel_sim.motion.source import MotionError
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
-MOST_FRAMES, MOST_JOINTS = 200_000, 1_000
+MOST_FRAMES = 200_000
+"""A longer file is refused: half an hour at 120 Hz."""
+MOST_JOINTS = 1_000
+"""A file with more joints is refused; a body has about 60."""
 
 # Names of one joint in the dialects seen: CMU's own (ASF), the 3ds Max friendly conversion, MotionBuilder's.
 _NAMES: dict[str, tuple[str, ...]] = {

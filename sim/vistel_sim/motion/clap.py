@@ -17,8 +17,10 @@ from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place, receivers_of
 from vistel_sim.motion.tracks import HandState
 
-FIRST_S, EVERY_S = 1.1, 1.3
-"""The first clap, and the time between two: no multiple of a picture's or a frame's."""
+FIRST_S = 1.1
+"""Time of the first clap [s]."""
+EVERY_S = 1.3
+"""Time between two claps [s]: no multiple of a picture's or a sound block's."""
 SWING_S = 0.26
 """From the farthest to the meeting."""
 APART = 0.15

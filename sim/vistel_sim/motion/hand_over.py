@@ -39,8 +39,12 @@ SLANT = math.radians(45.0)
 """Of the baton in the hand, from straight across the palm towards the fingers' tips."""
 PALM = np.array([0.088, -0.0135, 0.0])
 """Where a bar touches the palm, in the left hand's frame of a person of REFERENCE_HEIGHT."""
-LEAD_S, CLOSE_S, READY_S = 0.6, 0.25, 0.5
-"""How long a hand is led to the thing, the fingers close, and they open before."""
+LEAD_S = 0.6
+"""How long a hand is guided to the thing before it takes it [s]."""
+CLOSE_S = 0.25
+"""How long the fingers take to close [s]."""
+READY_S = 0.5
+"""How long before that the fingers open [s]."""
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,10 @@ SIDES = {"left": 1.0, "right": -1.0}
 
 GRIP = np.array([0.088, -0.0255, 0.0])
 """Where a held bar crosses the palm: left hand's frame, a person of REFERENCE_HEIGHT; mirrored for the right."""
-GIVER_BELOW, TAKER_ABOVE = 0.032, 0.046
-"""How far from the baton's middle the two hold it [m]."""
+GIVER_BELOW = 0.032
+"""How far below the baton's middle the giver holds it [m]."""
+TAKER_ABOVE = 0.046
+"""How far above the baton's middle the taker holds it [m]."""
 
 
 CLOSE_COMPANY = 4

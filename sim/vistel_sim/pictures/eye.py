@@ -10,11 +10,18 @@ import numpy as np
 from vistel.arrays import F32, F64, U8
 from vistel_sim.pictures.noise import Noise
 
-WIDTH, HEIGHT = 320, 240
+WIDTH = 320
+"""Of a picture [px]."""
+HEIGHT = 240
+"""Of a picture [px]."""
 _EYEBALL_PX = 128.0
-_IRIS, _PUPIL = 0.48, 0.17
-"""Radii of iris and pupil over that of the eyeball, as seen from before it."""
+"""Radius of the eyeball [px]."""
+_IRIS = 0.48
+"""Radius of the iris over that of the eyeball, seen from the front."""
+_PUPIL = 0.17
+"""Radius of the pupil over that of the eyeball, seen from the front."""
 _SOFT_PX = 1.3
+"""Half width of an edge [px]: the lens is not quite sharp."""
 
 
 class EyePicture:

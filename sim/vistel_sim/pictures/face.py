@@ -13,21 +13,28 @@ from vistel.arrays import F64, U8
 from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel_sim.pictures.noise import Noise
 
-WIDTH, HEIGHT = 640, 480
+WIDTH = 640
+"""Of a picture [px]."""
+HEIGHT = 480
+"""Of a picture [px]."""
 _PX_PER_M = 2600.0
+"""Scale of the picture at the face [px per m]."""
 _MIDDLE_M = np.array((0.0, 0.032))
+"""Where the middle of the picture is on the face, x and y in the head's frame [m]."""
 _MARK_M = 0.003
-"""Radius of a mark."""
+"""Radius of a mark [m]."""
 _OWN_M = 0.0012
-"""By how much a person's marks are stuck elsewhere than the table says."""
+"""Standard deviation of where a person's marks are stuck, from the table's places [m]."""
 _GREEN = (78.0, 190.0, 62.0)
+"""Colour of a mark: blue, green, red, 0 to 255."""
 _SKIN = (118.0, 148.0, 196.0)
+"""Colour of the skin: blue, green, red, 0 to 255."""
 
 
 @dataclass(frozen=True)
 class View:
-    """What else is the matter with a picture. slip: the helmet's on the head, x, y [m] and radians. gains: of blue, green,
-    red. covers: discs (x, y, radius [px]) of something dark before the face. blur: of the marks' edges [px]."""
+    """What disturbs a picture. slip: of the helmet on the head, x, y [m] and angle [rad]. gains: of blue, green, red. covers: dark
+    discs in front of the face (x, y, radius [px]). blur: of the marks' edges [px]."""
 
     slip: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gains: tuple[float, float, float] = (1.0, 1.0, 1.0)

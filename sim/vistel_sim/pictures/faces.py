@@ -15,7 +15,10 @@ from vistel_sim.pictures.noise import light_at
 Channels = Callable[[float], Sequence[float]]
 """t [s] -> 61 values, order of CHANNELS."""
 
-_HAND_EVERY_S, _HAND_S = 17.0, 0.8
+_HAND_EVERY_S = 17.0
+"""Time between two passes of a hand in front of the face [s]."""
+_HAND_S = 0.8
+"""Length of a pass [s]."""
 
 
 Gaze = Callable[[float], F64]

@@ -14,7 +14,9 @@ from vistel.arrays import F64
 from vistel_cli.terminal import USAGE, fail, out
 
 POSITION = ("x", "y", "z")
+"""Columns of a position, after "true_" or "read_"."""
 ROTATION = ("qx", "qy", "qz", "qw")
+"""Columns of a quaternion, after "true_" or "read_"."""
 
 
 def distortion(
