@@ -9,7 +9,9 @@ from vistel.arrays import F64
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.people import Posed
 
-_HEAD, _LEFT, _RIGHT = JOINT_INDEX["head"], JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]
+_HEAD = JOINT_INDEX["head"]
+_LEFT = JOINT_INDEX["left_eye"]
+_RIGHT = JOINT_INDEX["right_eye"]
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,12 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.inputs import MotionInput, Person
 
 SIDES = ("left", "right")
-THUMB, PALM = 0, 5
 DIGITS = 6
 """Per hand: thumb, index, middle, ring, little finger, palm."""
+THUMB = 0
+"""Place of the thumb among the digits."""
+PALM = 5
+"""Place of the palm among the digits."""
 HAND_JOINT = tuple(JOINT_INDEX[f"{side}_hand"] for side in SIDES)
 
 PALM_CENTRE = np.array([0.088, -0.0135, 0.0])
@@ -122,6 +125,7 @@ class Figure:
 
     @property
     def name(self) -> str:
+        """The participant."""
         return self.person.participant
 
     def moved(self, motion: MotionInput, step: int) -> Figure:
@@ -175,6 +179,7 @@ class Posed:
 
     @property
     def name(self) -> str:
+        """The participant."""
         return self.figure.name
 
     @property

@@ -107,6 +107,7 @@ class Room:
 
     @cached_property
     def by_id(self) -> dict[str, Thing]:
+        """Things by their ids."""
         return {thing.id: thing for thing in self.things}
 
     def thing(self, thing_id: str) -> Thing:

@@ -22,7 +22,11 @@ LEAST_DEPTH = 2e-4
 MOST_PER_PAIR = 6
 """Contacts told for one pair of bodies; the deepest."""
 
-_PERSON, _FIXED, _LOOSE = range(3)
+_PERSON = 0
+_FIXED = 1
+"""A thing that nothing moves."""
+_LOOSE = 2
+"""A thing that may move."""
 
 
 @dataclass(frozen=True)

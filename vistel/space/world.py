@@ -45,8 +45,10 @@ HASH_STEPS = 60
 MAX_CONTACTS = 96
 APPEARING_STEPS = 45
 """Who has only just appeared pushes nothing: they may stand in the middle of it, and their sensors have yet to settle."""
-LYING, FLAT = 0.05, 0.8
-"""What takes dents and moves up or down no faster than this [m/s] keeps this share of its motion in each step."""
+RESTING_SPEED = 0.05
+"""A thing that takes dents counts as resting when it moves up or down no faster than this [m/s]."""
+RESTING_KEEPS = 0.8
+"""Share of its motion that a resting thing which takes dents keeps in each step: it does not slide on what it dents."""
 
 
 class World:
@@ -323,8 +325,8 @@ def _settled(m: Motions, s: Solids) -> Motions:
     soft = (s.give > 0.0) & (m.mode == FREE)
     if not soft.any():
         return m
-    lying = soft & (np.abs(m.velocity[:, 1]) < LYING)
+    lying = soft & (np.abs(m.velocity[:, 1]) < RESTING_SPEED)
     out = m.copy()
-    out.spin[lying] *= FLAT
-    out.velocity[lying] *= FLAT
+    out.spin[lying] *= RESTING_KEEPS
+    out.velocity[lying] *= RESTING_KEEPS
     return out

@@ -14,7 +14,10 @@ from vistel.conference.model import Conference
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
-USAGE, FAILED = 2, 1
+FAILED = 1
+"""Exit code of a command that could not do what was asked."""
+USAGE = 2
+"""Exit code of a command that was called wrongly."""
 
 
 def fail(text: str, code: int = FAILED) -> NoReturn:

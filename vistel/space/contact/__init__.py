@@ -1,0 +1,1 @@
+"""Where bodies meet: near primitives, patches they share, pressure and force."""

@@ -27,8 +27,24 @@ ANGLES = 24
 RESULT = 24
 """Numbers of one patch: force on a, torque on a about the room's origin, the friction's part of the force (3 each);
 centre of pressure (3), normal from a to b (3), area, normal force, mean pressure, greatest pressure."""
-AREA, NORMAL_FORCE, MEAN, GREATEST = 15, 16, 17, 18
-FORCE, TORQUE, FRICTION, CENTRE, NORMAL = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12), slice(12, 15)
+FORCE = slice(0, 3)
+"""Where a patch's numbers lie in its row: force on the first body [N]."""
+TORQUE = slice(3, 6)
+"""Torque of that force about the room's origin [N m]."""
+FRICTION = slice(6, 9)
+"""Friction on the first body [N]."""
+CENTRE = slice(9, 12)
+"""Centre of pressure [m]."""
+NORMAL = slice(12, 15)
+"""Mean normal, from the first body to the second."""
+AREA = 15
+"""Area of the shared surface [m2]."""
+NORMAL_FORCE = 16
+"""Integral of the pressure [N]."""
+MEAN = 17
+"""Mean pressure [Pa]."""
+GREATEST = 18
+"""Greatest pressure [Pa]."""
 
 
 @compiled

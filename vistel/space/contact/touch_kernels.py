@@ -33,9 +33,11 @@ NODES = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 """Gauss and Legendre's two, on [0, 1]."""
 WIDEST = 6.0
 """Half a patch is no longer than so many times the least radius."""
-FADES, GONE = 0.9, 0.995
-"""Fields at the contact between which its force fades: limbs whose skeletons meet have no side to push each other to, and
-past it would be drawn on instead of back."""
+FADES = 0.9
+"""Field at the contact from which its force fades: limbs whose skeletons meet have no side to push each other to, and past it
+they would be drawn on instead of back."""
+GONE = 0.995
+"""Field at the contact from which it has no force."""
 FELT = 16
 """Numbers of one contact: force on a (3), its torque about the room's origin (3), centre of pressure (3), normal from a to
 b (3), area, normal force without friction, mean and greatest pressure."""

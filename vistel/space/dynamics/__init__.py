@@ -1,0 +1,1 @@
+"""How free things move: gravity, collisions, friction, rest, and soft bodies."""

@@ -161,6 +161,9 @@ def detect(
     pairs,
     contacts,
 ):
+    """All contacts of things with each other and with what pushes them, into `pairs` (K, 2) and `contacts` (K, columns of
+    `dynamics`). Arrays as `Solids` and `Motions` have them, room frame, SI units; dt: step [s]. Gives how many there are, and the
+    arrays, grown where there were more than they held."""
     n = len(mode)
     count = 0
     woken = False

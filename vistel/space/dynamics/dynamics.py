@@ -18,11 +18,19 @@ from vistel.space.dynamics.collide_kernels import PUSHER, WIDTH, detect  # pyrig
 from vistel.space.dynamics.kernels import matrices, solve  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.solids import Solids, pose_solids
 
-FIXED, FREE, ASLEEP, HELD = range(4)
-"""What moves a thing: nothing; forces; nothing until it is touched; a hand."""
+FIXED = 0
+"""Nothing moves the thing."""
+FREE = 1
+"""Forces move the thing."""
+ASLEEP = 2
+"""Nothing moves the thing until it is touched."""
+HELD = 3
+"""A hand moves the thing."""
 
-MOST_CONTACTS, CONTACTS_OF_EACH = 768, 4
-"""Contacts there is room for: some, and so many more for each thing."""
+MOST_CONTACTS = 768
+"""Contacts there is room for, whatever the number of things."""
+CONTACTS_OF_EACH = 4
+"""Further contacts there is room for, per thing."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,7 @@ class Motions:
     still: I64
 
     def copy(self) -> Motions:
+        """The same in arrays of its own."""
         return Motions(
             self.position.copy(), self.rotation.copy(), self.velocity.copy(), self.spin.copy(), self.mode.copy(), self.still.copy()
         )
@@ -62,6 +71,7 @@ class Pushes:
 
     @staticmethod
     def none() -> Pushes:
+        """No contact."""
         e = np.zeros((0, 3))
         return Pushes(np.zeros(0, np.int64), e, e, np.zeros(0), e)
 

@@ -22,8 +22,10 @@ FRICTION = 0.5
 RESTITUTION = 0.25
 STILL_STEPS = 30
 """A thing that has lain still for so many steps falls asleep."""
-MAX_SPEED, MAX_SPIN = 8.0, 40.0
-"""Metres and radians per second no thing exceeds."""
+MAX_SPEED = 8.0
+"""No thing moves faster [m/s]."""
+MAX_SPIN = 40.0
+"""No thing turns faster [rad/s]."""
 
 
 @compiled
@@ -52,6 +54,8 @@ def inertia(kind, start, params, rotation, position, first, end, radius, grid):
 
 @compiled
 def pose(owner, local_r, local_p, body_r, body_p, out_r, out_p):
+    """Poses of things' primitives in the room: body pose of thing `owner[k]` times the local pose of primitive k, into `out_r`
+    (K, 3, 3) and `out_p` (K, 3) [m]."""
     for k in range(len(owner)):
         n = owner[k]
         for i in range(3):
@@ -179,6 +183,8 @@ def _iterate(pairs, contacts, turns, im, velocity, spin, rounds, biased, rate, m
 
 @compiled
 def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mode, still, pairs, contacts, dt):
+    """Move every free thing by one step of `dt` [s]: velocities by impulses at the contacts (soft contacts in small steps), then
+    poses. Changes position (N, 3) [m], rotation (N, 4), velocity [m/s] and spin [rad/s] in place."""
     n = len(mode)
     free = np.flatnonzero(mode == 1)
     inverse_masses, inertias, turned = np.zeros(n), np.empty((n, 3, 3)), np.empty((len(contacts), 2, 3, 3))

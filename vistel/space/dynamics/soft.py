@@ -35,8 +35,10 @@ from vistel.space.dynamics.bristles import Bristle, Key, grip
 from vistel.space.dynamics.solids import Solids, solids
 from vistel.space.things.things import Thing
 
-SUBSTEP, SHORTEST = 1.0 / 240.0, 1.0 / 4000.0
-"""Longest substep [s]; the shortest, however stiff a body is."""
+SUBSTEP = 1.0 / 240.0
+"""Longest substep [s]."""
+SHORTEST = 1.0 / 4000.0
+"""Shortest substep, however stiff a body is [s]."""
 ANGLES = 12
 """Rays of a contact patch while bodies move."""
 GRIP = 0.3

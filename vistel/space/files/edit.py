@@ -33,7 +33,10 @@ seat N|new at=X,Z [heading=DEGREES]
 seat N remove
 Several changes stand in one line with `then` between them."""
 
-HEAVIEST, FARTHEST = 50.0, 50.0
+HEAVIEST = 50.0
+"""Greatest mass of a thing [kg]."""
+FARTHEST = 50.0
+"""Greatest distance of a thing from the room's origin, along each axis [m]."""
 _SLOW = 0.5
 """Time constant of what becomes viscoelastic without saying how slow it is [s]."""
 _ID = re.compile(r"^[a-z0-9][a-z0-9_-]{0,62}$")

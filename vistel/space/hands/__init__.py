@@ -1,0 +1,1 @@
+"""When a hand takes hold of a thing, and how its fingers lie on it."""

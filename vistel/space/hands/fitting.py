@@ -25,8 +25,10 @@ PRESS = 0.0004
 """How far a finger's surface, before it gives, goes into what it touches [m]."""
 MARGIN = 0.03
 """How far off a thing a finger's distance is known [m]."""
-STEPS, FURTHER_STEPS = 16, 8
-"""From the open hand to how it was, and on from there."""
+STEPS = 16
+"""Steps in which a finger is closed from the open hand to how the real hand has it."""
+FURTHER_STEPS = 8
+"""Steps in which it is then closed further, until it touches."""
 FURTHER = 0.6
 """How much further than it was bent a finger is drawn to the thing, each joint [rad]."""
 HALVINGS = 6

@@ -29,9 +29,11 @@ MARGIN = 0.030
 """How far from a thing digits are watched [m]."""
 TOUCH = 0.006
 """A digit this near touches: what trackers and gloves leave uncertain [m]."""
-NEARLY, NEARLY_OPPOSED = 0.006, 0.012
-"""What is so much further off counts as touching, of fingers that have closed twice as far as they must to take hold and of what
-opposes them [m]: gloves are off by some degrees, and nothing stops a hand."""
+NEARLY = 0.006
+"""Fingers that have closed twice as far as they must to take hold count as touching from this far [m]: gloves are off by some
+degrees, and nothing stops a hand."""
+NEARLY_OPPOSED = 0.012
+"""The same for what opposes those fingers [m]."""
 OPPOSED = -0.2
 """Cosine between the normals of a finger and of what opposes it, at most."""
 VOLAR = -0.3
@@ -57,10 +59,14 @@ CLOSED = 1.5
 """Fingers flexed by so much, each on average, are closed round what they touch [rad]."""
 SETTLE_NS = 150_000_000
 """Time in which the thing is brought into line with the hand."""
-MOST_TURN, MOST_SHIFT = math.radians(35.0), 0.012
-"""Alignment turns and shifts a thing no further than this."""
-REFIT, REFIT_TURN = 0.010, 0.2
-"""Fingers are laid anew on a thing that moves by itself when it has gone or turned so far in the hand [m, rad]."""
+MOST_TURN = math.radians(35.0)
+"""Alignment turns a thing no further than this [rad]."""
+MOST_SHIFT = 0.012
+"""Alignment shifts a thing no further than this [m]."""
+REFIT = 0.010
+"""Fingers are laid anew on a thing that has moved so far in the hand by itself [m]."""
+REFIT_TURN = 0.2
+"""Fingers are laid anew on a thing that has turned so far in the hand by itself [rad]."""
 ALONG = 0.1
 """Length that counts as much as a radian when axes are compared [m] (mathematics M8.8)."""
 
@@ -91,6 +97,7 @@ class Grasp:
 
     @property
     def key(self) -> tuple[str, bool]:
+        """The participant, and whether it is their right hand: a hand has one grasp."""
         return self.participant, self.right
 
     def settled(self, t_ns: int) -> float:

@@ -8,8 +8,12 @@ import numpy as np
 
 from vistel.jit.kernel_jit import compiled
 
-DIGITS, THUMB, PALM = 6, 0, 5
-"""As `vistel.space.people`: per hand thumb, four fingers, palm."""
+DIGITS = 6
+"""Per hand, in the order of `vistel.space.people`: thumb, four fingers, palm."""
+THUMB = 0
+"""Place of the thumb among the digits."""
+PALM = 5
+"""Place of the palm among the digits."""
 REACHED = 9
 """Numbers of one thing: which one, whether each of the four fingers touches it, whether they are opposed, whether the palm
 touches, how far the nearest digit is [m], whether it is around the thing."""

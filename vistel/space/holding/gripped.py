@@ -21,8 +21,10 @@ from vistel.space.hands.grasp import Grasp, hand_frame
 from vistel.space.people import DIGITS, Posed
 from vistel.space.state import State
 
-FURTHEST, MOST_TURN = 0.06, 0.7
-"""A hand is seen no further than this from where it is [m, rad]."""
+FURTHEST = 0.06
+"""A hand is drawn no further than this from where the real one is [m]."""
+MOST_TURN = 0.7
+"""A hand is drawn turned no further than this from the real one [rad]."""
 
 
 def seen(state: State, solids: Solids, posed: Mapping[str, Posed], near: Mapping[str, ContactArray]) -> Mapping[str, ContactArray]:

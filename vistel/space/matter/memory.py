@@ -19,8 +19,12 @@ from vistel.space.people import Posed
 from vistel.space.state import State
 from vistel.space.things.things import Primitive
 
-REACH, LEAST_REACH, MOST_REACH = 0.75, 0.012, 0.02
-"""What a bond deforms round it: a share of the limb's two radii, at least so much [m]; of things at most so much."""
+REACH = 0.75
+"""How far round it a bond deforms a limb: this share of the sum of the radii at the limb's two ends."""
+LEAST_REACH = 0.012
+"""A bond deforms at least this far [m]."""
+MOST_REACH = 0.02
+"""A bond deforms a thing at most this far [m]."""
 
 
 def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -> tuple[State, tuple[Torn, ...]]:

@@ -1,0 +1,1 @@
+"""What things remember: dents and bonds, as values."""

@@ -16,8 +16,10 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.space.things.things import Thing
 
-MOST, MOST_IN_ALL = 8, 16
-"""Bonds one thing keeps at a time with one body, and with all."""
+MOST = 8
+"""Bonds that one thing keeps at a time with one body."""
+MOST_IN_ALL = 16
+"""Bonds that one thing keeps at a time with all bodies."""
 SLID = 0.004
 """A bond in touch is made anew where the limb is when it has slid so far [m]."""
 FADE_NS = 200_000_000
@@ -83,6 +85,7 @@ class Bond:
 
     @property
     def key(self) -> tuple[str, int]:
+        """The body and the primitive of it that are bonded."""
         return self.body, self.primitive
 
 

@@ -1,0 +1,1 @@
+"""Things of the room: their shapes, places on them, and ways they are led."""

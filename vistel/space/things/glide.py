@@ -11,10 +11,14 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.geometry.smoothstep import ease
 
-SPEED, SPIN = 0.5, 3.0
-"""Means over a way [m/s], [rad/s]."""
-SHORTEST, LONGEST = 12, 120
-"""Steps a way takes."""
+SPEED = 0.5
+"""Mean speed over a way [m/s]."""
+SPIN = 3.0
+"""Mean turning over a way [rad/s]."""
+SHORTEST = 12
+"""Fewest steps of the world that a way takes."""
+LONGEST = 120
+"""Most steps of the world that a way takes."""
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,10 @@ SILENT_NS = 500_000_000
 
 MOST_AHEAD_NS = 60_000_000
 """A pose is carried on by its speed for no longer than this."""
-FASTEST, MOST_SPIN = 10.0, 50.0
-"""Speeds beyond these are a tracker's jump [m/s, rad/s]."""
+FASTEST = 10.0
+"""A greater speed is a tracker's jump [m/s]."""
+MOST_SPIN = 50.0
+"""Faster turning is a tracker's jump [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class Tracked:
 
     @property
     def thing(self) -> str:
+        """Id of the thing it moves."""
         return self.news.thing
 
     def at(self, t_ns: int, before_s: float = 0.0) -> tuple[F64, F64]:

@@ -33,9 +33,12 @@ from vistel_services.process.supervisor import Supervisor
 
 PREROLL_S = 2.5
 """Before the asked time, fed at once: key frames of motion and the world come at least so often."""
-LEAD_S, LEAD_FORKED_S = 8.0, 4.0
-"""What processes get to start before the log's time begins to run: from nothing, and forked with everything loaded."""
+LEAD_S = 8.0
+"""Time that processes have to start from nothing before the log's time begins to run [s]."""
+LEAD_FORKED_S = 4.0
+"""The same for processes that are forked with everything loaded [s]."""
 WORLD_EARLY_NS = 200_000_000
+"""How much earlier than the rest the world's messages are fed, so that a room is known when the first posture comes [ns]."""
 
 
 class Source(StrEnum):
