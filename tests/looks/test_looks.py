@@ -37,7 +37,7 @@ from picture_difference import difference
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "docs" / "pictures"))
+sys.path.append(str(ROOT / "docs" / "pictures"))
 from scenes import SCENES, Moment, photograph  # noqa: E402  of this repository, not installed
 from wall import wall_seen  # noqa: E402
 

@@ -4,45 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from meeting_hands import AHEAD, BUILD, CLEAR, SHAKE, SIDEWAYS, UP, mirrored, with_hand
 from test_world_steps import SKELETON, STEP_NS
 
-from vistel.figure.posture.hands import FLAT, RELAXED, hand_rotation
-from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stance, pose_joints, standing
+from vistel.figure.posture.hands import FLAT, RELAXED
+from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.geometry.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
 from vistel.space.inputs import MotionInput, Person, StepInputs
-from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import meeting_room
 from vistel.space.view import HandForce, WorldView
 from vistel.space.world import World
-
-BUILD = build_of(1.75, 1.0)
-CLEAR = np.array([2.0, 0.0, 0.0])
-"""Beside the table and the chairs."""
-
-
-def with_hand(palm: np.ndarray, fingers: np.ndarray, facing: np.ndarray, heading: float, angles: np.ndarray) -> Posture:
-    """Somebody who looks along `heading`, elbow bent, the right palm at `palm`, fingers along `fingers`, palm to `facing`."""
-    dofs = standing().dofs.copy()
-    raised = matrix_from_rotvec(np.array([-0.5, 0.0, 0.0])) @ matrix_from_rotvec(dofs[SHOULDER["right"]])
-    dofs[SHOULDER["right"]] = rotvec_from_matrix(np.ascontiguousarray(raised))
-    dofs[ELBOW["right"]] = 1.0
-    hands = np.stack([RELAXED, angles])
-    pose = pose_joints(SKELETON, Posture(dofs, stance=Stance(np.zeros(3), heading)))
-    forearm = pose.rotation[JOINT_INDEX["right_lower_arm"]]
-    dofs[WRIST["right"]] = rotvec_from_matrix(np.ascontiguousarray(forearm.T @ hand_rotation(-1.0, fingers, facing)))
-    pose = pose_joints(SKELETON, Posture(dofs, hands, Stance(np.zeros(3), heading)))
-    j = HAND_JOINT[1]
-    reached = pose.position[j] + pose.rotation[j] @ BUILD.palm[1]
-    return Posture(dofs, hands, Stance(palm - reached, heading))
-
-
-def mirrored(palm: np.ndarray, press: float, fingers: np.ndarray, facing: np.ndarray, angles: np.ndarray) -> dict[str, Posture]:
-    """Two people who face each other and do the same with their right hands, each `press` metres beyond the middle."""
-    half = rotation_y(np.pi)
-    ann = with_hand(palm + press * facing, fingers, facing, 0.0, angles)
-    bob = with_hand(palm + press * half @ facing, half @ fingers, half @ facing, np.pi, angles)
-    return {"ann": ann, "bob": bob}
 
 
 class Meeting:
@@ -77,10 +48,6 @@ def felt_of_each_other(view: WorldView) -> tuple[np.ndarray, np.ndarray]:
     felt = [sum((t.force for t in h.touches if t.body == other), np.zeros(3)) for h, other in ((ann, "bob"), (bob, "ann"))]
     assert np.linalg.norm(felt[0]) > 0.1
     return felt[0], felt[1]
-
-
-SHAKE = CLEAR + np.array([0.0, 1.0, 0.0])
-SIDEWAYS, AHEAD, UP = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 
 
 def test_in_a_handshake_both_hands_deform_and_feel_each_other() -> None:

@@ -35,7 +35,7 @@ from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, JointPose, Post
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
 from vistel.implicit.ghosts.actuation import muscle_force
 
-GOLDEN = {r["name"]: r for r in json.loads((Path(__file__).parents[2] / "golden.json").read_text())["values"]}
+GOLDEN = {r["name"]: r for r in json.loads((Path(__file__).parents[3] / "golden.json").read_text())["values"]}
 
 
 @cache

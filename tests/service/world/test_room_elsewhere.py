@@ -44,7 +44,7 @@ from vistel_services.renderer.stage import Instant, Stage
 from vistel_services.renderer.studio import Studio, View
 from vistel_services.renderer.world_view import WorldView
 
-DEN = Path(__file__).parents[2] / "examples/rooms/den.usdz"
+DEN = Path(__file__).parents[3] / "examples/rooms/den.usdz"
 FILE = """
 name = "demo"
 [room]

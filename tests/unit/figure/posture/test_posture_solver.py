@@ -38,7 +38,7 @@ from vistel.geometry.rotation import rotation_y, rotation_z, rotvec_from_matrix,
 from vistel.geometry.smoothstep import ease
 
 SKELETON = standard_skeleton()
-GOLDEN = Path(__file__).parents[2] / "golden.json"
+GOLDEN = Path(__file__).parents[3] / "golden.json"
 SIDES = (("left", 1.0), ("right", -1.0))
 
 

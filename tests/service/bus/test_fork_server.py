@@ -49,7 +49,7 @@ def main(arguments=None):
 if __name__ == "__main__":
     sys.exit(main())
 """
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "conferences"
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples" / "conferences"
 FORKED, FRESH = "forked one True\n", "fresh one True\n"
 LOADING = "import signal; signal.pause()\n"
 THREADED = "import threading; threading.Thread(target=threading.Event().wait, daemon=True).start()\n"

@@ -20,7 +20,7 @@ from vistel.implicit.polygonise import FORMATS, SurfaceMesh, polygonise, save
 from vistel.implicit.scene import read_polygons
 from vistel_cli.main import app
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 SCENE = ROOT / "examples" / "scenes" / "blobs.toml"
 Make = Callable[[], SurfaceMesh]
 

@@ -18,7 +18,7 @@ from vistel.wire.zenoh.bus import ZenohBus
 from vistel.wire.zenoh.config import as_text
 from vistel.wire.zenoh.deployment import hub_config, main
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "deploy/zenoh"
 
 

@@ -15,7 +15,7 @@ from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.meshes.embedding import Limbs, embed, primitive_field
 
-GOLDEN = json.loads((Path(__file__).parents[2] / "golden.json").read_text())["values"]
+GOLDEN = json.loads((Path(__file__).parents[3] / "golden.json").read_text())["values"]
 
 
 def golden(start: str, **inputs: float) -> dict:

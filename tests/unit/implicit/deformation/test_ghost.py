@@ -22,7 +22,7 @@ from vistel.jit.pointers import keep, pointer
 
 GOLDEN = {
     row["name"]: row
-    for row in json.loads((Path(__file__).parents[2] / "golden.json").read_text())["values"]
+    for row in json.loads((Path(__file__).parents[3] / "golden.json").read_text())["values"]
     if row["group"] == "collision"
 }
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_people_touch import AHEAD, CLEAR, SHAKE, SIDEWAYS, UP, mirrored, with_hand
+from meeting_hands import AHEAD, CLEAR, SHAKE, SIDEWAYS, UP, mirrored, with_hand
 from world_site import TICK_NS, WorldSite
 
 from vistel.figure.body import pose_body, standard_body

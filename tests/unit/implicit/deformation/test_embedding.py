@@ -14,7 +14,7 @@ from vistel.implicit.meshes.embedding_fields import diff, quartic, union
 
 GOLDEN = {
     row["name"]: row
-    for row in json.loads((Path(__file__).parents[2] / "golden.json").read_text())["values"]
+    for row in json.loads((Path(__file__).parents[3] / "golden.json").read_text())["values"]
     if row["group"] == "polymesh"
 }
 

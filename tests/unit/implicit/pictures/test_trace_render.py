@@ -19,7 +19,7 @@ from vistel.implicit.trace.exact import Exact
 from vistel.implicit.trace.report import report, warnings
 from vistel_cli.main import app
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 CAMERA = Camera((2.0, 1.5, 4.0), field_of_view=0.5)
 LAMPS = (Light((3, 6, 4)), Light(towards=(-1, 1, 1), colour=(0.3, 0.3, 0.4)))
 CLAY, STEEL = Material((0.8, 0.4, 0.3)), Material((0.5, 0.6, 0.7), reflection=0.6)

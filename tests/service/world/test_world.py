@@ -235,7 +235,7 @@ def test_a_line_from_a_console_is_done_or_refused_and_everybody_sees_what_became
 
 
 def example(name: str) -> Any:
-    path = Path(__file__).parents[2] / "examples/activities" / f"{name}.py"
+    path = Path(__file__).parents[3] / "examples/activities" / f"{name}.py"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
