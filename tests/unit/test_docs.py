@@ -64,14 +64,19 @@ def test_the_conference_file_reference_shows_a_valid_file_with_every_default() -
     assert conference == bare
 
 
-NAMES = re.compile(r"`((?:vistel|vistel_services|vistel_sim|vistel_cli)(?:\.\w+)+)`")
-EXPLAINED = ("docs/explanation/mathematics.md", "docs/reference/words.md")
+NAMES = re.compile(r"`((?:vistel|vistel_services|vistel_sim|vistel_cli)(?:\.[a-zA-Z_]\w*)+)`")
+PATHS = re.compile(r"`((?:vistel|services|sim|clients|proto|examples|benchmarks|scripts|tests|docs|deploy)/[\w./-]+)`")
 
 
-@pytest.mark.parametrize("page", EXPLAINED)
-def test_every_name_of_the_code_on_the_page_exists(page: str) -> None:
-    for name in sorted(set(NAMES.findall((ROOT / page).read_text("utf-8")))):
-        pkgutil.resolve_name(name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_every_name_and_path_of_the_code_on_a_page_exists(page: Path) -> None:
+    text = page.read_text("utf-8")
+    for name in sorted(set(NAMES.findall(text))):
+        if not name.endswith((".toml", ".py")):
+            pkgutil.resolve_name(name)
+    # A bus key may look like a path; one of the repository begins with a folder that is there.
+    paths = {p for p in PATHS.findall(text) if (ROOT / Path(p).parts[0] / Path(p).parts[1]).exists()}
+    assert [p for p in sorted(paths) if not (ROOT / p).exists()] == []
 
 
 def _sources() -> dict[str, str]:
