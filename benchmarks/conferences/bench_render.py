@@ -28,14 +28,14 @@ from benchmarks.conferences.render_scene import save_scene
 from benchmarks.row import Row, machine
 from vistel.figure.posture.posture import ELBOW, NECK, SHOULDER, SPINE_ROTATION, Posture, Stance
 from vistel.geometry.pose import Pose
+from vistel.render.film.video import VideoWriter
+from vistel.render.resolution import Resolution
+from vistel.render.scene_renderer import SceneRenderer, View
+from vistel.render.stage.playout import Timing
+from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.world_view import WorldView
+from vistel.render.view.screens import Stereo
 from vistel.space.room import Room, meeting_room, seat_pose
-from vistel_services.renderer.out.video import VideoWriter
-from vistel_services.renderer.playout import Timing
-from vistel_services.renderer.resolution import Resolution
-from vistel_services.renderer.screens import Stereo
-from vistel_services.renderer.stage import About, Instant, PersonNow
-from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.world_view import WorldView
 
 WIDTH, HEIGHT = 640, 360
 LARGE, LARGE_FRAMES = (1280, 720), 12
@@ -161,7 +161,7 @@ def _peer(which: str, scene: Path, picture: Path) -> dict[str, Any] | None:
 
 
 def _scene(path: Path, view: View) -> int:
-    studio, instant = Studio(view, SITES), _instant(0.0)
+    studio, instant = SceneRenderer(view, SITES), _instant(0.0)
     try:
         _complete(studio, instant)
         return save_scene(path, studio._frame(instant), SITES, view.width / view.height)
@@ -173,7 +173,7 @@ def _end_to_end(where: str) -> Iterator[Row]:
     """One site alone, as fast as it goes: posed, deformed, drawn, read back, encoded."""
     for (width, height), least in ((640, 480), 50.0), (LARGE, 25.0):
         with tempfile.TemporaryDirectory() as folder:
-            fps = _fps(Path(folder) / "site.mp4", View(width, height, "seat", PEOPLE[0].name, False, light="fast"), lambda: None)
+            fps = _fps(Path(folder) / "site.mp4", View(width, height, "seat", PEOPLE[0].name, light="fast"), lambda: None)
         case = f"one site alone, 3 figures, {width}x{height}, encoded"
         yield Row("render", case, "frames/s", "frames/s", fps, None, None, None, f">= {least:.0f}", fps >= least, where)
 
@@ -207,7 +207,7 @@ def _held_by(slower: float) -> tuple[float, float]:
 
 
 def _picture_ms(view: View, people: int) -> float:
-    studio = Studio(view, SITES)
+    studio = SceneRenderer(view, SITES)
     instants = [_instant(k / 30.0, people) for k in range(LARGE_FRAMES)]
     try:
         _complete(studio, instants[0])
@@ -216,7 +216,7 @@ def _picture_ms(view: View, people: int) -> float:
         studio.close()
 
 
-def _complete(studio: Studio, instant: Instant) -> None:
+def _complete(studio: SceneRenderer, instant: Instant) -> None:
     """Draw until all figures have arrived."""
     studio.render(instant)
     while not studio.complete:
@@ -252,7 +252,7 @@ def _site(path: Path) -> None:
         print("ready", flush=True)
         sys.stdin.readline()
 
-    print(json.dumps({"fps": _fps(path, View(WIDTH, HEIGHT, "seat", PEOPLE[0].name, False), ready)}))
+    print(json.dumps({"fps": _fps(path, View(WIDTH, HEIGHT, "seat", PEOPLE[0].name), ready)}))
 
 
 def _fps(path: Path, view: View, ready: Callable[[], None]) -> float:
@@ -273,7 +273,7 @@ def _fps(path: Path, view: View, ready: Callable[[], None]) -> float:
 
 
 def _one_site(path: Path, frames: int) -> dict[str, Any]:
-    studio = _studio(View(WIDTH, HEIGHT, "seat", PEOPLE[0].name, False))
+    studio = _studio(View(WIDTH, HEIGHT, "seat", PEOPLE[0].name))
     video = VideoWriter(path, WIDTH, HEIGHT, 30.0)
     instants = [_instant(k / 30.0) for k in range(frames)]
     picture = studio.render(instants[0])
@@ -301,9 +301,9 @@ def _cpu_ms(work: Callable[[int], object], count: int) -> float:
     return (time.process_time() - begun) / count * 1e3
 
 
-def _studio(view: View) -> Studio:
+def _studio(view: View) -> SceneRenderer:
     """A studio whose figures have all arrived."""
-    studio = Studio(view, SITES)
+    studio = SceneRenderer(view, SITES)
     _complete(studio, _instant(0.0))
     for k in range(5):
         studio.render(_instant(k / 30.0))

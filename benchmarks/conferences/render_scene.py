@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from vistel.render.figures.drawn import Corners
+from vistel.render.painter import Frame
+from vistel.render.room.room import build_room
 from vistel.space.room import meeting_room
-from vistel_services.renderer.draw import Frame
-from vistel_services.renderer.drawn_figures import Corners
-from vistel_services.renderer.room import build_room
 
 
 def save_scene(path: Path, frame: Frame, seats: int, aspect: float) -> int:

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs" / "pictures"
 
 from scenes import choreographed
 
-from vistel_services.renderer.studio import Studio
+from vistel.render.scene_renderer import SceneRenderer
 
 ROOT = Path(__file__).resolve().parents[2]
 WARM = 30
@@ -37,7 +37,7 @@ def main() -> int:
     moments = [choreographed(file, 0, 6.0 + 0.1 * k) for k in range(20)]
     # As in a conference, where things stay the same ones from picture to picture and nothing is made anew of them.
     instants = [replace(m.instant, things=moments[0].instant.things) for m in moments]
-    studio = Studio(replace(moments[0].view, width=640, height=360), moments[0].seats)
+    studio = SceneRenderer(replace(moments[0].view, width=640, height=360), moments[0].seats)
     process = psutil.Process()
     took: list[float] = []
     memory: list[int] = []
@@ -60,7 +60,7 @@ def main() -> int:
     return 0 if p99 <= 1.5 * half and grown < 8.0 else 1
 
 
-def _drawn(studio: Studio, instant: object, number: int) -> float:
+def _drawn(studio: SceneRenderer, instant: object, number: int) -> float:
     before = time.process_time()
     studio.render(replace(instant, now_ns=(number + 1) * PERIOD_NS))  # type: ignore[type-var]
     return time.process_time() - before

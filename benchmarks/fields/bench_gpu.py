@@ -14,8 +14,8 @@ from vistel.figure.figure_plan import FigurePlanner
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture
 from vistel.implicit.deformation.ghost_source import GhostSource
-from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
-from vistel_services.renderer.gpu_deform import GpuDeformer, GpuSkin, SkinShape
+from vistel.render.figures.gpu_deform import GpuDeformer, GpuSkin, SkinShape
+from vistel.render.gl.context import NoOpenGlError, open_surface
 
 FRAME_MS = 1e3 / 60.0
 AIM = 1000
@@ -26,7 +26,7 @@ ROUNDS = 9
 def run() -> Iterator[Row]:
     """One row after the other; half a minute."""
     try:
-        surface = open_surface(16, 16)
+        surface = open_surface()
     except NoOpenGlError as e:
         raise SystemExit(f"bench gpu: {e}") from e
     software, where = surface.capability.software, machine()

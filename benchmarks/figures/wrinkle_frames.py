@@ -13,17 +13,17 @@ import numpy as np
 from benchmarks.row import Row
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, Posture, Stance, standing
+from vistel.render.figures.figures import Person
+from vistel.render.figures.people import load_shape
+from vistel.render.figures.wrinkles import Wearing
+from vistel.render.gl.context import NoOpenGlError
+from vistel.render.scene_renderer import SceneRenderer, View
+from vistel.render.stage.playout import Timing
+from vistel.render.stage.stage import About, Instant, PersonNow
 from vistel.space.room import seat_pose
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import shown
 from vistel.wrinkle.wardrobe import wardrobe
-from vistel_services.renderer.figures import Person
-from vistel_services.renderer.gl_context import NoOpenGlError
-from vistel_services.renderer.people import load_shape
-from vistel_services.renderer.playout import Timing
-from vistel_services.renderer.stage import About, Instant, PersonNow
-from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.wearing import Wearing
 
 WIDTH, HEIGHT = 640, 360
 PICTURES, ROUNDS = 24, 9
@@ -40,7 +40,7 @@ def rows(here: str, people: tuple[str, ...]) -> Iterator[Row]:
         return person
 
     try:
-        studio = Studio(View(WIDTH, HEIGHT, "room", "", False), 3, load)
+        studio = SceneRenderer(View(WIDTH, HEIGHT, "room", ""), 3, load)
     except NoOpenGlError as fault:
         print(f"wrinkle: no picture: {fault}", file=sys.stderr)
         return

@@ -25,6 +25,9 @@ from vistel.arrays import F64
 from vistel.audio.delay_policy import Policy
 from vistel.audio.opus import RATE
 from vistel.conference.model import Conference
+from vistel.render.scene_renderer import SceneRenderer, View
+from vistel.render.stage.playout import Timing
+from vistel.render.stage.stage import About, Instant, PersonNow, Stage
 from vistel.v1.motion_pb2 import Participant
 from vistel.wire import motion
 from vistel.wire.clock import SimulatedClock
@@ -32,10 +35,7 @@ from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.motion import Losses, MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, run
-from vistel_services.renderer.playout import Timing
 from vistel_services.renderer.service import Reporter
-from vistel_services.renderer.stage import About, Instant, PersonNow, Stage
-from vistel_services.renderer.studio import Studio, View
 from vistel_sim.motion.clap import EVERY_S, FIRST_S, SWING_S, Clapping
 from vistel_sim.motion.source import places
 from vistel_sim.talker import SimulatedMicrophone, Voice, clap, run_microphones
@@ -152,9 +152,9 @@ async def _conference(link: Link, policy: Policy, claps: int, seed: int, folder:
     return _meetings(claps, seen, heard)
 
 
-def _studio() -> Studio:
+def _studio() -> SceneRenderer:
     """Where the watcher's pictures are made, with everybody's figure in it."""
-    studio = Studio(View(WIDTH, HEIGHT, "seat", "ben", False), 2)
+    studio = SceneRenderer(View(WIDTH, HEIGHT, "seat", "ben"), 2)
     people = Clapping(list(places(TWO).values()))
     there = Instant(
         START_NS,
@@ -223,7 +223,7 @@ async def _move(bus: MemoryBus, clock: SimulatedClock, source: Clapping, sending
         publication.put(encoder.encode(MotionSample(number, t_ns, posture.dofs, posture.hands, stance, posture.gaze)))
 
 
-async def _draw(bus: MemoryBus, clock: SimulatedClock, studio: Studio, seen: _Seen, rng: np.random.Generator) -> None:
+async def _draw(bus: MemoryBus, clock: SimulatedClock, studio: SceneRenderer, seen: _Seen, rng: np.random.Generator) -> None:
     """The renderer of the other site; its own participant sits still."""
     stage = Stage(100_000_000)
     stage.hear_about(PEOPLE[1])

@@ -18,7 +18,7 @@ from PIL import Image
 
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.people.builtin import builtin_avatar
-from vistel_services.renderer.camera import look_at
+from vistel.render.view.camera import look_at
 
 PEOPLE = ("seed=3,hair_style=5", "seed=2", "seed=7,hair_style=0", "seed=12,hair_style=3", "seed=4,pattern=4,top=7", "seed=5")
 

@@ -21,10 +21,10 @@ from vistel.figure.face.marks import Expressions
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.protocol.live_link_face import CHANNELS
-from vistel_services.renderer.camera import look_at
-from vistel_services.renderer.playout import Timing
-from vistel_services.renderer.stage import About, Instant, PersonNow
-from vistel_services.renderer.studio import Studio, View
+from vistel.render.scene_renderer import SceneRenderer, View
+from vistel.render.stage.playout import Timing
+from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.view.camera import look_at
 
 SIZE = 300
 Case = tuple[dict[str, float], tuple[float, float], tuple[float, float]]
@@ -65,7 +65,7 @@ TALK: list[Case] = [
 
 def sheet(avatar: str, cases: list[Case], away: tuple[float, float, float]) -> Image.Image:
     """Five to a row."""
-    studio = Studio(View(SIZE, SIZE, "room", "", False), 3)
+    studio = SceneRenderer(View(SIZE, SIZE, "room", ""), 3)
     out = Image.new("RGB", (5 * SIZE, SIZE * -(-len(cases) // 5)))
     head = pose_joints(standard_skeleton(1.75), standing()).position[JOINT_INDEX["head"]] + np.array((0.0, 0.045, 0.05))
     studio.camera = look_at(head + np.array(away), head, 0.30)
@@ -97,7 +97,7 @@ def sleeves() -> Image.Image:
         dofs[SHOULDER[side]] = (0.0, -sign * 0.5, -sign * 1.05)
     for n, avatar in enumerate(("builtin:seed=3", "builtin:seed=4,pattern=4,top=7")):
         for creased in (False, True):
-            studio = Studio(View(360, 360, "room", "", False, wrinkles=creased), 3)
+            studio = SceneRenderer(View(360, 360, "room", "", wrinkles=creased), 3)
             studio.camera = look_at(np.array((0.9, 1.35, 0.9)), np.array((0.15, 1.2, 0.12)), 0.5)
             person = (PersonNow(About("eva", "", avatar, 1.75), Posture(dofs), Timing(0, 0, 0, False)),)
             try:

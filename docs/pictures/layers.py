@@ -33,7 +33,7 @@ from vistel.implicit.scene import Scene, encoded
 from vistel.implicit.scene.model import Camera, Light
 from vistel.implicit.scene.surface import Material
 from vistel.implicit.trace import render
-from vistel_services.renderer.portrait import Portraits
+from vistel.render.figures.portrait import Portraits
 
 OUT = Path(__file__).parent
 PERSON = "builtin:seed=12,hair_style=3,build=1.15"

@@ -18,8 +18,8 @@ import pytest
 import tomli_w
 
 from vistel.conference.files import DEMO_FILE, load
+from vistel.render.view.camera import overview
 from vistel.space.room import meeting_room
-from vistel_services.renderer.camera import overview
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests"))

@@ -17,7 +17,7 @@ from pathlib import Path
 from vistel.figure.formats.load import load_any
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.standard import standard_postures
-from vistel_services.renderer.portrait import Portraits
+from vistel.render.figures.portrait import Portraits
 
 PEOPLE = (
     "seed=3,hair_style=5",

@@ -20,7 +20,7 @@ from vistel.figure.figure import Figure
 from vistel.figure.making.uv_sheet import uv_sheet
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
-from vistel_services.renderer.portrait import Portraits
+from vistel.render.figures.portrait import Portraits
 
 CELL = (260, 330)
 TURN, SCALE, SHIFT = 10.0, 0.72, (16, 10)

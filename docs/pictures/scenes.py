@@ -16,7 +16,7 @@ import numpy as np
 
 from vistel.arrays import F64, U8
 from vistel.conference.files import load
-from vistel.conference.paths import RunPaths
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.grip import closed_round
 from vistel.figure.people.builtin import builtin_avatar
@@ -25,6 +25,14 @@ from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stanc
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
+from vistel.render.config import render_config
+from vistel.render.figures.people import load_shape
+from vistel.render.scene_renderer import SceneRenderer, View
+from vistel.render.stage.playout import Timing
+from vistel.render.stage.stage import About, Instant, PersonNow, Stage
+from vistel.render.stage.world_view import WorldView
+from vistel.render.view.camera import Camera, look_at
+from vistel.render.view.screens import Stereo
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.people import HAND_JOINT, build_like
 from vistel.space.room import meeting_room
@@ -33,14 +41,6 @@ from vistel.v1 import motion_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.proportions import to_message
 from vistel.wire.world.room_now import WorldDecoder
-from vistel_services.renderer.camera import Camera, look_at
-from vistel_services.renderer.people import load_shape
-from vistel_services.renderer.playout import Timing
-from vistel_services.renderer.screens import Stereo
-from vistel_services.renderer.service import configure
-from vistel_services.renderer.stage import About, Instant, PersonNow, Stage
-from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.world_view import WorldView
 from vistel_services.world.encode import world_state
 from vistel_sim.motion.open import open_motion
 
@@ -59,9 +59,11 @@ class Moment:
     seats: int = 3
 
 
-def photograph(moment: Moment, width: int, height: int, light: str = "fine", prepare: Callable[[Studio], None] | None = None) -> U8:
+def photograph(
+    moment: Moment, width: int, height: int, light: str = "fine", prepare: Callable[[SceneRenderer], None] | None = None
+) -> U8:
     """(height, width, 3), first row at the top. prepare: is given the studio before it draws."""
-    studio = Studio(replace(moment.view, width=width, height=height, light=light), moment.seats, load_shape)
+    studio = SceneRenderer(replace(moment.view, width=width, height=height, light=light), moment.seats, load_shape)
     try:
         studio.painter.saves_shadows = False
         studio.camera = moment.camera
@@ -79,7 +81,7 @@ def photograph(moment: Moment, width: int, height: int, light: str = "fine", pre
 def choreographed(file: Path, site: int, t_s: float) -> Moment:
     """Everybody of a conference as the built-in choreography has them."""
     conference = load(file)
-    config = configure(conference, conference.sites[site], RunPaths(Path(), Path()))
+    config = render_config(conference, conference.sites[site])
     motion = open_motion(conference)
     people = [
         PersonNow(About(p.name, p.display_name or p.name, p.avatar, p.height), motion.posture(p.name, t_s), Timing(0, 0, 0, False))
@@ -88,7 +90,7 @@ def choreographed(file: Path, site: int, t_s: float) -> Moment:
     ]
     room = meeting_room(conference.room.seats)
     world = WorldView(1, {t.id: Pose(t.position, t.rotation) for t in room.things})
-    view = replace(config.view, stereo=Stereo.MONO, window=False)
+    view = replace(config.view, stereo=Stereo.MONO)
     return Moment(view, Instant(0, tuple(people), world, {t.id: t for t in room.things}), None, config.seats)
 
 
@@ -133,7 +135,7 @@ class Played:
 
     def now(self, camera: Camera) -> Moment:
         """As it is seen."""
-        return Moment(View(640, 360, "room", "", False), self._now, camera)
+        return Moment(View(640, 360, "room", ""), self._now, camera)
 
 
 def reaching(like: Proportions, palm: F64, fingers: F64, facing: F64, heading: float, angles: F64, elbow: float = 1.0) -> Posture:
@@ -204,7 +206,7 @@ def face() -> Moment:
     at = eye - 0.03 * UP
     camera = look_at(at + 0.78 * ahead + 0.26 * side + 0.04 * UP, at, math.radians(26.0))
     instant = Instant(0, (PersonNow(about, posture, Timing(0, 0, 0, False)),), WorldView(1, {}), {})
-    return Moment(View(640, 360, "room", "", False), instant, camera)
+    return Moment(View(640, 360, "room", ""), instant, camera)
 
 
 SCENES: dict[str, Callable[[], Moment]] = {

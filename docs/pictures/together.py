@@ -31,6 +31,8 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotvec_from_matrix
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import pulled
+from vistel.render.stage.hand_correction import Shown, gives_way, moved_hand
+from vistel.render.things.soft import SoftThing, bond_pulls
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import imprints
@@ -40,8 +42,6 @@ from vistel.space.things.tessellate import tessellate_thing
 from vistel.space.things.things import Matter, Primitive, Thing
 from vistel.space.view import WorldView
 from vistel.space.world import World
-from vistel_services.renderer.giving_way import Shown, gives_way, moved_hand
-from vistel_services.renderer.soft_things import SoftThing, bond_pulls
 from vistel_services.world.encode import bond_message, thing_message
 
 STEP_NS, SIZE = 16_666_667, (330, 300)

@@ -13,12 +13,12 @@ from scenes import ROOT, Moment, choreographed, photograph
 from vistel.arrays import F64, U8
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel_services.renderer.camera import look_at
-from vistel_services.renderer.people import load_shape
-from vistel_services.renderer.screens import Screen, Stereo, boxes, eyes_apart, picture_size
-from vistel_services.renderer.studio import Studio
+from vistel.render.figures.people import load_shape
+from vistel.render.scene_renderer import SceneRenderer
+from vistel.render.view.camera import look_at
+from vistel.render.view.screens import Screen, Stereo, boxes, eyes_apart, picture_size
 
-Prepare = Callable[[Studio], None]
+Prepare = Callable[[SceneRenderer], None]
 Change = Callable[[Moment], Moment]
 
 FILE = ROOT / "examples" / "conferences" / "v-wall.toml"

@@ -41,9 +41,9 @@ sys.path.append(str(ROOT / "docs" / "pictures"))
 from scenes import SCENES, Moment, photograph  # noqa: E402  of this repository, not installed
 from wall import wall_seen  # noqa: E402
 
-from vistel_services.renderer.gl_context import NoOpenGlError, open_surface  # noqa: E402
-from vistel_services.renderer.stage import PersonNow  # noqa: E402
-from vistel_services.renderer.studio import Studio  # noqa: E402
+from vistel.render.gl.context import NoOpenGlError, open_surface  # noqa: E402
+from vistel.render.scene_renderer import SceneRenderer  # noqa: E402
+from vistel.render.stage.stage import PersonNow  # noqa: E402
 
 pytestmark = [pytest.mark.gl, pytest.mark.slow]
 
@@ -66,7 +66,7 @@ PICTURES = {name: partial(_scene, name) for name in SCENES} | {"v-wall": wall_se
 
 def drawn(name: str, light: str = "fine", **change) -> np.ndarray:
     try:
-        surface = open_surface(16, 16)
+        surface = open_surface()
     except NoOpenGlError as e:
         pytest.skip(str(e))
     software = surface.capability.software
@@ -89,12 +89,12 @@ def test_a_scene_looks_as_it_did_when_somebody_looked_at_it(name: str) -> None:
         pytest.fail(f"{name} looks different: {found}; expected and drawn are in {shown}")
 
 
-def without_shadows(studio: Studio) -> None:
+def without_shadows(studio: SceneRenderer) -> None:
     draw = studio.painter.shadow.draw
     studio.painter.shadow.draw = lambda limbs, solids: draw([], [])  # type: ignore[method-assign]
 
 
-def without_limbs_shadows(studio: Studio) -> None:
+def without_limbs_shadows(studio: SceneRenderer) -> None:
     draw = studio.painter.shadow.draw
     studio.painter.shadow.draw = lambda limbs, solids: draw([], solids)  # type: ignore[method-assign]
 

@@ -21,8 +21,8 @@ import pytest
 from waiting import wait_until
 from x_server import Hands, x_server
 
+from vistel.render.view.camera import overview
 from vistel.space.room import meeting_room
-from vistel_services.renderer.camera import overview
 
 pytestmark = [pytest.mark.alone, pytest.mark.slow, pytest.mark.gl]
 

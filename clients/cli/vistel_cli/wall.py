@@ -32,10 +32,9 @@ def wall(
 
       vistel wall examples/conferences/v-wall.toml --site tokyo --show
     """
-    from vistel.conference.paths import RunPaths  # loads the mathematics
     from vistel.conference.seats import seat_place
-    from vistel_services.renderer.calibration import eyes_at, pattern
-    from vistel_services.renderer.service import configure
+    from vistel.render.config import render_config
+    from vistel.render.view.wall_pattern import eyes_at, pattern
 
     conference = load_conference(file)
     walls = [s for s in conference.sites if s.display.screens]
@@ -44,7 +43,7 @@ def wall(
     chosen = next((s for s in walls if site in (None, s.name)), None)
     if chosen is None:
         fail(f"{file}: {site or 'no site'} has {'no ' if site else ''}[[sites.display.screens]]; see how-to/wall-of-screens", USAGE)
-    view = configure(conference, chosen, RunPaths(Path(), Path())).view
+    view = render_config(conference, chosen).view
     seat = seat_place(conference.room, conference.seat_of(view.eyes))
     picture = pattern(view.screens, eyes_at(*seat, view.eye_distance), view.stereo)
     if show:
@@ -61,12 +60,14 @@ def wall(
 def _show(picture: NDArray[np.uint8], title: str) -> None:
     import time
 
-    from vistel_services.renderer.draw import Painter  # loads the mathematics
-    from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
+    from vistel.render.gl.context import NoOpenGlError, open_surface
+    from vistel.render.painter import Painter
+    from vistel_services.renderer.window.presenter import opener
+    from vistel_services.renderer.window.window import Pane
 
     height, width = picture.shape[:2]
     try:
-        surface = open_surface(width, height, window=True, title=title)
+        surface = open_surface(opener([Pane(title, width, height)]))
     except NoOpenGlError as e:
         fail(str(e), FAILED)
     if surface.window is None:

@@ -8,11 +8,11 @@ from collections.abc import Coroutine
 from typing import Any
 
 from vistel.conference.avatar_files import keep_parcel, kept_parcel
+from vistel.render.stage.stage import Stage
 from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.parcels import Parcels
 from vistel.wire.topics import BY_NAME
-from vistel_services.renderer.stage import Stage
 
 log = logging.getLogger("vistel.renderer")
 

@@ -8,15 +8,17 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from types import MappingProxyType
 
 from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.conference.model import Conference, Site
-from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
-from vistel.conference.seats import seat_place
+from vistel.render.config import RenderConfig, render_config
+from vistel.render.figures.people import load_shape
+from vistel.render.stage.stage import Instant, Stage
+from vistel.render.view.screens import boxes
+from vistel.render.view.view import View
 from vistel.space.files.model import Model
 from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
@@ -26,15 +28,11 @@ from vistel.wire.shared_pictures import shared_path
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel_services.renderer.deliveries import Deliveries
-from vistel_services.renderer.easel import Easel
+from vistel_services.renderer.drawing_thread import DrawingThread
 from vistel_services.renderer.first_picture import FirstPicture
 from vistel_services.renderer.out.outputs import Out, Outputs
 from vistel_services.renderer.out.stream_address import StreamAddress
-from vistel_services.renderer.people import files_of, load_shape
 from vistel_services.renderer.room_deliveries import RoomDeliveries
-from vistel_services.renderer.screens import Screen, Stereo, boxes, picture_size
-from vistel_services.renderer.stage import Instant, Stage
-from vistel_services.renderer.view import View
 from vistel_services.renderer.window.space_mouse import SpaceMouse
 from vistel_services.renderer.window.window import Pane
 from vistel_services.renderer.window.wire import WindowWire
@@ -57,19 +55,15 @@ _REPORT_NS = 500_000_000
 
 @dataclass(frozen=True)
 class Config:
-    """site: its name; view: what the picture is of; rate: pictures per second at most; delay_s: playout behind capture;
-    seats: of the room; out: where pictures go beside a window; avatars: files of participants; room: what the conference file
-    says of the room, where files hold some of it; people: the site's participants, whose details of the room are listened to;
-    whole: every pixel is drawn, however long it takes; sites: of the conference, and who is at each."""
+    """site: its name; drawn: what its pictures show; rate: pictures per second at most; out: where pictures go beside windows;
+    panes: the windows; people: the site's participants, whose details of the room are listened to; whole: every pixel is drawn,
+    however long it takes; sites: of the conference, and who is at each."""
 
     site: str
-    view: View
+    drawn: RenderConfig
     rate: float
-    delay_s: float
-    seats: int
     out: Out = field(default_factory=Out)
-    avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
-    room: RoomKeys | None = None
+    panes: tuple[Pane, ...] = ()
     people: tuple[str, ...] = ()
     whole: bool = False
     sites: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
@@ -79,36 +73,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     """The renderer of `site`."""
     if site is None:
         raise ValueError("renderer: runs at a site, and none was named")
-    shown, viewer = site.display, site.participants[0].name
-    seat = seat_place(conference.room, conference.seat_of(viewer))
-    screens, stereo = tuple(Screen.placed(s, *seat) for s in shown.screens), Stereo(shown.stereo)
-    width, height = picture_size(screens, stereo) if screens else (stereo.widths * shown.width, shown.height)
-    panes = (
-        tuple(
-            Pane(f"VISTEL {site.name} {s.name}", s.width, s.height, s.monitor, s.at, box)
-            for s, box in zip(shown.screens, boxes(screens, stereo), strict=True)
-        )
-        if shown.window == "each"
-        else ()
-    )
-    view = View(
-        width,
-        height,
-        shown.view,
-        viewer,
-        bool(shown.window),
-        f"VISTEL {site.name}",
-        shown.engine,
-        shown.layers,
-        screens,
-        stereo,
-        shown.eye_distance,
-        shown.convergence,
-        shown.wrinkles,
-        shown.light,
-        shown.gauges,
-        panes=panes,
-    )
+    shown, drawn = site.display, render_config(conference, site)
     out = Out(
         paths.video(site.name) if shown.video else None,
         StreamAddress(*shown.stream_at) if shown.stream_at else None,
@@ -119,17 +84,23 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     )
     return Config(
         site.name,
-        view,
+        drawn,
         shown.frames_per_s,
-        conference.playout.delay,
-        conference.room.seats,
         out,
-        files_of(conference),
-        conference.room if conference.room.from_files else None,
+        _panes(site, drawn.view),
         tuple(p.name for p in site.participants),
         shown.resolution == "full",
         {s.name: tuple(p.name for p in s.participants) for s in conference.sites},
     )
+
+
+def _panes(site: Site, view: View) -> tuple[Pane, ...]:
+    """The windows of a site."""
+    title = f"VISTEL {site.name}"
+    if site.display.window == "each":
+        parts = zip(site.display.screens, boxes(view.screens, view.stereo), strict=True)
+        return tuple(Pane(f"{title} {s.name}", s.width, s.height, s.monitor, s.at, box) for s, box in parts)
+    return (Pane(title, view.width // view.stereo.widths, view.height),) if site.display.window else ()
 
 
 class Reporter:
@@ -188,28 +159,31 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Draw until cancelled."""
     first = FirstPicture(config.site)
     await asyncio.to_thread(motion.warm_up)
+    drawn, view = config.drawn, config.drawn.view
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
-    stage = Stage(round(config.delay_s * 1e9))
+    stage = Stage(round(drawn.delay_s * 1e9))
     models: dict[str, Model] = {}
     furniture = RoomDeliveries(bus, clock, models)
     deliveries = Deliveries(bus, stage)
     inputs = _Inputs(bus, stage, clock, config.site, config.people)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
-    load = partial(load_shape, files=config.avatars, parcel=deliveries.parcel)
-    easel = Easel(config.site, config.view, config.rate, config.seats, config.room, config.whole, load, thread, models)
-    wire = WindowWire(bus, clock, config.view.eyes, config.sites) if config.view.window else None
-    mouse = SpaceMouse(clock) if config.view.window else None
+    load = partial(load_shape, files=drawn.avatars, parcel=deliveries.parcel)
+    drawing = DrawingThread(
+        config.site, view, config.rate, drawn.seats, drawn.room, config.whole, load, thread, models, config.panes
+    )
+    wire = WindowWire(bus, clock, view.eyes, config.sites) if config.panes else None
+    mouse = SpaceMouse(clock) if config.panes else None
     period_ns = round(1e9 / config.rate)
     somebody = False
     try:
-        await outputs.open((config.view.width, config.view.height), config.rate, clock)
+        await outputs.open((view.width, view.height), config.rate, clock)
         first.done("opening")
         due_ns = clock.now_ns()
         while True:
             inputs.take()
             deliveries.take()
-            if easel.furnished:
+            if drawing.furnished:
                 furniture.want(stage.looks)
             for sound in inputs.sounds():
                 outputs.put_sound(sound.header.t_ns, sound.opus)
@@ -217,18 +191,18 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             if wire is not None and mouse is not None:
                 wire.take()
                 mouse.look()
-                easel.puck = mouse.puck
-                easel.facts = wire.facts.now(instant.now_ns, outputs.film)
-            furnished = easel.furnished
-            picture = await easel.draw(instant)
-            if easel.furnished and not furnished and not first.told:
+                drawing.puck = mouse.puck
+                drawing.facts = wire.facts.now(instant.now_ns, outputs.film)
+            furnished = drawing.furnished
+            picture = await drawing.draw(instant)
+            if drawing.furnished and not furnished and not first.told:
                 first.done("setting_up")
             if wire is not None:
-                _grant(easel.wishes(), wire, outputs, instant.now_ns)
+                _grant(drawing.wishes(), wire, outputs, instant.now_ns)
             if picture is not None:
                 done_ns = clock.now_ns()
-                first.shown(len(instant.people), easel.stand_ins)
-                reporter.drawn(instant, done_ns, easel.stand_ins)
+                first.shown(len(instant.people), drawing.stand_ins)
+                reporter.drawn(instant, done_ns, drawing.stand_ins)
                 somebody = somebody or bool(instant.people)
                 late_ns = done_ns - instant.now_ns + max((p.timing.delay_ns for p in instant.people), default=0)
                 outputs.put(done_ns, picture, late_ns, somebody)
@@ -241,7 +215,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         if wire is not None and mouse is not None:
             wire.close()
             mouse.close()
-        await asyncio.shield(_wind_up(easel, outputs, thread))
+        await asyncio.shield(_wind_up(drawing, outputs, thread))
 
 
 def _grant(wishes: Sequence[Wish], wire: WindowWire, outputs: Outputs, now_ns: int) -> None:
@@ -259,8 +233,8 @@ def _grant(wishes: Sequence[Wish], wire: WindowWire, outputs: Outputs, now_ns: i
                 wire.facts.notice(fault, now_ns, amiss=True)
 
 
-async def _wind_up(easel: Easel, outputs: Outputs, thread: ThreadPoolExecutor) -> None:
-    await easel.close()
+async def _wind_up(drawing: DrawingThread, outputs: Outputs, thread: ThreadPoolExecutor) -> None:
+    await drawing.close()
     await outputs.close()
     thread.shutdown(wait=False)
 

@@ -19,6 +19,8 @@ from vistel.conference.paths import RunPaths
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.formats.parcel import pack, unpack
 from vistel.figure.formats.usd import save_usd
+from vistel.render.figures.people import load_avatar_of
+from vistel.render.stage.stage import About, Stage
 from vistel.space.people import build_like
 from vistel.v1.motion_pb2 import AvatarPart, Participant
 from vistel.wire.clock import SystemClock
@@ -31,8 +33,6 @@ from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_services import posture
 from vistel_services.posture.own_avatar import own_avatar
 from vistel_services.renderer.deliveries import Deliveries
-from vistel_services.renderer.people import load_avatar_of
-from vistel_services.renderer.stage import About, Stage
 from vistel_services.world.verify import verify
 
 FILE = """

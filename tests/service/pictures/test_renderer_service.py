@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from waiting import until
 
+from vistel.render.config import RenderConfig
+from vistel.render.scene_renderer import View
 from vistel.space.room import meeting_room, seat_pose
 from vistel.v1 import motion_pb2, world_pb2
 from vistel.wire.clock import SystemClock
@@ -19,7 +21,6 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services.renderer import Config, run
 from vistel_services.renderer.out.outputs import Out
-from vistel_services.renderer.studio import View
 
 pytestmark = pytest.mark.gl
 
@@ -76,7 +77,7 @@ async def conference(tmp_path: Path) -> tuple[list, Path]:
     hub = await ZenohBus.open(conference="test", site="hub", clock=clock, endpoints=[router.endpoint])
     delays = hub.subscribe(BY_NAME["image_delay"], queue_all=True)
     video = tmp_path / "tokyo.mp4"
-    config = Config("tokyo", View(320, 180, "seat", "ada", False), 15.0, 0.1, 3, Out(video))
+    config = Config("tokyo", RenderConfig(View(320, 180, "seat", "ada"), 3, 0.1), 15.0, Out(video))
     tasks = [
         asyncio.create_task(publish(sender, clock, ["ada", "grace", "linus"])),
         asyncio.create_task(run(config, receiver, clock)),

@@ -10,17 +10,17 @@ from waiting import wait_until
 
 from vistel.figure.posture.posture import standing
 from vistel.geometry.pose import Pose
+from vistel.render.scene_renderer import SceneRenderer, View
+from vistel.render.stage.stage import Instant
+from vistel.render.stage.world_view import WorldView, thing_of, view_of
+from vistel.render.things.outlines import HUES, colours_of
+from vistel.render.view.camera import look_at
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.wire.world.room_now import Backlog, WorldDecoder
-from vistel_services.renderer.camera import look_at
-from vistel_services.renderer.outlines import HUES, colours_of
-from vistel_services.renderer.stage import Instant
-from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.world_view import WorldView, thing_of, view_of
 from vistel_services.world.tell import Teller
 
 STEP_NS = 16_666_667
@@ -90,7 +90,7 @@ def test_colours_are_the_same_at_every_site_and_nobody_shares_one() -> None:
 def test_a_line_in_their_colour_goes_round_it_and_the_thing_stays_as_it_is() -> None:
     things = {t.id: t for t in meeting_room(2).things}
     poses = {t.id: Pose(t.position, t.rotation) for t in things.values()}
-    studio = Studio(View(480, 270, "room", "", False), 2)
+    studio = SceneRenderer(View(480, 270, "room", ""), 2)
     studio.camera = look_at(np.array([0.5, 1.3, 0.9]), things["ball"].position, 0.4)
     try:
         wait_until(lambda: studio.complete)
@@ -119,7 +119,7 @@ def test_a_line_in_their_colour_goes_round_it_and_the_thing_stays_as_it_is() -> 
 @pytest.mark.gl
 def test_a_hidden_thing_is_not_in_the_picture_and_a_dented_one_is_seen_to_be() -> None:
     told = Told()
-    studio = Studio(View(320, 180, "room", "", False), 2)
+    studio = SceneRenderer(View(320, 180, "room", ""), 2)
     studio.painter.saves_shadows = False
     at = told.hears.now.poses["ball"][0]
     studio.camera = look_at(at + np.array([0.0, 0.45, -0.45]), at, 0.3)

@@ -16,6 +16,9 @@ from world_site import CONFERENCE
 from x_server import Hands, x_server
 
 from vistel.conference.paths import RunPaths
+from vistel.render.config import RenderConfig
+from vistel.render.scene_renderer import SceneRenderer
+from vistel.render.view.view import Mode, View
 from vistel.v1 import motion_pb2
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
@@ -23,11 +26,9 @@ from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel_services import world
-from vistel_services.renderer import easel, service
+from vistel_services.renderer import drawing_thread, service
 from vistel_services.renderer.out.outputs import Out
-from vistel_services.renderer.studio import Studio
-from vistel_services.renderer.view import View
-from vistel_services.renderer.window.navigation import Mode
+from vistel_services.renderer.window.window import Pane
 
 pytestmark = pytest.mark.gl
 WIDTH, HEIGHT = 640, 400
@@ -45,18 +46,20 @@ class Conference:
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self.clock, self.network = SystemClock(), MemoryNetwork()
         self.world = replace(world.configure(CONFERENCE, None, RunPaths(folder / "run", folder)), folder=None)
-        view = View(WIDTH, HEIGHT, "seat", "aiko", True, "VISTEL tokyo", wrinkles=False, layers=False)
+        view = View(WIDTH, HEIGHT, "seat", "aiko", wrinkles=False, layers=False)
         sites = {"tokyo": ("aiko",), "paris": ("bruno",)}
         out = Out(film=folder / "tokyo.mp4")
-        self.renderer = service.Config("tokyo", view, 60.0, 0.05, 3, out, sites=sites)
-        self.studio: Studio | None = None
-        made = easel.Studio
+        self.renderer = service.Config(
+            "tokyo", RenderConfig(view, 3, 0.05), 60.0, out, (Pane("VISTEL tokyo", WIDTH, HEIGHT),), sites=sites
+        )
+        self.studio: SceneRenderer | None = None
+        made = drawing_thread.SceneRenderer
 
-        def keep(*args: Any, **kw: Any) -> Studio:
+        def keep(*args: Any, **kw: Any) -> SceneRenderer:
             self.studio = made(*args, **kw)
             return self.studio
 
-        monkeypatch.setattr(easel, "Studio", keep)
+        monkeypatch.setattr(drawing_thread, "SceneRenderer", keep)
         self.elsewhere = self.network.bus("demo", "paris", self.clock)
         self.room = WorldListener(self.elsewhere, self.clock)
         self.now: Any = None
@@ -106,8 +109,10 @@ def played(folder: Path, monkeypatch: pytest.MonkeyPatch, play: Callable[[Confer
         ]
         try:
             await c.until(lambda: c.now is not None and "ball" in c.now.poses, "the room")
-            await c.until(lambda: c.studio is not None and bool(c.studio._from) and bool(c.studio.desk), "a picture in a window")
-            await c.until(lambda: "ball" in c.studio.desk._known, "things to point at")
+            await c.until(
+                lambda: c.studio is not None and bool(c.studio._from) and bool(c.studio.interaction), "a picture in a window"
+            )
+            await c.until(lambda: "ball" in c.studio.interaction._known, "things to point at")
             await play(c)
         finally:
             for task in c.tasks:
@@ -121,7 +126,7 @@ def test_a_thing_that_is_clicked_is_selected_and_one_that_is_drawn_goes_there_at
     hands: Hands, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def play(c: Conference) -> None:
-        desk = c.studio.desk
+        desk = c.studio.interaction
         x, y = c.pixel("ball")
         hands.move(x, y)
         await c.until(lambda: desk._hit is not None and desk._hit.thing == "ball", "the ball under the mouse")
@@ -155,7 +160,7 @@ def test_a_thing_that_is_clicked_is_selected_and_one_that_is_drawn_goes_there_at
 
 def test_keys_and_mouse_look_about_and_walk_and_film(hands: Hands, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def play(c: Conference) -> None:
-        desk = c.studio.desk
+        desk = c.studio.interaction
         seat = c.studio._from[0].camera.position.copy()
         hands.move(200, 200)
         hands.key("w", True)

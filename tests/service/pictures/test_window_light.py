@@ -15,15 +15,16 @@ from x_server import Hands, x_server
 
 from vistel.figure.posture.posture import standing
 from vistel.geometry.pose import Pose
+from vistel.render import scene_renderer as studios
+from vistel.render.figures.figures import Shape, StandIn
+from vistel.render.painter import Painter
+from vistel.render.stage.playout import Timing
+from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.world_view import WorldView
+from vistel.render.view.view import View
 from vistel.space.room import meeting_room
-from vistel_services.renderer import studio as studios
-from vistel_services.renderer.draw import Painter
-from vistel_services.renderer.easel import Easel
-from vistel_services.renderer.figures import Shape, StandIn
-from vistel_services.renderer.playout import Timing
-from vistel_services.renderer.stage import About, Instant, PersonNow
-from vistel_services.renderer.view import View
-from vistel_services.renderer.world_view import WorldView
+from vistel_services.renderer.drawing_thread import DrawingThread
+from vistel_services.renderer.window.window import Pane
 
 pytestmark = pytest.mark.gl
 ROOM = meeting_room(3)
@@ -48,35 +49,37 @@ def instant(n: int, *, people: bool = True, without: str = "") -> Instant:
     return Instant(n * 33_000_000, somebody, world, things)
 
 
-def played(play: Callable[[Easel], Awaitable[None]]) -> None:
+def played(play: Callable[[DrawingThread], Awaitable[None]]) -> None:
     async def whole() -> None:
         thread = ThreadPoolExecutor(1)
-        easel = Easel("tokyo", View(160, 100, "room", "", True, light="fast"), 30.0, 3, None, True, shapes, thread, {})
+        drawing = DrawingThread(
+            "tokyo", View(160, 100, "room", "", light="fast"), 30.0, 3, None, True, shapes, thread, {}, [Pane("w", 160, 100)]
+        )
         try:
-            await easel.draw(instant(1))
-            assert easel._studio is not None
-            easel._studio._smoothing.result()
-            await play(easel)
+            await drawing.draw(instant(1))
+            assert drawing._renderer is not None
+            drawing._renderer._smoothing.result()
+            await play(drawing)
         finally:
-            await easel.close()
+            await drawing.close()
             thread.shutdown()
 
     asyncio.run(whole())
 
 
-async def picture(easel: Easel, n: int, **how: Any) -> np.ndarray:
+async def picture(drawing: DrawingThread, n: int, **how: Any) -> np.ndarray:
     """The third of three, when shadows are there."""
     for k in range(3):
-        drawn = await easel.draw(instant(n + k, **how))
+        drawn = await drawing.draw(instant(n + k, **how))
     assert drawn is not None
     return drawn[..., :3].astype(float)
 
 
-async def lit(easel: Easel, light: str, n: int) -> None:
+async def lit(drawing: DrawingThread, light: str, n: int) -> None:
     """Somebody chooses a light in the panel."""
-    desk = easel._studio.desk
+    desk = drawing._renderer.interaction
     desk._chosen(replace(desk.choices, light=light))
-    await easel.draw(instant(n))
+    await drawing.draw(instant(n))
 
 
 def windows(hands: Hands) -> list[int]:
@@ -84,25 +87,25 @@ def windows(hands: Hands) -> list[int]:
 
 
 def test_the_light_changes_to_and_fro_in_one_window(hands: Hands, caplog: pytest.LogCaptureFixture) -> None:
-    async def play(easel: Easel) -> None:
-        studio = easel._studio
-        fast = await picture(easel, 10)
-        there, context, desk = windows(hands), studio.painter.ctx, studio.desk
+    async def play(drawing: DrawingThread) -> None:
+        studio = drawing._renderer
+        fast = await picture(drawing, 10)
+        there, context, desk = windows(hands), studio.painter.ctx, studio.interaction
         with caplog.at_level(logging.INFO, "vistel.renderer"):
-            await lit(easel, "fine", 20)
-        assert easel._studio is studio and studio.painter.fine
-        fine = await picture(easel, 30)
+            await lit(drawing, "fine", 20)
+        assert drawing._renderer is studio and studio.painter.fine
+        fine = await picture(drawing, 30)
         assert np.abs(fine - fast).mean() > 2.0
         painter = studio.painter
-        await lit(easel, "fast", 40)
-        assert np.abs(await picture(easel, 50) - fast).mean() < 0.5
-        await easel._call(studio.draw_at, 0.5)
-        await lit(easel, "fine", 60)
+        await lit(drawing, "fast", 40)
+        assert np.abs(await picture(drawing, 50) - fast).mean() < 0.5
+        await drawing._call(studio.draw_at, 0.5)
+        await lit(drawing, "fine", 60)
         assert studio.painter is painter  # made once
         assert painter.size == (80, 50)
-        await easel._call(studio.draw_at, 1.0)
-        assert np.abs(await picture(easel, 70) - fine).mean() < 0.5
-        assert (windows(hands), studio.painter.ctx, studio.desk) == (there, context, desk)
+        await drawing._call(studio.draw_at, 1.0)
+        assert np.abs(await picture(drawing, 70) - fine).mean() < 0.5
+        assert (windows(hands), studio.painter.ctx, studio.interaction) == (there, context, desk)
         assert hands.screen().any() and studio.painter.error() == "GL_NO_ERROR"
         assert desk.choices.light == "fine"
         assert len([r for r in caplog.records if "event=light now=fine setup_ms=" in r.message]) == 1
@@ -112,19 +115,19 @@ def test_the_light_changes_to_and_fro_in_one_window(hands: Hands, caplog: pytest
 
 
 def test_who_and_what_goes_while_another_light_is_on_is_gone_in_this_one_too(hands: Hands) -> None:
-    async def play(easel: Easel) -> None:
-        empty = await picture(easel, 10, people=False, without="ball")
-        whole = await picture(easel, 20)
+    async def play(drawing: DrawingThread) -> None:
+        empty = await picture(drawing, 10, people=False, without="ball")
+        whole = await picture(drawing, 20)
         assert np.abs(whole - empty).max() > 30
-        await lit(easel, "fine", 30)
-        await picture(easel, 40)
-        await picture(easel, 50, people=False, without="ball")
-        desk = easel._studio.desk
+        await lit(drawing, "fine", 30)
+        await picture(drawing, 40)
+        await picture(drawing, 50, people=False, without="ball")
+        desk = drawing._renderer.interaction
         desk._chosen(replace(desk.choices, light="fast"))
         for k in range(60, 64):
-            drawn = await easel.draw(instant(k, people=False, without="ball"))
+            drawn = await drawing.draw(instant(k, people=False, without="ball"))
         assert np.abs(drawn[..., :3] - empty).mean() < 0.5
-        assert not easel._studio.painter._figures._figures
+        assert not drawing._renderer.painter._figures._figures
 
     played(play)
 
@@ -135,14 +138,14 @@ def test_light_that_cannot_be_set_up_is_told_in_one_line_and_the_picture_goes_on
     def none(*_: Any) -> Painter:
         raise RuntimeError("out of memory")
 
-    async def play(easel: Easel) -> None:
-        before = await picture(easel, 10)
+    async def play(drawing: DrawingThread) -> None:
+        before = await picture(drawing, 10)
         monkeypatch.setattr(studios, "Painter", none)
         with caplog.at_level(logging.WARNING, "vistel.renderer"):
-            await lit(easel, "fine", 20)
+            await lit(drawing, "fine", 20)
         (line,) = [r.message for r in caplog.records if "light_not_changed" in r.message]
         assert "out of memory" in line and "using=fast" in line
-        assert easel._studio.desk.choices.light == "fast"
-        assert np.abs(await picture(easel, 30) - before).mean() < 0.5
+        assert drawing._renderer.interaction.choices.light == "fast"
+        assert np.abs(await picture(drawing, 30) - before).mean() < 0.5
 
     played(play)

@@ -16,17 +16,18 @@ from x_server import Hands, x_server
 
 from vistel.figure.posture.posture import Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
+from vistel.render.gl.context import open_surface
+from vistel.render.painter import Frame, Painter, ThingView
+from vistel.render.view.camera import look_at, overview
+from vistel.render.view.screens import Screen, Stereo, boxes, picture_size, sights_of_screens
+from vistel.render.view.view import Mode, View
 from vistel.space.things.tessellate import tessellate
 from vistel.space.things.things import Primitive
 from vistel.wire.clock import SystemClock
 from vistel.wire.shared_pictures import PictureReader
-from vistel_services.renderer.camera import look_at, overview
-from vistel_services.renderer.draw import Frame, Painter, ThingView
-from vistel_services.renderer.gl_context import open_surface
 from vistel_services.renderer.out.outputs import Out, Outputs
-from vistel_services.renderer.screens import Screen, Stereo, boxes, picture_size, sights_of_screens
-from vistel_services.renderer.view import View
-from vistel_services.renderer.window.navigation import Mode, Walker
+from vistel_services.renderer.window.navigation import Walker
+from vistel_services.renderer.window.presenter import opener
 from vistel_services.renderer.window.window import Pane
 
 pytestmark = pytest.mark.gl
@@ -68,7 +69,7 @@ def test_a_thing_is_seen_from_ones_seat_from_anywhere_and_through_somebody_elses
         whole = await p.draw(4)
         assert empty is not None and whole is not None
         change = np.abs(whole[::-1, :, :3].astype(int) - empty[::-1, :, :3]).max(axis=2)
-        (sight,) = p.easel._studio._from
+        (sight,) = p.drawing._renderer._from
         camera = sight.camera
         expected = pinhole(camera.position, -camera.rotation[:, 2], camera.field_of_view, BALL)
         assert middle(change, expected, 30.0) == pytest.approx(expected, abs=1.5)
@@ -92,7 +93,7 @@ def test_a_thing_is_seen_from_ones_seat_from_anywhere_and_through_somebody_elses
         p.desk._walker = Walker.at(look_at(walked, BALL + np.array((0.1, 0.05, 0.0)), 0.7))
         assert await seen(p) == pytest.approx(walked)
 
-    played(play, View(WIDTH, HEIGHT, "seat", "aiko", True, light="fast"))
+    played(play, View(WIDTH, HEIGHT, "seat", "aiko", light="fast"))
 
 
 def dot(painter: Painter, n: int, place: np.ndarray) -> ThingView:
@@ -112,7 +113,7 @@ def test_on_a_v_of_two_windows_places_come_out_where_lines_from_the_eyes_cross_t
     screens, corners = (left, right), ((5, 10), (240, 150))
     whole = picture_size(screens, stereo)
     panes = [Pane(s.name, 220, 140, at=at, part=box) for s, at, box in zip(screens, corners, boxes(screens, stereo), strict=True)]
-    surface = open_surface(*whole, True, panes=panes)
+    surface = open_surface(opener(panes))
     try:
         painter = Painter(surface, *whole)
         sights = sights_of_screens(screens, eyes, stereo, 0)
@@ -149,7 +150,7 @@ def test_on_a_v_of_two_windows_places_come_out_where_lines_from_the_eyes_cross_t
 
 
 def test_without_a_window_places_come_out_the_same_in_the_film_and_in_the_memory_of_other_programs(tmp_path: Path) -> None:
-    surface = open_surface(WIDTH, HEIGHT)
+    surface = open_surface()
     try:
         painter = Painter(surface, WIDTH, HEIGHT)
         eye, target = np.array((0.4, 1.5, -1.6)), np.array((0.0, 0.9, 0.0))

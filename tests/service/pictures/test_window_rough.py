@@ -12,10 +12,11 @@ import pytest
 from window_pictures import HEIGHT, WIDTH, Pictures, played
 from x_server import Hands, x_server
 
-from vistel_services.renderer import easel as easels
-from vistel_services.renderer.draw import Painter
-from vistel_services.renderer.gl_context import open_surface
-from vistel_services.renderer.window.navigation import Mode
+from vistel.render.gl.context import open_surface
+from vistel.render.painter import Painter
+from vistel.render.view.view import Mode
+from vistel_services.renderer import drawing_thread
+from vistel_services.renderer.window.presenter import opener
 from vistel_services.renderer.window.window import Pane, chosen_monitor
 from vistel_services.renderer.window.wishes import Carry, LetGo
 
@@ -34,7 +35,7 @@ def test_a_window_made_as_small_as_can_be_goes_on_and_is_whole_again_when_it_is_
     import glfw
 
     async def play(p: Pictures) -> None:
-        call, handle, studio = p.easel._call, p.window._handles[0], p.easel._studio
+        call, handle, studio = p.drawing._call, p.window._handles[0], p.drawing._renderer
         for size in ((1, 1), (9, 2), (2, 200)):
             await call(glfw.set_window_size, handle, *size)
             await p.until(lambda size=size: p.window.size() == size, f"a window of {size}")
@@ -53,7 +54,7 @@ def test_a_window_made_as_small_as_can_be_goes_on_and_is_whole_again_when_it_is_
         await p.until(lambda: p.window.size() == (WIDTH, HEIGHT), "the window as it was")
         await p.draw(2)
         assert hands.screen().std() > 20
-        assert p.easel._studio is studio and studio.painter.error() == "GL_NO_ERROR"
+        assert p.drawing._renderer is studio and studio.painter.error() == "GL_NO_ERROR"
         assert not [r for r in caplog.records if r.levelno >= logging.ERROR]
 
     played(play)
@@ -62,7 +63,7 @@ def test_a_window_made_as_small_as_can_be_goes_on_and_is_whole_again_when_it_is_
 def test_a_card_lost_in_the_middle_of_a_drag_gives_a_new_window_with_what_was_set_and_lets_go(
     hands: Hands, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(easels, "RETRY_S", 0.05)
+    monkeypatch.setattr(drawing_thread, "RETRY_S", 0.05)
 
     async def play(p: Pictures) -> None:
         x, y = p.at("ball")
@@ -73,16 +74,16 @@ def test_a_card_lost_in_the_middle_of_a_drag_gives_a_new_window_with_what_was_se
             hands.move(x, y - 6 * k)
             await p.draw()
         p.desk.choices = replace(p.desk.choices, gauges=True, mode=Mode.FREE)
-        led = [w for w in p.easel.wishes() if isinstance(w, Carry)]
+        led = [w for w in p.drawing.wishes() if isinstance(w, Carry)]
         assert led and led[-1].thing == "ball"
-        lost = p.easel._studio
+        lost = p.drawing._renderer
         with caplog.at_level(logging.ERROR):
-            await p.easel._call(lost._surface.ctx.release)
-            await p.until(lambda: p.easel._studio not in (None, lost), "another window")
+            await p.drawing._call(lost._surface.ctx.release)
+            await p.until(lambda: p.drawing._renderer not in (None, lost), "another window")
         await p.draw(3)
         assert hands.screen().std() > 20
         assert p.desk.choices.gauges and p.desk.choices.mode is Mode.FREE
-        (free,) = [w for w in p.easel.wishes() if isinstance(w, LetGo)]
+        (free,) = [w for w in p.drawing.wishes() if isinstance(w, LetGo)]
         assert free.thing == "ball"
         assert sum("set_up_again" in r.message for r in caplog.records) == 1
 
@@ -122,7 +123,7 @@ def test_each_screen_fills_the_monitor_that_is_named_for_it(hands: Hands, monkey
     monkeypatch.setattr(glfw, "get_monitor_pos", lambda m: there[m][1])
     monkeypatch.setattr(glfw, "get_video_mode", lambda m: SimpleNamespace(size=SimpleNamespace(width=half, height=HEIGHT)))
     panes = [Pane("a", 64, 64, monitor="DP-1", part=(0, 0, 64, 64)), Pane("b", 64, 64, monitor="0", part=(64, 0, 64, 64))]
-    surface = open_surface(128, 64, True, panes=panes)
+    surface = open_surface(opener(panes))
     try:
         painter = Painter(surface, 128, 64)
         picture = np.zeros((64, 128, 3), np.uint8)
@@ -133,7 +134,7 @@ def test_each_screen_fills_the_monitor_that_is_named_for_it(hands: Hands, monkey
             screen = hands.screen()
             if screen[HEIGHT // 2, 10].any() and screen[HEIGHT // 2, half + 10].any():
                 break
-        assert surface.window is not None and surface.window.size(0) == surface.window.size(1) == (half, HEIGHT)
+        assert surface.window.window.size(0) == surface.window.window.size(1) == (half, HEIGHT)
         assert tuple(screen[HEIGHT // 2, half // 2]) == (0, 0, 255)  # the first pane is on the right monitor
         assert tuple(screen[HEIGHT // 2, half + half // 2]) == (255, 0, 0)
     finally:

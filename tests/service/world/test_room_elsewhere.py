@@ -25,6 +25,9 @@ from vistel.conference.rooms import interior_of
 from vistel.conference.seats import seat_place
 from vistel.figure.making.source import Material
 from vistel.geometry.pose import Pose
+from vistel.render.scene_renderer import SceneRenderer, View
+from vistel.render.stage.stage import Instant, Stage
+from vistel.render.stage.world_view import WorldView
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
 from vistel.space.files.travel import pack_model, pack_picture, packers, picture_digest, pictures_in, unpack_model, unpack_picture
@@ -40,9 +43,6 @@ from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.run.room_elsewhere import with_room
 from vistel_services import world
 from vistel_services.renderer.room_deliveries import RoomDeliveries
-from vistel_services.renderer.stage import Instant, Stage
-from vistel_services.renderer.studio import Studio, View
-from vistel_services.renderer.world_view import WorldView
 
 DEN = Path(__file__).parents[3] / "examples/rooms/den.usdz"
 FILE = """
@@ -90,7 +90,7 @@ def pictured(side: int = 24) -> Model:
 def drawn(interior: Interior, models: dict[str, Model]) -> np.ndarray:
     """A picture of the room as the studio draws it with these models."""
     still = Room((), (), shell=interior.room.shell)
-    studio = Studio(View(320, 180, "room", "", False), 2, decor=Interior(still), models=models)
+    studio = SceneRenderer(View(320, 180, "room", ""), 2, decor=Interior(still), models=models)
     try:
         poses = {t.id: Pose(t.position, t.rotation) for t in interior.room.things}
         instant = Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in interior.room.things}))
@@ -172,7 +172,7 @@ def test_what_is_felt_stands_in_until_the_polymesh_is_there(machine: Callable[[s
     whole = interior_of(Conference.model_validate({"room": {"file": DEN, "seats": 2}, "sites": [SITE]}).room)
     still = Room((), (), shell=False)
     models: dict[str, Model] = {}
-    studio = Studio(View(160, 90, "room", "", False), 2, decor=Interior(still), models=models)
+    studio = SceneRenderer(View(160, 90, "room", ""), 2, decor=Interior(still), models=models)
     try:
         things = {t.id: t for t in whole.room.things}
         poses = {t.id: Pose(t.position, t.rotation) for t in whole.room.things}

@@ -11,17 +11,17 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.conference.files import load, public_avatar
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats.gltf import save_gltf
 from vistel.figure.formats.load import load_any
 from vistel.figure.formats.obj import export_obj
 from vistel.figure.formats.usd import save_usd
-from vistel.figure.people.builtin import builtin_avatar
+from vistel.render.figures.people import files_of, load_avatar_of
+from vistel.render.gl.context import NoOpenGlError, open_surface
+from vistel.render.stage.stage import About
 from vistel_cli.main import app
-from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
-from vistel_services.renderer.people import files_of, load_avatar_of
-from vistel_services.renderer.stage import About
 
 PAGE = Path(__file__).resolve().parents[3] / "docs/how-to/make-an-avatar.md"
 
@@ -55,7 +55,7 @@ def _in_parts(avatar: Avatar, folder: Path) -> None:
 
 def _has_gl() -> bool:
     try:
-        open_surface(8, 8).close()
+        open_surface().close()
     except NoOpenGlError:
         return False
     return True

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from waiting import until
 
 from vistel.protocol.space_mouse import SpaceMouseState, after
+from vistel.render.view.camera import look_at
 from vistel.wire.clock import SystemClock
-from vistel_services.renderer.camera import look_at
 from vistel_services.renderer.window.navigation import HIGHEST, LOWEST, REACH, STEEPEST, Puck, Walker, walked
 from vistel_services.renderer.window.space_mouse import SpaceMouse
 from vistel_sim.space_mouse import SpaceMouseReports

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vistel_services.renderer.camera import look_at
-from vistel_services.renderer.gl_context import Surface
-from vistel_services.renderer.stage import Instant
+from vistel.render.gl.context import Surface
+from vistel.render.stage.stage import Instant
+from vistel.render.view.camera import look_at
+from vistel.render.view.view import Choices, Mode
 from vistel_services.renderer.window.desk import Desk
 from vistel_services.renderer.window.events import LEFT, Button, Pointer
 from vistel_services.renderer.window.facts import Facts, SiteFacts
-from vistel_services.renderer.window.navigation import Mode
-from vistel_services.renderer.window.panel import Choices, Shown, open_panel
+from vistel_services.renderer.window.panel import Shown, open_panel
 
 pytestmark = pytest.mark.gl
 

@@ -10,14 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.geometry.pose import Pose
+from vistel.render.view.camera import look_at
+from vistel.render.view.screens import Screen, Sight, Stereo, sights_of_screens
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate, tessellate_thing
 from vistel.space.things.things import Primitive
-from vistel_services.renderer.camera import look_at
-from vistel_services.renderer.screens import Screen, Sight, Stereo, sights_of_screens
 from vistel_services.renderer.window.carrying import Carrying
+from vistel_services.renderer.window.placement import fitted
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane, ray_through
-from vistel_services.renderer.window.show import fitted
 from vistel_services.renderer.window.wishes import LetGo
 
 WIDTH, HEIGHT = 640, 400

@@ -8,12 +8,12 @@ import logging
 import pytest
 
 from vistel.figure.posture.posture import standing
+from vistel.render.stage.playout import Timing
+from vistel.render.stage.stage import About, Instant, PersonNow
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel_services.renderer.playout import Timing
 from vistel_services.renderer.service import Reporter
-from vistel_services.renderer.stage import About, Instant, PersonNow
 
 START_NS, PICTURE_NS = 10**12, 50_000_000
 ON_TIME = Timing(100_000_000, 40_000_000, 2_000_000, False)

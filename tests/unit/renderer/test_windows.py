@@ -12,11 +12,11 @@ import pytest
 from waiting import wait_until
 from x_server import Hands, x_server
 
-from vistel_services.renderer.draw import Painter
-from vistel_services.renderer.gl_context import NoOpenGlError, open_surface
-from vistel_services.renderer.window import show as window_show
+from vistel.render.gl.context import NoOpenGlError, Surface, open_surface
+from vistel.render.painter import Painter
 from vistel_services.renderer.window.bare_gl import BACK_LEFT, BACK_RIGHT
-from vistel_services.renderer.window.window import Pane
+from vistel_services.renderer.window.presenter import Presenter, opener
+from vistel_services.renderer.window.window import Pane, Window
 
 pytestmark = pytest.mark.gl
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
@@ -26,6 +26,12 @@ RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 def hands(monkeypatch: pytest.MonkeyPatch) -> Iterator[Hands]:
     with x_server(monkeypatch, 640, 480) as somebody:
         yield somebody
+
+
+def window_of(surface: Surface) -> Window:
+    """The windows behind a surface."""
+    assert isinstance(surface.window, Presenter)
+    return surface.window.window
 
 
 def halves(width: int, height: int) -> np.ndarray:
@@ -49,7 +55,7 @@ def shown_on(hands: Hands, painter: Painter) -> np.ndarray:
 
 def test_each_screen_has_a_window_of_its_own_where_the_file_puts_it(hands: Hands) -> None:
     panes = [Pane("l", 200, 150, at=(10, 20), part=(0, 0, 200, 150)), Pane("r", 200, 150, at=(300, 200), part=(200, 0, 200, 150))]
-    surface = open_surface(400, 150, True, panes=panes)
+    surface = open_surface(opener(panes))
     try:
         painter = Painter(surface, 400, 150)
         for size in ((400, 150), (200, 75)):  # drawn smaller, it is enlarged
@@ -65,7 +71,7 @@ def test_each_screen_has_a_window_of_its_own_where_the_file_puts_it(hands: Hands
 
 
 def test_a_picture_keeps_its_shape_in_a_window_of_another(hands: Hands) -> None:
-    surface = open_surface(300, 300, True, panes=[Pane("w", 300, 300, at=(0, 0))])
+    surface = open_surface(opener([Pane("w", 300, 300, at=(0, 0))]))
     try:
         painter = Painter(surface, 300, 100)
         painter.hang(halves(300, 100))
@@ -79,24 +85,23 @@ def test_a_picture_keeps_its_shape_in_a_window_of_another(hands: Hands) -> None:
 def test_a_window_that_is_minimised_draws_nothing_and_is_drawn_again_when_it_is_back(hands: Hands) -> None:
     import glfw
 
-    surface = open_surface(200, 150, True, panes=[Pane("w", 200, 150, at=(0, 0))])
+    surface = open_surface(opener([Pane("w", 200, 150, at=(0, 0))]))
     try:
-        assert surface.window is not None
         painter = Painter(surface, 200, 150)
         painter.hang(halves(200, 150))
         shown_on(hands, painter)
         sizes = iter([(0, 0), (200, 0), (0, 150), (1, 1)])
-        real = surface.window.size
+        real = window_of(surface).size
         for size in sizes:
-            surface.window.size = lambda number=0, size=size: size  # type: ignore[method-assign]
+            window_of(surface).size = lambda number=0, size=size: size  # type: ignore[method-assign]
             assert painter.show()
-        surface.window.size = real  # type: ignore[method-assign]
-        handle = surface.window._handles[0]
+        window_of(surface).size = real  # type: ignore[method-assign]
+        handle = window_of(surface)._handles[0]
         glfw.hide_window(handle)
         assert painter.show()
         glfw.show_window(handle)
         glfw.set_window_size(handle, 400, 300)
-        wait_until(lambda: painter.show() and surface.window.size() == (400, 300) and tuple(hands.screen()[150, 380]) == BLUE)
+        wait_until(lambda: painter.show() and window_of(surface).size() == (400, 300) and tuple(hands.screen()[150, 380]) == BLUE)
         assert painter.error() == "GL_NO_ERROR"
     finally:
         surface.close()
@@ -105,12 +110,11 @@ def test_a_window_that_is_minimised_draws_nothing_and_is_drawn_again_when_it_is_
 def test_a_window_whose_cross_is_pressed_says_so(hands: Hands) -> None:
     import glfw
 
-    surface = open_surface(100, 80, True)
+    surface = open_surface(opener([Pane("w", 100, 80)]))
     try:
         painter = Painter(surface, 100, 80)
         assert painter.show()
-        assert surface.window is not None
-        glfw.set_window_should_close(surface.window._handles[0], True)
+        glfw.set_window_should_close(window_of(surface)._handles[0], True)
         assert not painter.show()
     finally:
         surface.close()
@@ -120,10 +124,9 @@ def test_a_driver_without_stereo_buffers_is_told_of_and_both_eyes_are_shown_side
     hands: Hands, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.WARNING):
-        surface = open_surface(200, 150, True, panes=[Pane("w", 200, 150, at=(0, 0))], eyes_apart=True)
+        surface = open_surface(opener([Pane("w", 200, 150, at=(0, 0))], eyes_apart=True))
     try:
-        assert surface.window is not None
-        if surface.window.stereo:
+        if window_of(surface).stereo:
             pytest.skip("this driver has stereo buffers")
         assert len([r for r in caplog.records if "no_stereo_buffers" in r.message]) == 1
         painter = Painter(surface, 400, 150)
@@ -166,7 +169,7 @@ def test_with_stereo_buffers_each_eye_gets_its_half_of_the_picture() -> None:
         colour = type("Colour", (), {"glo": 7})
 
     ctx: Any = type("Context", (), {"screen": type("Screen", (), {"use": lambda self: None, "viewport": None})()})
-    assert window_show.Presenter(ctx, Driver()).show(Picture())  # type: ignore[arg-type]
+    assert Presenter(Driver()).show(ctx, Picture())  # type: ignore[arg-type]
     assert calls == [(7, (0, 0, 400, 300), (0, 0, 400, 300), BACK_LEFT), (7, (400, 0, 400, 300), (0, 0, 400, 300), BACK_RIGHT)]
 
 
@@ -174,7 +177,7 @@ def test_a_monitor_that_is_not_there_is_told_of_and_an_ordinary_window_opened(
     hands: Hands, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.WARNING):
-        surface = open_surface(100, 80, True, panes=[Pane("w", 100, 80, monitor="no such monitor")])
+        surface = open_surface(opener([Pane("w", 100, 80, monitor="no such monitor")]))
     try:
         assert surface.capability.window
         (line,) = [r.message for r in caplog.records if "no_monitor" in r.message]
@@ -189,7 +192,7 @@ def test_opengl_that_is_too_old_is_refused_in_one_line(monkeypatch: pytest.Monke
 
     monkeypatch.setattr(moderngl, "create_context", too_old)
     with pytest.raises(NoOpenGlError, match=r"no OpenGL 3\.3 \(Requested OpenGL version 330, got version 210\)") as e:
-        open_surface(64, 64)
+        open_surface()
     assert "\n" not in str(e.value)
 
 
@@ -205,7 +208,7 @@ def test_a_window_whose_opengl_is_too_old_is_closed_again_and_the_picture_drawn_
 
     monkeypatch.setattr(moderngl, "create_context", too_old)
     with caplog.at_level(logging.WARNING):
-        surface = open_surface(64, 64, True)
+        surface = open_surface(opener([Pane("w", 64, 64)]))
     try:
         assert not surface.capability.window
         assert any("got version 210" in r.message and "using=headless" in r.message for r in caplog.records)

@@ -38,7 +38,7 @@ Primitives = Annotated[
 @app.command("generate")
 def generate(
     output: Output,
-    name: Annotated[str, typer.Option(help="Of the person; also draws what is not given.")] = "",
+    name: Annotated[str, typer.Option(help="Of the person; also draws what is not said.")] = "",
     height: Annotated[float, typer.Option(min=0.5, max=2.6, help="[m]")] = 1.75,
     look: Annotated[
         str, typer.Option(help="key=value,...: seed, build (0.8 to 1.35), female (0 to 1), skin, hair, hair_style, top, ...")
@@ -141,7 +141,7 @@ def import_(
     except ValueError as fault:
         fail(f"{file}: {fault}", USAGE)
     save(made.avatar, output, not as_json)
-    facts = {
+    said = {
         "output": str(output),
         **facts(made.avatar),
         "joints_from": made.skeleton_from,
@@ -152,14 +152,14 @@ def import_(
         "seconds": round(time.perf_counter() - began, 2),
     }
     if as_json:
-        facts |= {"joint_names": dict(made.joint_of), "unknown_joints": list(made.unknown), "notes": list(made.notes)}
+        said |= {"joint_names": dict(made.joint_of), "unknown_joints": list(made.unknown), "notes": list(made.notes)}
     else:
         for note in made.notes:
             out.print(f"  {escape(note)}", soft_wrap=True)
         if made.unknown:
             unknown = escape(", ".join(made.unknown))
             out.print(f"  joints without a name of ours go with the one above them: {unknown}", soft_wrap=True)
-    report(as_json, facts)
+    report(as_json, said)
 
 
 @app.command("fit")
@@ -211,14 +211,14 @@ def inspect(
     if sheet is not None and not sheet.parent.is_dir():
         fail(f"{sheet}: there is no directory {sheet.parent}", USAGE)
     with busy("looking at the avatar", not as_json):
-        facts, lines = inspect_avatar(avatar)
+        said, lines = inspect_avatar(avatar)
     if sheet is not None:
         _draw(avatar, sheet, not as_json)
-        facts["sheet"] = str(sheet)
+        said["sheet"] = str(sheet)
     if not as_json:
         for line in lines:
             out.print(line, highlight=False, soft_wrap=True)
-    report(as_json, facts)
+    report(as_json, said)
 
 
 @app.command("export")
@@ -261,8 +261,8 @@ def export(
 
 def _draw(avatar: Avatar, sheet: Path, show: bool) -> None:
     from vistel.figure.posture.standard import standard_postures
-    from vistel_services.renderer.gl_context import NoOpenGlError
-    from vistel_services.renderer.portrait import Portraits
+    from vistel.render.figures.portrait import Portraits
+    from vistel.render.gl.context import NoOpenGlError
 
     try:
         with busy("drawing", show):

@@ -65,8 +65,8 @@ def register(
     reset: Annotated[bool, typer.Option("--reset", help="Take the transform of this island back.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Lay the texture right on one island: turn, scale and move it about the island's middle. What is given replaces what
-    was given before for that island, and is kept in the file.
+    """Lay the texture right on one island: turn, scale and move it about the island's middle. What is said replaces what
+    was said before of that island, and is kept in the file.
 
     [bold]Examples[/bold]
 

@@ -28,7 +28,7 @@ class Asker:
             err.print(f"no voice here: install one of {', '.join(_VOICES)}")
         self._speaking: set[asyncio.Task[None]] = set()
 
-    def say(self, text: str) -> None:
+    def tell(self, text: str) -> None:
         """Say something, without waiting for the end of it."""
         out.print(text, soft_wrap=True)
         if self._voice is not None:

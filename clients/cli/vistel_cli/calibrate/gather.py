@@ -129,7 +129,7 @@ async def _ask(steps: Sequence[Step], collected: Collected, now: Now, begin_s: f
     for number, step in enumerate(steps, start=1):
         for attempt in range(1, tries + 1):
             begin = begin_s + begin_of(step)
-            asker.say(f"{number} of {len(steps)}. {step.say}")
+            asker.tell(f"{number} of {len(steps)}. {step.say}")
             await asker.lead(now, begin, step.seconds, "go")
             await until(now, begin + step.seconds + _AFTER_S)
             try:
@@ -138,7 +138,7 @@ async def _ask(steps: Sequence[Step], collected: Collected, now: Now, begin_s: f
             except MoveError as e:
                 if attempt == tries:
                     raise
-                asker.say(f"Once more: {e}")
+                asker.tell(f"Once more: {e}")
                 begin_s = now() - begin_of(step) + pause_of(step)
-    asker.say("Done. Thank you.")
+    asker.tell("Done. Thank you.")
     return moves

@@ -128,7 +128,7 @@ async def _live(conference: Conference, glove: Device, take: Callable[[Any], Non
             return session.details.get(glove.name, "is it plugged in, and is its port right?")
         begin_s = 0.0 if glove.simulated else session.now_s()
         for k, (name, say) in enumerate(HANDS):
-            asker.say(f"{k + 1} of {len(HANDS)}, {name}. {say}")
+            asker.tell(f"{k + 1} of {len(HANDS)}, {name}. {say}")
             await asker.lead(session.now_s, begin_s + k * (PAUSE_S + HOLD_S) + PAUSE_S, HOLD_S, "hold still")
-        asker.say("Done. Thank you.")
+        asker.tell("Done. Thank you.")
     return ""

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vistel.conference.model import Conference
-from vistel.conference.paths import RunPaths
 from vistel.wire.log import LogReader, LogRecord
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 if TYPE_CHECKING:
-    from vistel_services.renderer.out.film import Picture
+    from vistel.render.film.film import Picture
 
 PREROLL_NS = 2_500_000_000
 """Before the asked time: key frames of motion and the world come at least so often."""
@@ -49,7 +48,7 @@ def render_log(
     reader: LogReader, conference: Conference, sites: list[str], begin_ns: int, end_ns: int, look: Look, folder: Path
 ) -> None:
     """Write SITE.mp4 (or SITE/00000.png ...) for each of `sites` into `folder`."""
-    from vistel_services.renderer.gl_context import NoOpenGlError  # loads the mathematics
+    from vistel.render.gl.context import NoOpenGlError  # loads the mathematics
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -78,20 +77,20 @@ def _shown(conference: Conference, name: str, look: Look) -> Conference:
 def _render_site(
     reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: Look, folder: Path
 ) -> None:
-    from vistel_services.renderer.out.film import count_of, film  # loads the mathematics
-    from vistel_services.renderer.out.film_sound import FilmSound
-    from vistel_services.renderer.out.video import FILM, VideoWriter
-    from vistel_services.renderer.service import configure
+    from vistel.render.config import render_config
+    from vistel.render.film.film import count_of, film
+    from vistel.render.film.sound import FilmSound
+    from vistel.render.film.video import FILM, VideoWriter
 
     site = next(s for s in conference.sites if s.name == name)
-    config = configure(conference, site, RunPaths(folder, folder))
+    config = render_config(conference, site)
     count = count_of(begin_ns, end_ns, look.rate)
     voices: FilmSound | None = None
     if not look.png and next(reader.records(topics=("voice",)), None) is not None:
         seated = config.view.kind == "seat" or bool(config.view.screens)
         spatial = site.audio is None or site.audio.spatial != "off"
         voices = FilmSound(begin_ns, config.delay_s, config.view.eyes if seated else None, spatial)
-    pictures = film(config, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer, voices)
+    pictures = film(config, told(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer, voices)
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=30), TextColumn("{task.completed:.0f} of {task.total:.0f}"))
     with Progress(*columns, TimeRemainingColumn(), console=out, transient=True) as bar:
         task = bar.add_task(name, total=count)
@@ -117,9 +116,9 @@ def _render_site(
     out.print(f"  {target}  {count} pictures at {look.rate:g}/s, {config.view.width}x{config.view.height}", soft_wrap=True)
 
 
-def records_of(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
+def told(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
     """What a film is made of: who takes part from the log's beginning on, all else from a little before the asked time."""
-    from vistel_services.renderer.out.film import TOPICS
+    from vistel.render.film.film import TOPICS
 
     first_ns = max(reader.begin_ns, begin_ns - PREROLL_NS)
     yield from reader.records(topics=("participant",), end_ns=first_ns)

@@ -10,14 +10,14 @@ from rich.progress import track
 
 from vistel.conference.avatar_files import kept_parcel
 from vistel.conference.model import Conference
+from vistel.render.figures.people import files_of, load_avatar_of
+from vistel.render.film.film import count_of, instants
+from vistel.render.film.usd import write_usd
+from vistel.render.stage.stage import Instant
 from vistel.wire.log import LogReader
 from vistel_cli.log.avatars import with_recorded_avatars
-from vistel_cli.log.render import records_of
+from vistel_cli.log.render import told
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
-from vistel_services.renderer.out.film import count_of, instants
-from vistel_services.renderer.out.usd_film import write_usd
-from vistel_services.renderer.people import files_of, load_avatar_of
-from vistel_services.renderer.stage import Instant
 
 ENDINGS = (".usda", ".usdc", ".usd")
 
@@ -55,7 +55,7 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
 
 
 def _shown(reader: LogReader, conference: Conference, begin_ns: int, end_ns: int, rate: float) -> Iterator[Instant]:
-    shown = instants(conference.playout.delay, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, rate)
+    shown = instants(conference.playout.delay, told(reader, begin_ns, end_ns), begin_ns, end_ns, rate)
     return iter(track(shown, "reading the log", total=count_of(begin_ns, end_ns, rate), console=err, transient=True))
 
 

@@ -27,14 +27,14 @@ from vistel.figure.posture.posture import Posture, standing
 from vistel.figure.posture.solve import PostureSolver
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
+from vistel.render.figures.people import load_shape
+from vistel.render.gl.antialias import antialias
+from vistel.render.stage.stage import About
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.wire import motion as motion_codec
 from vistel_cli.run.prepared import INTERRUPTED, people_of, stamp_of
-from vistel_services.renderer.antialias import antialias
-from vistel_services.renderer.people import load_shape
-from vistel_services.renderer.stage import About
 from vistel_services.world.service import warm_up
 from vistel_sim.motion import open_motion
 

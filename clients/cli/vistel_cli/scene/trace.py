@@ -50,7 +50,7 @@ def trace(
     from vistel.implicit.trace.report import report
 
     pixels = picture_size(size)
-    with scene_errors_reported():
+    with scene_errors_told():
         read = opened(scene, output)
         facts: dict[str, Any] = report(read) if stats or as_json else {}
         began, cpu = time.perf_counter(), time.process_time()
@@ -90,7 +90,7 @@ def trace(
 
 
 @contextmanager
-def scene_errors_reported() -> Iterator[None]:
+def scene_errors_told() -> Iterator[None]:
     """What is wrong with a scene or its shapes ends the command with a line for each fault."""
     from vistel.implicit.checks import ShapeError
     from vistel.implicit.scene import SceneError

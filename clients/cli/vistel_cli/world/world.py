@@ -160,8 +160,8 @@ def _save(interior: Interior, path: Path) -> None:
 def _draw(interior: Interior, picture: Path, pixels: tuple[int, int], show: bool) -> None:
     from PIL import Image
 
-    from vistel_services.renderer.gl_context import NoOpenGlError
-    from vistel_services.renderer.room_picture import room_picture
+    from vistel.render.gl.context import NoOpenGlError
+    from vistel.render.room_picture import room_picture
 
     try:
         with busy("drawing", show):

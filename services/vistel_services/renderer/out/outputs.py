@@ -12,12 +12,12 @@ import cv2
 from prometheus_client import Counter
 
 from vistel.arrays import U8
+from vistel.render.film.video import VideoWriter
 from vistel.wire import background
 from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import PictureWriter
 from vistel_services.renderer.out.stream import Stream
 from vistel_services.renderer.out.stream_address import StreamAddress
-from vistel_services.renderer.out.video import VideoWriter
 from vistel_services.renderer.out.virtual_camera import FileDevice, NoCameraError, VirtualCamera, find_device
 
 log = logging.getLogger("vistel.renderer")

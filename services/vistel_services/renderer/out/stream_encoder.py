@@ -17,7 +17,7 @@ from av.video.frame import PictureType
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 
 from vistel.arrays import U8
-from vistel_services.renderer.out.planes import Planes
+from vistel.render.film.planes import Planes
 from vistel_services.renderer.out.stream_reader import Picture
 
 log = logging.getLogger("vistel.renderer")

@@ -10,7 +10,7 @@ import ctypes
 from collections.abc import Callable
 from typing import Any
 
-Box = tuple[int, int, int, int]
+from vistel.render.view.screens import Box
 
 BACK, BACK_LEFT, BACK_RIGHT = 0x0405, 0x0402, 0x0403
 _FRAMEBUFFER, _READ, _DRAW = 0x8D40, 0x8CA8, 0x8CA9

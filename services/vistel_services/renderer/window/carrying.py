@@ -12,7 +12,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
-from vistel_services.renderer.camera import Pinhole
+from vistel.render.view.camera import Pinhole
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane
 from vistel_services.renderer.window.wishes import Carry, LetGo
 

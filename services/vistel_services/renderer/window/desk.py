@@ -16,22 +16,23 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
+from vistel.render.stage.stage import Instant
+from vistel.render.things.outlines import Outline
+from vistel.render.view.camera import Camera, overview
+from vistel.render.view.screens import Box, Sight
+from vistel.render.view.view import Choices, Mode
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Which
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import pieces_of
 from vistel.space.things.things import Thing
-from vistel_services.renderer.camera import Camera, overview
-from vistel_services.renderer.outlines import Outline
-from vistel_services.renderer.screens import Box, Sight
-from vistel_services.renderer.stage import Instant
 from vistel_services.renderer.window.carrying import Carrying
 from vistel_services.renderer.window.events import LEFT, RIGHT, Button, Event, Held, Key, Lost, Pointer, Wheel
 from vistel_services.renderer.window.facts import Facts
-from vistel_services.renderer.window.navigation import LOOK, Mode, Puck, Walker, moves, walked
-from vistel_services.renderer.window.panel import KEYS, Choices, Panel, Shown, open_panel
+from vistel_services.renderer.window.navigation import LOOK, Puck, Walker, moves, walked
+from vistel_services.renderer.window.panel import KEYS, Panel, Shown, open_panel
+from vistel_services.renderer.window.placement import fitted
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, ray_through
-from vistel_services.renderer.window.show import fitted
 from vistel_services.renderer.window.window import Window
 from vistel_services.renderer.window.wishes import Ask, Draw, Record, Wish
 
@@ -134,7 +135,7 @@ class Desk:
         self._base = base
         return base
 
-    def foreseen(self, instant: Instant) -> Instant:
+    def predicted(self, instant: Instant) -> Instant:
         """The instant with the thing that is led already where the world will have it in a moment."""
         led = self._carrying if self._carrying is not None and self._dragged else self._led
         if led is None:

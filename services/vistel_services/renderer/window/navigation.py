@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 
 from vistel.arrays import F64
-from vistel_services.renderer.camera import ROOM_FIELD_OF_VIEW, Camera, look_at
+from vistel.render.view.camera import ROOM_FIELD_OF_VIEW, Camera, look_at
 
 WALK, RUN = 1.4, 3.5
 """How fast one goes, and with shift [m/s]."""
@@ -38,19 +37,6 @@ _WAYS: Mapping[str, tuple[float, float, float]] = {
 }
 """Right, up and back, as the camera's axes are."""
 _TURNS: Mapping[str, tuple[float, float]] = {"left": (1.0, 0.0), "right": (-1.0, 0.0), "up": (0.0, 1.0), "down": (0.0, -1.0)}
-
-
-class Mode(Enum):
-    """From where one looks."""
-
-    SEAT = "seat"
-    """Through one's own eyes."""
-    FREE = "free"
-    """From where one has walked."""
-    ROOM = "room"
-    """The overview."""
-    FOLLOW = "follow"
-    """Through somebody else's eyes."""
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ from typing import Any
 import moderngl
 from PIL import ImageFont
 
-from vistel_services.renderer.captions import FONTS
-from vistel_services.renderer.stage import PersonNow
+from vistel.render.overlays.captions import FONTS
+from vistel.render.stage.stage import PersonNow
+from vistel.render.view.view import Choices, Mode
 from vistel_services.renderer.window.events import Button, Event, Key, Lost, Pointer, Text, Wheel
 from vistel_services.renderer.window.facts import Facts
-from vistel_services.renderer.window.navigation import Mode
 from vistel_services.renderer.window.panel_draw import ImguiPainter
 
 log = logging.getLogger("vistel.renderer")
@@ -31,20 +31,6 @@ Colour = tuple[float, float, float, float]
 _LATE_S, _SKEWED_S = 0.5, 0.08
 _GOOD, _BAD, _DIM = (0.55, 0.90, 0.62, 1.0), (1.0, 0.66, 0.43, 1.0), (0.64, 0.68, 0.73, 1.0)
 _RED = (0.86, 0.22, 0.20, 1.0)
-
-
-@dataclass(frozen=True)
-class Choices:
-    """What is set at a window. mode, who: from where one looks, and through whose eyes; scale: one of `SCALES`; light: "fast" or
-    "fine"; eye_distance, convergence: of stereo [m]."""
-
-    mode: Mode = Mode.SEAT
-    who: str = ""
-    scale: float = 0.0
-    light: str = "fast"
-    gauges: bool = False
-    eye_distance: float = 0.063
-    convergence: float = 1.0
 
 
 @dataclass(frozen=True)

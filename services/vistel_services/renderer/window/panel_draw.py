@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from vistel_services.renderer.programs import program, put
+from vistel.render.gl.programs import program, put
 
 
 class ImguiPainter:

@@ -11,8 +11,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion
+from vistel.render.view.screens import Sight
 from vistel.space.things.tessellate import Surface3
-from vistel_services.renderer.screens import Sight
 
 FURTHEST = 12.0
 """Nothing further than this is pointed at [m]."""

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from vistel_services.renderer.window.bare_gl import BareGl, Box
+from vistel.render.view.screens import Box
+from vistel_services.renderer.window.bare_gl import BareGl
 from vistel_services.renderer.window.events import Button, Event, Key, Lost, Pointer, Text, Wheel
 
 log = logging.getLogger("vistel.renderer")

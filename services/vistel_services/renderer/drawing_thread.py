@@ -1,0 +1,208 @@
+"""The studio in a thread of its own; set up again when drawing fails: a graphics card lost, a window closed."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from prometheus_client import Gauge
+
+from vistel.conference.model import Room as RoomKeys
+from vistel.render.figures.figures import Shape
+from vistel.render.gl.context import NoOpenGlError
+from vistel.render.preparation import decor_of
+from vistel.render.resolution import Resolution
+from vistel.render.scene_renderer import SceneRenderer
+from vistel.render.stage.stage import About, Instant
+from vistel.render.view.view import View
+from vistel.space.files.faults import RoomFileError
+from vistel.space.files.interior import Interior
+from vistel.space.files.model import Model
+from vistel_services.renderer.window.desk import Desk
+from vistel_services.renderer.window.facts import Facts
+from vistel_services.renderer.window.navigation import Puck
+from vistel_services.renderer.window.presenter import DesktopWindows
+from vistel_services.renderer.window.window import Pane
+from vistel_services.renderer.window.wishes import Draw, Wish
+
+log = logging.getLogger("vistel.renderer")
+
+_SCALE = Gauge("vistel_renderer_resolution_ratio", "Drawn part of the picture's width and height", ["site"])
+
+RETRY_S, NO_GL_RETRY_S = 2.0, 30.0
+"""After how long drawing is tried again when it failed, and when there is no OpenGL at all."""
+
+
+class DrawingThread:
+    """Draws `view` of a room of `seats` at `site`, in `thread`. rate: of pictures a second at most; room: what the conference
+    file says of it, where files hold some of it; whole: every pixel is drawn; load: makes figures; models: what things look
+    like, filled with those of this site's files; panes: the windows that show the pictures, none for no window."""
+
+    def __init__(
+        self,
+        site: str,
+        view: View,
+        rate: float,
+        seats: int,
+        room: RoomKeys | None,
+        whole: bool,
+        load: Callable[[About], Shape],
+        thread: ThreadPoolExecutor,
+        models: dict[str, Model],
+        panes: Sequence[Pane] = (),
+    ) -> None:
+        self._site, self._view, self._rate, self._seats, self._room = site, view, rate, seats, room
+        self._load, self._thread, self._models, self._panes = load, thread, models, panes
+        self._resolution = None if whole else Resolution(rate, view.height)
+        self._renderer: SceneRenderer | None = None
+        self._wishes: list[Wish] = []
+        self._set: Desk | None = None
+        self.puck = Puck()
+        """How the 3D mouse is pushed."""
+        self.facts = Facts()
+        """What the window tells beside its picture."""
+
+    def wishes(self) -> list[Wish]:
+        """What somebody at the window wants since the last call."""
+        out, self._wishes = self._wishes, []
+        return out
+
+    async def draw(self, instant: Instant) -> NDArray[np.uint8] | None:
+        """The picture, or None when there is none this time."""
+        try:
+            return await self._call(self._draw, instant)
+        except NoOpenGlError as e:
+            log.error("event=no_picture reason=%r retry_s=%.0f", str(e), NO_GL_RETRY_S)
+            await asyncio.sleep(NO_GL_RETRY_S)
+            return None
+        except Exception:
+            log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", RETRY_S)
+            await self._call(self._give_up)
+            await asyncio.sleep(RETRY_S)
+            return None
+
+    @property
+    def furnished(self) -> bool:
+        """What this site's files hold of the room is there."""
+        return self._renderer is not None
+
+    @property
+    def stand_ins(self) -> int:
+        """Figures whose own avatar is not there yet."""
+        return self._renderer.stand_ins if self._renderer is not None else 0
+
+    async def close(self) -> None:
+        if self._renderer is not None:
+            studio, self._renderer = self._renderer, None
+            await self._call(studio.close)
+
+    def _give_up(self) -> None:
+        """Leave what cannot draw any more: its windows go, what was set at them stays."""
+        studio, self._renderer = self._renderer, None
+        if studio is None:
+            return
+        if (desk := _desk(studio)) is not None:
+            desk.leave()
+            self._wishes += [wish for wish in desk.wishes() if not isinstance(wish, Draw)]
+            self._set = desk
+        with contextlib.suppress(Exception):  # of a context that is gone, nothing can be given back
+            studio.close()
+
+    async def _call(self, function: Any, *args: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._thread, function, *args)
+
+    def _decor(self) -> Interior | None:
+        """The room where it is from files; those that cannot be used are told, and the built-in one is drawn."""
+        if self._room is None:
+            return None
+        try:
+            decor = decor_of(self._room)
+            self._models.update(decor.models)
+            return decor
+        except RoomFileError as e:
+            log.error("event=room_file_not_used reason=%r shown=built-in", str(e))
+            return None
+
+    def _draw(self, instant: Instant) -> NDArray[np.uint8] | None:
+        if self._renderer is None:
+            # Setting up takes a while: the instant is old when it is done, the next one is drawn.
+            began = time.perf_counter()
+            windows = DesktopWindows(self._view, self._panes, f"VISTEL {self._site}") if self._panes else None
+            self._renderer = SceneRenderer(self._view, self._seats, self._load, self._decor(), self._models, windows)
+            if (desk := _desk(self._renderer)) is not None and self._set is not None:
+                desk.go_on(self._set)
+            found = self._renderer.capability
+            log.info(
+                "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",
+                found.renderer,
+                found.version,
+                found.software,
+                found.window,
+                self._view.width,
+                self._view.height,
+                (time.perf_counter() - began) * 1e3,
+            )
+            return None
+        began_ns = time.perf_counter_ns()
+        desk = _desk(self._renderer)
+        if desk is not None:
+            desk.facts, desk.puck = self.facts, self.puck
+        picture = self._renderer.render(instant)
+        if self._resolution is not None and self._renderer.complete:
+            self._follow(self._renderer, self._resolution, time.perf_counter_ns(), began_ns)
+        if desk is not None:
+            self._listen(self._renderer, desk)
+        if self._renderer is None:
+            return picture
+        if self._renderer.closed_by_user:
+            log.info("event=window_closed using=headless")
+            self._give_up()
+            self._panes = ()
+        return picture
+
+    def _listen(self, studio: SceneRenderer, desk: Desk) -> None:
+        """Do what somebody at the window wants of the picture; the rest is for the others."""
+        for wish in desk.wishes():
+            if not isinstance(wish, Draw):
+                self._wishes.append(wish)
+                continue
+            if wish.scale is not None:
+                self._resolution = None if wish.scale else Resolution(self._rate, self._view.height)
+                studio.draw_at(wish.scale or 1.0)
+            if wish.light is not None:
+                self._light(studio, desk, wish.light)
+
+    def _light(self, studio: SceneRenderer, desk: Desk, light: str) -> None:
+        """Draw in another light; where that cannot be set up, as before."""
+        began = time.perf_counter()
+        try:
+            studio.relight(light)
+        except Exception as e:
+            now = "fine" if studio.painter.fine else "fast"
+            log.warning("event=light_not_changed wanted=%s reason=%r using=%s", light, str(e), now)
+            desk.choices = replace(desk.choices, light=now)
+            return
+        self._view = replace(self._view, light=light)
+        log.info("event=light now=%s setup_ms=%.0f", light, (time.perf_counter() - began) * 1e3)
+
+    def _follow(self, studio: SceneRenderer, resolution: Resolution, now_ns: int, began_ns: int) -> None:
+        """As many pixels as there is time for."""
+        before = resolution.scale
+        scale = resolution.drew(now_ns, now_ns - began_ns)
+        if scale != before:
+            studio.draw_at(scale)
+            _SCALE.labels(self._site).set(scale)
+            log.info("event=resolution scale=%.2f took_ms=%.0f", scale, (now_ns - began_ns) * 1e-6)
+
+
+def _desk(studio: SceneRenderer) -> Desk | None:
+    """What somebody does at the windows (`DesktopWindows.interaction` makes nothing else); None without any."""
+    return studio.interaction if isinstance(studio.interaction, Desk) else None

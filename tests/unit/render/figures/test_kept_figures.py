@@ -1,0 +1,68 @@
+"""Figures kept on disk: the same figure again, and no harm from what is not one."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.posture.posture import standing
+from vistel.render.figures.cache import person_of
+from vistel.render.figures.figures import Corners, Person
+
+SHOW = """
+import hashlib, sys
+from pathlib import Path
+from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.posture.posture import standing
+from vistel.render.figures.cache import person_of
+person = person_of(builtin_avatar("builtin:seed=3", name="ann", height=1.7), Path(sys.argv[1]))
+touching = person.ghosts(person.pose(standing()).posed, None)
+h = hashlib.sha256()
+for pixels in (1e9, 300.0, 50.0):
+    h.update(person.pose(standing(), [touching], pixels).skin.positions.tobytes())
+print(h.hexdigest())
+"""
+
+
+def shown(cache: Path) -> str:
+    return subprocess.run([sys.executable, "-c", SHOW, str(cache)], capture_output=True, text=True, check=True).stdout
+
+
+def test_another_process_reads_the_same_figure_to_the_last_bit(tmp_path: Path) -> None:
+    made = shown(tmp_path)
+    (kept,) = tmp_path.glob("*.pickle")
+    before = kept.stat().st_ino
+    assert shown(tmp_path) == made
+    assert kept.stat().st_ino == before  # it was read, not made again
+
+
+def test_a_damaged_file_is_made_again(tmp_path: Path) -> None:
+    avatar = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
+    person_of(avatar, tmp_path)
+    (kept,) = tmp_path.glob("*.pickle")
+    kept.write_bytes(kept.read_bytes()[:1000])
+    again = person_of(avatar, tmp_path).pose(standing()).skin
+    assert isinstance(again, Corners)
+    assert np.isfinite(again.positions).all()
+    assert max(file.stat().st_size for file in tmp_path.glob("*.pickle")) > 1_000_000
+
+
+def test_a_folder_that_cannot_be_used_costs_only_the_keeping(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    avatar = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
+    assert isinstance(person_of(avatar, tmp_path / "file" / "figures"), Person)
+
+
+def test_one_file_is_kept_of_an_avatar_made_read_or_shown_before(tmp_path: Path) -> None:
+    read = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
+    made = replace(read, albedo=np.asfortranarray(read.albedo), skeleton=replace(read.skeleton, rest=read.skeleton.rest.copy()))
+    for avatar in (read, read, made):
+        person_of(avatar, tmp_path)
+    assert len(list(tmp_path.glob("*.pickle"))) == 1
+    person_of(replace(read, skeleton=replace(read.skeleton, rest=read.skeleton.rest * 1.001)), tmp_path)
+    assert len(list(tmp_path.glob("*.pickle"))) == 2

@@ -1,0 +1,135 @@
+"""Messages to instants: what is buffered, what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from vistel.geometry.pose import Pose
+from vistel.render.stage.stage import GONE_NS, Stage
+from vistel.render.stage.world_view import WorldView, between, view_of
+from vistel.v1 import motion_pb2, world_pb2
+from vistel.wire.motion import MotionEncoder, MotionSample
+from vistel.wire.world.room_now import WorldDecoder
+
+MS = 1_000_000
+STEP = 1_000_000_000 // 60
+
+
+def state(step: int, key: bool = False, **places: float) -> world_pb2.WorldState:
+    message = world_pb2.WorldState(step=step, key=key)
+    message.header.t_ns = step * STEP
+    for name, x in places.items():
+        message.states.add(id=name).pose.position.x = x
+        if key:
+            message.things.add(id=name, name=name).primitives.add(kind="sphere", params=[0.1])
+    return message
+
+
+def hear(stage: Stage, decoder: WorldDecoder, message: world_pb2.WorldState) -> None:
+    for now in decoder.read(message):
+        stage.hear_world(now, now.step * STEP)
+
+
+def stage_with_motion(stage: Stage, name: str, steps: range) -> None:
+    encoder = MotionEncoder()
+    for k in steps:
+        body = np.zeros(25)
+        body[1] = 0.01 * k
+        sample = MotionSample(k + 1, k * STEP, body, np.zeros((2, 20)), np.zeros(4))
+        stage.hear_motion(name, encoder.encode(sample), k * STEP + 5 * MS)
+
+
+def test_somebody_is_shown_before_it_is_known_who_they_are() -> None:
+    stage = Stage(100 * MS)
+    stage_with_motion(stage, "ada", range(30))
+    assert stage.instant(28 * STEP).people[0].about.display_name == "ada"
+    stage.hear_about(motion_pb2.Participant(participant="ada", display_name="Ada L.", height_m=1.6, avatar="builtin:seed=2"))
+    about = stage.instant(29 * STEP).people[0].about
+    assert (about.display_name, about.height, about.avatar) == ("Ada L.", pytest.approx(1.6), "builtin:seed=2")
+
+
+def test_an_implausible_height_is_not_believed() -> None:
+    stage = Stage(100 * MS)
+    stage_with_motion(stage, "ada", range(3))
+    for height in (0.0, -3.0, 900.0, math.nan, math.inf):
+        stage.hear_about(motion_pb2.Participant(participant="ada", height_m=height))
+        assert stage.instant(4 * STEP).people[0].about.height == 1.75
+
+
+def test_a_posture_is_shown_the_delay_behind() -> None:
+    stage = Stage(100 * MS)
+    stage_with_motion(stage, "ada", range(60))
+    knee = stage.instant(50 * STEP).people[0].posture.dofs[1]
+    assert knee == pytest.approx(0.01 * (50 - 6), abs=2e-3)
+
+
+def test_somebody_silent_for_long_is_dropped_and_may_come_back() -> None:
+    stage = Stage(100 * MS)
+    stage_with_motion(stage, "ada", range(10))
+    assert stage.instant(10 * STEP).people
+    assert not stage.instant(10 * STEP + GONE_NS + 1_000 * MS).people
+    stage_with_motion(stage, "ada", range(10))
+    assert stage.instant(12 * STEP).people
+
+
+def test_frames_between_key_frames_move_only_what_they_name() -> None:
+    stage, room = Stage(0), WorldDecoder()
+    hear(stage, room, state(1, key=True, ball=0.0, box=5.0))
+    for k in range(2, 40):
+        hear(stage, room, state(k, ball=k / 60))
+    instant = stage.instant(39 * STEP)
+    assert set(instant.things) == {"ball", "box"}
+    assert instant.world.poses["box"][0][0] == 5.0
+    assert 0.4 < instant.world.poses["ball"][0][0] <= 39 / 60
+
+
+def test_nothing_moves_before_the_first_key_frame() -> None:
+    stage, room = Stage(0), WorldDecoder()
+    hear(stage, room, state(7, ball=1.0))
+    assert not stage.instant(8 * STEP).world.poses
+
+
+def test_a_thing_that_is_gone_from_a_key_frame_is_gone_from_the_room() -> None:
+    stage, room = Stage(0), WorldDecoder()
+    hear(stage, room, state(1, key=True, ball=0.0, box=5.0))
+    hear(stage, room, state(2, key=True, box=5.0))
+    instant = stage.instant(20 * STEP)
+    assert set(instant.things) == set(instant.world.poses) == {"box"}
+
+
+def test_a_thing_whose_primitive_makes_no_sense_is_left_out_and_said(caplog: pytest.LogCaptureFixture) -> None:
+    stage, room = Stage(0), WorldDecoder()
+    message = state(1, key=True, ball=0.0, box=1.0)
+    message.things[0].primitives[0].kind = "teapot"
+    hear(stage, room, message)
+    assert set(stage.instant(20 * STEP).things) == {"box"}
+    assert sum("teapot" in r.message and "ball" in r.message for r in caplog.records) == 1
+
+
+def test_an_unchanged_description_keeps_the_same_things() -> None:
+    stage, room = Stage(0), WorldDecoder()
+    hear(stage, room, state(1, key=True, ball=0.0))
+    first = stage.instant(2 * STEP).things["ball"]
+    hear(stage, room, state(30, key=True, ball=0.5))
+    assert stage.instant(31 * STEP).things["ball"] is first
+
+
+def test_a_broken_motion_is_passed_over() -> None:
+    stage = Stage(0)
+    stage_with_motion(stage, "ada", range(3))
+    broken = motion_pb2.Motion(frame=b"\x01\x02\x00")
+    broken.header.seq, broken.header.t_ns = 9, 9 * STEP
+    stage.hear_motion("ada", broken, 9 * STEP)
+    assert stage.instant(10 * STEP).people[0].timing.age_ns == 8 * STEP
+
+
+def test_the_world_between_two_steps_lerps_places_and_slerps_turns() -> None:
+    messages = state(1, key=True, ball=0.0), state(2, key=True, ball=1.0)
+    a, b = (view_of(WorldDecoder().read(m)[0], ()) for m in messages)
+    quarter = Pose(b.poses["ball"][0], np.array((0.0, math.sin(math.pi / 4), 0.0, math.cos(math.pi / 4))))
+    middle = between(a, WorldView(2, {"ball": quarter}), 0.5)
+    assert middle.poses["ball"][0][0] == pytest.approx(0.5)
+    assert middle.poses["ball"][1] == pytest.approx((0, math.sin(math.pi / 8), 0, math.cos(math.pi / 8)))

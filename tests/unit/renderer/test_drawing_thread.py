@@ -1,0 +1,58 @@
+"""A graphics card that goes away, and what was set at a window when it does."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from vistel.render.figures.figures import Shape, StandIn
+from vistel.render.stage.stage import About, Instant
+from vistel.render.view.view import View
+from vistel_services.renderer import drawing_thread
+from vistel_services.renderer.drawing_thread import DrawingThread
+
+pytestmark = pytest.mark.gl
+
+
+def shapes(about: About) -> Shape:
+    return StandIn(about.height)
+
+
+@pytest.mark.parametrize("how", ["released", "told by the driver"])
+def test_a_context_that_is_lost_in_the_middle_is_made_again_and_pictures_go_on(
+    how: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(drawing_thread, "RETRY_S", 0.05)
+    thread = ThreadPoolExecutor(1)
+    one = DrawingThread("tokyo", View(160, 90, "room", ""), 30.0, 3, None, True, shapes, thread, {})
+
+    async def picture() -> float:
+        for _ in range(6):
+            whole = one._renderer is not None and one._renderer.complete
+            drawn = await one.draw(Instant(1))
+            if drawn is not None and whole:
+                return float(drawn[..., :3].std())
+            if one._renderer is not None:
+                one._renderer._smoothing.result()  # pictures come without their last filter until it is there
+        raise AssertionError("no picture comes any more")
+
+    async def scenario() -> tuple[float, float]:
+        before = await picture()
+        assert one._renderer is not None
+        if how == "released":
+            await one._call(one._renderer._surface.ctx.release)
+        else:
+            monkeypatch.setattr(one._renderer.painter, "error", lambda: "GL_UNKNOWN_ERROR")  # as moderngl names a lost context
+        with caplog.at_level(logging.ERROR):
+            after = await picture()
+        await one.close()
+        return before, after
+
+    before, after = asyncio.run(scenario())
+    thread.shutdown()
+    assert before > 20.0
+    assert after == pytest.approx(before, rel=0.01)
+    assert sum("set_up_again" in r.message for r in caplog.records) == 1

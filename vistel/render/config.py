@@ -1,0 +1,52 @@
+"""What pictures of a site show, as its conference file says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+from vistel.conference.model import Conference, Site
+from vistel.conference.model import Room as RoomKeys
+from vistel.conference.seats import seat_place
+from vistel.render.figures.people import files_of
+from vistel.render.view.screens import Screen, Stereo, picture_size
+from vistel.render.view.view import View
+
+
+@dataclass(frozen=True)
+class RenderConfig:
+    """view: what the picture is of; seats: of the room; delay_s: playout behind capture; avatars: files of participants; room:
+    what the conference file says of the room, where files hold some of it."""
+
+    view: View
+    seats: int
+    delay_s: float
+    avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
+    room: RoomKeys | None = None
+
+
+def render_config(conference: Conference, site: Site) -> RenderConfig:
+    """What pictures of `site` show."""
+    display, viewer = site.display, site.participants[0].name
+    seat = seat_place(conference.room, conference.seat_of(viewer))
+    screens, stereo = tuple(Screen.placed(s, *seat) for s in display.screens), Stereo(display.stereo)
+    width, height = picture_size(screens, stereo) if screens else (stereo.widths * display.width, display.height)
+    view = View(
+        width,
+        height,
+        display.view,
+        viewer,
+        display.engine,
+        display.layers,
+        screens,
+        stereo,
+        display.eye_distance,
+        display.convergence,
+        display.wrinkles,
+        display.light,
+        display.gauges,
+    )
+    room = conference.room if conference.room.from_files else None
+    return RenderConfig(view, conference.room.seats, conference.playout.delay, files_of(conference), room)

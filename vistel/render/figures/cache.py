@@ -1,0 +1,137 @@
+"""Figures kept on disk, ready to deform: making one takes two seconds of computing, reading it back some hundredths.
+
+They lie in the user's own cache folder, as compiled kernels do, under a name that is a digest of the avatar and of all code that
+makes a figure of it; what is there is believed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import logging
+import os
+import pickle
+import sys
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.figure import figure
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.cache_folder import default_cache, file_lock
+from vistel.figure.layers import skin
+from vistel.jit.kernel_jit import stamp_of
+from vistel.render.figures import figures
+from vistel.render.figures.figures import Person
+from vistel.whole_file import whole_file
+from vistel.wrinkle import shown
+from vistel.wrinkle.errors import WrinkleError
+from vistel.wrinkle.wardrobe import FOLDER, WrinkleSet, sets_in, wardrobe
+
+log = logging.getLogger("vistel.renderer")
+
+MOST_KEPT = 1 << 30
+"""Bytes of figures kept; those not used for longest go first."""
+
+
+def person_of(avatar: Avatar, cache: Path | None = None, wears: Sequence[str] = ()) -> Person:
+    """The figure of an avatar: read back if it was made before, else made and kept. wears: names of built-in wrinkles;
+    without, those that the avatar's file says, and none with a line in the log where that cannot be read.
+
+    Processes of a machine that want the same one take turns. A folder that cannot be used costs only the keeping.
+    """
+    folder = default_cache().parent / "figures" if cache is None else cache
+    path = folder / f"{_digest(avatar, wears)}.pickle"
+    if (kept := _read(path)) is not None:
+        return kept
+    with file_lock(path.with_suffix(".lock")):
+        if (kept := _read(path)) is not None:
+            return kept
+        person = Person(avatar, wears=wardrobe(wears) if wears else _own_wrinkles(avatar))
+        _write(path, person)
+    return person
+
+
+def _own_wrinkles(avatar: Avatar) -> list[WrinkleSet]:
+    if not avatar.wrinkles:
+        return []
+    try:
+        return sets_in(avatar.wrinkles, f"avatar {avatar.name!r}: wrinkles")
+    except WrinkleError as fault:
+        log.warning("event=wrinkles_refused reason=%r action=none_worn", str(fault).splitlines()[0])
+        return []
+
+
+def _digest(avatar: Avatar, wears: Sequence[str]) -> str:
+    made_by = f"{sys.version} {np.__version__} {_CODE}"
+    if wears or avatar.wrinkles:
+        files = sorted(FOLDER.parent.rglob("*.toml"))
+        made_by += " ".join(wears) + "".join(f.read_text("utf-8") for f in files)
+    digest = hashlib.blake2b(made_by.encode(), digest_size=16)
+    _take(digest, avatar)
+    return digest.hexdigest()
+
+
+def _take(digest: hashlib.blake2b, value: object) -> None:
+    """What a value says, however it is laid out and whatever it has worked out meanwhile (its pickle holds both): an avatar
+    that was just made, one that was read and one that a figure was made of have one digest."""
+    if isinstance(value, np.ndarray):
+        array = np.ascontiguousarray(cast("NDArray[Any]", value))
+        digest.update(f"{array.dtype.str}{array.shape}".encode())
+        digest.update(array.data)
+    elif is_dataclass(value):
+        for field in fields(value):
+            _take(digest, getattr(value, field.name))
+    elif isinstance(value, tuple):
+        parts = cast("tuple[object, ...]", value)
+        digest.update(f"{len(parts)}:".encode())
+        for each in parts:
+            _take(digest, each)
+    else:
+        digest.update(repr(value).encode())
+
+
+_CODE = " ".join(
+    stamp_of(Path(inspect.getfile(module)), Path(inspect.getfile(module)).parents[depth])
+    for module, depth in ((figures, 3), (figure, 2), (skin, 3), (shown, 2))
+)
+"""The state of the code that figures are made by."""
+
+
+def _read(path: Path) -> Person | None:
+    try:
+        data = path.read_bytes()
+        os.utime(path)
+    except OSError:
+        return None
+    try:
+        person = pickle.loads(data)
+    except Exception as fault:  # a damaged file can raise anything
+        log.warning("event=figure_damaged path=%s reason=%r action=made_again", path, str(fault))
+        return None
+    return person if isinstance(person, Person) else None
+
+
+def _write(path: Path, person: Person) -> None:
+    """Whole or not at all; older ones make room."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(path, private=True) as stream:
+            pickle.dump(person, stream, 5)
+        _make_room(path.parent)
+    except OSError as fault:
+        log.warning("event=figure_not_kept path=%s reason=%s", path, fault)
+
+
+def _make_room(folder: Path) -> None:
+    files = sorted(folder.glob("*.pickle"), key=lambda f: f.stat().st_mtime, reverse=True)
+    total = 0
+    for file in files:
+        total += file.stat().st_size
+        if total > MOST_KEPT:
+            file.unlink(missing_ok=True)
+            file.with_suffix(".lock").unlink(missing_ok=True)

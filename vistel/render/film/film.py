@@ -1,0 +1,147 @@
+"""Draws a log picture by picture, as long as each takes: the same stage and studio as live, with the log's time for a clock.
+
+What is drawn depends on the log, the view and the rate alone, so that the same film comes out on every machine with the same
+OpenGL.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import cv2
+import numpy as np
+
+from vistel.arrays import U8
+from vistel.conference.avatar_files import kept_parcel
+from vistel.render.config import RenderConfig
+from vistel.render.figures.people import load_shape
+from vistel.render.film.sound import FilmSound
+from vistel.render.preparation import decor_of
+from vistel.render.scene_renderer import SceneRenderer
+from vistel.render.stage.stage import Instant, Stage
+from vistel.space.files.interior import Interior
+from vistel.v1.world_pb2 import WorldState
+from vistel.wire.log import LogRecord
+from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
+
+TOPICS = ("participant", "motion", "world_state", "world_key", "world_detail", "voice")
+"""What of a log a film is made of."""
+_LOOK_S = 0.02
+
+
+@dataclass(frozen=True)
+class Picture:
+    """rgba: (height, width, 4), first row at the bottom; t_ns: conference time at which it is shown. sounds: what is heard
+    from it to the next one, as `VideoWriter.put_sound` takes it."""
+
+    t_ns: int
+    rgba: U8
+    sounds: Sequence[tuple[int, bytes]] = ()
+
+
+def film(
+    config: RenderConfig,
+    records: Iterable[LogRecord],
+    begin_ns: int,
+    end_ns: int,
+    rate: float,
+    finer: int = 1,
+    voices: FilmSound | None = None,
+) -> Iterator[Picture]:
+    """`rate` pictures a second from `begin_ns` to `end_ns`, in order. records: of TOPICS, from some time before `begin_ns` on,
+    in the order of their arrival. finer: every pixel is the mean of so many by so many. voices: who hears them.
+    There is time: where the view leaves the light open, it is fine.
+
+    Raises NoOpenGlError; RoomFileError for a room whose files are not here; ValueError for a finer wall of screens.
+    """
+    view = config.view
+    if finer > 1 and view.screens:
+        raise ValueError("film: a wall of screens is drawn in its own pixels")
+    light = "fine" if view.light == "auto" else view.light
+    large = replace(view, width=finer * view.width, height=finer * view.height, light=light)
+    decor: Interior | None = decor_of(config.room) if config.room is not None else None
+    studio = SceneRenderer(large, config.seats, lambda about: load_shape(about, files=config.avatars), decor)
+    studio.painter.saves_shadows = False
+    try:
+        # One instant ahead of what is drawn: what is heard until then belongs to the picture.
+        ahead = instants(config.delay_s, records, begin_ns, end_ns + math.ceil(1e9 / rate), rate, voices)
+        for instant, following in pairwise(ahead):
+            picture = _drawn(studio, instant)
+            if finer > 1:
+                picture = np.asarray(cv2.resize(picture, (view.width, view.height), interpolation=cv2.INTER_AREA), np.uint8)
+            yield Picture(instant.now_ns, picture, voices.until(following) if voices is not None else ())
+    finally:
+        studio.close()
+
+
+def count_of(begin_ns: int, end_ns: int, rate: float) -> int:
+    """How many pictures lie between two times."""
+    return max(0, int((end_ns - begin_ns) * 1e-9 * rate + 1e-9))
+
+
+def instants(
+    delay_s: float, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float, voices: FilmSound | None = None
+) -> Iterator[Instant]:
+    """What is shown, `rate` times a second from `begin_ns` to `end_ns`, of what `records` say (see `film`); `voices` hears it."""
+    stage = Stage(round(delay_s * 1e9))
+    told = _Told(stage, iter(records), voices)
+    for n in range(count_of(begin_ns, end_ns, rate)):
+        now_ns = begin_ns + round(n * 1e9 / rate)
+        told.until(now_ns)
+        yield stage.instant(now_ns)
+
+
+def _drawn(studio: SceneRenderer, instant: Instant) -> U8:
+    """The picture, once everybody in it is who they are."""
+    picture = studio.render(instant)
+    while not studio.complete:
+        time.sleep(_LOOK_S)
+        picture = studio.render(instant)
+    return picture
+
+
+class _Told:
+    """Tells the stage, and who hears voices, what the log says, up to a time."""
+
+    def __init__(self, stage: Stage, records: Iterator[LogRecord], voices: FilmSound | None) -> None:
+        self._stage, self._records, self._voices = stage, records, voices
+        self._next = next(records, None)
+        self._decoder, self._backlog = WorldDecoder(), Backlog()
+
+    def until(self, t_ns: int) -> None:
+        while self._next is not None and self._next.log_ns <= t_ns:
+            self._tell(self._next)
+            self._next = next(self._records, None)
+
+    def _tell(self, record: LogRecord) -> None:
+        message = record.message
+        if record.topic.name == "participant":
+            self._stage.hear_about(message)
+            for digest in self._stage.awaited:
+                if kept_parcel(digest) is not None:
+                    self._stage.avatar_arrived(digest)
+        elif record.topic.name == "motion":
+            self._stage.hear_motion(record.names["participant"], message, record.log_ns)
+        elif record.topic.name == "voice":
+            if self._voices is not None:
+                self._voices.hear(record.names["participant"], message)
+        elif record.topic.name == "world_key":
+            self._backlog.key(message)
+        elif record.topic.name == "world_detail":
+            self._decoder.hear_detail(message)
+        else:
+            self._backlog.add(message)
+            for now in self._steps(message):
+                # The steps of one message as if each had come as soon as it was about.
+                self._stage.hear_world(now, record.log_ns - (message.header.t_ns - now.t_ns))
+
+    def _steps(self, message: WorldState) -> list[RoomNow]:
+        steps = self._decoder.read(message)
+        if self._decoder.lost:
+            now = self._decoder.begin(self._backlog.snapshot())
+            return [now] if now is not None else []
+        return steps

@@ -1,0 +1,63 @@
+"""What lets somebody at a window act on the pictures that are drawn. A service that has windows provides it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from vistel.render.gl.context import GlWindow
+from vistel.render.painter import Painter
+from vistel.render.stage.stage import Instant
+from vistel.render.things.outlines import Outline
+from vistel.render.view.camera import Camera
+from vistel.render.view.screens import Sight
+from vistel.render.view.view import Choices
+from vistel.space.files.model import Model
+
+
+class Interaction(Protocol):
+    """What somebody does between two pictures and sees over them. Called from the thread that draws."""
+
+    choices: Choices
+    """How they want the picture."""
+
+    def take(self, instant: Instant, sights: list[Sight], size: tuple[int, int]) -> None:
+        """What was done since the last picture, whose `sights` and `size` [pixels] were these."""
+        ...
+
+    def predicted(self, instant: Instant) -> Instant:
+        """The instant with what they move already where the world will have it in a moment."""
+        ...
+
+    def camera(self, base: Camera) -> Camera:
+        """Where the picture is taken from; base: where it would be without them."""
+        ...
+
+    def outlines(self, outlines: list[Outline]) -> list[Outline]:
+        """With a line round what they point at."""
+        ...
+
+    def rows(self) -> tuple[tuple[str, bool], ...]:
+        """Lines of text over the picture, each with whether it is a warning."""
+        ...
+
+    def draw(self, instant: Instant, hertz: float, drawn: float) -> None:
+        """Draw over the picture, into the window's framebuffer, which is bound. hertz: pictures a second; drawn: part of the
+        width and height that is drawn."""
+        ...
+
+    def close(self) -> None:
+        """Give everything back."""
+        ...
+
+
+class WindowSystem(Protocol):
+    """Opens the windows of a renderer."""
+
+    def open(self) -> GlWindow:
+        """The windows, with a context that is current. Raises whatever is in the way."""
+        ...
+
+    def interaction(self, painter: Painter, models: Mapping[str, Model]) -> Interaction:
+        """What somebody does at the windows, which are those of the painter's surface. models: what things look like."""
+        ...

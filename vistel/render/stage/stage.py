@@ -1,0 +1,226 @@
+"""Who and what is in the room, buffered until it is shown. Lives on the event loop; knows no graphics and no clock."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.posture.posture import Posture, pose_joints
+from vistel.figure.skeleton import standard_skeleton
+from vistel.render.stage.captions import Caption, Captions
+from vistel.render.stage.hand_correction import Shown
+from vistel.render.stage.held import HeldThings
+from vistel.render.stage.motion import Between, Heard, MotionReader
+from vistel.render.stage.playout import Playout, Timing
+from vistel.render.stage.world_view import Ghost, WorldView, between, ghosts_from, thing_of, view_of
+from vistel.space.things.things import Thing
+from vistel.v1 import audio_pb2, motion_pb2, world_pb2
+from vistel.wire.parcels import is_digest
+from vistel.wire.proportions import from_message
+from vistel.wire.world.room_now import RoomNow, Touch
+
+log = logging.getLogger("vistel.renderer")
+
+MOST_WAIT_S = 0.6
+"""A picture waits no longer for its voice."""
+GONE_NS = 20_000_000_000
+"""A participant silent this long is no longer drawn."""
+
+
+@dataclass(frozen=True)
+class About:
+    """Who a participant is. parcel: digest of an avatar of their own; proportions: what its limbs are like; here: it need
+    not be waited for."""
+
+    name: str
+    display_name: str
+    avatar: str = "builtin"
+    height: float = 1.75
+    parcel: str = ""
+    proportions: Proportions | None = None
+    here: bool = True
+
+
+@dataclass(frozen=True)
+class PersonNow:
+    """A participant at the instant shown."""
+
+    about: About
+    posture: Posture
+    timing: Timing
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Everything that is shown at one instant; now_ns: conference time at which it is drawn.
+
+    coming: who has been announced and has not moved yet, so that their figures can be made ready. talking: who is heard.
+    captions: what was said to the room lately. loudness: of who is heard [dB].
+    """
+
+    now_ns: int
+    people: tuple[PersonNow, ...] = ()
+    world: WorldView = field(default_factory=WorldView)
+    things: Mapping[str, Thing] = field(default_factory=lambda: MappingProxyType({}))
+    coming: tuple[About, ...] = ()
+    talking: frozenset[str] = frozenset()
+    captions: tuple[Caption, ...] = ()
+    loudness: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+
+class _Person:
+    def __init__(self, about: About, delay_ns: int, site: str = "") -> None:
+        self.about, self.site = about, site
+        self.reader = MotionReader()
+        self.playout: Playout[Heard | Between] = Playout(Between, delay_ns)
+
+
+class Stage:
+    """Takes messages in, gives instants out."""
+
+    def __init__(self, delay_ns: int) -> None:
+        self._delay_ns = delay_ns
+        self._people: dict[str, _Person] = {}
+        self._things: Mapping[str, Thing] = MappingProxyType({})
+        self._told: Mapping[str, world_pb2.Thing] = MappingProxyType({})
+        self._looks: frozenset[str] = frozenset()
+        self._touches: tuple[Touch, ...] = ()
+        self._ghosts: tuple[Ghost, ...] = ()
+        self._world: Playout[WorldView] = Playout(between, delay_ns)
+        self._arrived: set[str] = set()
+        self._held = HeldThings()
+        self._talking: frozenset[str] = frozenset()
+        self._loudness: Mapping[str, float] = MappingProxyType({})
+        self.captions = Captions()
+
+    def hear_about(self, message: motion_pb2.Participant) -> None:
+        """Who somebody is."""
+        parcel = message.parcel if is_digest(message.parcel) else ""
+        about = About(
+            message.participant,
+            message.display_name or message.participant,
+            message.avatar or "builtin",
+            message.height_m if 0.5 <= message.height_m <= 2.6 else 1.75,
+            parcel,
+            _limbs(message),
+            not parcel or parcel in self._arrived,
+        )
+        person = self._people.get(about.name)
+        if person is None:
+            self._people[about.name] = _Person(about, self._delay_ns, message.site)
+        else:
+            person.about, person.site = about, message.site
+
+    @property
+    def awaited(self) -> frozenset[str]:
+        """Digests of avatars that somebody has and that are not here yet."""
+        return frozenset(p.about.parcel for p in self._people.values() if not p.about.here)
+
+    def avatar_arrived(self, digest: str) -> None:
+        """An avatar is here."""
+        self._arrived.add(digest)
+        for person in self._people.values():
+            if person.about.parcel == digest:
+                person.about = replace(person.about, here=True)
+
+    def avatar_refused(self, site: str, digest: str) -> None:
+        """What `site` sent as an avatar is none: its people need not wait for it."""
+        for person in self._people.values():
+            if person.about.parcel == digest and person.site == site:
+                person.about = replace(person.about, here=True)
+
+    @property
+    def looks(self) -> frozenset[str]:
+        """Digests of the polymeshes that things of the room look like."""
+        return self._looks
+
+    def hear_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
+        """What somebody did; before we heard who they are, they are shown under their key's name."""
+        person = self._people.get(name)
+        if person is None:
+            person = self._people[name] = _Person(About(name, name), self._delay_ns)
+        for t_ns, heard in person.reader.read(message):
+            person.playout.push(t_ns, heard, received_ns)
+
+    def hear_world(self, now: RoomNow, received_ns: int) -> None:
+        """A step of the room."""
+        if now.things is not self._told:
+            self._describe(now.things)
+        if now.touches is not self._touches or now.things is not self._told:
+            self._touches, self._ghosts = now.touches, ghosts_from(now.touches, now.things)
+        self._told = now.things
+        self._world.push(now.t_ns, view_of(now, self._ghosts), received_ns)
+
+    def hear_sound(self, message: audio_pb2.SoundStatus) -> None:
+        """How this site's voices are doing: who is heard, and whose picture must wait because the voice comes later."""
+        self._talking = frozenset(s.participant for s in message.streams if s.talking)
+        self._loudness = {s.participant: s.level_db for s in message.streams if s.talking}
+        for stream in message.streams:
+            person = self._people.get(stream.participant)
+            if person is not None and math.isfinite(stream.needed_s):
+                wait_s = min(MOST_WAIT_S, stream.needed_s) if message.policy == "match" else 0.0
+                person.playout.wait_for(round(wait_s * 1e9))
+
+    def instant(self, now_ns: int) -> Instant:
+        """What is shown at `now_ns`."""
+        people: list[PersonNow] = []
+        coming: list[About] = []
+        for name, person in list(self._people.items()):
+            shown = person.playout.sample(now_ns)
+            timing = person.playout.timing
+            if shown is None or timing is None:
+                coming.append(person.about)
+                continue
+            if timing.age_ns > GONE_NS:
+                log.info("event=participant_gone participant=%s silent_s=%.0f", name, timing.age_ns * 1e-9)
+                del self._people[name]
+                continue
+            people.append(PersonNow(person.about, shown.posture, timing))
+        world = self._world.sample(now_ns) or WorldView()
+        captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
+        shown = self._in_hands(now_ns, people, world)
+        return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness)
+
+    def _in_hands(self, now_ns: int, people: list[PersonNow], world: WorldView) -> tuple[tuple[PersonNow, ...], WorldView]:
+        """People with their fingers on what they hold, and the world with it in their hands."""
+        holders = {g.participant for g in world.grasps}
+        shown = {p.about.name: _shown(p) for p in people if p.about.name in holders}
+        world = self._held.poses(now_ns, world, shown)
+        postures = self._held.fingers(now_ns, world, {p.about.name: p.posture for p in people})
+        return tuple(replace(p, posture=postures[p.about.name]) for p in people), world
+
+    def _describe(self, told: Mapping[str, world_pb2.Thing]) -> None:
+        things: dict[str, Thing] = {}
+        for name, t in told.items():
+            known = self._told.get(name)
+            if name in self._things and (known is t or known == t):
+                things[name] = self._things[name]
+                continue
+            try:
+                things[name] = thing_of(t)
+            except ValueError as e:
+                log.error("event=bad_thing thing=%s reason=%r action=not_drawn", name, str(e))
+        if things != dict(self._things):
+            self._things = MappingProxyType(things)
+            self._looks = frozenset(k.model for t in things.values() for k in t.looks)
+
+
+def _shown(person: PersonNow) -> Shown:
+    """A person with their joints as they are shown."""
+    limbs = person.about.proportions
+    skeleton = standard_skeleton(person.about.height) if limbs is None else limbs.skeleton
+    return Shown(person.posture, pose_joints(skeleton, person.posture), skeleton)
+
+
+def _limbs(message: motion_pb2.Participant) -> Proportions | None:
+    if not message.HasField("proportions"):
+        return None
+    try:
+        return Proportions.from_arrays(**from_message(message.proportions))
+    except ValueError as e:
+        log.error("event=bad_proportions participant=%s reason=%r shown=average", message.participant, str(e))
+        return None
