@@ -29,10 +29,10 @@ def floor(size: int, metres: float) -> F32:
     y, x = np.meshgrid(along_side, along_side, indexing="ij")
     width, length = 0.16, 1.6
     plank = (x // width).astype(int)
-    shift: F64 = rng.uniform(0.0, length, plank.max() + 1)
+    shift: F64 = rng.uniform(0.0, length, int(plank.max()) + 1)
     along = y + shift[plank]
     piece = (along // length).astype(int)
-    tone = rng.uniform(0.0, 1.0, (plank.max() + 1, piece.max() + 2))[plank, piece]
+    tone = rng.uniform(0.0, 1.0, (int(plank.max()) + 1, int(piece.max()) + 2))[plank, piece]
     warp = _noise(rng, size, size, 24, 96)
     grain = np.sin(2.0 * np.pi * (x / 0.021 + 3.0 * tone + 1.3 * warp)) * 0.5 + _noise(rng, size, size, 48, 900)
     fine = _noise(rng, size, size, 90, size)
