@@ -16,7 +16,6 @@ import numpy as np
 
 from vistel.arrays import F64, U8
 from vistel.conference.files import load
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.grip import closed_round
 from vistel.figure.people.builtin import builtin_avatar

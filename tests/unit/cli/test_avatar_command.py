@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.conference.files import load, public_avatar
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats.gltf import save_gltf
 from vistel.figure.formats.load import load_any
 from vistel.figure.formats.obj import export_obj
 from vistel.figure.formats.usd import save_usd
+from vistel.figure.people.builtin import builtin_avatar
 from vistel.render.figures.people import files_of, load_avatar_of
 from vistel.render.gl.context import NoOpenGlError, open_surface
 from vistel.render.stage.stage import About
