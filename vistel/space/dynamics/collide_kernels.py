@@ -161,9 +161,9 @@ def detect(
     pairs,
     contacts,
 ):
-    """All contacts of things with each other and with what pushes them, into `pairs` (K, 2) and `contacts` (K, columns of
-    `dynamics`). Arrays as `Solids` and `Motions` have them, room frame, SI units; dt: step [s]. Gives how many there are, and the
-    arrays, grown where there were more than they held."""
+    """Write all contacts of things with each other and with what pushes them into `pairs` (K, 3) and `contacts` (K, columns); wake
+    things asleep that something moving touches. Arrays as `Solids`, `Motions` and `Pushes` have them, room frame, SI units; dt:
+    step [s]. Gives the number of contacts, and whether a thing was woken."""
     n = len(mode)
     count = 0
     woken = False
