@@ -156,7 +156,8 @@ def _breaking_values(name: str, old: EnumDescriptorProto, new: EnumDescriptorPro
 def _kind(field: FieldDescriptorProto) -> str:
     label = "repeated " if field.label == FieldDescriptorProto.LABEL_REPEATED else ""
     kind = FieldDescriptorProto.Type.Name(field.type).removeprefix("TYPE_").lower()
-    oneof = " in a oneof" if field.HasField("oneof_index") else ""
+    # What may be absent goes over the wire as before: protoc puts it into a oneof of its own.
+    oneof = " in a oneof" if field.HasField("oneof_index") and not field.proto3_optional else ""
     return f"{label}{field.type_name.removeprefix('.') or kind}{oneof}"
 
 

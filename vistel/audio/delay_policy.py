@@ -48,7 +48,7 @@ class Target:
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
         self._reports: deque[tuple[int, float]] = deque(maxlen=_REPORTS)
-        self._image_s = 0.0
+        self._image_s: float | None = None
         self._value_s: float | None = None
         self._at_ns = 0
 
@@ -57,20 +57,20 @@ class Target:
         self._reports.append((t_ns, delay_s))
         delays = sorted(d for _, d in self._reports)
         middle = delays[len(delays) // 2]
-        if abs(middle - self._image_s) > _STILL_S or self._image_s == 0.0:
+        if self._image_s is None or abs(middle - self._image_s) > _STILL_S:
             self._image_s = middle
 
-    def image_s(self, now_ns: int) -> float:
-        """From capture to picture, as far as it is known; 0: it is not."""
+    def image_s(self, now_ns: int) -> float | None:
+        """Delay from capture to picture [s]; None: not known."""
         if not self._reports or now_ns - self._reports[-1][0] > _FORGET_NS:
-            return 0.0
+            return None
         return self._image_s
 
     def wanted_s(self, now_ns: int, needed_s: float, *, speaking: bool) -> float:
         """The delay to go to now. It moves smoothly while somebody speaks, at once while nobody does."""
         goal = self._policy.fixed_s
         if goal is None:
-            goal = max(self.image_s(now_ns), needed_s)
+            goal = max(self.image_s(now_ns) or 0.0, needed_s)
         if self._value_s is None or not speaking:
             self._value_s = goal
         else:

@@ -13,12 +13,15 @@ from vistel.space.commands.actions import Action, Along, Shown, Size, Towards, W
 from vistel.v1 import command_pb2 as pb
 from vistel.v1.geometry_pb2 import Pose
 
+IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
+"""The quaternion (x, y, z, w) that turns nothing."""
+
 
 def pose(message: Pose) -> tuple[F64, F64]:
     """position (3,), rotation (4,) quaternion; all zero means identity."""
     p, q = message.position, message.rotation
     rotation = np.array([q.x, q.y, q.z, q.w], np.float64)
-    return np.array([p.x, p.y, p.z], np.float64), rotation if rotation.any() else np.array([0.0, 0.0, 0.0, 1.0])
+    return np.array([p.x, p.y, p.z], np.float64), rotation if rotation.any() else IDENTITY
 
 
 def action_of(message: pb.Command) -> Action | None:
@@ -66,6 +69,26 @@ def _from_which(w: Which) -> pb.Which:
 
 def _which(m: pb.Which) -> Which:
     return Which(m.thing, m.name, m.shape, m.colour, _SHOWN.get(m.shown), m.every, _SIZE.get(m.size))
+
+
+def _given(m: Any, name: str, default: Any) -> Any:
+    return getattr(m, name) if m.HasField(name) else default
+
+
+def _move_by(m: pb.MoveThingBy) -> ask.MoveBy | None:
+    if m.towards not in _TOWARDS:
+        return None
+    return ask.MoveBy(_which(m.which), _TOWARDS[m.towards], _given(m, "distance", ask.MoveBy.distance))
+
+
+def _size_colour(m: pb.CreateThing) -> tuple[float, int | None]:
+    return _given(m, "size", ask.Create.size), _given(m, "colour", ask.Create.colour)
+
+
+def _pose_given(m: Pose) -> tuple[F64, F64]:
+    """As `pose`; a rotation that is given is left as it is, even if all of it is zero."""
+    q = m.rotation
+    return pose(m)[0], np.array([q.x, q.y, q.z, q.w], np.float64) if m.HasField("rotation") else IDENTITY
 
 
 def _named(m: Any) -> Which:
@@ -126,12 +149,12 @@ _FIELD: dict[type[Any], str] = {
 }
 
 _READ: dict[str, Callable[[Any], Action | None]] = {
-    "move": lambda m: ask.Move(_named(m), *pose(m.pose)),
+    "move": lambda m: ask.Move(_named(m), *_pose_given(m.pose)),
     "release": lambda m: ask.Release(_named(m)),
     "delete": lambda m: ask.Delete(_named(m)),
     "reset": lambda m: ask.Reset(),
     "select": lambda m: ask.Select(_which(m.which), m.nothing),
-    "move_by": lambda m: ask.MoveBy(_which(m.which), _TOWARDS[m.towards], m.distance or 0.1) if m.towards in _TOWARDS else None,
+    "move_by": _move_by,
     "place": lambda m: ask.Place(_which(m.which), _WHERE.get(m.where, Where.HERE)),
     "turn": lambda m: ask.Turn(_which(m.which), m.angle, _ALONG.get(m.about, Along.UP)),
     "scale": lambda m: ask.Scale(_which(m.which), m.factor, _ALONG.get(m.along)),
@@ -140,7 +163,7 @@ _READ: dict[str, Callable[[Any], Action | None]] = {
     "paint": lambda m: ask.Paint(_which(m.which), m.colour),
     "harden": lambda m: ask.Harden(_which(m.which), m.rigidity),
     "copy": lambda m: ask.Copy(_which(m.which)),
-    "create": lambda m: ask.Create(m.shape, m.size or 0.04, m.colour, _WHERE.get(m.where, Where.HERE)),
+    "create": lambda m: ask.Create(m.shape, *_size_colour(m), _WHERE.get(m.where, Where.HERE)),
     "grip": lambda m: ask.Grip(_which(m.which), m.force),
     "attach": lambda m: ask.Attach(_which(m.which), _which(m.to)),
     "detach": lambda m: ask.Detach(_which(m.which)),
@@ -150,6 +173,6 @@ _READ: dict[str, Callable[[Any], Action | None]] = {
     "hide": lambda m: ask.Hide(_which(m.which)),
     "show": lambda m: ask.Show(_which(m.which)),
     "align": lambda m: ask.Align(_which(m.which)),
-    "dent": lambda m: ask.Dent(_which(m.which), m.depth or ask.Dent.depth),
+    "dent": lambda m: ask.Dent(_which(m.which), _given(m, "depth", ask.Dent.depth)),
     "sharpen": lambda m: ask.Sharpen(_which(m.which), m.by),
 }

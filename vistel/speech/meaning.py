@@ -131,7 +131,7 @@ def _create(m: Meaning) -> Action:
         raise MeaningError(f"colour: expected one of {', '.join(COLOURS)}, got {colour!r}")
     if size not in CREATED:
         raise MeaningError(f"size: expected large or small, got {size!r}")
-    return ask.Create(shape, CREATED[size], COLOURS.get(colour, 0), _where(m))
+    return ask.Create(shape, CREATED[size], COLOURS.get(colour), _where(m))
 
 
 def _harden(m: Meaning) -> Action:

@@ -26,19 +26,19 @@ from vistel.v1 import envelope_pb2 as vistel_dot_v1_dot_envelope__pb2
 from vistel.v1 import geometry_pb2 as vistel_dot_v1_dot_geometry__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17vistel/v1/command.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\x1a\x18vistel/v1/geometry.proto\"\xe8\x08\n\x07\x43ommand\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x13\n\x0bparticipant\x18\x03 \x01(\t\x12$\n\x04move\x18\n \x01(\x0b\x32\x14.vistel.v1.MoveThingH\x00\x12*\n\x07release\x18\x0b \x01(\x0b\x32\x17.vistel.v1.ReleaseThingH\x00\x12(\n\x06\x64\x65lete\x18\x0c \x01(\x0b\x32\x16.vistel.v1.DeleteThingH\x00\x12%\n\x05reset\x18\r \x01(\x0b\x32\x14.vistel.v1.ResetRoomH\x00\x12)\n\x06select\x18\x0e \x01(\x0b\x32\x17.vistel.v1.SelectThingsH\x00\x12)\n\x07move_by\x18\x0f \x01(\x0b\x32\x16.vistel.v1.MoveThingByH\x00\x12&\n\x05place\x18\x10 \x01(\x0b\x32\x15.vistel.v1.PlaceThingH\x00\x12$\n\x04turn\x18\x11 \x01(\x0b\x32\x14.vistel.v1.TurnThingH\x00\x12&\n\x05scale\x18\x12 \x01(\x0b\x32\x15.vistel.v1.ScaleThingH\x00\x12$\n\x04\x62\x65nd\x18\x13 \x01(\x0b\x32\x14.vistel.v1.BendThingH\x00\x12&\n\x05twist\x18\x14 \x01(\x0b\x32\x15.vistel.v1.TwistThingH\x00\x12&\n\x05paint\x18\x15 \x01(\x0b\x32\x15.vistel.v1.PaintThingH\x00\x12(\n\x06harden\x18\x16 \x01(\x0b\x32\x16.vistel.v1.HardenThingH\x00\x12$\n\x04\x63opy\x18\x17 \x01(\x0b\x32\x14.vistel.v1.CopyThingH\x00\x12(\n\x06\x63reate\x18\x18 \x01(\x0b\x32\x16.vistel.v1.CreateThingH\x00\x12$\n\x04grip\x18\x19 \x01(\x0b\x32\x14.vistel.v1.GripThingH\x00\x12(\n\x06\x61ttach\x18\x1a \x01(\x0b\x32\x16.vistel.v1.AttachThingH\x00\x12(\n\x06\x64\x65tach\x18\x1b \x01(\x0b\x32\x16.vistel.v1.DetachThingH\x00\x12#\n\x04undo\x18\x1c \x01(\x0b\x32\x13.vistel.v1.UndoLastH\x00\x12#\n\x04redo\x18\x1d \x01(\x0b\x32\x13.vistel.v1.RedoLastH\x00\x12%\n\x04stop\x18\x1e \x01(\x0b\x32\x15.vistel.v1.StopMovingH\x00\x12$\n\x04hide\x18\x1f \x01(\x0b\x32\x14.vistel.v1.HideThingH\x00\x12$\n\x04show\x18  \x01(\x0b\x32\x14.vistel.v1.ShowThingH\x00\x12\'\n\x05\x61lign\x18! \x01(\x0b\x32\x16.vistel.v1.AlignThingsH\x00\x12$\n\x04\x64\x65nt\x18\" \x01(\x0b\x32\x14.vistel.v1.DentThingH\x00\x12*\n\x07sharpen\x18# \x01(\x0b\x32\x17.vistel.v1.SharpenThingH\x00\x42\x08\n\x06\x61\x63tion\"\xcd\x02\n\x05Which\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x0c\n\x04name\x18\x02 \x01(\t\x12\r\n\x05shape\x18\x03 \x01(\t\x12\x0e\n\x06\x63olour\x18\x04 \x01(\t\x12%\n\x05shown\x18\x05 \x01(\x0e\x32\x16.vistel.v1.Which.Shown\x12\r\n\x05\x65very\x18\x06 \x01(\x08\x12#\n\x04size\x18\x07 \x01(\x0e\x32\x15.vistel.v1.Which.Size\"j\n\x05Shown\x12\x15\n\x11SHOWN_UNSPECIFIED\x10\x00\x12\x11\n\rSHOWN_POINTED\x10\x01\x12\x13\n\x0fSHOWN_LOOKED_AT\x10\x02\x12\x12\n\x0eSHOWN_SELECTED\x10\x03\x12\x0e\n\nSHOWN_HELD\x10\x04\"A\n\x04Size\x12\x14\n\x10SIZE_UNSPECIFIED\x10\x00\x12\x10\n\x0cSIZE_LARGEST\x10\x01\x12\x11\n\rSIZE_SMALLEST\x10\x02\"Z\n\tMoveThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1d\n\x04pose\x18\x02 \x01(\x0b\x32\x0f.vistel.v1.Pose\x12\x1f\n\x05which\x18\x03 \x01(\x0b\x32\x10.vistel.v1.Which\">\n\x0cReleaseThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1f\n\x05which\x18\x02 \x01(\x0b\x32\x10.vistel.v1.Which\"=\n\x0b\x44\x65leteThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1f\n\x05which\x18\x02 \x01(\x0b\x32\x10.vistel.v1.Which\"\x0b\n\tResetRoom\"@\n\x0cSelectThings\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x0f\n\x07nothing\x18\x02 \x01(\x08\"e\n\x0bMoveThingBy\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12#\n\x07towards\x18\x02 \x01(\x0e\x32\x12.vistel.v1.Towards\x12\x10\n\x08\x64istance\x18\x03 \x01(\x01\"N\n\nPlaceThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x1f\n\x05where\x18\x02 \x01(\x0e\x32\x10.vistel.v1.Where\"\\\n\tTurnThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x61ngle\x18\x02 \x01(\x01\x12\x1f\n\x05\x61\x62out\x18\x03 \x01(\x0e\x32\x10.vistel.v1.Along\"^\n\nScaleThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x0e\n\x06\x66\x61\x63tor\x18\x02 \x01(\x01\x12\x1f\n\x05\x61long\x18\x03 \x01(\x0e\x32\x10.vistel.v1.Along\";\n\tBendThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x61ngle\x18\x02 \x01(\x01\"<\n\nTwistThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x61ngle\x18\x02 \x01(\x01\"=\n\nPaintThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x0e\n\x06\x63olour\x18\x02 \x01(\x07\"@\n\x0bHardenThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x10\n\x08rigidity\x18\x02 \x01(\x01\",\n\tCopyThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\"[\n\x0b\x43reateThing\x12\r\n\x05shape\x18\x01 \x01(\t\x12\x0c\n\x04size\x18\x02 \x01(\x01\x12\x0e\n\x06\x63olour\x18\x03 \x01(\x07\x12\x1f\n\x05where\x18\x04 \x01(\x0e\x32\x10.vistel.v1.Where\";\n\tGripThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x66orce\x18\x02 \x01(\x08\"L\n\x0b\x41ttachThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x1c\n\x02to\x18\x02 \x01(\x0b\x32\x10.vistel.v1.Which\".\n\x0b\x44\x65tachThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\"\n\n\x08UndoLast\"\n\n\x08RedoLast\"\x0c\n\nStopMoving\",\n\tHideThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\",\n\tShowThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\".\n\x0b\x41lignThings\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\";\n\tDentThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x64\x65pth\x18\x02 \x01(\x01\";\n\x0cSharpenThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\n\n\x02\x62y\x18\x02 \x01(\x01\"\xea\x01\n\rCommandResult\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x31\n\x07outcome\x18\x03 \x01(\x0e\x32 .vistel.v1.CommandResult.Outcome\x12\x0e\n\x06reason\x18\x04 \x01(\t\x12\x0c\n\x04step\x18\x05 \x01(\x04\x12\x0e\n\x06things\x18\x06 \x03(\t\"I\n\x07Outcome\x12\x17\n\x13OUTCOME_UNSPECIFIED\x10\x00\x12\x10\n\x0cOUTCOME_DONE\x10\x01\x12\x13\n\x0fOUTCOME_REFUSED\x10\x02*\x8e\x01\n\x07Towards\x12\x17\n\x13TOWARDS_UNSPECIFIED\x10\x00\x12\x11\n\rTOWARDS_RIGHT\x10\x01\x12\x10\n\x0cTOWARDS_LEFT\x10\x02\x12\x0e\n\nTOWARDS_UP\x10\x03\x12\x10\n\x0cTOWARDS_DOWN\x10\x04\x12\x11\n\rTOWARDS_AHEAD\x10\x05\x12\x10\n\x0cTOWARDS_BACK\x10\x06*s\n\x05\x41long\x12\x15\n\x11\x41LONG_UNSPECIFIED\x10\x00\x12\x11\n\rALONG_LONGEST\x10\x01\x12\x0c\n\x08\x41LONG_UP\x10\x02\x12\x10\n\x0c\x41LONG_ACROSS\x10\x03\x12\x0f\n\x0b\x41LONG_AHEAD\x10\x04\x12\x0f\n\x0b\x41LONG_GIRTH\x10\x05*A\n\x05Where\x12\x15\n\x11WHERE_UNSPECIFIED\x10\x00\x12\x0e\n\nWHERE_HERE\x10\x01\x12\x11\n\rWHERE_POINTED\x10\x02\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17vistel/v1/command.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\x1a\x18vistel/v1/geometry.proto\"\xe8\x08\n\x07\x43ommand\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x13\n\x0bparticipant\x18\x03 \x01(\t\x12$\n\x04move\x18\n \x01(\x0b\x32\x14.vistel.v1.MoveThingH\x00\x12*\n\x07release\x18\x0b \x01(\x0b\x32\x17.vistel.v1.ReleaseThingH\x00\x12(\n\x06\x64\x65lete\x18\x0c \x01(\x0b\x32\x16.vistel.v1.DeleteThingH\x00\x12%\n\x05reset\x18\r \x01(\x0b\x32\x14.vistel.v1.ResetRoomH\x00\x12)\n\x06select\x18\x0e \x01(\x0b\x32\x17.vistel.v1.SelectThingsH\x00\x12)\n\x07move_by\x18\x0f \x01(\x0b\x32\x16.vistel.v1.MoveThingByH\x00\x12&\n\x05place\x18\x10 \x01(\x0b\x32\x15.vistel.v1.PlaceThingH\x00\x12$\n\x04turn\x18\x11 \x01(\x0b\x32\x14.vistel.v1.TurnThingH\x00\x12&\n\x05scale\x18\x12 \x01(\x0b\x32\x15.vistel.v1.ScaleThingH\x00\x12$\n\x04\x62\x65nd\x18\x13 \x01(\x0b\x32\x14.vistel.v1.BendThingH\x00\x12&\n\x05twist\x18\x14 \x01(\x0b\x32\x15.vistel.v1.TwistThingH\x00\x12&\n\x05paint\x18\x15 \x01(\x0b\x32\x15.vistel.v1.PaintThingH\x00\x12(\n\x06harden\x18\x16 \x01(\x0b\x32\x16.vistel.v1.HardenThingH\x00\x12$\n\x04\x63opy\x18\x17 \x01(\x0b\x32\x14.vistel.v1.CopyThingH\x00\x12(\n\x06\x63reate\x18\x18 \x01(\x0b\x32\x16.vistel.v1.CreateThingH\x00\x12$\n\x04grip\x18\x19 \x01(\x0b\x32\x14.vistel.v1.GripThingH\x00\x12(\n\x06\x61ttach\x18\x1a \x01(\x0b\x32\x16.vistel.v1.AttachThingH\x00\x12(\n\x06\x64\x65tach\x18\x1b \x01(\x0b\x32\x16.vistel.v1.DetachThingH\x00\x12#\n\x04undo\x18\x1c \x01(\x0b\x32\x13.vistel.v1.UndoLastH\x00\x12#\n\x04redo\x18\x1d \x01(\x0b\x32\x13.vistel.v1.RedoLastH\x00\x12%\n\x04stop\x18\x1e \x01(\x0b\x32\x15.vistel.v1.StopMovingH\x00\x12$\n\x04hide\x18\x1f \x01(\x0b\x32\x14.vistel.v1.HideThingH\x00\x12$\n\x04show\x18  \x01(\x0b\x32\x14.vistel.v1.ShowThingH\x00\x12\'\n\x05\x61lign\x18! \x01(\x0b\x32\x16.vistel.v1.AlignThingsH\x00\x12$\n\x04\x64\x65nt\x18\" \x01(\x0b\x32\x14.vistel.v1.DentThingH\x00\x12*\n\x07sharpen\x18# \x01(\x0b\x32\x17.vistel.v1.SharpenThingH\x00\x42\x08\n\x06\x61\x63tion\"\xcd\x02\n\x05Which\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x0c\n\x04name\x18\x02 \x01(\t\x12\r\n\x05shape\x18\x03 \x01(\t\x12\x0e\n\x06\x63olour\x18\x04 \x01(\t\x12%\n\x05shown\x18\x05 \x01(\x0e\x32\x16.vistel.v1.Which.Shown\x12\r\n\x05\x65very\x18\x06 \x01(\x08\x12#\n\x04size\x18\x07 \x01(\x0e\x32\x15.vistel.v1.Which.Size\"j\n\x05Shown\x12\x15\n\x11SHOWN_UNSPECIFIED\x10\x00\x12\x11\n\rSHOWN_POINTED\x10\x01\x12\x13\n\x0fSHOWN_LOOKED_AT\x10\x02\x12\x12\n\x0eSHOWN_SELECTED\x10\x03\x12\x0e\n\nSHOWN_HELD\x10\x04\"A\n\x04Size\x12\x14\n\x10SIZE_UNSPECIFIED\x10\x00\x12\x10\n\x0cSIZE_LARGEST\x10\x01\x12\x11\n\rSIZE_SMALLEST\x10\x02\"Z\n\tMoveThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1d\n\x04pose\x18\x02 \x01(\x0b\x32\x0f.vistel.v1.Pose\x12\x1f\n\x05which\x18\x03 \x01(\x0b\x32\x10.vistel.v1.Which\">\n\x0cReleaseThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1f\n\x05which\x18\x02 \x01(\x0b\x32\x10.vistel.v1.Which\"=\n\x0b\x44\x65leteThing\x12\r\n\x05thing\x18\x01 \x01(\t\x12\x1f\n\x05which\x18\x02 \x01(\x0b\x32\x10.vistel.v1.Which\"\x0b\n\tResetRoom\"@\n\x0cSelectThings\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x0f\n\x07nothing\x18\x02 \x01(\x08\"w\n\x0bMoveThingBy\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12#\n\x07towards\x18\x02 \x01(\x0e\x32\x12.vistel.v1.Towards\x12\x15\n\x08\x64istance\x18\x03 \x01(\x01H\x00\x88\x01\x01\x42\x0b\n\t_distance\"N\n\nPlaceThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x1f\n\x05where\x18\x02 \x01(\x0e\x32\x10.vistel.v1.Where\"\\\n\tTurnThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x61ngle\x18\x02 \x01(\x01\x12\x1f\n\x05\x61\x62out\x18\x03 \x01(\x0e\x32\x10.vistel.v1.Along\"^\n\nScaleThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x0e\n\x06\x66\x61\x63tor\x18\x02 \x01(\x01\x12\x1f\n\x05\x61long\x18\x03 \x01(\x0e\x32\x10.vistel.v1.Along\";\n\tBendThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x61ngle\x18\x02 \x01(\x01\"<\n\nTwistThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x61ngle\x18\x02 \x01(\x01\"=\n\nPaintThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x0e\n\x06\x63olour\x18\x02 \x01(\x07\"@\n\x0bHardenThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x10\n\x08rigidity\x18\x02 \x01(\x01\",\n\tCopyThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\"y\n\x0b\x43reateThing\x12\r\n\x05shape\x18\x01 \x01(\t\x12\x11\n\x04size\x18\x02 \x01(\x01H\x00\x88\x01\x01\x12\x13\n\x06\x63olour\x18\x03 \x01(\x07H\x01\x88\x01\x01\x12\x1f\n\x05where\x18\x04 \x01(\x0e\x32\x10.vistel.v1.WhereB\x07\n\x05_sizeB\t\n\x07_colour\";\n\tGripThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\r\n\x05\x66orce\x18\x02 \x01(\x08\"L\n\x0b\x41ttachThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x1c\n\x02to\x18\x02 \x01(\x0b\x32\x10.vistel.v1.Which\".\n\x0b\x44\x65tachThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\"\n\n\x08UndoLast\"\n\n\x08RedoLast\"\x0c\n\nStopMoving\",\n\tHideThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\",\n\tShowThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\".\n\x0b\x41lignThings\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\"J\n\tDentThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\x12\n\x05\x64\x65pth\x18\x02 \x01(\x01H\x00\x88\x01\x01\x42\x08\n\x06_depth\";\n\x0cSharpenThing\x12\x1f\n\x05which\x18\x01 \x01(\x0b\x32\x10.vistel.v1.Which\x12\n\n\x02\x62y\x18\x02 \x01(\x01\"\xea\x01\n\rCommandResult\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\n\n\x02id\x18\x02 \x01(\t\x12\x31\n\x07outcome\x18\x03 \x01(\x0e\x32 .vistel.v1.CommandResult.Outcome\x12\x0e\n\x06reason\x18\x04 \x01(\t\x12\x0c\n\x04step\x18\x05 \x01(\x04\x12\x0e\n\x06things\x18\x06 \x03(\t\"I\n\x07Outcome\x12\x17\n\x13OUTCOME_UNSPECIFIED\x10\x00\x12\x10\n\x0cOUTCOME_DONE\x10\x01\x12\x13\n\x0fOUTCOME_REFUSED\x10\x02*\x8e\x01\n\x07Towards\x12\x17\n\x13TOWARDS_UNSPECIFIED\x10\x00\x12\x11\n\rTOWARDS_RIGHT\x10\x01\x12\x10\n\x0cTOWARDS_LEFT\x10\x02\x12\x0e\n\nTOWARDS_UP\x10\x03\x12\x10\n\x0cTOWARDS_DOWN\x10\x04\x12\x11\n\rTOWARDS_AHEAD\x10\x05\x12\x10\n\x0cTOWARDS_BACK\x10\x06*s\n\x05\x41long\x12\x15\n\x11\x41LONG_UNSPECIFIED\x10\x00\x12\x11\n\rALONG_LONGEST\x10\x01\x12\x0c\n\x08\x41LONG_UP\x10\x02\x12\x10\n\x0c\x41LONG_ACROSS\x10\x03\x12\x0f\n\x0b\x41LONG_AHEAD\x10\x04\x12\x0f\n\x0b\x41LONG_GIRTH\x10\x05*A\n\x05Where\x12\x15\n\x11WHERE_UNSPECIFIED\x10\x00\x12\x0e\n\nWHERE_HERE\x10\x01\x12\x11\n\rWHERE_POINTED\x10\x02\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'vistel.v1.command_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_TOWARDS']._serialized_start=3344
-  _globals['_TOWARDS']._serialized_end=3486
-  _globals['_ALONG']._serialized_start=3488
-  _globals['_ALONG']._serialized_end=3603
-  _globals['_WHERE']._serialized_start=3605
-  _globals['_WHERE']._serialized_end=3670
+  _globals['_TOWARDS']._serialized_start=3407
+  _globals['_TOWARDS']._serialized_end=3549
+  _globals['_ALONG']._serialized_start=3551
+  _globals['_ALONG']._serialized_end=3666
+  _globals['_WHERE']._serialized_start=3668
+  _globals['_WHERE']._serialized_end=3733
   _globals['_COMMAND']._serialized_start=91
   _globals['_COMMAND']._serialized_end=1219
   _globals['_WHICH']._serialized_start=1222
@@ -58,49 +58,49 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_SELECTTHINGS']._serialized_start=1789
   _globals['_SELECTTHINGS']._serialized_end=1853
   _globals['_MOVETHINGBY']._serialized_start=1855
-  _globals['_MOVETHINGBY']._serialized_end=1956
-  _globals['_PLACETHING']._serialized_start=1958
-  _globals['_PLACETHING']._serialized_end=2036
-  _globals['_TURNTHING']._serialized_start=2038
-  _globals['_TURNTHING']._serialized_end=2130
-  _globals['_SCALETHING']._serialized_start=2132
-  _globals['_SCALETHING']._serialized_end=2226
-  _globals['_BENDTHING']._serialized_start=2228
-  _globals['_BENDTHING']._serialized_end=2287
-  _globals['_TWISTTHING']._serialized_start=2289
-  _globals['_TWISTTHING']._serialized_end=2349
-  _globals['_PAINTTHING']._serialized_start=2351
-  _globals['_PAINTTHING']._serialized_end=2412
-  _globals['_HARDENTHING']._serialized_start=2414
-  _globals['_HARDENTHING']._serialized_end=2478
-  _globals['_COPYTHING']._serialized_start=2480
-  _globals['_COPYTHING']._serialized_end=2524
-  _globals['_CREATETHING']._serialized_start=2526
-  _globals['_CREATETHING']._serialized_end=2617
-  _globals['_GRIPTHING']._serialized_start=2619
-  _globals['_GRIPTHING']._serialized_end=2678
-  _globals['_ATTACHTHING']._serialized_start=2680
-  _globals['_ATTACHTHING']._serialized_end=2756
-  _globals['_DETACHTHING']._serialized_start=2758
-  _globals['_DETACHTHING']._serialized_end=2804
-  _globals['_UNDOLAST']._serialized_start=2806
-  _globals['_UNDOLAST']._serialized_end=2816
-  _globals['_REDOLAST']._serialized_start=2818
-  _globals['_REDOLAST']._serialized_end=2828
-  _globals['_STOPMOVING']._serialized_start=2830
-  _globals['_STOPMOVING']._serialized_end=2842
-  _globals['_HIDETHING']._serialized_start=2844
-  _globals['_HIDETHING']._serialized_end=2888
-  _globals['_SHOWTHING']._serialized_start=2890
-  _globals['_SHOWTHING']._serialized_end=2934
-  _globals['_ALIGNTHINGS']._serialized_start=2936
-  _globals['_ALIGNTHINGS']._serialized_end=2982
-  _globals['_DENTTHING']._serialized_start=2984
-  _globals['_DENTTHING']._serialized_end=3043
-  _globals['_SHARPENTHING']._serialized_start=3045
-  _globals['_SHARPENTHING']._serialized_end=3104
-  _globals['_COMMANDRESULT']._serialized_start=3107
-  _globals['_COMMANDRESULT']._serialized_end=3341
-  _globals['_COMMANDRESULT_OUTCOME']._serialized_start=3268
-  _globals['_COMMANDRESULT_OUTCOME']._serialized_end=3341
+  _globals['_MOVETHINGBY']._serialized_end=1974
+  _globals['_PLACETHING']._serialized_start=1976
+  _globals['_PLACETHING']._serialized_end=2054
+  _globals['_TURNTHING']._serialized_start=2056
+  _globals['_TURNTHING']._serialized_end=2148
+  _globals['_SCALETHING']._serialized_start=2150
+  _globals['_SCALETHING']._serialized_end=2244
+  _globals['_BENDTHING']._serialized_start=2246
+  _globals['_BENDTHING']._serialized_end=2305
+  _globals['_TWISTTHING']._serialized_start=2307
+  _globals['_TWISTTHING']._serialized_end=2367
+  _globals['_PAINTTHING']._serialized_start=2369
+  _globals['_PAINTTHING']._serialized_end=2430
+  _globals['_HARDENTHING']._serialized_start=2432
+  _globals['_HARDENTHING']._serialized_end=2496
+  _globals['_COPYTHING']._serialized_start=2498
+  _globals['_COPYTHING']._serialized_end=2542
+  _globals['_CREATETHING']._serialized_start=2544
+  _globals['_CREATETHING']._serialized_end=2665
+  _globals['_GRIPTHING']._serialized_start=2667
+  _globals['_GRIPTHING']._serialized_end=2726
+  _globals['_ATTACHTHING']._serialized_start=2728
+  _globals['_ATTACHTHING']._serialized_end=2804
+  _globals['_DETACHTHING']._serialized_start=2806
+  _globals['_DETACHTHING']._serialized_end=2852
+  _globals['_UNDOLAST']._serialized_start=2854
+  _globals['_UNDOLAST']._serialized_end=2864
+  _globals['_REDOLAST']._serialized_start=2866
+  _globals['_REDOLAST']._serialized_end=2876
+  _globals['_STOPMOVING']._serialized_start=2878
+  _globals['_STOPMOVING']._serialized_end=2890
+  _globals['_HIDETHING']._serialized_start=2892
+  _globals['_HIDETHING']._serialized_end=2936
+  _globals['_SHOWTHING']._serialized_start=2938
+  _globals['_SHOWTHING']._serialized_end=2982
+  _globals['_ALIGNTHINGS']._serialized_start=2984
+  _globals['_ALIGNTHINGS']._serialized_end=3030
+  _globals['_DENTTHING']._serialized_start=3032
+  _globals['_DENTTHING']._serialized_end=3106
+  _globals['_SHARPENTHING']._serialized_start=3108
+  _globals['_SHARPENTHING']._serialized_end=3167
+  _globals['_COMMANDRESULT']._serialized_start=3170
+  _globals['_COMMANDRESULT']._serialized_end=3404
+  _globals['_COMMANDRESULT_OUTCOME']._serialized_start=3331
+  _globals['_COMMANDRESULT_OUTCOME']._serialized_end=3404
 # @@protoc_insertion_point(module_scope)

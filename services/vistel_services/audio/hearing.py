@@ -112,8 +112,9 @@ class Hearing:
 
     def spare_s(self, now_ns: int, output_s: float) -> float | None:
         """How much of the wanted delay is common to all and not needed for the network; None: nobody is there."""
+        fixed_s = self._policy.fixed_s
         spare = [
-            max(0.0, (t.target.image_s(now_ns) if self._policy.fixed_s is None else self._policy.fixed_s) - t.needed_s(output_s))
+            max(0.0, ((t.target.image_s(now_ns) or 0.0) if fixed_s is None else fixed_s) - t.needed_s(output_s))
             for t in self._talkers.values()
             if t.need.known
         ]
@@ -127,13 +128,14 @@ class Hearing:
             image_s = talker.target.image_s(now_ns)
             actual_s = talker.stream.delay_ns
             actual_s = talker.wanted_s if actual_s is None else actual_s * 1e-9
+            skew_s = None if image_s is None else actual_s - image_s
             talking = talker.talking(heard_ns)
             message.streams.add(
                 participant=name,
                 target_s=talker.wanted_s,
                 actual_s=actual_s,
                 image_s=image_s,
-                skew_s=actual_s - image_s if image_s else 0.0,
+                skew_s=skew_s,
                 needed_s=talker.needed_s(output_s),
                 talking=talking,
                 level_db=talker.level_db if talking else SILENT_DB,
@@ -144,8 +146,8 @@ class Hearing:
             _TARGET.labels(self._site, name).set(talker.wanted_s)
             _MOUTH_TO_EAR.labels(self._site, name).set(actual_s)
             _CONCEALED.labels(self._site, name).inc(talker.newly_concealed())
-            if image_s:
-                _SKEW.labels(self._site, name).set(actual_s - image_s)
+            if skew_s is not None:
+                _SKEW.labels(self._site, name).set(skew_s)
 
     def talking(self, heard_ns: float) -> frozenset[str]:
         """Who is heard speaking."""

@@ -39,7 +39,7 @@ def carries_state(step: int, begins: bool) -> bool:
 
 def world_state(view: WorldView, things: Sequence[world_pb2.Thing] | None = None) -> world_pb2.WorldState:
     """The whole room at a step, in words. things: their messages, if they have been made already."""
-    out = world_pb2.WorldState(step=view.step, key=True, participants=view.participants, hash=view.hash)
+    out = world_pb2.WorldState(step=view.step, key=True, participants=view.participants, hash=view.hash or None)
     out.header.t_ns = view.t_ns
     out.things.extend(things if things is not None else [thing_message(t) for t in view.things])
     out.states.extend(_thing_state(s) for s in view.states)

@@ -117,7 +117,8 @@ class Teller:
             if view.selected:
                 out.selections.CopyFrom(selections(view))
         out.grasps.extend(self._said_grasps)
-        out.frame, out.check, out.hash = write_book(self._book), self._check(view), 0
+        out.frame, out.check = write_book(self._book), self._check(view)
+        out.ClearField("hash")
         return out
 
     def details(self, eyes: Mapping[str, Eyes], t_ns: int) -> dict[str, WorldDetail]:
@@ -175,7 +176,8 @@ class Teller:
         out.dents.extend(dent_message(d) for d in view.dents if d.number in self._fresh)
         out.bonds.extend(bond_message(b) for b in view.bonds if b.number in self._fresh)
         out.gone.extend(sorted(self._gone))
-        out.hash = self._hash
+        if self._hash:
+            out.hash = self._hash
         if out.key or due or self._hash:
             out.check = self._check(view)
         self._moves, self._hash, self._told = [], 0, view
@@ -192,7 +194,10 @@ class Teller:
         """Everything, in words and as the frame of the message that goes beside it."""
         out = world_state(view, [self._described[t.id][1] for t in view.things])
         out.frame = said.frame if said.key else write_book(self._book)
-        out.check, out.hash = said.check, said.hash
+        out.ClearField("hash")
+        for name in ("check", "hash"):
+            if said.HasField(name):
+                setattr(out, name, getattr(said, name))
         return out
 
     # -- parts -------------------------------------------------------------------------------------------------

@@ -208,7 +208,7 @@ def test_a_target_follows_the_picture_smoothly_and_waits_for_the_network() -> No
     assert target.wanted_s(11 * SECOND_NS // 2, 0.07, speaking=True) == pytest.approx(0.190)
     assert target.wanted_s(10 * SECOND_NS, 0.07, speaking=True) == 0.250
     assert target.wanted_s(10 * SECOND_NS, 0.3, speaking=False) == 0.3
-    assert target.image_s(60 * SECOND_NS) == 0.0
+    assert target.image_s(60 * SECOND_NS) is None
 
 
 def test_a_fixed_delay_is_the_same_for_all() -> None:

@@ -76,6 +76,7 @@ OLD = "// m\nmessage M {\n  // a\n  uint32 a = 1;\n  // b\n  string b = 2;\n}\n"
         (OLD.replace("string b = 2", "string c = 2"), "M.b = 2: its number now belongs to c"),
         (OLD.replace("  // b\n  string b = 2;\n", ""), "M.b = 2: is gone; reserve its number and its name"),
         ("// n\nmessage N {}\n", "M: the message is gone"),
+        (OLD.replace("uint32 a = 1;", "oneof x {\n uint32 a = 1;\n}"), "M.a = 1: was uint32, is uint32 in a oneof"),
     ],
 )
 def test_a_breaking_change_is_found(check: ModuleType, tmp_path: Path, new: str, expected: str) -> None:
@@ -86,6 +87,7 @@ def test_a_breaking_change_is_found(check: ModuleType, tmp_path: Path, new: str,
     "new",
     [
         OLD.replace("}\n", "  // c\n  float c = 3;\n}\n"),
+        OLD.replace("uint32 a", "optional uint32 a"),
         OLD.replace("  // b\n  string b = 2;\n", '  reserved 2;\n  reserved "b";\n'),
     ],
 )

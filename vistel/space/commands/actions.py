@@ -218,11 +218,11 @@ class Copy:
 @dataclass(frozen=True)
 class Create:
     """A new thing before the speaker, or where they point. shape: one of `create.SHAPES`; size: half of its largest
-    extent; colour: 0xRRGGBBAA, 0 for one of its own."""
+    extent; colour: 0xRRGGBBAA, None for one of its own."""
 
     shape: str
     size: float = 0.04
-    colour: int = 0
+    colour: int | None = None
     where: Where = Where.HERE
 
 

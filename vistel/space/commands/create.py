@@ -30,15 +30,15 @@ SHAPES = tuple(OWN_COLOUR)
 """What can be made."""
 
 
-def created(shape: str, size: float, colour: int, taken: Iterable[str]) -> Thing:
-    """A thing at the origin, standing or lying as such things do. colour: 0xRRGGBBAA, 0 for one of its own; taken: ids
+def created(shape: str, size: float, colour: int | None, taken: Iterable[str]) -> Thing:
+    """A thing at the origin, standing or lying as such things do. colour: 0xRRGGBBAA, None for one of its own; taken: ids
     that are in use. Raises Refused."""
     if shape not in SHAPES:
         raise Refused(f"there is no shape {shape!r}; there are {', '.join(SHAPES)}")
     if not SIZES[0] <= size <= SIZES[1]:
         raise Refused(f"new things may be {2e2 * SIZES[0]:.0f} to {2e2 * SIZES[1]:.0f} cm long, not {2e2 * size:.3g}")
     primitive, volume, axes = _made(shape, size)
-    colour = colour or COLOURS[OWN_COLOUR[shape]]
+    colour = COLOURS[OWN_COLOUR[shape]] if colour is None else colour
     number = unused(shape, taken)
     upright = Z_UP if shape in ("cylinder", "ring") else np.array([0.0, 0.0, 0.0, 1.0])
     name = f"{name_of_colour(colour)} {shape} {number.rpartition('-')[2]}"

@@ -117,7 +117,7 @@ def _create(words: list[str]) -> Action:
     words, where = _where(words)
     words, length = _length(words, 0.08)
     words = [w for w in words if w not in ("a", "an", "the")]
-    colour = COLOURS.get(words[0], 0) if words else 0
+    colour = COLOURS.get(words[0]) if words else None
     shape = " ".join(words[1:] if colour else words)
     if shape not in SHAPES:
         raise PhraseError(f"create what? there are {', '.join(SHAPES)}")

@@ -130,7 +130,7 @@ class WorldDecoder:
             self._lose(message)
             self.missed += 1
             return []
-        if out and message.check:
+        if out and message.HasField("check"):
             if self._check() == message.check:
                 self.agreed += 1
             else:

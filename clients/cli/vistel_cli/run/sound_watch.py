@@ -60,7 +60,7 @@ class SoundWatch:
                 if s.talking:
                     voice.target_s.append(s.target_s)
                     voice.to_ear_s.append(s.actual_s)
-                    if s.image_s:
+                    if s.HasField("skew_s"):
                         voice.skew_s.append(s.skew_s)
         for sample in self._utterances.take():
             said = self._said.setdefault(sample.names["site"], {})
@@ -108,7 +108,7 @@ class SoundWatch:
 def _heard(s: SoundStatus.Stream) -> str:
     """How late somebody is heard, how late they should be where that differs, and how far from their picture."""
     wanted = f" (wanted {s.target_s * 1e3:.0f})" if abs(s.target_s - s.actual_s) >= 0.005 else ""
-    skew = f" {s.skew_s * 1e3:+.0f}" if s.image_s else ""
+    skew = f" {s.skew_s * 1e3:+.0f}" if s.HasField("skew_s") else ""
     return f"{s.participant} {s.actual_s * 1e3:.0f}{wanted}{skew} ms"
 
 

@@ -172,7 +172,7 @@ def _site_lines(status: SoundStatus) -> list[str]:
     for s in status.streams:
         lost = 100.0 * s.concealed / max(1, s.frames)
         mark = "[green]♪[/]" if s.talking else " "
-        picture = f"picture {s.image_s * 1e3:4.0f} ms, skew {s.skew_s * 1e3:+4.0f} ms" if s.image_s else "no picture"
+        picture = f"picture {s.image_s * 1e3:4.0f} ms, skew {s.skew_s * 1e3:+4.0f} ms" if s.HasField("image_s") else "no picture"
         out_lines.append(
             f"  {mark} {s.participant:14} wanted {s.target_s * 1e3:4.0f} ms, heard {s.actual_s * 1e3:4.0f} ms, {picture}, "
             f"made up {lost:.1f} %"

@@ -80,7 +80,7 @@ class FactsHeard:
 
     def sound(self, message: audio_pb2.SoundStatus) -> None:
         """How late voices are here."""
-        self._skew = MappingProxyType({s.participant: s.skew_s for s in message.streams})
+        self._skew = MappingProxyType({s.participant: s.skew_s for s in message.streams if s.HasField("skew_s")})
 
     def answer(self, message: command_pb2.CommandResult, received_ns: int) -> None:
         """What became of a command."""

@@ -16,7 +16,7 @@ from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Action, Along, Shown, Towards, Where, Which
 from vistel.space.commands.phrase import USAGE, PhraseError, read
 from vistel.space.commands.reference import COLOURS
-from vistel.v1.command_pb2 import Command
+from vistel.v1.command_pb2 import TOWARDS_UP, Command, CreateThing, DentThing, MoveThingBy
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ from vistel.v1.command_pb2 import Command
         ("straighten it", ask.Bend(ask.THIS, 0.0)),
         ("paint all red things blue", ask.Paint(Which(name="red", every=True), COLOURS["blue"])),
         ("create green ring 8 cm here", ask.Create("ring", 0.04, COLOURS["green"])),
-        ("create a ball there", ask.Create("ball", 0.04, 0, Where.POINTED)),
+        ("create a ball there", ask.Create("ball", 0.04, None, Where.POINTED)),
         ("attach the ball to the blue box", ask.Attach(Which(name="ball"), Which(name="blue box"))),
         ("select nothing", ask.Select(nothing=True)),
         ("take held ball", ask.Grip(Which(name="ball", shown=Shown.HELD))),
@@ -115,11 +115,17 @@ def test_what_is_asked_comes_through_its_message_unchanged(action: Action) -> No
     with np.errstate(over="ignore"):
         for f in fields(action):
             a, b = getattr(action, f.name), getattr(got, f.name)
-            if f.name == "rotation" and not a.astype(np.float32).any():
-                assert b.tolist() == [0.0, 0.0, 0.0, 1.0]  # nothing said: as it is
-            elif isinstance(a, np.ndarray):
+            if isinstance(a, np.ndarray):
                 assert np.array_equal(a.astype(np.float32), b.astype(np.float32), equal_nan=True)
-            elif isinstance(a, float) and a == 0.0 and f.name in ("distance", "size"):
-                assert b > 0.0  # nothing said: as far or as large as usual
             else:
                 assert a == b or (isinstance(a, float) and math.isnan(a) and math.isnan(b))
+
+
+def test_a_number_that_is_absent_takes_the_default_and_zero_is_zero() -> None:
+    """Logs of older versions leave out what is usual."""
+    assert action_of(Command(move_by=MoveThingBy(towards=TOWARDS_UP))) == ask.MoveBy(ask.THIS, Towards.UP, 0.1)
+    assert action_of(Command(move_by=MoveThingBy(towards=TOWARDS_UP, distance=0.0))) == ask.MoveBy(ask.THIS, Towards.UP, 0.0)
+    assert action_of(Command(create=CreateThing(shape="ball"))) == ask.Create("ball", 0.04, None)
+    assert action_of(Command(create=CreateThing(shape="ball", size=0.0, colour=0))) == ask.Create("ball", 0.0, 0)
+    assert action_of(Command(dent=DentThing())) == ask.Dent(ask.THIS, 0.3)
+    assert action_of(Command(dent=DentThing(depth=0.0))) == ask.Dent(ask.THIS, 0.0)
