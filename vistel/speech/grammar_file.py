@@ -12,13 +12,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
+from vistel.space.commands import actions
+from vistel.space.commands.description import COMMANDS
 from vistel.speech.grammar import LANGUAGES, Grammar, Language, Place, Sentence, Tag, Word
 from vistel.speech.kana import from_romaji
 from vistel.speech.phones import hiragana
 
-DATA = Path(__file__).with_name("data")
-COMMANDS = DATA / "commands.toml"
-"""The room's own grammar."""
+ROOM = Path(__file__).with_name("data") / "commands.toml"
+"""The room's own grammar, but for the verbs, which the world's commands bring with them."""
 
 _SPOKEN = {"ja": "kana", "en": "en"}
 _TOKEN = re.compile(r"^(?:<(?:(?P<role>[a-z]+):)?(?P<name>[a-z_]+)>|(?P<word>[^<>?\s]+))(?P<optional>\??)$")
@@ -70,7 +71,7 @@ class _Parts:
     sentences: list[tuple[Language, str, Tags, _Source]] = field(default_factory=list[tuple[Language, str, Tags, _Source]])
 
 
-def load_grammar(*extra: Path, known: Known | None = None, base: Path | None = COMMANDS) -> tuple[Grammar, list[Fault]]:
+def load_grammar(*extra: Path, known: Known | None = None, base: Path | None = ROOM) -> tuple[Grammar, list[Fault]]:
     """The room's grammar with what the files `extra` add, and what is wrong in them.
 
     A class that stands in several files has the phrases of all; a phrase of the same name replaces the earlier one. A file
@@ -78,6 +79,8 @@ def load_grammar(*extra: Path, known: Known | None = None, base: Path | None = C
     """
     parts, faults = _Parts(), list[Fault]()
     sources: list[_Source] = []
+    if base is not None:
+        sources.append(_take_verbs(parts, known))
     for path in ([base] if base else []) + list(extra):
         try:
             text = path.read_text("utf-8")
@@ -103,6 +106,17 @@ def load_grammar(*extra: Path, known: Known | None = None, base: Path | None = C
     wake: dict[Language, Place] = {name: Place(tuple(words)) for name, words in said.items() if words}
     faults += [f for s in sources for f in s.faults]
     return Grammar({name: tuple(dict.fromkeys(some)) for name, some in sentences.items()}, wake), faults
+
+
+def _take_verbs(parts: _Parts, known: Known | None) -> _Source:
+    """The phrases of the world's commands."""
+    source = _Source(Path(actions.__file__), [])
+    for spoken in (spoken for command in COMMANDS.values() for spoken in command.spoken):
+        for p in spoken.phrases:
+            means = {"do": spoken.do, **p.means}
+            table = {"kana": [*p.kana], "kanji": [*p.kanji], "en": [*p.english], "means": means}
+            parts.classes.setdefault(p.group, {})[p.name] = _phrase(p.group, p.name, table, source, known)
+    return source
 
 
 def _take(data: dict[str, Any], source: _Source, parts: _Parts, known: Known | None) -> None:

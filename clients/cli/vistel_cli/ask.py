@@ -34,15 +34,14 @@ def ask(
 
       vistel ask conference.toml undo
     """
-    from vistel.space.commands.phrase import USAGE as LINES  # loads the mathematics
-    from vistel.space.commands.phrase import PhraseError, read
+    from vistel.space.commands.phrase import PhraseError, read, usage  # loads the mathematics
 
     conference = load_conference(file)
     participant, site = _asker(conference, who)
     try:
         action = read(" ".join(words))
     except PhraseError as e:
-        fail(f"{e}\n{LINES}", USAGE)
+        fail(f"{e}\n{usage()}", USAGE)
     try:
         answer = asyncio.run(_answered(conference, site, participant, endpoint_of(conference, hub), action))
     except BusError as e:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.space.commands.actions import Refused, Which
+from vistel.space.commands.actions import Action, Refused, Which
 from vistel.space.commands.history import Change, Stood
 from vistel.space.commands.reference import Speaker, meant
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions
@@ -100,6 +101,22 @@ class Asked:
 
 
 Answer = tuple[State, tuple[str, ...]]
+"""The state that follows, and the ids of the things that a command was done to or made."""
+
+A = TypeVar("A", bound=Action)
+
+PERFORMERS: dict[type[Action], Callable[[Asked, Any], Answer]] = {}
+"""What each action does."""
+
+
+def performs(action: type[A]) -> Callable[[Callable[[Asked, A], Answer]], Callable[[Asked, A], Answer]]:
+    """The function below does this. It raises Refused with one line for who asked."""
+
+    def registered(function: Callable[[Asked, A], Answer]) -> Callable[[Asked, A], Answer]:
+        PERFORMERS[action] = function
+        return function
+
+    return registered
 
 
 def _with_parts(things: Iterable[Thing]) -> Iterable[Thing]:

@@ -11,7 +11,7 @@ from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
-from vistel.space.commands.asked import Answer, Asked, changed, exchanged, on_its_foot
+from vistel.space.commands.asked import Answer, Asked, changed, exchanged, on_its_foot, performs
 from vistel.space.commands.history import History, Stood
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
@@ -22,12 +22,14 @@ NEAR = 0.03
 """A hand that is asked to take hold is no further off than this [m]."""
 
 
+@performs(ask.Select)
 def select(asked: Asked, action: ask.Select) -> Answer:
     ids = () if action.nothing else tuple(asked.state.things[n].id for n in asked.rows(action.which))
     chosen = dict(asked.state.selected) | {asked.who: ids}
     return replace(asked.state, selected=tuple(sorted((who, some) for who, some in chosen.items() if some))), ids
 
 
+@performs(ask.Hide)
 def hide(asked: Asked, action: ask.Hide) -> Answer:
     rows = asked.mine(action.which, tracked=True)
     seen = [n for n in rows if not asked.state.things[n].hidden]
@@ -36,6 +38,7 @@ def hide(asked: Asked, action: ask.Hide) -> Answer:
     return _veiled(asked, seen, True)
 
 
+@performs(ask.Show)
 def show(asked: Asked, action: ask.Show) -> Answer:
     """\"This" is all that is hidden: nobody can point at it."""
     if not any(t.hidden for t in asked.state.things):
@@ -50,6 +53,7 @@ def _veiled(asked: Asked, rows: Sequence[int], hidden: bool) -> Answer:
     return changed(asked, rows, after), tuple(x.thing.id for x in after)
 
 
+@performs(ask.Grip)
 def grip(asked: Asked, action: ask.Grip) -> Answer:
     n = asked.one(action.which)
     thing, posed, s = asked.state.things[n], asked.speaker.posed, asked.solids
@@ -70,6 +74,7 @@ def grip(asked: Asked, action: ask.Grip) -> Answer:
     return holding.grasped(ownership.forced(asked.state, asked.who, thing.id), s, posed, right, reach), (thing.id,)
 
 
+@performs(ask.Release)
 def release(asked: Asked, action: ask.Release) -> Answer:
     which = replace(action.which, shown=ask.Shown.HELD, every=True) if action.which.is_this else action.which
     ids = [asked.state.things[n].id for n in asked.rows(which)]
@@ -79,6 +84,7 @@ def release(asked: Asked, action: ask.Release) -> Answer:
     return holding.drop(asked.state, lambda g: g.thing in ids and g.participant == asked.who), tuple(ids)
 
 
+@performs(ask.Undo)
 def undo(asked: Asked, action: ask.Undo) -> Answer:
     change = asked.state.history.last(asked.who)
     if change is None:
@@ -87,6 +93,7 @@ def undo(asked: Asked, action: ask.Undo) -> Answer:
     return replace(state, history=asked.state.history.taken_back(change)), tuple(x.thing.id for x in change.before)
 
 
+@performs(ask.Redo)
 def redo(asked: Asked, action: ask.Redo) -> Answer:
     change = asked.state.history.last(asked.who, undone=True)
     if change is None:
@@ -117,11 +124,13 @@ def _reverted(asked: Asked, there: Sequence[Stood], instead: Sequence[Stood]) ->
     return exchanged(asked.state, asked.solids, rows, after)
 
 
+@performs(ask.Stop)
 def stop(asked: Asked, action: ask.Stop) -> Answer:
     mine = [g for g in asked.state.glides if g.participant == asked.who]
     return holding.glides_ended(asked.state, {g.thing for g in mine}), tuple(g.thing for g in mine)
 
 
+@performs(ask.Reset)
 def reset(asked: Asked, action: ask.Reset) -> Answer:
     state = holding.drop(asked.state, lambda g: True)
     before = range(len(state.things))

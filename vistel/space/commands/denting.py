@@ -13,7 +13,7 @@ from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
-from vistel.space.commands.asked import Answer, Asked, changed
+from vistel.space.commands.asked import Answer, Asked, changed, performs
 from vistel.space.commands.history import Stood
 from vistel.space.commands.reshape import extent
 from vistel.space.dynamics.solids import outline
@@ -27,6 +27,7 @@ WIDE = 0.6
 _HALVINGS = 24
 
 
+@performs(ask.Dent)
 def dent(asked: Asked, action: ask.Dent) -> Answer:
     """Do it. What springs back is plastic from then on."""
     if not 0.0 < action.depth <= 1.0:

@@ -14,7 +14,7 @@ import numpy as np
 
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
-from vistel.space.commands.asked import Answer, Asked
+from vistel.space.commands.asked import Answer, Asked, performs
 from vistel.space.commands.reshape import THINNEST, curved, sound
 from vistel.space.commands.shaping import edited
 from vistel.space.things.things import Primitive, Thing
@@ -25,6 +25,7 @@ _LEAST = 0.01
 """Who is nearer to the end of the way than this is there."""
 
 
+@performs(ask.Sharpen)
 def sharpen(asked: Asked, action: ask.Sharpen) -> Answer:
     """Do it."""
     if not 0.0 < abs(action.by) <= 1.0:

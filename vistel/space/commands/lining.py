@@ -11,7 +11,7 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.commands import actions as ask
 from vistel.space.commands.actions import Refused
-from vistel.space.commands.asked import Answer, Asked
+from vistel.space.commands.asked import Answer, Asked, performs
 from vistel.space.commands.placing import GAP, glide, is_free, table_edge
 from vistel.space.dynamics.solids import outline
 from vistel.space.holding import holding
@@ -24,6 +24,7 @@ _SUNK = 0.004
 """What lies on a table is in it by no more [m]."""
 
 
+@performs(ask.Align)
 def align(asked: Asked, action: ask.Align) -> Answer:
     """In their order along the row, as far apart as they were or as there is room, each as it is turned."""
     rows = _at_rest(asked, action.which) if action.which.every else asked.loose(action.which)

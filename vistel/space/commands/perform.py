@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from vistel.space.commands import actions as ask
 from vistel.space.commands import choosing, denting, edges, lining, placing, shaping
-from vistel.space.commands.actions import Refused
-from vistel.space.commands.asked import Answer, Asked
+from vistel.space.commands.actions import Action, Refused
+from vistel.space.commands.asked import PERFORMERS, Asked
 from vistel.space.dynamics.solids import Solids
 from vistel.space.holding import ownership
 from vistel.space.inputs import CommandInput
 from vistel.space.room import Room
 from vistel.space.state import State
 from vistel.space.view import Outcome
+
+PERFORMING = (choosing, denting, edges, lining, placing, shaping)
+"""The modules whose functions are under `asked.performs`."""
 
 
 def obey(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[State, Outcome]:
@@ -60,42 +61,12 @@ def _done(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[S
     for number in _numbers(command.action):
         if not math.isfinite(number):
             raise Refused("the command holds a number that is not finite")
-    return _HOW[type(command.action)](Asked(state, s, room, command.participant), command.action)
+    return PERFORMERS[type(command.action)](Asked(state, s, room, command.participant), command.action)
 
 
-def _numbers(action: ask.Action) -> Iterable[float]:
+def _numbers(action: Action) -> Iterable[float]:
     for value in vars(action).values():
         if isinstance(value, float):
             yield value
         elif isinstance(value, np.ndarray):
             yield from np.asarray(value, np.float64).ravel().tolist()
-
-
-_HOW: dict[type[Any], Callable[[Asked, Any], Answer]] = {
-    ask.Move: placing.move,
-    ask.MoveBy: placing.move_by,
-    ask.Place: placing.place,
-    ask.Turn: placing.turn,
-    ask.Scale: shaping.scale,
-    ask.Bend: shaping.bend,
-    ask.Twist: shaping.twist,
-    ask.Paint: shaping.paint,
-    ask.Harden: shaping.harden,
-    ask.Copy: shaping.copy,
-    ask.Create: shaping.create,
-    ask.Delete: shaping.delete,
-    ask.Attach: shaping.attach,
-    ask.Detach: shaping.detach,
-    ask.Select: choosing.select,
-    ask.Grip: choosing.grip,
-    ask.Release: choosing.release,
-    ask.Undo: choosing.undo,
-    ask.Redo: choosing.redo,
-    ask.Stop: choosing.stop,
-    ask.Reset: choosing.reset,
-    ask.Hide: choosing.hide,
-    ask.Show: choosing.show,
-    ask.Align: lining.align,
-    ask.Dent: denting.dent,
-    ask.Sharpen: edges.sharpen,
-}

@@ -8,38 +8,20 @@ Lengths are in metres unless cm or mm follows, angles in degrees.
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Action, Along, Shown, Towards, Where, Which
+from vistel.space.commands.actions import THIS, Action, Along, Shown, Towards, Where, Which
 from vistel.space.commands.create import SHAPES
+from vistel.space.commands.description import COMMANDS, Axis, Colour, Command, Length, Parameter, Quantity, Shape, Typed
 from vistel.space.commands.reference import COLOURS
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
-LONGER = {
-    "longer": (1.5, Along.LONGEST),
-    "shorter": (1 / 1.5, Along.LONGEST),
-    "taller": (1.5, Along.UP),
-    "lower": (1 / 1.5, Along.UP),
-    "wider": (1.5, Along.ACROSS),
-    "narrower": (1 / 1.5, Along.ACROSS),
-    "deeper": (1.5, Along.AHEAD),
-    "larger": (1.5, None),
-    "smaller": (1 / 1.5, None),
-}
-USAGE = """\
-move WHICH right|left|up|down|ahead|back [LENGTH]     put WHICH here|there
-turn WHICH DEGREES [up|across|ahead|longest]          scale WHICH FACTOR [longest|up|across|ahead]
-larger|smaller|longer|shorter|taller|lower|wider|narrower|deeper WHICH
-bend WHICH DEGREES     twist WHICH DEGREES            straighten WHICH
-paint WHICH COLOUR     soften WHICH                   harden WHICH
-sharpen WHICH          round WHICH                    dent WHICH
-align all [WORDS]      hide WHICH                     show [WHICH]
-copy WHICH             delete WHICH                   create [COLOUR] SHAPE [LENGTH] [here|there]
-select WHICH|nothing   take WHICH | snatch WHICH      release [WHICH]
-attach WHICH to WHICH  detach WHICH                   undo     redo     stop     reset"""
+"""Of lengths [m]."""
+_ARTICLES = ("the", "a", "an")
+_SECOND_COLUMN = 54
+"""Where it begins in `usage`, in letters."""
 
 
 class PhraseError(ValueError):
@@ -51,147 +33,148 @@ def read(line: str) -> Action:
     words = line.lower().split()
     if not words:
         raise PhraseError("expected a command, such as: move this left 10 cm")
-    verb, rest = words[0], words[1:]
-    if verb in LONGER:
-        factor, along = LONGER[verb]
-        return ask.Scale(_which(rest), factor, along)
-    if verb not in _READ:
-        raise PhraseError(f"there is no command {verb!r}; there are {', '.join([*_READ, *LONGER])}")
-    return _READ[verb](rest)
+    known = {typed.verb: (command, typed) for command, typed in _lines()}
+    for verb, rest in ((" ".join(words[:2]), words[2:]), (words[0], words[1:])):
+        if verb in known:
+            command, typed = known[verb]
+            return command.action(**_fields(command, typed, typed.rest, rest), **typed.fixed)
+    raise PhraseError(f"there is no command {words[0]!r}; there are {', '.join(known)}")
 
 
-def _which(words: list[str]) -> Which:
+def usage() -> str:
+    """What can be typed, one or two commands a line."""
+    verbs: dict[tuple[str, str], list[str]] = {}
+    for command, typed in _lines():
+        rest = " ".join(_placeholder(command, token) for token in typed.rest)
+        group = command.name if rest or " " in typed.verb else ""
+        verbs.setdefault((group, rest), []).append(typed.verb)
+    lines = [""]
+    for (_, rest), some in verbs.items():
+        entry = f"{'|'.join(some)} {rest}".strip()
+        if lines[-1] and len(lines[-1]) + 3 <= _SECOND_COLUMN and len(entry) < 72:
+            lines[-1] = f"{lines[-1]:{_SECOND_COLUMN}}{entry}"
+        else:
+            lines.append(entry)
+    return "\n".join(lines[1:])
+
+
+def _lines() -> Iterator[tuple[Command, Typed]]:
+    return ((command, typed) for command in COMMANDS.values() for typed in command.typed)
+
+
+def _parameter(command: Command, token: str) -> Parameter | None:
+    """None for a literal word."""
+    return None if token.islower() else command.parameters[token.strip("[]").lower()]
+
+
+def _placeholder(command: Command, token: str) -> str:
+    parameter = _parameter(command, token)
+    if parameter is None:
+        return token
+    known = parameter.detail.placeholder if isinstance(parameter.detail, Quantity) else _PLACEHOLDERS[parameter.kind]
+    return f"[{known}]" if token.startswith("[") else known
+
+
+def _fields(command: Command, typed: Typed, tokens: Sequence[str], words: list[str]) -> dict[str, Any]:
+    """The fields that tokens of a line stand for, read from its end."""
+    for n, token in enumerate(tokens):
+        if _parameter(command, token) is None:
+            if token not in words:
+                expected = " ".join(_placeholder(command, each) for each in typed.rest)
+                raise PhraseError(f"{typed.verb} it {token} what? expected: {typed.verb} {expected}")
+            k = words.index(token)
+            return _fields(command, typed, tokens[:n], words[:k]) | _fields(command, typed, tokens[n + 1 :], words[k + 1 :])
+    parameters = [(p, token) for token in tokens if (p := _parameter(command, token)) is not None]
+    things = any(p.kind is Which for p, _ in parameters)
+    if not things:
+        words = [w for w in words if w not in _ARTICLES]
+    out: dict[str, Any] = {}
+    for parameter, token in reversed(parameters):
+        found = _READ[parameter.kind](words, parameter)
+        if found is not None:
+            words, out[parameter.name] = found
+        elif not token.startswith("["):
+            raise PhraseError(f"{typed.verb} {_question(parameter)}")
+    if words and parameters and not things:
+        raise PhraseError(f"{typed.verb} what? {' '.join(words)!r} is not understood")
+    return out
+
+
+def _question(parameter: Parameter) -> str:
+    if isinstance(parameter.detail, Quantity):
+        return f"{parameter.detail.question} expected a number at the end"
+    question, choices = _QUESTIONS[parameter.kind]
+    return f"{question} {', '.join(choices)}"
+
+
+_Found = tuple[list[str], Any] | None
+"""The words that are left, and a value; None: there is none at their end."""
+
+
+def _which(words: list[str], _: Parameter) -> _Found:
     """Which things words mean."""
     if words in ([], ["this"], ["it"]):
-        return ask.THIS
+        return [], THIS
     if words == ["that"]:
-        return Which(shown=Shown.POINTED)
+        return [], Which(shown=Shown.POINTED)
     every = words[0] in ("all", "every", "everything")
-    rest = [w for w in (words[1:] if every else words) if w not in ("the", "a", "an", "things")]
+    rest = [w for w in (words[1:] if every else words) if w not in (*_ARTICLES, "things")]
     shown = {"selected": Shown.SELECTED, "held": Shown.HELD}.get(rest[0]) if rest else None
     rest = rest[1:] if shown else rest
-    return Which(name=" ".join(rest), shown=shown, every=every)
+    return [], Which(name=" ".join(rest), shown=shown, every=every)
 
 
-def _move(words: list[str]) -> Action:
-    words, metres = _length(words, 0.1)
-    if not words or words[-1] not in {t.value for t in Towards}:
-        raise PhraseError(f"move which way? expected {', '.join(t.value for t in Towards)}")
-    return ask.MoveBy(_which(words[:-1]), Towards(words[-1]), metres)
+def _choice(named: dict[str, Any]) -> Callable[[list[str], Parameter], _Found]:
+    """One of these words."""
+    return lambda words, _: (words[:-1], named[words[-1]]) if words and words[-1] in named else None
 
 
-def _put(words: list[str]) -> Action:
-    words, where = _where(words)
-    return ask.Place(_which(words), where)
+def _axis(words: list[str], _: Parameter) -> _Found:
+    """An axis after something else: "up" alone is no axis."""
+    return (words[:-1], _ALONG[words[-1]]) if len(words) > 1 and words[-1] in _ALONG else None
 
 
-def _turn(words: list[str]) -> Action:
-    words, about = _along(words)
-    words, angle = _number(words, "turn by how many degrees?")
-    return ask.Turn(_which(words), math.radians(angle), about or Along.UP)
-
-
-def _scale(words: list[str]) -> Action:
-    words, along = _along(words)
-    words, factor = _number(words, "scale by what factor?")
-    return ask.Scale(_which(words), factor, along)
-
-
-def _bend(words: list[str]) -> Action:
-    words, angle = _number(words, "bend by how many degrees?")
-    return ask.Bend(_which(words), math.radians(angle))
-
-
-def _twist(words: list[str]) -> Action:
-    words, angle = _number(words, "twist by how many degrees?")
-    return ask.Twist(_which(words), math.radians(angle))
-
-
-def _paint(words: list[str]) -> Action:
-    if not words or words[-1] not in COLOURS:
-        raise PhraseError(f"paint it in what colour? there are {', '.join(COLOURS)}")
-    return ask.Paint(_which(words[:-1]), COLOURS[words[-1]])
-
-
-def _create(words: list[str]) -> Action:
-    words, where = _where(words)
-    words, length = _length(words, 0.08)
-    words = [w for w in words if w not in ("a", "an", "the")]
-    colour = COLOURS.get(words[0]) if words else None
-    shape = " ".join(words[1:] if colour else words)
-    if shape not in SHAPES:
-        raise PhraseError(f"create what? there are {', '.join(SHAPES)}")
-    return ask.Create(shape, 0.5 * length, colour, where)
-
-
-def _select(words: list[str]) -> Action:
-    return ask.Select(nothing=True) if words == ["nothing"] else ask.Select(_which(words))
-
-
-def _attach(words: list[str]) -> Action:
-    if "to" not in words:
-        raise PhraseError("attach it to what? expected: attach WHICH to WHICH")
-    k = words.index("to")
-    return ask.Attach(_which(words[:k]), _which(words[k + 1 :]))
-
-
-def _where(words: list[str]) -> tuple[list[str], Where]:
-    if words and words[-1] in ("here", "there"):
-        return words[:-1], Where(words[-1])
-    return words, Where.HERE
-
-
-def _along(words: list[str]) -> tuple[list[str], Along | None]:
-    if len(words) > 1 and words[-1] in {a.value for a in Along}:
-        return words[:-1], Along(words[-1])
-    return words, None
-
-
-def _number(words: list[str], question: str) -> tuple[list[str], float]:
+def _number(words: list[str], parameter: Parameter) -> _Found:
     words = words[:-1] if words and words[-1] in ("degrees", "times") else words
     try:
-        return words[:-1], float(words[-1])
+        return words[:-1], float(words[-1]) * parameter.detail.unit
     except (IndexError, ValueError):
-        raise PhraseError(f"{question} expected a number at the end") from None
+        return None
 
 
-def _length(words: list[str], default: float) -> tuple[list[str], float]:
-    """The words before a length at the end, and the length [m]."""
+def _length(words: list[str], parameter: Parameter) -> _Found:
     text = " ".join(words)
     found = re.search(r"(?:^|\s)(\d+(?:\.\d*)?|\.\d+)\s*(m|cm|mm)?$", text)
     if not found:
-        return words, default
-    return text[: found.start()].split(), float(found[1]) * UNITS[found[2] or "m"]
+        return None
+    return text[: found.start()].split(), float(found[1]) * UNITS[found[2] or "m"] * parameter.detail.unit
 
 
-_READ: dict[str, Callable[[list[str]], Action]] = {
-    "move": _move,
-    "put": _put,
-    "turn": _turn,
-    "scale": _scale,
-    "bend": _bend,
-    "twist": _twist,
-    "straighten": lambda w: ask.Bend(_which(w), 0.0),
-    "paint": _paint,
-    "soften": lambda w: ask.Harden(_which(w), 0.3),
-    "harden": lambda w: ask.Harden(_which(w), 1.0),
-    "sharpen": lambda w: ask.Sharpen(_which(w), 0.6),
-    "round": lambda w: ask.Sharpen(_which(w), -0.6),
-    "dent": lambda w: ask.Dent(_which(w)),
-    "align": lambda w: ask.Align(_which(w)),
-    "hide": lambda w: ask.Hide(_which(w)),
-    "show": lambda w: ask.Show(_which(w)),
-    "copy": lambda w: ask.Copy(_which(w)),
-    "delete": lambda w: ask.Delete(_which(w)),
-    "create": _create,
-    "select": _select,
-    "take": lambda w: ask.Grip(_which(w)),
-    "snatch": lambda w: ask.Grip(_which(w), True),
-    "release": lambda w: ask.Release(_which(w)),
-    "attach": _attach,
-    "detach": lambda w: ask.Detach(_which(w)),
-    "undo": lambda w: ask.Undo(),
-    "redo": lambda w: ask.Redo(),
-    "stop": lambda w: ask.Stop(),
-    "reset": lambda w: ask.Reset(),
+_ALONG = {a.value: a for a in Along}
+_TOWARDS = {t.value: t for t in Towards}
+_WHERE = {w.value: w for w in Where}
+_READ: dict[type[Any], Callable[[list[str], Parameter], _Found]] = {
+    Which: _which,
+    Towards: _choice(_TOWARDS),
+    Where: _choice(_WHERE),
+    Axis: _axis,
+    Quantity: _number,
+    Length: _length,
+    Colour: _choice(dict(COLOURS)),
+    Shape: _choice({shape: shape for shape in SHAPES}),
+}
+_PLACEHOLDERS: dict[type[Any], str] = {
+    Which: "WHICH",
+    Towards: "|".join(_TOWARDS),
+    Where: "|".join(_WHERE),
+    Axis: "|".join(_ALONG),
+    Colour: "COLOUR",
+    Shape: "SHAPE",
+}
+_QUESTIONS: dict[type[Any], tuple[str, Iterable[str]]] = {
+    Towards: ("which way? expected", _TOWARDS),
+    Where: ("where? expected", _WHERE),
+    Axis: ("along which axis? expected", _ALONG),
+    Colour: ("it in what colour? there are", COLOURS),
+    Shape: ("what? there are", SHAPES),
 }

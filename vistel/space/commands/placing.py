@@ -15,7 +15,7 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.commands import actions as ask
 from vistel.space.commands import reshape
 from vistel.space.commands.actions import Refused
-from vistel.space.commands.asked import Answer, Asked, changed, lowest
+from vistel.space.commands.asked import Answer, Asked, changed, lowest, performs
 from vistel.space.commands.history import Change, Stood
 from vistel.space.dynamics.solids import outline
 from vistel.space.holding import holding
@@ -41,6 +41,7 @@ def _inside(position: F64) -> None:
         raise Refused(f"the place is outside the room ({ROOM_RADIUS:.0f} m round the table, 0 to {HIGHEST:.0f} m high)")
 
 
+@performs(ask.Move)
 def move(asked: Asked, action: ask.Move) -> Answer:
     rows = asked.loose(action.which)
     if len(rows) > 1:
@@ -101,6 +102,7 @@ def _blocking(asked: Asked, n: int, x: Stood, shift: F64, end: F64, lift: float)
     return -1
 
 
+@performs(ask.MoveBy)
 def move_by(asked: Asked, action: ask.MoveBy) -> Answer:
     rows = asked.loose(action.which)
     if not 0.0 < action.distance <= 2.0 * ROOM_RADIUS:
@@ -109,6 +111,7 @@ def move_by(asked: Asked, action: ask.MoveBy) -> Answer:
     return glide(asked, rows, lambda n: (shift, np.zeros(3)))
 
 
+@performs(ask.Place)
 def place(asked: Asked, action: ask.Place) -> Answer:
     rows = asked.loose(action.which)
     if len(rows) > 1:
@@ -119,6 +122,7 @@ def place(asked: Asked, action: ask.Place) -> Answer:
     return glide(asked, rows, lambda n: (spot - x.position, np.zeros(3)))
 
 
+@performs(ask.Turn)
 def turn(asked: Asked, action: ask.Turn) -> Answer:
     rows = asked.loose(action.which)
     if not 0.0 < abs(action.angle) <= 4.0 * math.pi:

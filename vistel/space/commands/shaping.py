@@ -14,7 +14,7 @@ from vistel.space.commands import actions as ask
 from vistel.space.commands import create as makes
 from vistel.space.commands import reshape
 from vistel.space.commands.actions import Refused, Which
-from vistel.space.commands.asked import Answer, Asked, changed, exchanged, lowest, on_its_foot
+from vistel.space.commands.asked import Answer, Asked, changed, exchanged, lowest, on_its_foot, performs
 from vistel.space.commands.history import Change, Stood
 from vistel.space.commands.placing import axis_in_room, free_spot, place_meant
 from vistel.space.dynamics.dynamics import HELD
@@ -34,6 +34,7 @@ def edited(asked: Asked, which: Which, edit: Callable[[int], Thing]) -> Answer:
     return changed(asked, rows, after), tuple(x.thing.id for x in after)
 
 
+@performs(ask.Scale)
 def scale(asked: Asked, action: ask.Scale) -> Answer:
     if not 0.01 <= action.factor <= 100.0:
         raise Refused(f"things can be made 0.01 to 100 times as large, not {action.factor:g} times")
@@ -55,6 +56,7 @@ def scale(asked: Asked, action: ask.Scale) -> Answer:
     return edited(asked, action.which, longer)
 
 
+@performs(ask.Bend)
 def bend(asked: Asked, action: ask.Bend) -> Answer:
     def bent(n: int) -> Thing:
         thing = asked.state.things[n]
@@ -66,6 +68,7 @@ def bend(asked: Asked, action: ask.Bend) -> Answer:
     return edited(asked, action.which, bent)
 
 
+@performs(ask.Twist)
 def twist(asked: Asked, action: ask.Twist) -> Answer:
     def twisted(n: int) -> Thing:
         thing = asked.state.things[n]
@@ -76,10 +79,12 @@ def twist(asked: Asked, action: ask.Twist) -> Answer:
     return edited(asked, action.which, twisted)
 
 
+@performs(ask.Paint)
 def paint(asked: Asked, action: ask.Paint) -> Answer:
     return edited(asked, action.which, lambda n: reshape.painted(asked.state.things[n], action.colour))
 
 
+@performs(ask.Harden)
 def harden(asked: Asked, action: ask.Harden) -> Answer:
     if not 0.0 <= action.rigidity <= 1.0:
         raise Refused(f"rigidity is 0 (as soft as flesh) to 1 (rigid), not {action.rigidity:g}")
@@ -92,6 +97,7 @@ def _added(asked: Asked, things: Sequence[Stood]) -> Answer:
     return changed(asked, (), things), tuple(x.thing.id for x in things)
 
 
+@performs(ask.Copy)
 def copy(asked: Asked, action: ask.Copy) -> Answer:
     n = asked.one(action.which)
     x = asked.stood(n)
@@ -106,18 +112,21 @@ def copy(asked: Asked, action: ask.Copy) -> Answer:
     return _added(asked, [Stood(replace(thing, position=spot, rotation=x.rotation), spot, x.rotation)])
 
 
+@performs(ask.Create)
 def create(asked: Asked, action: ask.Create) -> Answer:
     thing = makes.created(action.shape, action.size, action.colour, asked.ids())
     spot = free_spot(asked, thing, place_meant(asked, action.where), thing.rotation)
     return _added(asked, [Stood(replace(thing, position=spot), spot, thing.rotation)])
 
 
+@performs(ask.Delete)
 def delete(asked: Asked, action: ask.Delete) -> Answer:
     rows = asked.mine(action.which, tracked=True)
     gone = tuple(asked.state.things[n].id for n in rows)
     return changed(asked, rows, ()), gone
 
 
+@performs(ask.Attach)
 def attach(asked: Asked, action: ask.Attach) -> Answer:
     a, b = asked.one(action.which), asked.one(action.to)
     if a == b:
@@ -149,6 +158,7 @@ def attach(asked: Asked, action: ask.Attach) -> Answer:
     return out, (x.thing.id, y.thing.id)
 
 
+@performs(ask.Detach)
 def detach(asked: Asked, action: ask.Detach) -> Answer:
     rows = asked.loose(action.which)
     after: list[Stood] = []
