@@ -8,6 +8,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from vistel.conference.devices import Checked, Name
+from vistel.speech.engines.choice import EngineName
 
 Spoken = Literal["ja", "en"]
 
@@ -30,7 +31,7 @@ class Speech(Checked):
     voices: Path | None = None
     """Folder with what `vistel speech enrol` learnt, a file NAME.npz for each participant."""
 
-    engine: Literal["own", "vosk", "sherpa", "whisper", "julius"] = "own"
+    engine: EngineName = "own"
     """What hears those who speak `language`; all but "own" need a model."""
     model: Path | None = None
     """Where the engine's model lies: a folder or a file, beside the conference file."""

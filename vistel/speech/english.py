@@ -28,7 +28,7 @@ _ALTERNATIVES = 40
 
 
 class EnglishRecogniser:
-    """Hears English sentences of a grammar in a stream at 16 kHz. Raises SphinxError."""
+    """Hears English sentences of a grammar in a stream at 16 kHz. Raises EngineError."""
 
     def __init__(self, grammar: Grammar, most: int = 5) -> None:
         module = sphinx()

@@ -24,11 +24,11 @@ def recogniser(language: Language, grammar: Grammar, voice: Path | None = None, 
     own. Raises RecogniserError."""
     if not grammar.by_language.get(language):
         raise RecogniserError(f"the grammar has no sentence in {NAMES[language]}")
-    if chosen is None or chosen.name == "own":
-        return MAKERS[language](grammar, voice)
-    from vistel.speech.engines.adapter import made  # noqa: PLC0415  others are used by few
-
     try:
+        if chosen is None or chosen.name == "own":
+            return MAKERS[language](grammar, voice)
+        from vistel.speech.engines.adapter import made  # noqa: PLC0415  others are used by few
+
         return made(chosen, grammar, language)
     except EngineError as e:
         raise RecogniserError(str(e)) from e
@@ -43,11 +43,11 @@ def unrecognisable(language: Language, text: str) -> str | None:
             return str(e)
         return None
     # Loads pocketsphinx, which Japanese does without.
-    from vistel.speech.engines.sphinx import SphinxError, unknown_word  # noqa: PLC0415
+    from vistel.speech.engines.sphinx import unknown_word  # noqa: PLC0415
 
     try:
         return unknown_word(text)
-    except SphinxError:
+    except EngineError:
         return None
 
 
@@ -70,14 +70,11 @@ def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
 
 
 def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
-    from vistel.speech.engines.sphinx import SphinxError  # noqa: PLC0415
     from vistel.speech.english import EnglishRecogniser  # noqa: PLC0415  as above
 
-    try:
-        return EnglishRecogniser(grammar)
-    except SphinxError as e:
-        raise RecogniserError(str(e)) from e
+    return EnglishRecogniser(grammar)
 
 
 NAMES: Mapping[Language, str] = {"ja": "Japanese", "en": "English"}
 MAKERS: dict[Language, Maker] = {"ja": _japanese, "en": _english}
+"""Of the package's own recognisers."""

@@ -46,7 +46,7 @@ class Stage(Enum):
 
 
 class Segmenter:
-    """clean: whether the sound that is given out went through the filter. Raises `sphinx.SphinxError`."""
+    """clean: whether the sound that is given out went through the filter. Raises `engines.engine.EngineError`."""
 
     def __init__(self, *, clean: bool) -> None:
         self._clean = clean

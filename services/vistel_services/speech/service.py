@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
+from collections.abc import Mapping
 
 from vistel.space.commands.reference import name_of_colour
 from vistel.speech.dialogue import Known
 from vistel.speech.grammar import Grammar
+from vistel.speech.heard import Recogniser
 from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser
+from vistel.speech.synthesis import voices
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -18,14 +22,13 @@ from vistel_services.speech.listener import Listener
 log = logging.getLogger("vistel.speech")
 
 ROUND_NS = 20_000_000
+"""From one round to the next [ns]."""
 
 
 async def run_speech(config: Config, bus: Bus, clock: Clock) -> None:
-    """Until cancelled."""
-    grammar, faults = checked_grammar(*config.grammars)
-    for fault in faults:
-        log.warning("event=grammar_fault at=%s:%d reason=%r", fault.path, fault.line, fault.text)
-    site = _Site(config, grammar.awaited() if config.listen == "wake" else grammar, bus, clock)
+    """Until cancelled. Grammar and models are loaded in a thread: the process serves others meanwhile."""
+    grammar, recognisers = await asyncio.to_thread(_loaded, config)
+    site = _Site(config, grammar, recognisers, bus)
     try:
         while True:
             now_ns = clock.now_ns()
@@ -35,19 +38,33 @@ async def run_speech(config: Config, bus: Bus, clock: Clock) -> None:
         site.close()
 
 
+def _loaded(config: Config) -> tuple[Grammar, dict[str, Recogniser]]:
+    """The grammar, and by participant what recognises them; those who cannot be recognised here are left out."""
+    grammar, faults = checked_grammar(*config.grammars)
+    for fault in faults:
+        log.warning("event=grammar_fault at=%s:%d reason=%r", fault.path, fault.line, fault.text)
+    if config.listen == "wake":
+        grammar = grammar.awaited()
+    out: dict[str, Recogniser] = {}
+    for speaker in config.speakers:
+        try:
+            out[speaker.participant] = recogniser(speaker.language, grammar, speaker.voice, speaker.engine)
+        except RecogniserError as e:
+            log.error("event=no_recogniser participant=%s language=%s reason=%r", speaker.participant, speaker.language, str(e))
+    voices()  # asks synthesisers what they have, once
+    return grammar, out
+
+
 class _Site:
     """Everybody who speaks to the room at a site."""
 
-    def __init__(self, config: Config, grammar: Grammar, bus: Bus, clock: Clock) -> None:
+    def __init__(self, config: Config, grammar: Grammar, recognisers: Mapping[str, Recogniser], bus: Bus) -> None:
         self._listeners: dict[str, Listener] = {}
         self._echoes = Echoes()
         for speaker in config.speakers:
-            try:
-                hears = recogniser(speaker.language, grammar, speaker.voice, speaker.engine)
-            except RecogniserError as e:
-                log.error("event=no_recogniser participant=%s language=%s reason=%r", speaker.participant, speaker.language, str(e))
+            if (found := recognisers.get(speaker.participant)) is None:
                 continue
-            self._listeners[speaker.participant] = Listener(config, speaker, grammar, hears, bus, self._echoes, self._replied_at)
+            self._listeners[speaker.participant] = Listener(config, speaker, grammar, found, bus, self._echoes, self._replied_at)
             log.info("event=listening participant=%s language=%s listen=%s", speaker.participant, speaker.language, config.listen)
         names = self._listeners
         self._voices = bus.subscribe(BY_NAME["voice"], queue_all=True, polled=True, site=config.site)

@@ -67,9 +67,13 @@ class Talk:
             bus = self.bus = self.site.network.bus("demo", "tokyo", clock)
             told = bus.subscribe(BY_NAME["utterance"])
             self._microphone.put(-1)  # plugged in before the service looks
+            listening = asyncio.create_task(speech.run(self._speech, bus, clock))
+            before = len(clock._sleepers)
+            while len(clock._sleepers) == before and not listening.done():
+                await asyncio.sleep(0.01)  # its models are loaded on a thread
             tasks = [
                 asyncio.create_task(audio.run(self._audio, bus, clock)),
-                asyncio.create_task(speech.run(self._speech, bus, clock)),
+                listening,
                 asyncio.create_task(run_microphones([self._microphone], clock, clock.now_ns())),
             ]
             try:
@@ -132,7 +136,7 @@ def test_a_language_without_its_recogniser_is_named_and_the_site_goes_on(
     monkeypatch.setitem(sys.modules, "pocketsphinx", None)
     talk = Talk(tmp_path, []).run(0.4)
     assert talk.utterances == []
-    assert "English needs pocketsphinx, which is not installed" in caplog.text
+    assert "pocketsphinx: its package is not installed (pip install pocketsphinx==5.1.1)" in caplog.text
 
 
 @needs_a_voice

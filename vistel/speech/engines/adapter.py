@@ -8,7 +8,6 @@ from typing import cast
 
 from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.engine import Engine, EngineError, Maker, Transcript
-from vistel.speech.engines.sphinx import SphinxError
 from vistel.speech.grammar import Grammar, Language
 from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
 from vistel.speech.nearest import Nearest
@@ -25,15 +24,11 @@ def made(chosen: Chosen, grammar: Grammar, language: Language) -> EngineRecognis
     if chosen.model is None:
         raise EngineError(f"{chosen.name}: needs a model; name it: model = 'path', or --model path")
     module = importlib.import_module(f"vistel.speech.engines.{chosen.name}")
-    engine = cast("Maker", module.make)(grammar, language, chosen.model)
-    try:
-        return EngineRecogniser(engine, grammar, language)
-    except SphinxError as e:
-        raise EngineError(f"{chosen.name}: speech is told from silence by pocketsphinx, and {e}") from e
+    return EngineRecogniser(cast("Maker", module.make)(grammar, language, chosen.model), grammar, language)
 
 
 class EngineRecogniser:
-    """Hears sentences of a grammar in a stream at 16 kHz. Raises SphinxError."""
+    """Hears sentences of a grammar in a stream at 16 kHz. Raises EngineError."""
 
     def __init__(self, engine: Engine, grammar: Grammar, language: Language, most: int = 5) -> None:
         self._engine, self._nearest, self._most = engine, Nearest(grammar, language), most

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 EngineName = Literal["own", "vosk", "sherpa", "whisper", "julius"]
-ENGINES: tuple[EngineName, ...] = ("own", "vosk", "sherpa", "whisper", "julius")
-"""own: the recogniser of the package, for Japanese its own net, for English pocketsphinx."""
+"""own: the recogniser of the package, for Japanese its own net, for English pocketsphinx. Every other one is a module of its name
+beside this, with a function `make` (`engine.Maker`)."""
+ENGINES: tuple[EngineName, ...] = get_args(EngineName)
+"""All of them."""
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """An engine and where its model lies: a folder, or a file for Whisper (ggml) and Julius (jconf)."""
+    """An engine and the path of its model: a folder, or a file for Whisper (ggml) and Julius (jconf)."""
 
     name: EngineName
     model: Path | None = None

@@ -1,25 +1,20 @@
-"""pocketsphinx, which hears English and tells speech from silence: loaded when it is needed."""
+"""pocketsphinx, which hears English and separates speech from silence: loaded when it is needed."""
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
+from vistel.speech.engines.engine import package
 from vistel.speech.heard import SAMPLE_RATE
 
-
-class SphinxError(RuntimeError):
-    """pocketsphinx cannot be used; one line."""
+PACKAGE = "pocketsphinx==5.1.1"
 
 
 def sphinx() -> Any:
-    """The module. Raises SphinxError where it is not installed."""
-    try:
-        module: Any = importlib.import_module("pocketsphinx")
-    except ImportError as e:
-        raise SphinxError("English needs pocketsphinx, which is not installed (pip install 'vistel[speech]')") from e
+    """The module. Raises EngineError where it is not installed."""
+    module = package("pocketsphinx", PACKAGE, engine="pocketsphinx")
     module.set_loglevel("FATAL")
     return module
 
@@ -46,7 +41,7 @@ def pronunciations(words: Iterable[str]) -> str:
 
 
 def unknown_word(text: str) -> str | None:
-    """What is wrong with an English phrase; None: all of its words have a pronunciation. Raises SphinxError."""
+    """What is wrong with an English phrase; None: all of its words have a pronunciation. Raises EngineError."""
     for word in text.split():
         if _dictionary().lookup_word(word) is None:
             return f"{word!r} is not in the dictionary of pronunciations; use words that are"
