@@ -25,12 +25,12 @@ import numpy as np
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import SystemClock
 from vistel_services.audio.capture import Capture
-from vistel_services.audio.inputs import open_input
+from vistel_services.audio.inputs import InputOpener
 from vistel_services.audio.outputs import Loudspeaker
 from vistel_sim.talker import clap
 
 clock, sound = SystemClock(), clap()
-loudspeaker, capture = Loudspeaker("default", clock), Capture("ann", lambda: open_input("default", clock))
+loudspeaker, capture = Loudspeaker("default", clock), Capture("ann", InputOpener("default", clock))
 state = "", ""
 count, frames, played, waiting, over = 0, [], [], np.zeros(0, np.float32), time.monotonic() + float(sys.argv[1])
 while time.monotonic() < over:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
@@ -30,13 +30,25 @@ _SLIP_S, _QUIET = 0.002, 0.003
 _MOST_FRAMES = 25
 
 
+class Opener(Protocol):
+    """How a microphone is opened."""
+
+    def poll(self) -> Input | None:
+        """The open microphone; None while that takes its time. Raises InputError. Never waits."""
+        ...
+
+    def close(self) -> None:
+        """Let go of what is still being opened."""
+        ...
+
+
 class Capture:
     """Opens the microphone, opens it again when it goes, and cuts what it hears into frames."""
 
-    def __init__(self, name: str, open_it: Callable[[], Input]) -> None:
+    def __init__(self, name: str, opener: Opener) -> None:
         self.detail = "not opened yet"
         self.about = ""
-        self._name, self._open_it = name, open_it
+        self._name, self._opener = name, opener
         self._input: Input | None = None
         self._retry_ns = 0
         self._heard_ns = 0
@@ -78,17 +90,20 @@ class Capture:
 
     def close(self) -> None:
         """Let the microphone go."""
+        self._opener.close()
         if self._input is not None:
             self._input.close()
             self._input = None
 
     def _open(self, now_ns: int) -> None:
         try:
-            self._input = self._open_it()
+            self._input = self._opener.poll()
         except InputError as e:
             if str(e) != self.detail:
                 log.warning("event=no_microphone participant=%s reason=%r retry_s=%.0f", self._name, str(e), _RETRY_NS * 1e-9)
             self.detail, self._retry_ns = str(e), now_ns + _RETRY_NS
+            return
+        if self._input is None:
             return
         self.about, self.detail, self._heard_ns = self._input.about, "", now_ns
         self._forget()

@@ -2,13 +2,18 @@
 
 PortAudio looks at what is plugged in only when it begins, and beginning anew ends every open stream. So it does that
 freely while none is open, and else now and then, when a card that is wanted is not there: the others open theirs again.
+
+All of that may take seconds, so it is done on one thread, `thread`: cards are looked for, opened and closed there, one after
+the other, and nothing else waits for it. `CardOpener` brings what was opened to the loop that captures and plays.
 """
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from collections.abc import Callable
-from typing import Any, Protocol
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from typing import Any, Generic, Protocol, TypeVar
 
 log = logging.getLogger("vistel.audio")
 
@@ -20,13 +25,54 @@ class InputError(Exception):
     """A microphone or a loudspeaker that cannot be used now; one line for a person."""
 
 
-class Open(Protocol):
+class Card(Protocol):
     """Who has a card open."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Use it no more; it is let go of on `thread`."""
+        ...
+
+    def release(self) -> None:
+        """Let go of it at once. On `thread`."""
+        ...
 
 
-_open: list[Open] = []
+C = TypeVar("C", bound=Card)
+
+thread: Executor = ThreadPoolExecutor(1, "sound cards")
+"""Where PortAudio is used. It begins at the first use, so a process that is forked before has it too."""
+
+
+class CardOpener(Generic[C]):
+    """Opens a card on `thread`."""
+
+    def __init__(self, open_card: Callable[[], C]) -> None:
+        """open_card: makes the object; raises InputError."""
+        self._open_card = open_card
+        self._opening: Future[C] | None = None
+
+    def poll(self) -> C | None:
+        """The card, once; None while it is being opened. Raises InputError where it cannot be opened. Never waits."""
+        if self._opening is None:
+            self._opening = thread.submit(self._open_card)
+        if not self._opening.done():
+            return None
+        opening, self._opening = self._opening, None
+        return opening.result()
+
+    def close(self) -> None:
+        """A card that is still being opened is let go of when that is done."""
+        if self._opening is not None:
+            self._opening.add_done_callback(_release)
+            self._opening = None
+
+
+def _release(opening: Future[Any]) -> None:
+    with contextlib.suppress(InputError):
+        opening.result().close()
+
+
+_open: list[Card] = []
 _looked_ns: list[int] = []
 
 
@@ -65,7 +111,7 @@ def look_again(now_ns: int) -> bool:
             return False
         log.info("event=sound_cards_looked_for interrupted=%d", len(_open))
         for other in list(_open):
-            other.close()
+            other.release()
     _looked_ns[:] = [now_ns]
     cards = sound_cards()
     cards._terminate()
@@ -87,12 +133,12 @@ def with_card(open_it: Callable[[], None], now_ns: int) -> None:
         open_it()
 
 
-def opened(who: Open) -> None:
+def opened(who: Card) -> None:
     """`who` has a card open now."""
     _open.append(who)
 
 
-def closed(who: Open) -> None:
+def closed(who: Card) -> None:
     """`who` has none any more."""
     if who in _open:
         _open.remove(who)

@@ -17,7 +17,8 @@ import numpy as np
 from vistel.arrays import F32
 from vistel.audio.opus import RATE
 from vistel.wire.clock import Clock
-from vistel_services.audio.cards import InputError, closed, find_card, opened, sound_cards, with_card
+from vistel_services.audio import cards
+from vistel_services.audio.cards import CardOpener, InputError, closed, find_card, opened, sound_cards, with_card
 
 log = logging.getLogger("vistel.audio")
 
@@ -42,20 +43,31 @@ class Input(Protocol):
     def close(self) -> None: ...
 
 
-def open_input(source: str, clock: Clock) -> Input:
-    """`source` as in the conference file. Raises InputError."""
-    path = Path(source)
-    try:
-        pipe = stat.S_ISFIFO(path.stat().st_mode)
-    except (OSError, ValueError):
-        pipe = False
-    if pipe:
-        return PipeInput(path, clock)
-    if path.is_file():
-        return RecordingInput(path, clock)
-    if path.is_absolute():
-        raise InputError(f"{source}: is not there; nobody has plugged it in yet")
-    return CardInput(source, clock)
+class InputOpener:
+    """Opens a microphone: `source` as in the conference file."""
+
+    def __init__(self, source: str, clock: Clock) -> None:
+        self._source, self._clock = source, clock
+        self._card = CardOpener(lambda: CardInput(source, clock))
+
+    def poll(self) -> Input | None:
+        """The open microphone; None while its card is being opened. Raises InputError."""
+        path = Path(self._source)
+        try:
+            pipe = stat.S_ISFIFO(path.stat().st_mode)
+        except (OSError, ValueError):
+            pipe = False
+        if pipe:
+            return PipeInput(path, self._clock)
+        if path.is_file():
+            return RecordingInput(path, self._clock)
+        if path.is_absolute():
+            raise InputError(f"{self._source}: is not there; nobody has plugged it in yet")
+        return self._card.poll()
+
+    def close(self) -> None:
+        """A card that is still being opened is let go of."""
+        self._card.close()
 
 
 class PipeInput:
@@ -205,22 +217,23 @@ class CardInput:
         self._blocks: deque[tuple[F32, int]] = deque()
         self._waiting = 0
         self._lock = threading.Lock()
+        self._stream_lock = threading.Lock()  # never held while PortAudio may wait
         self._stream: Any = None
         with_card(lambda: self._open(name), clock.now_ns())
         opened(self)
 
     def _open(self, name: str) -> None:
-        cards = sound_cards()
+        portaudio = sound_cards()
         device = find_card(name, "input")
         try:
-            known = cards.query_devices(device, "input")
+            known = portaudio.query_devices(device, "input")
             rate = float(RATE)
             try:
-                cards.check_input_settings(device=device, channels=1, samplerate=rate, dtype="float32")
+                portaudio.check_input_settings(device=device, channels=1, samplerate=rate, dtype="float32")
             except Exception:
                 rate = float(known["default_samplerate"])
             self.about, self.rate_hz = str(known["name"]), rate
-            self._stream = cards.InputStream(
+            self._stream = portaudio.InputStream(
                 device=device, channels=1, samplerate=rate, dtype="float32", latency="low", callback=self._heard
             )
             self._latency_ns = round(float(self._stream.latency) * 1e9)
@@ -240,8 +253,9 @@ class CardInput:
                 self._waiting -= len(self._blocks.popleft()[0])
 
     def take(self) -> list[tuple[F32, int]]:
-        if self._stream is None or not self._stream.active:
-            raise InputError(f"{self.about}: the microphone is gone")
+        with self._stream_lock:
+            if self._stream is None or not self._stream.active:
+                raise InputError(f"{self.about}: the microphone is gone")
         with self._lock:
             out = list(self._blocks)
             self._blocks.clear()
@@ -249,8 +263,14 @@ class CardInput:
         return out
 
     def close(self) -> None:
+        """Read it no more."""
+        cards.thread.submit(self.release)
+
+    def release(self) -> None:
+        """Let go of the card. On the thread of the sound cards."""
         closed(self)
-        stream, self._stream = self._stream, None
+        with self._stream_lock:
+            stream, self._stream = self._stream, None
         if stream is None:
             return
         try:

@@ -15,7 +15,8 @@ from vistel.arrays import F32
 from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import Clock
-from vistel_services.audio.cards import InputError, closed, find_card, opened, sound_cards, with_card
+from vistel_services.audio import cards
+from vistel_services.audio.cards import CardOpener, InputError, closed, find_card, opened, sound_cards, with_card
 
 log = logging.getLogger("vistel.audio")
 
@@ -107,6 +108,7 @@ class CardOutput:
         self._clock = DeviceClock(RATE)
         self._queue: deque[F32] = deque()
         self._lock = threading.Lock()
+        self._stream_lock = threading.Lock()  # never held while PortAudio may wait
         self._played = 0
         self._handed = 0
         self.missed = 0
@@ -115,13 +117,13 @@ class CardOutput:
         opened(self)
 
     def _open(self, name: str) -> None:
-        cards = sound_cards()
+        portaudio = sound_cards()
         device = find_card(name, "output")
         try:
-            self._stream = cards.OutputStream(
+            self._stream = portaudio.OutputStream(
                 device=device, channels=2, samplerate=RATE, blocksize=FRAME, dtype="float32", latency="low", callback=self._fill
             )
-            self.about = str(cards.query_devices(device, "output")["name"])
+            self.about = str(portaudio.query_devices(device, "output")["name"])
             self._device_ns = round(float(self._stream.latency) * 1e9)
             self._stream.start()
         except Exception as e:  # PortAudio's errors have no common ancestor over its versions
@@ -140,8 +142,9 @@ class CardOutput:
         out[:] = 0.0 if block is None or len(block) != frames else block
 
     def due(self, now_ns: int) -> float | None:
-        if self._stream is None or not self._stream.active:
-            raise InputError(f"{self.about}: the loudspeaker is gone")
+        with self._stream_lock:
+            if self._stream is None or not self._stream.active:
+                raise InputError(f"{self.about}: the loudspeaker is gone")
         with self._lock:
             if self._played == 0 or len(self._queue) >= _AHEAD_BLOCKS:
                 return None
@@ -152,8 +155,13 @@ class CardOutput:
             self._queue.append(np.zeros((FRAME, 2), np.float32) if block is None else block)
 
     def close(self) -> None:
+        cards.thread.submit(self.release)
+
+    def release(self) -> None:
+        """Let go of the card. On the thread of the sound cards."""
         closed(self)
-        stream, self._stream = self._stream, None
+        with self._stream_lock:
+            stream, self._stream = self._stream, None
         if stream is None:
             return
         try:
@@ -170,6 +178,7 @@ class Loudspeaker:
         self._wanted, self._clock = wanted, clock
         self._output: Output = PacedOutput()
         self._retry_ns = 0 if wanted != "none" else None
+        self._opener = CardOpener(lambda: CardOutput(wanted, clock))
 
     @property
     def about(self) -> str:
@@ -200,19 +209,20 @@ class Loudspeaker:
 
     def close(self) -> None:
         """As of Output."""
+        self._opener.close()
         self._output.close()
 
     def _open(self, now_ns: int) -> None:
         try:
-            if self._wanted.lower().endswith(".wav"):
-                self._output = WavOutput(Path(self._wanted))
-            else:
-                self._output = CardOutput(self._wanted, self._clock)
+            found = WavOutput(Path(self._wanted)) if self._wanted.lower().endswith(".wav") else self._opener.poll()
         except InputError as e:
             if str(e) != self.detail:
                 log.warning("event=no_loudspeaker reason=%r retry_s=%.0f", str(e), _RETRY_NS * 1e-9)
             self.detail, self._retry_ns = str(e), now_ns + _RETRY_NS
             return
+        if found is None:
+            return
+        self._output = found
         self.detail, self._retry_ns = "", None
         log.info("event=loudspeaker output=%r latency_ms=%.0f", self.about, self.latency_ns * 1e-6)
 

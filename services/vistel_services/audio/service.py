@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from functools import partial
 
 from prometheus_client import Gauge
 
@@ -18,7 +17,7 @@ from vistel_services.audio.capture import Capture
 from vistel_services.audio.config import Config
 from vistel_services.audio.heads import Heads
 from vistel_services.audio.hearing import Hearing
-from vistel_services.audio.inputs import open_input
+from vistel_services.audio.inputs import InputOpener
 from vistel_services.audio.outputs import Loudspeaker
 from vistel_services.audio.speaking import Speaker
 from vistel_services.audio.unit import DelayUnit
@@ -72,7 +71,7 @@ class _Site:
         self._speakers = [
             Speaker(
                 m.participant,
-                Capture(m.participant, partial(open_input, m.source, clock)),
+                Capture(m.participant, InputOpener(m.source, clock)),
                 bus.publish(BY_NAME["voice"], participant=m.participant),
                 config.bitrate,
                 self._buttons[m.participant],

@@ -20,7 +20,7 @@ from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, run
 from vistel_services.audio.capture import Capture
-from vistel_services.audio.inputs import open_input
+from vistel_services.audio.inputs import InputOpener
 from vistel_sim.faults import Fault
 from vistel_sim.talker import SimulatedMicrophone, Voice, clap, run_microphones
 
@@ -323,6 +323,9 @@ def test_what_is_no_microphone_is_named_and_the_rest_goes_on(tmp_path: Path, sou
 
     async def script(c: Conference) -> None:
         await c.go_on(1.0)
+        while c.mouth.detail == "not opened yet":
+            await asyncio.sleep(0.01)  # sound cards are looked for on a thread, which simulated time does not wait for
+            await c.go_on(0.5)
         assert not c.mouth.open
         assert expected in c.mouth.detail
         assert c.said["oslo"].loudspeaker.endswith("heard.wav")
@@ -334,7 +337,9 @@ def test_a_loudspeaker_that_is_not_there_is_named_and_voices_are_timed_all_the_s
     async def script(c: Conference) -> None:
         c.image_s = 0.15
         await c.go_on(2.0)
-        assert c.said["oslo"].loudspeaker_detail
+        while not c.said["oslo"].loudspeaker_detail:
+            await asyncio.sleep(0.01)  # as above
+            await c.go_on(0.5)
         assert c.voice.actual_s == pytest.approx(0.15, abs=0.003)
 
     play(Conference(tmp_path, loudness=always, loudspeaker="no such loudspeaker"), script)
@@ -388,7 +393,7 @@ def test_a_simulated_microphones_sound_is_stamped_when_it_was_made_however_its_b
         voice = Voice(lambda t: 0.0, lambda a, b: [n for n in (2, 3, 4) if a < n <= b], 5)
         microphone = SimulatedMicrophone("ann-microphone", voice, tmp_path / "ann")
         tasks = [asyncio.create_task(run_microphones([microphone], clock, first_ns))]
-        capture = Capture("ann", lambda: open_input(str(tmp_path / "ann"), clock))
+        capture = Capture("ann", InputOpener(str(tmp_path / "ann"), clock))
         for _ in range(250):
             heard.extend(capture.frames(clock.now_ns()))
             await clock.advance_to_ns(clock.now_ns() + FRAME_NS)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import sys
+import threading
 import types
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,11 +16,14 @@ import pytest
 
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import SimulatedClock
-from vistel_services.audio import cards
+from vistel.wire.memory_bus import MemoryNetwork
+from vistel.wire.topics import BY_NAME
+from vistel_services.audio import Config, Microphone, cards, run
 from vistel_services.audio.capture import Capture
 from vistel_services.audio.cards import InputError
-from vistel_services.audio.inputs import CardInput
+from vistel_services.audio.inputs import CardInput, InputOpener
 from vistel_services.audio.outputs import CardOutput, Loudspeaker
+from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
 
 SECOND_NS = 1_000_000_000
 
@@ -70,6 +77,18 @@ class PortAudio:
                 stream.active = False
 
 
+class AtOnce(Executor):
+    """Does on the caller's thread what a thread is to do."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as e:
+            future.set_exception(e)
+        return future
+
+
 class Stream:
     latency = 0.01
 
@@ -102,9 +121,10 @@ class Stream:
 def portaudio(monkeypatch: pytest.MonkeyPatch) -> Iterator[PortAudio]:
     out = PortAudio()
     monkeypatch.setitem(sys.modules, "sounddevice", out.module())
+    monkeypatch.setattr(cards, "thread", AtOnce())
     yield out
     for who in list(cards._open):
-        who.close()
+        who.release()
     cards._looked_ns.clear()
 
 
@@ -125,7 +145,7 @@ def test_a_microphone_that_is_opened_leaves_the_loudspeaker_on(portaudio: PortAu
 def test_a_card_that_refuses_48_khz_is_read_at_its_own_rate(portaudio: PortAudio, rate: float) -> None:
     portaudio.only_rate = rate
     clock = SimulatedClock(SECOND_NS)
-    capture = Capture("ann", lambda: CardInput("headset", clock))
+    capture = Capture("ann", InputOpener("headset", clock))
     frames: list[Any] = []
     tone = np.sin(2 * np.pi * 400.0 * np.arange(round(rate)) / rate).astype(np.float32)
     part = round(rate * 0.02)
@@ -161,7 +181,7 @@ def rounds(clock: SimulatedClock, seconds: float, step: Callable[[int], object])
 def test_a_microphone_that_is_unplugged_is_named_and_found_again_while_the_loudspeaker_goes_on(portaudio: PortAudio) -> None:
     clock = SimulatedClock(SECOND_NS)
     loudspeaker = Loudspeaker("speakers", clock)
-    capture = Capture("ann", lambda: CardInput("headset", clock))
+    capture = Capture("ann", InputOpener("headset", clock))
 
     def step(now_ns: int) -> None:
         loudspeaker.due(now_ns)
@@ -185,8 +205,64 @@ def test_a_microphone_that_is_unplugged_is_named_and_found_again_while_the_louds
 
 def test_without_portaudio_it_is_said_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sounddevice", None)
+    monkeypatch.setattr(cards, "thread", AtOnce())
     loudspeaker = Loudspeaker("auto", SimulatedClock(SECOND_NS))
     assert loudspeaker.due(SECOND_NS) is not None, "time does not go on without a sound card"
     assert "pip install" in loudspeaker.detail
     with pytest.raises(InputError, match="no sound card can be used"):
         CardInput("default", SimulatedClock(SECOND_NS))
+
+
+def test_a_card_that_is_looked_for_for_seconds_delays_no_voice(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    portaudio = PortAudio()
+    module: Any = portaudio.module()
+    asked, answer = threading.Event(), threading.Event()
+
+    def slow_query(*args: Any) -> Any:
+        asked.set()
+        assert answer.wait(60.0)
+        return portaudio.query(*args)
+
+    module.query_devices = slow_query
+    monkeypatch.setitem(sys.modules, "sounddevice", module)
+    pipe = tmp_path / "ann-microphone"
+    microphone = SimulatedMicrophone("ann-microphone", Voice(lambda _: 0.8, lambda a, b: (), 5), pipe)
+    config = Config(
+        "tokyo", "ann", (Microphone("ann", str(pipe)),), "speakers", spatial="off", stream=False, memory=tmp_path / "muted.json"
+    )
+
+    async def scene() -> None:
+        clock, network = SimulatedClock(SECOND_NS), MemoryNetwork()
+        listening = network.bus("c", "oslo", clock)
+        voices = listening.subscribe(BY_NAME["voice"], queue_all=True)
+        statuses = listening.subscribe(BY_NAME["sound_status"])
+        microphone.put(-1)
+        tasks = [
+            asyncio.create_task(run(config, network.bus("c", "tokyo", clock), clock)),
+            asyncio.create_task(run_microphones([microphone], clock, clock.now_ns())),
+        ]
+
+        async def pass_time(seconds: float) -> None:
+            for _ in range(round(seconds / 0.02)):
+                await clock.advance_to_ns(clock.now_ns() + FRAME_NS)
+
+        await pass_time(1.0)
+        await asyncio.to_thread(asked.wait, 60.0)
+        voices.take()
+        await pass_time(3.0)
+        times = [s.received_ns for s in voices.take()]
+        assert not answer.is_set()
+        assert len(times) >= 145, "voices waited for the sound card"
+        assert max(np.diff(times)) <= 2 * FRAME_NS
+        answer.set()
+        shown = ""
+        while shown != "Speakers":
+            await asyncio.sleep(0.01)  # the cards' thread is a real one
+            await pass_time(0.5)
+            shown = next((s.message.loudspeaker for s in statuses.take()), shown)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    asyncio.run(scene())
+    assert cards.thread.submit(lambda: list(cards._open)).result() == []
