@@ -1,4 +1,4 @@
-"""Blend functions f: [0, 1] -> [0, 1] of the distance ratio (Singh §3.3.1, Figure 22), and their Moebius warps.
+"""Blend functions f: [0, 1] -> [0, 1] of the distance ratio (Singh §3.3.1, Figure 22; mathematics M1.2), and their Moebius warps.
 
 Every f has f(0) = 1, f(1) = 0, f'(0) = f'(1) = 0 and falls monotonically; beyond 1 it is 0.
 """

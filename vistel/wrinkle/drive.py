@@ -1,4 +1,4 @@
-"""What drives wrinkles: a joint's angle or an action unit of the face, through a curve that is data (Singh §5.3.1)."""
+"""What drives wrinkles: a joint's angle or an action unit, through a curve that is data (Singh §5.3.1; mathematics M9.5)."""
 
 from __future__ import annotations
 

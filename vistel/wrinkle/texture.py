@@ -1,4 +1,4 @@
-"""Wrinkled colour textures: the flat one displaced, lit and drawn again (Singh §5.2.2, Figures 49 and 50).
+"""Wrinkled colour textures: the flat one displaced, lit and drawn again (Singh §5.2.2, Figures 49 and 50; mathematics M9.4).
 
 Cloth does not stretch: where it rises and falls there is more of it than meets the eye, and what lies beside is drawn in.
 The wrinkled texture shows at P the cloth of P + d(P), where div d = |grad h|^2 / 2 is the length used up by the displacement h.

@@ -1,4 +1,4 @@
-"""The physical muscle: how hard it pulls at its length, speed and activation, and what that does at the joints (Singh §4.2).
+"""The physical muscle: its pull by length, speed and activation, and the torques of joints (Singh §4.2; mathematics M7.6).
 
 A contractile element with a stiff tendon (Hill 1938, in the form of Zajac 1989): F = F_max (A f_l(l) f_v(v) + f_p(l)), with
 l the belly's length / at rest, which is taken for its best. A path pulls its points together; what joints feel follows

@@ -1,4 +1,4 @@
-"""The arm from its wrist: seven degrees of freedom, six known, the seventh the elbow's swivel (Singh §6.2.3).
+"""The arm from its wrist: seven degrees of freedom, six known, the seventh the elbow's swivel (Singh §6.2.3; mathematics M8.6).
 
 Everything here is in the chest's frame with the collar joint as origin [m, rad]; `side` is +1 for the left arm, -1
 for the right. The swivel is found by energy minimisation (mathematics M8.7) relative to where the elbow was, so that

@@ -1,4 +1,4 @@
-"""A posture: the 25 degrees of freedom of Singh §6.2, two hands and a stance; and the joints they give.
+"""A posture: 25 degrees of freedom (Singh §6.2; mathematics M8.1), two hands and a stance; and the joints they give.
 
 Order of `Posture.dofs` (radians, metres for the spine's shift):
 

@@ -1,4 +1,4 @@
-"""Bodies under ghosts: any number of ghosts of any kind compose into one field per body (Singh §2.1, App. C).
+"""Bodies under ghosts: any number of ghosts of any kind compose into one field per body (Singh §2.1, App. C; mathematics M3).
 
     a = Deformable("a", vi.Sphere((0, 0, 0), 1.0))
     b = Deformable("b", vi.Sphere((0, 0, 0), 1.0), position=(0.9, 0, 0))

@@ -1,4 +1,4 @@
-"""What a body remembers of contacts: nothing (elastic), dents (plastic), a lagging ghost (viscoelastic) (Singh §C.2).
+"""Memory of contacts: none (elastic), dents (plastic), a lagging ghost (viscoelastic) (Singh §C.2; mathematics M5.1).
 
     memory = Memory({"head": Plastic(), "ball": Viscoelastic(0.4)})
     memory = memory.step(bodies, time, dt)

@@ -1,4 +1,4 @@
-"""Attributes of a blended shape: colours, textures, anything numeric (Singh §3.3.2).
+"""Attributes of a blended shape: colours, textures, anything numeric (Singh §3.3.2; mathematics M2.5).
 
     c = sum(F_i w_i c_i) / sum(F_i w_i)
 

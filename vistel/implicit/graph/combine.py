@@ -1,4 +1,4 @@
-"""Inner nodes of the graph: how fields make new fields (Singh §3.3, Ricci 1973), and how shapes are placed.
+"""Inner nodes of the graph: how fields make new fields (Singh §3.3, Ricci 1973; mathematics M2), and how shapes are placed.
 
 Every node knows its value and, by the chain rule, its exact gradient. Nodes that take powers see negative fields as 0.
 """

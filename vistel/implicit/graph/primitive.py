@@ -1,4 +1,4 @@
-"""The primitive <V, S, f>: a realm V, a skeleton S inside it, a blend function f of the distance ratio (Singh §3.1)."""
+"""The primitive <V, S, f>: realm, skeleton and blend function of the distance ratio (Singh §3.1; mathematics M1.1)."""
 
 # pyright: reportUnnecessaryIsInstance=false
 

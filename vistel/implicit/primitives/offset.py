@@ -1,4 +1,4 @@
-"""Primitives whose realm is an offset of the skeleton: sphere, sphylinder, cone-sphere, rounded polygon.
+"""Primitives whose realm is an offset of the skeleton: sphere, sphylinder, cone-sphere, rounded polygon (mathematics M1.4, M1.5).
 
 Radii are radii of influence (V), as in <V, S, f>; `of_surface` takes those of the surface F = T instead.
 """

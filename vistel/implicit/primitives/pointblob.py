@@ -1,4 +1,4 @@
-"""Pointblob and point-setblob: any star-shaped volume as an implicit primitive (Singh §3.2)."""
+"""Pointblob and point-setblob: any star-shaped volume as an implicit primitive (Singh §3.2; mathematics M1.9 to M1.11)."""
 
 from __future__ import annotations
 

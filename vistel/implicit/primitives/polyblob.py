@@ -1,4 +1,4 @@
-"""Polyblob: a polyhedron V about a polyhedral skeleton S (Singh §3.1, §3.2), the primitive that changes shape."""
+"""Polyblob, the primitive that changes shape: a polyhedron about a polyhedral skeleton (Singh §3.1; mathematics M1.12)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shape change (Singh Appendix B): one shape turning into another, of any genus, by weights or by the threshold.
+"""Change of shape, of any genus, by weights or by the threshold (Singh Appendix B; mathematics M2.7, M2.8).
 
 film = vi.WeightChange(a, b)                       film.at(0.4) is the shape 40 % of the way
 film = vi.ThresholdChange.between(torus, cube)     from the first polyhedron to the second

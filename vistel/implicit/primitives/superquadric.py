@@ -1,4 +1,4 @@
-"""Superquadric primitives (Singh §1.2.1): ellipsoid about a centre, toroid about a ring, with z as their axis."""
+"""Superquadric primitives about the axis z: ellipsoid and toroid (Singh §1.2.1; mathematics M1.7, M1.8)."""
 
 from __future__ import annotations
 
