@@ -57,7 +57,7 @@ lock:  ## write requirements.lock anew
 	./scripts/lock.sh
 
 docs: setup  ## make the pictures and reference pages of docs/
-	@for script in docs/pictures/*.py; do echo $$script; $(PY) $$script; done
+	@for script in docs/pictures/*/*.py; do echo $$script; $(PY) -m $$(echo $${script%.py} | tr / .); done
 	@$(PY) -m vistel.wire.reference
 	@$(PY) -m vistel_services.process.metrics_reference
 

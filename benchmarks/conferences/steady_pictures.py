@@ -1,6 +1,6 @@
 """Whether pictures stay as quick as they are, and memory as small: three built-in people at the table, drawn over and over.
 
-    python benchmarks/conferences/steady_pictures.py --seconds 600
+    python -m benchmarks.conferences.steady_pictures --seconds 600
 
 Processor time of the drawing process is counted, which other work on the machine disturbs little.
 """
@@ -16,10 +16,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs" / "pictures"))
-
-from scenes import choreographed
-
+from docs.pictures.conferences.scenes import choreographed
 from vistel.render.scene_renderer import SceneRenderer
 
 ROOT = Path(__file__).resolve().parents[2]

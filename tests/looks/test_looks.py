@@ -24,7 +24,6 @@ faults give; `test_the_measure_...` holds both sides, so that the thresholds can
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 from dataclasses import replace
 from functools import partial
@@ -36,14 +35,11 @@ import pytest
 from picture_difference import difference
 from PIL import Image
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "docs" / "pictures"))
-from scenes import SCENES, Moment, photograph  # noqa: E402  of this repository, not installed
-from wall import wall_seen  # noqa: E402
-
-from vistel.render.gl.context import NoOpenGlError, open_surface  # noqa: E402
-from vistel.render.scene_renderer import SceneRenderer  # noqa: E402
-from vistel.render.stage.stage import PersonNow  # noqa: E402
+from docs.pictures.conferences.scenes import SCENES, Moment, photograph
+from docs.pictures.conferences.wall import wall_seen
+from vistel.render.gl.context import NoOpenGlError, open_surface
+from vistel.render.scene_renderer import SceneRenderer
+from vistel.render.stage.stage import PersonNow
 
 pytestmark = [pytest.mark.gl, pytest.mark.slow]
 

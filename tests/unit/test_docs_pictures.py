@@ -26,7 +26,7 @@ MOST_BYTES = 1_500_000
 _COLOUR_TYPE, _PALETTE = 25, 3
 
 
-@pytest.mark.parametrize("path", sorted(PICTURES.glob("*.png")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted(PICTURES.rglob("*.png")), ids=lambda p: p.stem)
 def test_a_rendered_picture_has_no_palette_and_is_not_larger_than_a_page_can_bear(path: Path) -> None:
     head = path.read_bytes()[: _COLOUR_TYPE + 1]
     assert head[:8] == b"\x89PNG\r\n\x1a\n"
@@ -35,4 +35,4 @@ def test_a_rendered_picture_has_no_palette_and_is_not_larger_than_a_page_can_bea
 
 
 def test_what_is_called_a_diagram_is_there() -> None:
-    assert {p.stem for p in PICTURES.glob("*.png")} >= DIAGRAMS
+    assert {p.stem for p in PICTURES.rglob("*.png")} >= DIAGRAMS

@@ -1,0 +1,45 @@
+"""Draws demo.png from the log that `make demo` left in out/: the moment when two people hold the baton.
+
+make demo && python -m docs.pictures.conferences.demo
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from vistel.wire.log import LogReader
+from vistel.wire.world.room_now import WorldDecoder
+
+ROOT = Path(__file__).resolve().parents[3]
+THIRD = {"aiko": "tokyo", "ben": "columbus", "carla": "zurich"}
+"""Whose picture it is: that of somebody who looks on."""
+
+
+def main() -> None:
+    out = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "out"
+    reader = LogReader(out / "conference.mcap")
+    decoder = WorldDecoder()
+    rooms = [(now, r.log_ns) for r in reader.records(topics=("world_state",)) for now in decoder.read(r.message)]
+    shared = [(now, log_ns) for now, log_ns in rooms if len({g.participant for g in now.grasps}) > 1]
+    if not shared:
+        sys.exit(f"{out}: nobody hands anything over in this log; run `make demo` for 20 s or longer")
+    moment, log_ns = shared[len(shared) // 2]
+    holders = {g.participant for g in moment.grasps}
+    site = next(site for name, site in THIRD.items() if name not in holders)
+    at_s = (log_ns - reader.begin_ns) * 1e-9
+    with tempfile.TemporaryDirectory() as folder:
+        render = ["replay", str(reader.path), "--render", "--png", "--site", site, "--size", "960x540", "--finer", "2"]
+        span = ["--from", f"{at_s - 1.0:.2f}", "--to", f"{at_s:.2f}", "--fps", "5", "--out", folder]
+        subprocess.run([sys.executable, "-m", "vistel_cli.main", *render, *span], check=True)
+        picture = max(Path(folder).rglob("*.png"))
+        path = ROOT / "docs/pictures/conferences/demo.png"
+        shutil.copyfile(picture, path)
+    print(path.relative_to(ROOT))
+
+
+if __name__ == "__main__":
+    main()

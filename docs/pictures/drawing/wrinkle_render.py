@@ -1,0 +1,98 @@
+"""Photographs of figures that wear wrinkles: moved texture coordinates, and the light of wrinkles at those that did not move."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from docs.pictures.people.avatars import view_matrix
+from vistel.figure.figure import Figure
+from vistel.figure.posture.posture import Posture, pose_joints
+from vistel.wrinkle.worn import Worn
+
+VERTEX = """#version 330
+uniform mat4 view; in vec3 position; in vec3 normal; in vec2 uv; in vec2 rest; out vec3 n; out vec3 p; out vec2 t; out vec2 r;
+void main() { gl_Position = view * vec4(position, 1.0); n = normal; p = position; t = uv; r = rest; }"""
+FRAGMENT = """#version 330
+uniform sampler2D albedo; uniform sampler2D wrinkles; uniform vec3 eye; uniform float plain;
+in vec3 n; in vec3 p; in vec2 t; in vec2 r; out vec4 colour;
+void main() {
+    vec3 N = normalize(n), V = normalize(eye - p), key = normalize(vec3(0.5, 0.7, 0.8));
+    vec3 base = mix(pow(texture(albedo, t).rgb, vec3(2.2)), vec3(0.5), plain) * texture(wrinkles, r).r * 2.0;
+    vec3 light = vec3(0.26 + 0.16 * N.y) + 0.78 * max(0.0, dot(N, key))
+        + vec3(0.20, 0.22, 0.26) * max(0.0, dot(N, normalize(vec3(-0.8, 0.2, 0.5)))) + 0.2 * max(0.0, -N.z);
+    float shine = 0.05 * pow(max(0.0, dot(N, normalize(key + V))), 24.0);
+    colour = vec4(pow(base * light + shine, vec3(1.0 / 2.2)), 1.0);
+}"""
+
+
+@dataclass(frozen=True)
+class View:
+    """From where [m] to where, and the upright opening [rad]."""
+
+    eye: Sequence[float]
+    target: Sequence[float]
+    angle: float = 0.5
+
+
+class Studio:
+    """A headless OpenGL context."""
+
+    def __init__(self) -> None:
+        backend = {"backend": "egl"} if os.name == "posix" and not os.environ.get("DISPLAY") else {}
+        self.context = moderngl.create_context(standalone=True, require=330, **backend)
+        self.program = self.context.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT)
+        self.program["wrinkles"].value = 1  # type: ignore[union-attr]
+
+    def photograph(
+        self,
+        figure: Figure,
+        worn: Worn,
+        posture: Posture,
+        view: View,
+        size: tuple[int, int],
+        *,
+        actions: Mapping[str, float] | None = None,
+        wrinkled: bool = True,
+        plain: bool = False,
+    ) -> Image.Image:
+        """The figure in a posture, with the wrinkles that go with it or without. plain: grey, to see the shape alone."""
+        context, avatar = self.context, figure.avatar
+        weights = worn.weights(pose_joints(avatar.skeleton, posture), actions) * float(wrinkled)
+        state = figure.pose(posture, (), worn.displacement(weights))
+        width, height = 2 * size[0], 2 * size[1]
+        buffer = context.simple_framebuffer((width, height))
+        buffer.use()
+        context.enable(moderngl.DEPTH_TEST)
+        buffer.clear(0.80, 0.815, 0.835)
+        matrix = view_matrix(np.array(view.eye, float), np.array(view.target, float), view.angle, width / height)
+        self.program["view"].write(matrix.T.astype("f4").tobytes())  # type: ignore[union-attr]
+        self.program["eye"].value = tuple(view.eye)  # type: ignore[union-attr]
+        self.program["plain"].value = float(plain)  # type: ignore[union-attr]
+        light = np.clip(worn.light(weights) * 127.5, 0, 255).astype(np.uint8)[..., None]
+        textures = [self._texture(avatar.albedo, 0), self._texture(light, 1)]
+        meshes = [(avatar.mesh, state.vertices, state.normals, worn.coordinates(weights))]
+        meshes += [(m, v, n, m.uv) for m, (v, n) in zip(avatar.eyeballs, state.eyeballs, strict=True)]
+        for mesh, vertices, normals, uv in meshes:
+            rows = np.hstack([vertices[mesh.corner_vertex], normals[mesh.corner_vertex], uv, mesh.uv]).astype("f4")
+            drawn = [(context.buffer(rows.tobytes()), "3f 3f 2f 2f", "position", "normal", "uv", "rest")]
+            context.vertex_array(self.program, drawn, context.buffer(mesh.corner_triangles.astype("i4").tobytes())).render()
+        image = Image.frombytes("RGB", (width, height), buffer.read(components=3, alignment=1))
+        for thing in (*textures, buffer):
+            thing.release()
+        return image.transpose(Image.Transpose.FLIP_TOP_BOTTOM).resize(size, Image.Resampling.LANCZOS)
+
+    def _texture(self, picture: NDArray[np.uint8], unit: int) -> moderngl.Texture:
+        texels = np.ascontiguousarray(picture[::-1]).tobytes()
+        out = self.context.texture(picture.shape[1::-1], picture.shape[2], texels, alignment=1)
+        out.build_mipmaps()
+        out.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        out.anisotropy = 8.0
+        out.use(unit)
+        return out

@@ -1,0 +1,47 @@
+"""Draws people-in-postures.png: people, each in the standard postures.
+
+    python -m docs.pictures.people.people_in_postures [--out FILE] [AVATAR ...]
+
+AVATAR: what follows "builtin:", or an avatar file; without, built-in people. Needs an OpenGL context (EGL without a display;
+software is fine). The picture in the repository has four built-in people (the first four of PEOPLE) and three made from
+MakeHuman's base mesh as docs/how-to/make-an-avatar.md says, with the rig game_engine and the skin
+young_lightskinned_male_diffuse2: caucasian-male-young and caucasian-female-young in male_casualsuit06, a heavy man
+(universal-male-young-averagemuscle-maxweight=1.3) in male_elegantsuit01.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from vistel.figure.formats.load import load_any
+from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.posture.standard import standard_postures
+from vistel.render.figures.portrait import Portraits
+
+PEOPLE = (
+    "seed=3,hair_style=5",
+    "seed=12,hair_style=3,build=1.2",
+    "seed=4,pattern=4,top=7",
+    "seed=5",
+    "seed=2",
+    "seed=7,hair_style=0",
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("people", nargs="*", default=PEOPLE)
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "people-in-postures.png")
+    arguments = parser.parse_args()
+    avatars = [
+        load_any(Path(p)) if Path(p).is_file() else builtin_avatar(f"builtin:{p}", name=p, height=1.75) for p in arguments.people
+    ]
+    portraits = Portraits()
+    sheet = portraits.sheet(avatars, standard_postures(), (130, 180))
+    sheet.save(arguments.out, optimize=True)
+    portraits.close()
+
+
+if __name__ == "__main__":
+    main()
