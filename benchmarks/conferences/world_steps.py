@@ -20,7 +20,7 @@ from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.geometry.rotation import rotation_y
-from vistel.space.commands.actions import Move, Which
+from vistel.space.actions import Move, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import Extra, Room, meeting_room, seat_pose, table_radius
 from vistel.space.things.things import Thing

@@ -11,8 +11,8 @@ from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
 from vistel.arrays import F64
-from vistel.space.commands.actions import Action, Along, Shown, Size, Towards, Where, Which
-from vistel.space.commands.description import COMMANDS
+from vistel.space.actions import Action, Along, Shown, Size, Towards, Where, Which
+from vistel.space.command_description import COMMANDS
 from vistel.v1 import command_pb2 as pb
 from vistel.v1.geometry_pb2 import Pose, Quaternion, Vec3
 

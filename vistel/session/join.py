@@ -16,7 +16,7 @@ from vistel.figure.posture.posture import Posture
 from vistel.session.publisher import ParticipantPublisher
 from vistel.session.room_view import RoomView
 from vistel.session.session import Answer, AsyncSession, LivePosture, opened
-from vistel.space.commands.actions import Action
+from vistel.space.actions import Action
 from vistel.wire.bus import Sample
 
 T = TypeVar("T")

@@ -14,7 +14,7 @@ from vistel.messages.commands import message_of
 from vistel.messages.postures import posture_of
 from vistel.session.publisher import ParticipantPublisher
 from vistel.session.room_view import RoomView, view_of
-from vistel.space.commands.actions import Action
+from vistel.space.actions import Action
 from vistel.space.commands.phrase import read
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.bus import Bus, Sample

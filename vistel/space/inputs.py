@@ -11,7 +11,7 @@ from vistel.arrays import F64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import DOF_COUNT, HAND_DOF_COUNT, Posture
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.space.commands.actions import Action
+from vistel.space.actions import Action
 
 FURTHEST = 50.0
 """Stances further than this from the room's centre are refused [m]."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from vistel.space.commands.history import Change, Stood
 from vistel.space.dynamics.dynamics import FREE, HELD
 from vistel.space.dynamics.solids import Solids
+from vistel.space.history import Change, Stood
 from vistel.space.holding import holding
 from vistel.space.inputs import PropInput
 from vistel.space.state import State

@@ -17,12 +17,12 @@ from vistel.arrays import F64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.geometry.pose import Pose
-from vistel.space.commands.history import Change, History, Stood
-from vistel.space.commands.ledger import Ledger
 from vistel.space.dynamics.dynamics import Motions
 from vistel.space.hands.claims import Claim
 from vistel.space.hands.grasp import Grasp
+from vistel.space.history import Change, History, Stood
 from vistel.space.inputs import Person, PropInput
+from vistel.space.ledger import Ledger
 from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import Dent
 from vistel.space.people import Figure

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from vistel.space.commands.history import History
-from vistel.space.commands.ledger import Ledger
 from vistel.space.dynamics.dynamics import Motions
 from vistel.space.hands.claims import Claim, ClaimEvent
 from vistel.space.hands.grasp import Grasp
+from vistel.space.history import History
+from vistel.space.ledger import Ledger
 from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import Dent
 from vistel.space.people import Figure

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Action, Which
+from vistel.space import actions as ask
+from vistel.space.actions import Action, Which
 from vistel.speech.grammar import Language, Said
 from vistel.speech.meaning import MeaningError, Remark, asked_for
 

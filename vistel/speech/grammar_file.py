@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from vistel.space.commands import actions
-from vistel.space.commands.description import COMMANDS
+from vistel.space import actions
+from vistel.space.command_description import COMMANDS
 from vistel.speech.grammar import LANGUAGES, Grammar, Language, Place, Sentence, Tag, Word
 from vistel.speech.kana import from_romaji
 from vistel.speech.phones import hiragana

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from typing import Any
 
-from vistel.space.commands.actions import Action, Along, Shown, Size, Towards, Where, Which
+from vistel.space.actions import Action, Along, Shown, Size, Towards, Where, Which
+from vistel.space.command_description import COMMANDS, Axis, Colour, Command, Length, Parameter, Quantity, Shape, Spoken
 from vistel.space.commands.create import SHAPES
-from vistel.space.commands.description import COMMANDS, Axis, Colour, Command, Length, Parameter, Quantity, Shape, Spoken
 from vistel.space.commands.reference import COLOURS
 from vistel.speech.grammar import Meaning
 

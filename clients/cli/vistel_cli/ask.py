@@ -15,7 +15,7 @@ from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 if TYPE_CHECKING:  # they load the mathematics, which `vistel --help` need not
     from vistel.session.session import Answer
-    from vistel.space.commands.actions import Action
+    from vistel.space.actions import Action
 
 
 def ask(

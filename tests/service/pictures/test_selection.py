@@ -15,8 +15,8 @@ from vistel.render.stage.stage import Instant
 from vistel.render.stage.world_view import WorldView, thing_of, view_of
 from vistel.render.things.outlines import HUES, colours_of
 from vistel.render.view.camera import look_at
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Action, Which
+from vistel.space import actions as ask
+from vistel.space.actions import Action, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World

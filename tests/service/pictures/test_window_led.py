@@ -14,7 +14,7 @@ from waiting import until
 from world_site import CONFERENCE
 
 from vistel.conference.paths import RunPaths
-from vistel.space.commands import actions as ask
+from vistel.space import actions as ask
 from vistel.space.things.props import SILENT_NS
 from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Participant, Prop

@@ -8,7 +8,7 @@ import numpy as np
 from world_site import WorldSite, scenario
 
 from vistel.messages.commands import message_of
-from vistel.space.commands.actions import Action
+from vistel.space.actions import Action
 from vistel.speech.grammar_file import load_grammar
 from vistel.speech.meaning import asked_for
 from vistel.v1.command_pb2 import CommandResult

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Which
+from vistel.space import actions as ask
+from vistel.space.actions import Which
 from vistel.space.files import Interior, load_room, save_usd
 from vistel.space.inputs import CommandInput, Person, StepInputs
 from vistel.space.room import Room, meeting_room

@@ -8,7 +8,7 @@ import numpy as np
 from test_world_steps import Play
 
 from vistel.figure.posture.posture import Posture, Stance, standing
-from vistel.space.commands.actions import Action
+from vistel.space.actions import Action
 from vistel.space.inputs import CommandInput
 from vistel.space.room import meeting_room
 from vistel.space.things.things import Thing

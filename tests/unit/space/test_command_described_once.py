@@ -15,9 +15,9 @@ from google.protobuf.descriptor_pool import DescriptorPool
 from talking import Talk, done, refused
 
 from vistel.messages.commands import action_of, write_action
-from vistel.space.commands.actions import THIS, Refused, Which
+from vistel.space.actions import THIS, Refused, Which
+from vistel.space.command_description import COMMANDS, Action, Quantity, command, phrase, spoken, typed
 from vistel.space.commands.asked import PERFORMERS, Answer, Asked, performs
-from vistel.space.commands.description import COMMANDS, Action, Quantity, command, phrase, spoken, typed
 from vistel.space.commands.phrase import PhraseError, read, usage
 from vistel.space.commands.placing import glide
 from vistel.speech.grammar_file import load_grammar

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from test_world_steps import START, Play, reaching
 
-from vistel.space.commands.actions import Create, Delete, Paint, Which
+from vistel.space.actions import Create, Delete, Paint, Which
 from vistel.space.inputs import CommandInput
 from vistel.space.view import WorldView
 from vistel.v1.world_pb2 import WorldState

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vistel.space.commands import actions as ask
+from vistel.space import actions as ask
 from vistel.speech.dialogue import AWAKE_NS, PATIENCE_NS, Dialogue, Known, Outcome, Reading, there
 from vistel.speech.grammar_file import load_grammar
 

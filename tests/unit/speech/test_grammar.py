@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.messages.commands import action_of, message_of
-from vistel.space.commands import actions as ask
+from vistel.space import actions as ask
 from vistel.speech.grammar import LANGUAGES, Grammar, Language, Said, Word
 from vistel.speech.grammar_file import ROOM, load_grammar
 from vistel.speech.kana import from_romaji, reading

@@ -11,11 +11,11 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.space.commands.actions import Action, Refused, Which
-from vistel.space.commands.history import Change, Stood
+from vistel.space.actions import Action, Refused, Which
 from vistel.space.commands.reference import Speaker, meant
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions
 from vistel.space.dynamics.solids import Solids, outline
+from vistel.space.history import Change, Stood
 from vistel.space.holding import holding
 from vistel.space.memory.dents import Dent
 from vistel.space.people import pose_figure

@@ -9,12 +9,12 @@ import numpy as np
 
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Refused
+from vistel.space import actions as ask
+from vistel.space.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed, exchanged, on_its_foot, performs
-from vistel.space.commands.history import History, Stood
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
+from vistel.space.history import History, Stood
 from vistel.space.holding import holding, ownership
 from vistel.space.state import State
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vistel.space.commands.actions import Refused
+from vistel.space.actions import Refused
 from vistel.space.commands.reference import COLOURS, name_of_colour
 from vistel.space.room import Z_UP
 from vistel.space.things.things import Axis, Primitive, Thing

@@ -11,12 +11,12 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Refused
+from vistel.space import actions as ask
+from vistel.space.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed, performs
-from vistel.space.commands.history import Stood
 from vistel.space.commands.reshape import extent
 from vistel.space.dynamics.solids import outline
+from vistel.space.history import Stood
 from vistel.space.memory.dents import MOST, Dent, deepest, imprints
 from vistel.space.things.things import Matter, Primitive
 

@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Refused
+from vistel.space import actions as ask
+from vistel.space.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, performs
 from vistel.space.commands.reshape import THINNEST, curved, sound
 from vistel.space.commands.shaping import edited

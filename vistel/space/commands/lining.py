@@ -9,8 +9,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Refused
+from vistel.space import actions as ask
+from vistel.space.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, performs
 from vistel.space.commands.placing import GAP, glide, is_free, table_edge
 from vistel.space.dynamics.solids import outline

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from vistel.space.actions import Action, Refused
 from vistel.space.commands import choosing, denting, edges, lining, placing, shaping
-from vistel.space.commands.actions import Action, Refused
 from vistel.space.commands.asked import PERFORMERS, Asked
 from vistel.space.dynamics.solids import Solids
 from vistel.space.holding import ownership

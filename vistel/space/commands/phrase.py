@@ -12,9 +12,9 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
-from vistel.space.commands.actions import THIS, Action, Along, Shown, Towards, Where, Which
+from vistel.space.actions import THIS, Action, Along, Shown, Towards, Where, Which
+from vistel.space.command_description import COMMANDS, Axis, Colour, Command, Length, Parameter, Quantity, Shape, Typed
 from vistel.space.commands.create import SHAPES
-from vistel.space.commands.description import COMMANDS, Axis, Colour, Command, Length, Parameter, Quantity, Shape, Typed
 from vistel.space.commands.reference import COLOURS
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}

@@ -12,12 +12,12 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space.commands import actions as ask
+from vistel.space import actions as ask
+from vistel.space.actions import Refused
 from vistel.space.commands import reshape
-from vistel.space.commands.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed, lowest, performs
-from vistel.space.commands.history import Change, Stood
 from vistel.space.dynamics.solids import outline
+from vistel.space.history import Change, Stood
 from vistel.space.holding import holding
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
 from vistel.space.things.glide import Glide, on_way

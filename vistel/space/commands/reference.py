@@ -12,7 +12,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX
-from vistel.space.commands.actions import Along, Refused, Shown, Size, Towards, Which
+from vistel.space.actions import Along, Refused, Shown, Size, Towards, Which
 from vistel.space.people import Posed
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
 from vistel.space.things.things import Thing

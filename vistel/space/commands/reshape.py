@@ -15,7 +15,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.space.commands.actions import Refused
+from vistel.space.actions import Refused
 from vistel.space.dynamics.solids import Solids, outline
 from vistel.space.things.arc import Arc
 from vistel.space.things.things import Axis, Curve, Look, Part, Primitive, Thing

@@ -10,15 +10,15 @@ import numpy as np
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
-from vistel.space.commands import actions as ask
+from vistel.space import actions as ask
+from vistel.space.actions import Refused, Which
 from vistel.space.commands import create as makes
 from vistel.space.commands import reshape
-from vistel.space.commands.actions import Refused, Which
 from vistel.space.commands.asked import Answer, Asked, changed, exchanged, lowest, on_its_foot, performs
-from vistel.space.commands.history import Change, Stood
 from vistel.space.commands.placing import axis_in_room, free_spot, place_meant
 from vistel.space.dynamics.dynamics import HELD
 from vistel.space.hands import grasp as hands
+from vistel.space.history import Change, Stood
 from vistel.space.holding import holding
 from vistel.space.things.things import Thing
 

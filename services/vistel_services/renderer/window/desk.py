@@ -21,8 +21,8 @@ from vistel.render.things.outlines import Outline
 from vistel.render.view.camera import Camera, overview
 from vistel.render.view.screens import Box, Sight
 from vistel.render.view.view import Choices, Mode
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Action, Which
+from vistel.space import actions as ask
+from vistel.space.actions import Action, Which
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import pieces_of
 from vistel.space.things.things import Thing

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vistel.arrays import F64
-from vistel.space.commands.actions import Action
+from vistel.space.actions import Action
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_world_steps import START, STEP_NS, Play, at, reaching, take_baton
 
-from vistel.space.commands.actions import Attach, Grip, Move, Which
+from vistel.space.actions import Attach, Grip, Move, Which
 from vistel.space.hands.claims import ClaimEvent, What
 from vistel.space.holding.ownership import LEASE_NS
 from vistel.space.inputs import CommandInput

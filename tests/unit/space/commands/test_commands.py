@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from talking import Talk
 from test_world_steps import BATON, STEP_NS
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Action, Along, Shown, Towards, Where, Which
+from vistel.space import actions as ask
+from vistel.space.actions import Action, Along, Shown, Towards, Where, Which
 from vistel.space.commands.create import SHAPES
 from vistel.space.inputs import StepInputs
 from vistel.space.world import World

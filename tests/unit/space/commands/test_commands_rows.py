@@ -7,8 +7,8 @@ import pytest
 from talking import Talk, done, refused
 from test_world_steps import BATON
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Shown, Which
+from vistel.space import actions as ask
+from vistel.space.actions import Shown, Which
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.world import World
 from vistel.wire.world.room_now import Backlog, WorldDecoder

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from talking import ROOM, Talk, done, refused
 from test_world_steps import BATON
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Along, Towards, Which
+from vistel.space import actions as ask
+from vistel.space.actions import Along, Towards, Which
 from vistel.space.commands.create import SHAPES
 from vistel.space.commands.reference import COLOURS
 from vistel.space.commands.reshape import curved, extent, joined, scaled, stretched

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from talking import ROOM, Talk, done, refused
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Towards, Which
-from vistel.space.commands.history import MOST
+from vistel.space import actions as ask
+from vistel.space.actions import Towards, Which
 from vistel.space.commands.reference import COLOURS
+from vistel.space.history import MOST
 
 
 def test_everybody_takes_back_their_own_doings_one_after_the_other() -> None:

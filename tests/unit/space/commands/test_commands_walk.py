@@ -7,11 +7,11 @@ import pytest
 from talking import Talk, done, refused
 from test_world_steps import take_baton
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Which
-from vistel.space.commands.ledger import BURST
+from vistel.space import actions as ask
+from vistel.space.actions import Which
 from vistel.space.commands.phrase import read, usage
 from vistel.space.inputs import CommandInput
+from vistel.space.ledger import BURST
 
 LINES = (
     "select the blue box", "paint this green", "undo", "redo", "select nothing", "move the can right 5 cm", "move the can up 10 cm",

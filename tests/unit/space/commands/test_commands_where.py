@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from talking import ROOM, Talk, done, refused
 
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Along, Towards, Where, Which
+from vistel.space import actions as ask
+from vistel.space.actions import Along, Towards, Where, Which
 from vistel.space.room import TABLE_HEIGHT
 
 

@@ -9,8 +9,8 @@ from test_world_steps import BATON, reaching, take_baton
 
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
-from vistel.space.commands import actions as ask
-from vistel.space.commands.actions import Shown, Towards, Which
+from vistel.space import actions as ask
+from vistel.space.actions import Shown, Towards, Which
 from vistel.space.commands.reference import COLOURS, name_of_colour
 
 

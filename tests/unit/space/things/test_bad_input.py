@@ -10,7 +10,7 @@ import pytest
 from test_world_steps import START, Play, reaching
 
 from vistel.figure.posture.posture import Posture
-from vistel.space.commands.actions import Move, Which
+from vistel.space.actions import Move, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things.things import Matter

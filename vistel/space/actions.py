@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Annotated
 
 from vistel.arrays import F64
-from vistel.space.commands.description import Action, Axis, Colour, Length, Quantity, Shape, command, phrase, spoken, typed
+from vistel.space.command_description import Action, Axis, Colour, Length, Quantity, Shape, command, phrase, spoken, typed
 
 
 class Refused(Exception):  # noqa: N818 - said to a person, no error
