@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import I16
+from vistel.speech.engines.segmenter import Segmenter, Stage
 from vistel.speech.engines.sphinx import pronunciations, sphinx
 from vistel.speech.grammar import Grammar
 from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
-from vistel.speech.segmenter import Segmenter, Stage
 from vistel.speech.word_graph import word_graph
 
 _SEARCH: Mapping[str, float] = {"bestpath": False, "compallsen": True, "maxhmmpf": 5000, "wip": 0.2, "silprob": 0.05}

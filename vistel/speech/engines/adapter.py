@@ -8,10 +8,10 @@ from typing import cast
 
 from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.engine import Engine, EngineError, Maker, Transcript
+from vistel.speech.engines.segmenter import I16, Segmenter, Stage
 from vistel.speech.grammar import Grammar, Language
 from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
 from vistel.speech.nearest import Nearest
-from vistel.speech.segmenter import I16, Segmenter, Stage
 
 log = logging.getLogger("vistel.speech")
 
