@@ -49,7 +49,7 @@ def tracked() -> list[Path]:
 def circles() -> list[str]:
     """Modules that import each other, and folders beside each other that do, wherever the imports stand: in functions and for
     types alone, too."""
-    graph = grimp.build_graph(*PACKAGES)
+    graph = grimp.build_graph(*PACKAGES, cache_dir=None)
     direct = {m: graph.find_modules_directly_imported_by(m) for m in graph.modules}
     rings = [("", direct)] + [(f"{parent}: ", _beside(graph, parent, direct)) for parent in sorted(graph.modules)]
     return [where + " <-> ".join(sorted(ring)) for where, edges in rings for ring in _rings(edges) if not _sugar(ring)]
