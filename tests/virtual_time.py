@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import selectors
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -56,6 +56,9 @@ class LoopClock:
 
     async def sleep_until_ns(self, t_ns: int) -> None:
         await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9))
+
+    def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
+        return asyncio.get_running_loop().call_later(seconds, callback).cancel
 
 
 def run(main: Coroutine[Any, Any, T]) -> T:

@@ -34,6 +34,23 @@ CONFERENCE = Conference.model_validate(
 RECORDED = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "hand_force", "command_result")
 
 
+async def ended(task: asyncio.Task[None], clock: SimulatedClock) -> None:
+    """End a world. Time passes meanwhile: if another world is there it may take the room over first."""
+    task.cancel()
+    while not task.done():
+        await clock.advance_to_ns(clock.now_ns() + TICK_NS)
+    await asyncio.gather(task, return_exceptions=True)
+
+
+async def killed(task: asyncio.Task[None]) -> None:
+    """End a world at once, even if another one could take its room over."""
+    task.cancel()
+    for _ in range(3):
+        await asyncio.sleep(0)
+    task.cancel()
+    await asyncio.gather(task, return_exceptions=True)
+
+
 class WorldSite:
     """`log` is what a recorder would have: (topic, names, message, log time)."""
 
@@ -86,8 +103,7 @@ class WorldSite:
         for path in folder.iterdir() if folder.exists() else ():
             with suppress(FileNotFoundError):  # an old one that the world has just taken away
                 kept[path.name] = path.read_bytes()
-        self._task.cancel()
-        await asyncio.gather(self._task, return_exceptions=True)
+        await killed(self._task)
         await self._bus.close()
         for path in folder.iterdir() if folder.exists() else ():
             path.unlink()

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
+from collections.abc import AsyncGenerator, Callable
+from contextlib import asynccontextmanager
 from typing import Protocol
 
 
@@ -17,6 +20,33 @@ class Clock(Protocol):
     async def sleep_until_ns(self, t_ns: int) -> None:
         """Return once `now_ns() >= t_ns`; at once when that time has passed."""
         ...
+
+    def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
+        """Call `callback` on the event loop when `seconds` have passed; the result calls that off. A duration: that the clock is
+        set meanwhile does not change it."""
+        ...
+
+
+async def sleep(clock: Clock, seconds: float) -> None:
+    """As `asyncio.sleep`, on `clock`."""
+    over = asyncio.Event()
+    call_off = clock.call_after(seconds, over.set)
+    try:
+        await over.wait()
+    finally:
+        call_off()
+
+
+@asynccontextmanager
+async def within(clock: Clock, seconds: float) -> AsyncGenerator[None]:
+    """As `asyncio.timeout`, on `clock`: raises TimeoutError when the block takes longer than `seconds`."""
+    async with asyncio.timeout(None) as limit:
+        loop = asyncio.get_running_loop()
+        call_off = clock.call_after(seconds, lambda: limit.reschedule(loop.time()))
+        try:
+            yield
+        finally:
+            call_off()
 
 
 class SystemClock:
@@ -34,23 +64,32 @@ class SystemClock:
         self._target_ns = 0.0
         self._slewed_at_ns = time.monotonic_ns()
         self._synchronised = False
+        self._lock = threading.Lock()  # of all above: the bus, sound cards and devices ask from threads of their own
 
     def now_ns(self) -> int:
+        with self._lock:
+            return self._slewed_ns()
+
+    def adjust(self, offset_ns: float) -> None:
+        """Move towards being `offset_ns` ahead of where it is now; the first call steps, later ones slew."""
+        with self._lock:
+            self._slewed_ns()
+            self._target_ns = self._offset_ns + offset_ns
+            if not self._synchronised:
+                self._offset_ns, self._synchronised = self._target_ns, True
+
+    def _slewed_ns(self) -> int:
         mono = time.monotonic_ns()
-        limit = self.MAX_SLEW * max(0, mono - self._slewed_at_ns)  # another thread may have been here meanwhile
+        limit = self.MAX_SLEW * (mono - self._slewed_at_ns)
         self._slewed_at_ns = mono
         self._offset_ns += max(-limit, min(limit, self._target_ns - self._offset_ns))
         return int(mono + self._base_ns + self._offset_ns)
 
-    def adjust(self, offset_ns: float) -> None:
-        """Move towards being `offset_ns` ahead of where it is now; the first call steps, later ones slew."""
-        self.now_ns()
-        self._target_ns = self._offset_ns + offset_ns
-        if not self._synchronised:
-            self._offset_ns, self._synchronised = self._target_ns, True
-
     async def sleep_until_ns(self, t_ns: int) -> None:
         await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9))
+
+    def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
+        return asyncio.get_running_loop().call_later(seconds, callback).cancel
 
 
 class SimulatedClock:
@@ -58,7 +97,7 @@ class SimulatedClock:
 
     def __init__(self, start_ns: int = 0) -> None:
         self._now_ns = start_ns
-        self._sleepers: list[tuple[int, int, asyncio.Future[None]]] = []
+        self._sleepers: list[tuple[int, int, Callable[[], object]]] = []
         self._count = 0
 
     def now_ns(self) -> int:
@@ -69,9 +108,17 @@ class SimulatedClock:
             await asyncio.sleep(0)
             return
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self._count += 1
-        self._sleepers.append((t_ns, self._count, future))
+        self._call_at(t_ns, lambda: future.done() or future.set_result(None))
         await future
+
+    def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
+        sleeper = self._call_at(self._now_ns + round(seconds * 1e9), callback)
+        return lambda: sleeper not in self._sleepers or self._sleepers.remove(sleeper)
+
+    def _call_at(self, t_ns: int, callback: Callable[[], object]) -> tuple[int, int, Callable[[], object]]:
+        self._count += 1
+        self._sleepers.append((t_ns, self._count, callback))
+        return self._sleepers[-1]
 
     async def advance_to_ns(self, t_ns: int) -> None:
         """Move to `t_ns`, waking every sleeper on the way in the order of their times."""
@@ -82,8 +129,7 @@ class SimulatedClock:
                 break
             self._now_ns = max(self._now_ns, due[0][0])
             self._sleepers.remove(due[0])
-            if not due[0][2].done():
-                due[0][2].set_result(None)
+            due[0][2]()
             await _settle()
         self._now_ns = max(self._now_ns, t_ns)
         await _settle()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
+import contextlib
 import re
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ from vistel.protocol import cyberglove, fastrak, liberty
 from vistel.protocol.cyberglove import CyberGloveParser
 from vistel.protocol.fastrak import FastrakParser
 from vistel.protocol.fivedt import INFO, Glove16Parser, UltraParser
+from vistel.wire.clock import within
 from vistel_services.devices.device import Link
 
 _ANSWER_S = 0.3
@@ -72,11 +73,12 @@ async def _cyberglove(link: Link) -> About:
 async def _counted(link: Link, parser: Glove16Parser | UltraParser) -> About:
     """Of a glove that only talks."""
     count = 0
-    end = asyncio.get_running_loop().time() + _COUNT_S
     link.recent.clear()
-    while (left := end - asyncio.get_running_loop().time()) > 0 and await link.news(left):
-        count += len(parser.feed(bytes(link.recent), 0))
-        link.recent.clear()
+    with contextlib.suppress(TimeoutError):
+        async with within(link.clock, _COUNT_S):
+            while await link.news(_COUNT_S):
+                count += len(parser.feed(bytes(link.recent), 0))
+                link.recent.clear()
     return About("", f"{count / _COUNT_S:.0f} Hz")
 
 

@@ -14,7 +14,7 @@ from prometheus_client import Counter, Histogram
 from vistel.v1.device_pb2 import DeviceStatus, RawBytes
 from vistel.wire import background
 from vistel.wire.bus import Bus
-from vistel.wire.clock import Clock
+from vistel.wire.clock import Clock, sleep, within
 from vistel.wire.raw_bytes import RawGatherer
 from vistel.wire.topics import BY_NAME, Topic
 from vistel_services.devices.transport import OpenTransport, Transport, TransportError
@@ -60,7 +60,8 @@ class Decoder(Protocol):
 class Link:
     """What a driver's start-up sequence talks through."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
         self.recent = bytearray()
         """The last bytes that came."""
         self.frames = 0
@@ -98,31 +99,35 @@ class Link:
 
     async def news(self, timeout_s: float) -> bool:
         """Wait for bytes; False when none came in time. Raises TransportError when the device goes."""
+        try:
+            async with within(self.clock, timeout_s):
+                await self._arrival()
+        except TimeoutError:
+            return False
+        return True
+
+    async def _arrival(self) -> None:
         if self._lost is None:
             self._news.clear()
-            try:
-                # Not wait_for: before Python 3.12 it loses a cancellation that comes with the news.
-                async with asyncio.timeout(timeout_s):
-                    await self._news.wait()
-            except TimeoutError:
-                return False
+            await self._news.wait()
         if self._lost is not None:
             raise TransportError(self._lost)
-        return True
 
     async def quiet(self, for_s: float, at_most_s: float) -> None:
         """Return when nothing has come `for_s`, or after `at_most_s`."""
-        end = asyncio.get_running_loop().time() + at_most_s
-        while await self.news(for_s) and asyncio.get_running_loop().time() < end:
-            pass
+        with contextlib.suppress(TimeoutError):
+            async with within(self.clock, at_most_s):
+                while await self.news(for_s):
+                    pass
 
     async def wait_for(self, look: Callable[[], T | None], timeout_s: float) -> T | None:
         """The first result of `look` that is not None, asked after each read; None when none came in time."""
-        end = asyncio.get_running_loop().time() + timeout_s
-        while (found := look()) is None:
-            left = end - asyncio.get_running_loop().time()
-            if left <= 0 or not await self.news(left):
-                return look()
+        found = look()
+        with contextlib.suppress(TimeoutError):
+            async with within(self.clock, timeout_s):
+                while found is None:
+                    await self._arrival()
+                    found = look()
         return found
 
 
@@ -206,7 +211,7 @@ async def keep_running(
     driver: Driver, open_transport: OpenTransport, bus: Bus, clock: Clock, log: logging.Logger, *, raw: bool
 ) -> None:
     """Run a device until cancelled. raw: publish its bytes in both directions too."""
-    link = Link()
+    link = Link(clock)
     reporter = _Reporter(driver, link, bus, clock, log)
     frames = bus.publish(driver.topic, device=driver.name)
     count, latency = _FRAMES.labels(driver.name), _LATENCY.labels(driver.name)
@@ -236,7 +241,7 @@ async def keep_running(
                 transport = open_transport(received, link.lose)
             except TransportError as e:
                 reporter.set(DeviceStatus.STATE_SEARCHING, str(e))
-                await asyncio.sleep(_REOPEN_S)
+                await sleep(clock, _REOPEN_S)
                 continue
             if lost:
                 reporter.reconnects += 1
@@ -248,10 +253,10 @@ async def keep_running(
             except TransportError as e:
                 lost = True
                 reporter.set(DeviceStatus.STATE_SEARCHING, str(e))
-                await asyncio.sleep(_REOPEN_S)
+                await sleep(clock, _REOPEN_S)
             except DeviceError as e:
                 reporter.set(DeviceStatus.STATE_FAULT, str(e))
-                await asyncio.sleep(_FAULT_S)
+                await sleep(clock, _FAULT_S)
             finally:
                 _stop(link, driver.stop)
                 transport.close()
@@ -286,7 +291,7 @@ async def _send_again(link: Link, period_s: float, data: bytes) -> None:
     with contextlib.suppress(TransportError):  # who waits for frames is told of it
         while True:
             link.send(data)
-            await asyncio.sleep(period_s)
+            await sleep(link.clock, period_s)
 
 
 def _stop(link: Link, command: bytes) -> None:

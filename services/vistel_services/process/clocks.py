@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
 
 from vistel.wire.clock import Clock, SystemClock
 
@@ -22,6 +23,9 @@ class ReplayClock:
 
     async def sleep_until_ns(self, t_ns: int) -> None:
         await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9 / self._speed))
+
+    def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
+        return asyncio.get_running_loop().call_later(seconds / self._speed, callback).cancel
 
     def text(self) -> str:
         """The form `clock_from_text` reads."""

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import math
 import secrets
 from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldHandover, WorldHandoverRequest, WorldMoveReply, WorldMoveRequest
 from vistel.wire import background
 from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock, within
 from vistel.wire.topics import BY_NAME, Publisher
 from vistel.wire.world.presence import LEADS, LEAVING, WAITS, WorldToken, world_token
 
@@ -58,9 +58,11 @@ class Here:
 class Authority:
     """One world's place among the worlds of a room. Terms and presence; the steps are the service's."""
 
-    def __init__(self, bus: Bus, place: str = "hub", on_given: Callable[[int, str], None] = lambda _term, _to: None) -> None:
+    def __init__(
+        self, bus: Bus, clock: Clock, place: str = "hub", on_given: Callable[[int, str], None] = lambda _term, _to: None
+    ) -> None:
         """place: where this world is; on_given: called with the term and place of who is given the room, before they get it."""
-        self._bus, self._place, self._on_given = bus, place, on_given
+        self._bus, self._clock, self._place, self._on_given = bus, clock, place, on_given
         self._me = secrets.token_hex(4)
         self._alive: set[tuple[str, str]] = set()
         self._changed = asyncio.Event()
@@ -71,7 +73,7 @@ class Authority:
         self._given = 0
         self._served = False
         self._over = asyncio.Event()
-        self._leave_by = math.inf
+        self._late = False
         self._wanted = self._forced = False
         self._waits = False
         self._behind = ""
@@ -116,20 +118,23 @@ class Authority:
 
     def leave(self, within_s: float) -> None:
         """Tell those who wait that they may take the room over."""
-        self._leave_by = asyncio.get_running_loop().time() + within_s
+        self._clock.call_after(within_s, self._run_out)
         self._announce(LEAVING)
+
+    def _run_out(self) -> None:
+        self._late = True
+        self._over.set()
 
     @property
     def late(self) -> bool:
         """Whether nobody has taken over what this world is leaving in time."""
-        return asyncio.get_running_loop().time() >= self._leave_by
+        return self._late
 
     async def until_over(self, other: Coroutine[Any, Any, None]) -> None:
         """Wait for `other`, but no longer than this world leads and has time to leave."""
         tasks = [background.start(other, "step"), background.start(self._over.wait(), "over")]
         try:
-            left_s = self._leave_by - asyncio.get_running_loop().time()
-            await asyncio.wait(tasks, timeout=max(0.0, left_s), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
             for task in tasks:
                 task.cancel()
@@ -267,7 +272,7 @@ class Authority:
 
     async def _within(self, seconds: float, true: Callable[[], bool]) -> bool:
         try:
-            async with asyncio.timeout(seconds):
+            async with within(self._clock, seconds):
                 while not true():
                     self._changed.clear()
                     await self._changed.wait()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
+import contextlib
 import logging
 import time
 from collections import deque
@@ -17,7 +17,7 @@ from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot, WorldSnapshotRequest
 from vistel.wire.bus import Bus, Publication
-from vistel.wire.clock import Clock
+from vistel.wire.clock import Clock, sleep, within
 from vistel.wire.topics import BY_NAME
 from vistel_services.world import journal
 from vistel_services.world.decode import command_input, prop_input
@@ -60,15 +60,16 @@ class Ears:
 
     async def tune_in(self, people: Sequence[str], clock: Clock) -> None:
         """Listen while another world leads, until the motions of all `people` can be read, or for a while."""
-        began = time.monotonic()
-        while not self.intake.follows(people) and time.monotonic() - began < TUNE_IN_S:
-            await asyncio.sleep(LISTEN_S)
-            self._look(clock)
+        with contextlib.suppress(TimeoutError):
+            async with within(clock, TUNE_IN_S):
+                while not self.intake.follows(people):
+                    await sleep(clock, LISTEN_S)
+                    self._look(clock)
 
     async def listen(self, clock: Clock) -> None:
         """Listen until cancelled, so that nothing piles up."""
         while True:
-            await asyncio.sleep(IDLE_S)
+            await sleep(clock, IDLE_S)
             self._look(clock)
             for sample in self._inputs.take():
                 self.newest_state = sample.message.private_state or self.newest_state

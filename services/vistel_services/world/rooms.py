@@ -11,7 +11,7 @@ from typing import Any
 
 from vistel.wire import background
 from vistel.wire.bus import Bus
-from vistel.wire.clock import Clock
+from vistel.wire.clock import Clock, sleep
 from vistel_services.world.service import Config, run
 
 log = logging.getLogger("vistel.world")
@@ -43,17 +43,16 @@ async def serve(rooms: Sequence[Served]) -> None:
 
 
 async def _keep(room: Served) -> None:
-    loop = asyncio.get_running_loop()
     wait_s = AGAIN_FIRST_S
     while True:
-        began = loop.time()
+        began_ns = room.clock.now_ns()
         try:
             await _one_life(room)
         except Exception as e:
-            wait_s = AGAIN_FIRST_S if loop.time() - began > STEADY_S else wait_s
+            wait_s = AGAIN_FIRST_S if room.clock.now_ns() - began_ns > STEADY_S * 1e9 else wait_s
             seen = None if isinstance(e, background.TaskFailedError) else e
             log.error("room failed room=%s again_in_s=%.1f", room.name, wait_s, exc_info=seen)
-        await asyncio.sleep(wait_s)
+        await sleep(room.clock, wait_s)
         wait_s = min(AGAIN_MOST_S, 2 * wait_s)
 
 

@@ -25,7 +25,7 @@ from vistel.space.things.things import Matter
 from vistel.space.world import World
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
-from vistel.wire.clock import Clock
+from vistel.wire.clock import Clock, sleep
 from vistel.wire.topics import BY_NAME
 from vistel_services.world import store
 from vistel_services.world.authority import Authority, Here, Start
@@ -102,7 +102,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     warm = time.perf_counter()
     kept = Store(config.folder) if config.folder else None
     given = (lambda term, place: kept.gave(term, place, clock.now_ns())) if kept is not None else (lambda _term, _to: None)
-    authority = Authority(bus, config.place, given)
+    authority = Authority(bus, clock, config.place, given)
     ears, led = Ears(bus), _Led()
     bus.serve(BY_NAME["world_snapshot"], lambda request: led.room.answer(request) if led.room and authority.leads else None)
     try:
@@ -194,7 +194,7 @@ async def _lead(start: Start, authority: Authority, ears: Ears, kept: Store | No
             authority.next_step(due_ns)
             try:
                 if late_ns > FROZEN_NS:
-                    await asyncio.sleep(LOOK_ROUND_S)
+                    await sleep(clock, LOOK_ROUND_S)
                 await (clock.sleep_until_ns(due_ns) if leaving is None else authority.until_over(clock.sleep_until_ns(due_ns)))
             except asyncio.CancelledError as e:
                 if leaving is not None or not authority.followed:

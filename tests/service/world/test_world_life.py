@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from waiting import until
-from world_site import START_NS, TICK_NS, WorldSite, scenario
+from world_site import START_NS, TICK_NS, WorldSite, ended, scenario
 
 from vistel.space.inputs import StepInputs
 from vistel.space.view import WorldView
@@ -41,8 +41,7 @@ async def another_world(site: WorldSite, folder: Path) -> AsyncIterator[asyncio.
             await asyncio.sleep(0.002)  # its kernels are made on a thread
         yield task
     finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
+        await ended(task, site.clock)
         await bus.close()
 
 
@@ -110,7 +109,10 @@ def test_who_takes_a_room_and_is_never_heard_of_loses_it_again(tmp_path: Path) -
         await site.clock.advance_to_ns(site.clock.now_ns() + TICK_NS)
         site.record()
         assert len(steps(site)) == count
-        await until(lambda: site._bus is not None and site._bus.fence.own == 2)
+        for _ in range(300):
+            if site._bus is not None and site._bus.fence.own == 2:
+                break
+            await site.play(TICK_NS * 1e-9)
         await site.play(0.3)
         assert steps(site)[-1][1] == 2
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from waiting import until
-from world_site import CONFERENCE, PEOPLE, TICK_NS, WorldSite, scenario
+from world_site import CONFERENCE, PEOPLE, TICK_NS, WorldSite, ended, killed, scenario
 
 from vistel.space.world import World
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing
@@ -47,8 +47,7 @@ class Place:
     async def kill(self) -> None:
         kept = {p.name: p.read_bytes() for p in self.folder.iterdir()} if self.folder.exists() else {}
         await self.bus.close()
-        self.task.cancel()
-        await asyncio.gather(self.task, return_exceptions=True)
+        await killed(self.task)
         await self.bus.close()  # takes back what it has said since
         for path in self.folder.iterdir() if self.folder.exists() else ():
             path.unlink()
@@ -198,8 +197,7 @@ def test_who_gave_the_room_away_and_starts_again_alone_remembers_that_it_is_else
         async with place(site, "osaka", tmp_path / "osaka", waits=False):
             await plays_until(site, lambda: term(site) >= 1 and len(said(site)) > count + 5)
         await bus.close()
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
+        await ended(task, site.clock)
 
     scenario(tmp_path, play)
 

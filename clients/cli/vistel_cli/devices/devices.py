@@ -73,9 +73,10 @@ async def _answer(port: str) -> dict[str, str]:
     from vistel_services.devices.probe import who_answers
     from vistel_services.devices.transport import TransportError, open_serial
 
-    link = Link()
+    clock = SystemClock()
+    link = Link(clock)
     try:
-        transport = open_serial(port, _BAUDS[0], SystemClock())(lambda data, t_ns: link.arrived(data, 0), link.lose)
+        transport = open_serial(port, _BAUDS[0], clock)(lambda data, t_ns: link.arrived(data, 0), link.lose)
     except TransportError as e:
         return {"description": str(e)}
     link.attach(transport)
