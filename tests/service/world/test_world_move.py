@@ -326,8 +326,8 @@ def test_under_load_a_room_moves_between_processes_with_disks_of_their_own_and_n
             assert told.items() <= answers.items()
 
         async def some_more(count: int = 20) -> None:
-            until = len(people.told) + count
-            await until(lambda: len(people.told) >= until)
+            enough = len(people.told) + count
+            await until(lambda: len(people.told) >= enough)
 
         start("osaka", tmp_path / "osaka", False)
         await until(lambda: people.leader() == "osaka")
