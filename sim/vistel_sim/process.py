@@ -18,7 +18,7 @@ from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.devices import kind
-from vistel.wire import background, event_loop
+from vistel.wire import alive, background, event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim.device import Simulator, run_devices
 from vistel_sim.faults import Fault, fault_from_text
@@ -71,13 +71,15 @@ async def run_simulators(
         group.create_task(run_microphones(microphones, clock, start_ns))
 
 
-async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault]) -> None:
+async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault], alive_file: Path | None) -> None:
     work = asyncio.current_task()
     assert work is not None
     for signum in (signal.SIGTERM, signal.SIGINT):
         asyncio.get_running_loop().add_signal_handler(signum, work.cancel)
     try:
-        async with background.service("simulators"):
+        async with background.service("simulators") as beside:
+            if alive_file is not None:
+                beside.start(alive.report(alive_file), "sign of life")
             await run_simulators(conference, paths, SystemClock(), faults, site=site)
     except asyncio.CancelledError:
         log.info("simulated devices stopped")
@@ -89,12 +91,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("conference", type=Path)
     parser.add_argument("--run", type=Path, required=True, help="folder for the ports")
     parser.add_argument("--site", help="only this site's devices")
+    parser.add_argument("--alive", type=Path, help="file of signs of life, for the supervisor")
     parser.add_argument("--fault", action="append", default=[], help="DEVICE:KIND:AT_S:FOR_S, may be given often")
     args = parser.parse_args(arguments)
     logging.basicConfig(force=True, level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s")
     try:
         faults = [fault_from_text(text) for text in args.fault]
-        event_loop.run(_main(load(args.conference), RunPaths(args.run, args.run), args.site, faults))
+        event_loop.run(_main(load(args.conference), RunPaths(args.run, args.run), args.site, faults, args.alive))
     except (ConferenceError, MotionError, ValueError) as e:
         print(e, file=sys.stderr)
         return 2

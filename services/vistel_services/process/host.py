@@ -21,7 +21,7 @@ from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.v1.service_pb2 import Heartbeat
-from vistel.wire import background, event_loop
+from vistel.wire import alive, background, event_loop
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub
@@ -104,6 +104,8 @@ async def _main(args: argparse.Namespace) -> int:
             port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
             process.start(run_process(conference, plan, paths, bus, clock), "services")
             process.start(_heartbeat(plan, port, bus, clock), "heartbeat")
+            if args.alive is not None:
+                process.start(alive.report(args.alive), "sign of life")
             if "renderer" in plan.services and os.getpgrp() == os.getpid():
                 process.start(_give_way(GIVE_WAY_AFTER_S), "priority")
             if isinstance(clock, SystemClock):
@@ -129,6 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder for videos and logs")
     parser.add_argument("--clock", default="system")
     parser.add_argument("--metrics-port", type=int, default=0)
+    parser.add_argument("--alive", type=Path, help="file of signs of life, for the supervisor")
     parser.add_argument("--log-level", default="INFO")
     args = parser.parse_args(arguments)
     logs.configure(args.node, args.log_level)

@@ -7,18 +7,26 @@ when it fails, each is started from nothing.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from vistel.wire import background
+from vistel.wire import alive, background
 from vistel_services.process.forking import ForkServer, Process, end
 
 log = logging.getLogger("vistel.supervisor")
 
-RESTART_FIRST_S, RESTART_MOST_S = 0.1, 5.0
+RESTART_FIRST_S = 0.1
+"""Back-off before the first start that has to wait [s]; it doubles."""
+RESTART_MOST_S = 5.0
+"""The longest back-off [s]."""
+SILENT_S = 60.0
+"""A process whose event loop gave no sign of life for so long hangs [s]. Generous: a machine may be overloaded."""
+ABORT_S = 2.0
+"""How long a process that hangs may take to write down what it was doing [s]."""
 STEADY_S = 10.0
 """A process that ran for less has failed early. The first failure in a row is mended at once, the next ones after a
 back-off and from nothing: what is loaded may be the cause."""
@@ -27,7 +35,8 @@ back-off and from nothing: what is loaded may be the cause."""
 @dataclass(frozen=True)
 class ProcessSpec:
     """What to run. `stop_rank`: higher ranks are stopped first; `grace_s`: how long it may take to stop; `module`: what
-    has the `main` that runs, with `arguments`, so that it can be forked; None if it cannot."""
+    has the `main` that runs, with `arguments`, so that it can be forked, None if it cannot; `alive`: the file of its signs of life
+    (`vistel.wire.alive`), None if it gives none."""
 
     name: str
     argv: tuple[str, ...]
@@ -36,6 +45,7 @@ class ProcessSpec:
     env: dict[str, str] | None = None
     module: str | None = None
     arguments: tuple[str, ...] = ()
+    alive: Path | None = None
 
 
 @dataclass
@@ -53,9 +63,13 @@ class Child:
 
 
 class Supervisor:
-    """Runs `specs`; each process's output goes to `log_folder`/NAME.log. `fork_server`: stopped with the rest."""
+    """Runs `specs`; each process's output goes to `log_folder`/NAME.log. `fork_server`: stopped with the rest. `silent_s`: see
+    SILENT_S."""
 
-    def __init__(self, specs: Sequence[ProcessSpec], log_folder: Path, fork_server: ForkServer | None = None) -> None:
+    def __init__(
+        self, specs: Sequence[ProcessSpec], log_folder: Path, fork_server: ForkServer | None = None, silent_s: float = SILENT_S
+    ) -> None:
+        self._silent_s = silent_s
         self.children = {s.name: Child(s) for s in specs}
         self._folder = log_folder
         self._tasks: dict[str, asyncio.Task[None]] = {}
@@ -100,7 +114,9 @@ class Supervisor:
         early = 0
         while child.process is not None:
             started = loop.time()
+            watchdog = background.start(self._watchdog(child.spec, child.process), f"watchdog {child.spec.name}")
             code = await child.process.wait()
+            watchdog.cancel()
             child.exits.append(code)
             if self.on_exit:
                 self.on_exit(child.spec.name, code)
@@ -118,6 +134,25 @@ class Supervisor:
             while not await self._spawned(child, afresh=wait_s > 0):
                 wait_s = min(RESTART_MOST_S, max(RESTART_FIRST_S, 2 * wait_s))
                 await asyncio.sleep(wait_s)
+
+    async def _watchdog(self, spec: ProcessSpec, process: Process) -> None:
+        """End `process` when it has fallen silent. Looks are counted, not time: while this process is paused, or the machine
+        sleeps, nobody counts as silent. What starts is not watched before its first sign of life."""
+        if spec.alive is None:
+            return
+        period_s = min(alive.PERIOD_S, self._silent_s / 4)
+        before = seen = alive.last(spec.alive)
+        silent = 0
+        while silent * period_s < self._silent_s:
+            await asyncio.sleep(period_s)
+            last = alive.last(spec.alive)
+            silent = silent + 1 if last == seen != before else 0
+            seen = last
+        log.error("event=process_hangs process=%s silent_s=%.0f log=%s", spec.name, self._silent_s, self.log_file(spec.name))
+        with contextlib.suppress(ProcessLookupError):
+            process.send_signal(signal.SIGABRT)
+            await asyncio.sleep(ABORT_S)
+            process.kill()
 
     async def stop(self) -> dict[str, int]:
         """Stop rank by rank: SIGTERM, then SIGKILL after the grace time. Returns the exit code of each."""

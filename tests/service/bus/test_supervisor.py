@@ -90,3 +90,55 @@ def test_a_process_that_cannot_be_started_again_is_tried_until_it_can(tmp_path: 
 
     install()
     asyncio.run(scene())
+
+
+HANGS = """
+import asyncio, pathlib, sys, time
+from vistel.wire import alive
+async def main():
+    file = pathlib.Path(sys.argv[1])
+    reporting = asyncio.create_task(alive.report(file))
+    await asyncio.sleep(0.5)
+    print("up", flush=True)
+    if sys.argv[2] == "hangs":
+        time.sleep(3600)
+    await reporting
+asyncio.run(main())
+"""
+
+
+def _watched(folder: Path, name: str, how: str) -> ProcessSpec:
+    file = folder / "alive" / name
+    return ProcessSpec(name, (sys.executable, "-c", HANGS, str(file), how), 0, 5.0, alive=file)
+
+
+def test_a_process_that_is_stopped_is_killed_and_started_again(tmp_path: Path) -> None:
+    async def scene() -> None:
+        supervisor = Supervisor([_watched(tmp_path, "stopped", "turns")], tmp_path / "logs", silent_s=2.0)
+        await supervisor.start()
+        stopped = supervisor.children["stopped"]
+        await until(lambda: "up" in supervisor.log_file("stopped").read_text())
+        pid = stopped.pid
+        assert pid is not None
+        os.kill(pid, signal.SIGSTOP)
+        await until(lambda: stopped.pid not in (None, pid))
+        assert -signal.SIGKILL in stopped.exits
+        await supervisor.stop()
+
+    asyncio.run(scene())
+
+
+def test_a_process_whose_loop_hangs_writes_down_where_before_it_is_started_again(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def scene() -> None:
+        supervisor = Supervisor([_watched(tmp_path, "hangs", "hangs")], tmp_path / "logs", silent_s=2.0)
+        await supervisor.start()
+        await until(lambda: supervisor.children["hangs"].exits)
+        assert supervisor.children["hangs"].exits[0] == -signal.SIGABRT
+        text = supervisor.log_file("hangs").read_text()
+        assert "Fatal Python error: Aborted" in text and "in main" in text
+        assert any("event=process_hangs process=hangs" in r.getMessage() for r in caplog.records)
+        await supervisor.stop()
+
+    asyncio.run(scene())

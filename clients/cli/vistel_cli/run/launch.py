@@ -23,13 +23,13 @@ def host_spec(plan: ProcessPlan, file: Path, hub: str, paths: RunPaths, clock: s
     """How to run one process of services."""
     arguments = (str(file), plan.node, "--hub", hub, "--run", str(paths.run), "--out", str(paths.out), "--clock", clock)
     rank = min(_STOP_RANK.get(s, 3) for s in plan.services)
-    return _spec(plan.node, "vistel_services.process.host", arguments, rank, grace_s=10.0)
+    return _spec(plan.node, "vistel_services.process.host", arguments, rank, paths, grace_s=10.0)
 
 
 def sim_spec(file: Path, paths: RunPaths, site: str | None = None) -> ProcessSpec:
     """How to run the simulated devices of a conference, or of one site of it."""
     arguments = (str(file), "--run", str(paths.run), *(("--site", site) if site else ()))
-    return _spec("hub/sim", "vistel_sim.process", arguments, _STOP_RANK["sim"])
+    return _spec("hub/sim", "vistel_sim.process", arguments, _STOP_RANK["sim"], paths)
 
 
 def open_fork_server(
@@ -59,9 +59,11 @@ def fork_server_spec(plans: Sequence[ProcessPlan], file: Path, *, simulators: bo
     return ForkServerSpec((sys.executable, "-m", "vistel_services.process.fork_server", str(file), *modules), _environment())
 
 
-def _spec(name: str, module: str, arguments: tuple[str, ...], rank: int, grace_s: float = 8.0) -> ProcessSpec:
+def _spec(name: str, module: str, arguments: tuple[str, ...], rank: int, paths: RunPaths, grace_s: float = 8.0) -> ProcessSpec:
+    alive = paths.run / "alive" / name.replace("/", "-")
+    arguments = (*arguments, "--alive", str(alive))
     argv = (sys.executable, "-m", module, *arguments)
-    return ProcessSpec(name, argv, rank, grace_s, _environment(), module, arguments)
+    return ProcessSpec(name, argv, rank, grace_s, _environment(), module, arguments, alive)
 
 
 def _environment() -> dict[str, str]:
