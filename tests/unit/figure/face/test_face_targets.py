@@ -200,7 +200,7 @@ def test_makehumans_expression_units_are_read_from_a_folder(tmp_path: Path) -> N
 def test_makehumans_own_units_move_its_face(shared_data: Path) -> None:
     folder = shared_data / "human" / "makehuman"
     if not folder.is_dir():
-        pytest.skip("MakeHuman's base mesh is not there")
+        pytest.skip(f"{folder} is not there")
     units = folder / "targets" / "expression"
     extras = Extras(rig=folder / "rig.game_engine.json", weights=folder / "weights.game_engine.json.gz", expressions=units)
     source = read_source(folder / "base.obj", extras)
