@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.posture.solve import FINGER_LIMITS
+from vistel.figure.posture.limits import FINGER_LIMITS
 
 _ALPHABET = {c: i for i, c in enumerate("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/=")}
 

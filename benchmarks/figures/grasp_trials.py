@@ -22,8 +22,8 @@ from benchmarks.leap import finger_angles, strengths, thumb_offsets
 from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.posture.hands import hand_rotation
+from vistel.figure.posture.limits import FINGER_LIMITS
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
-from vistel.figure.posture.solve import FINGER_LIMITS
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import rotvec_from_matrix
 from vistel.space.inputs import MotionInput, Person, PropInput, StepInputs

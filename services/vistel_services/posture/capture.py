@@ -9,9 +9,10 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.carry_over import CarryOver
+from vistel.figure.posture.limits import SIDES
 from vistel.figure.posture.posture import HAND_DOF_COUNT, pose_joints, standing
 from vistel.figure.posture.sensors import Placement, out_of_frame, receiver_poses
-from vistel.figure.posture.solve import SIDES, PostureSolver, Solved
+from vistel.figure.posture.solve import PostureSolver, Solved
 from vistel.figure.posture.swivel import Comfort
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver

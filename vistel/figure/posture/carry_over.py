@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from vistel.arrays import F64
+from vistel.figure.posture.limits import SIDES
 from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.posture.sensors import receiver_mounts, receiver_poses
-from vistel.figure.posture.solve import SIDES, PostureSolver
+from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 
 _COLLARS = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]

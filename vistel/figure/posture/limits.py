@@ -3,7 +3,7 @@
 Muscles that cross two joints and ligaments that tighten couple them: with a straight knee the ankle bends less (the calf
 spans both), a bent wrist deviates less, fingers spread only while they are straight, an end joint does not bend alone,
 a raised arm turns less about itself. Ranges are those of healthy adults (norms of the American Academy of Orthopaedic
-Surgeons), the couplings simple curves through them. An arm also ends where the own body
+Surgeons), the couplings simple curves through them. The posture solver keeps to them; an arm also ends where the own body
 begins: `vistel.figure.arm_clearance`.
 """
 
@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.figure.posture.arm import MAX_FLEXION
 from vistel.figure.posture.posture import ANKLE, ELBOW, KNEE, NECK, SHOULDER, SPINE_ROTATION, WRIST, Posture
 from vistel.geometry.rotation import (
     matrix_from_quaternion,
@@ -23,41 +24,59 @@ from vistel.geometry.rotation import (
     rotation_x,
     rotvec_from_quaternion,
 )
+from vistel.jit.kernel_jit import compiled
 
 SIDES = {"left": 1.0, "right": -1.0}
-MOST_KNEE, MOST_ELBOW = math.radians(150.0), math.radians(152.0)
+MOST_KNEE = math.radians(150.0)
+"""Flexion of a knee [rad]."""
+LEAST_ANKLE = math.radians(-40.0)
+"""Shank from vertical, knee backward [rad]."""
+FINGER_LIMITS: F64 = np.radians(
+    np.array([(-30, 120), (-40, 60), (-30, 75), (-30, 100)] + 4 * [(-30, 100), (-30, 30), (-10, 120), (-10, 95)], np.float64)
+)
+"""(20, 2) least and most of each angle of a hand [rad] whatever the others are: a little wider than `hand_within_limits`, for what
+presses fingers apart, such as a thing in the hand."""
 
 
 def within_limits(posture: Posture) -> Posture:
-    """The posture with every joint brought back to where it can be, given the others. Those within stay as they are."""
+    """The posture with every joint brought to its limit where it is beyond, given the others. Joints within their limits keep
+    their angles to the last bit."""
     dofs, hands = posture.dofs.copy(), posture.hands.copy()
-    dofs[KNEE] = _clip(dofs[KNEE], 0.0, MOST_KNEE)
-    dofs[ANKLE] = _clip(dofs[ANKLE], *ankle_range(dofs[KNEE]))
-    dofs[SPINE_ROTATION] = _cone(dofs[SPINE_ROTATION], (35.0, 75.0), (35.0, 35.0), 45.0)
+    dofs[KNEE] = clip(dofs[KNEE], 0.0, MOST_KNEE)
+    dofs[ANKLE] = clip(dofs[ANKLE], *ankle_range(dofs[KNEE]))
+    dofs[SPINE_ROTATION] = spine_within_limits(dofs[SPINE_ROTATION])
     dofs[NECK] = _cone(dofs[NECK], (60.0, 50.0), (45.0, 45.0), 80.0)
     for i, (side, sign) in enumerate(SIDES.items()):
-        dofs[ELBOW[side]] = _clip(dofs[ELBOW[side]], 0.0, MOST_ELBOW)
-        dofs[SHOULDER[side]] = _shoulder(dofs[SHOULDER[side]], sign)
+        dofs[ELBOW[side]] = clip(dofs[ELBOW[side]], 0.0, MAX_FLEXION)
+        dofs[SHOULDER[side]] = shoulder_within_limits(dofs[SHOULDER[side]], sign)
         dofs[WRIST[side]] = _wrist(dofs[WRIST[side]], sign)
-        hands[i] = _hand(hands[i])
+        hands[i] = hand_within_limits(hands[i])
     return replace(posture, dofs=dofs, hands=hands)
 
 
+@compiled
+def clip(x: float, low: float, high: float) -> float:
+    """`x`, or the bound that it is beyond."""
+    return min(high, max(low, x))
+
+
+@compiled
 def ankle_range(knee: float) -> tuple[float, float]:
     """Least and most of the ankle (shank from vertical, knee forward) for a knee's flexion [rad]: the calf spans both."""
-    loose = _clip(knee / math.radians(60.0), 0.0, 1.0)
-    return math.radians(-40.0), math.radians(22.0 + 23.0 * loose)
+    loose = clip(knee / math.radians(60.0), 0.0, 1.0)
+    return LEAST_ANKLE, math.radians(22.0 + 23.0 * loose)
 
 
 def axial_range(elevation: float) -> tuple[float, float]:
     """Least (outward) and most (inward) turn of an upper arm about its +X for its elevation from hanging [rad]: the
     capsule of the shoulder winds up as the arm rises."""
-    raised = _clip(elevation / math.pi, 0.0, 1.0)
+    raised = clip(elevation / math.pi, 0.0, 1.0)
     return -math.radians(70.0 + 25.0 * math.sin(math.pi * raised)), math.radians(95.0 - 45.0 * raised)
 
 
-def _clip(x: float, low: float, high: float) -> float:
-    return min(high, max(low, x))
+def spine_within_limits(rotvec: F64) -> F64:
+    """(3,) rotation vector of the chest relative to the hips, bent and turned no further than a spine goes."""
+    return _cone(rotvec, (35.0, 75.0), (35.0, 35.0), 45.0)
 
 
 def _cone(rotvec: F64, pitch: tuple[float, float], roll: tuple[float, float], twist: float) -> F64:
@@ -68,7 +87,7 @@ def _cone(rotvec: F64, pitch: tuple[float, float], roll: tuple[float, float], tw
     bent = math.hypot(x, z)
     scale = 1.0 / bent if bent > 1.0 else 1.0
     most = math.radians(twist) * (1.0 - 0.5 * min(1.0, bent))
-    return np.array((rotvec[0] * scale, _clip(rotvec[1], -most, most), rotvec[2] * scale))
+    return np.array((rotvec[0] * scale, clip(rotvec[1], -most, most), rotvec[2] * scale))
 
 
 def _twist_and_swing(rotvec: F64) -> tuple[float, F64]:
@@ -83,10 +102,12 @@ def _rotvec(m: F64) -> F64:
     return rotvec_from_quaternion(quaternion_from_matrix(np.ascontiguousarray(m)))
 
 
-def _shoulder(rotvec: F64, side: float) -> F64:
+def shoulder_within_limits(rotvec: F64, side: float) -> F64:
+    """(3,) rotation vector of an upper arm relative to the chest, turned about itself no further than its elevation lets it; side
+    +1 left, -1 right. `rotvec` itself where that is within the limits."""
     twist, swing = _twist_and_swing(rotvec)
-    low, high = axial_range(math.acos(_clip(-side * float(swing[1, 0]), -1.0, 1.0)))
-    kept = _clip(twist, low, high)
+    low, high = axial_range(math.acos(clip(-side * float(swing[1, 0]), -1.0, 1.0)))
+    kept = clip(twist, low, high)
     return rotvec if kept == twist else _rotvec(swing @ rotation_x(kept))
 
 
@@ -96,21 +117,21 @@ def _wrist(rotvec: F64, side: float) -> F64:
     v = _rotvec(swing)
     deviation = -side * v[1] / math.radians(25.0 if -side * v[1] > 0.0 else 40.0)
     flexion = -side * v[2] / math.radians(85.0 if -side * v[2] > 0.0 else 75.0)
-    far, kept = math.hypot(deviation, flexion), _clip(twist, math.radians(-95.0), math.radians(95.0))
+    far, kept = math.hypot(deviation, flexion), clip(twist, math.radians(-95.0), math.radians(95.0))
     if far <= 1.0 and kept == twist:
         return rotvec
     return _rotvec(matrix_from_rotvec(np.ascontiguousarray(v / max(1.0, far))) @ rotation_x(kept))
 
 
-def _hand(angles: F64) -> F64:
-    """Twenty angles of a hand as in `Posture.hands`."""
+def hand_within_limits(angles: F64) -> F64:
+    """(20,) angles of a hand, as in a row of `Posture.hands` [rad]."""
     out = angles.copy()
     out[:4] = np.clip(out[:4], np.radians((-30, -40, -30, -30)), np.radians((110, 60, 75, 90)))
     for f in range(4, 20, 4):
-        base = _clip(out[f], math.radians(-30.0), math.radians(95.0))
-        spread = math.radians(28.0) * (1.0 - 0.85 * _clip(base / math.radians(80.0), 0.0, 1.0))
-        middle = _clip(out[f + 2], math.radians(-8.0), math.radians(112.0))
+        base = clip(out[f], math.radians(-30.0), math.radians(95.0))
+        spread = math.radians(28.0) * (1.0 - 0.85 * clip(base / math.radians(80.0), 0.0, 1.0))
+        middle = clip(out[f + 2], math.radians(-8.0), math.radians(112.0))
         # One tendon bends both: the end joint follows the middle one, and goes little further.
-        end = _clip(out[f + 3], math.radians(-8.0), _clip(0.75 * middle + math.radians(25.0), 0.0, math.radians(85.0)))
-        out[f : f + 4] = base, _clip(out[f + 1], -spread, spread), middle, end
+        end = clip(out[f + 3], math.radians(-8.0), clip(0.75 * middle + math.radians(25.0), 0.0, math.radians(85.0)))
+        out[f : f + 4] = base, clip(out[f + 1], -spread, spread), middle, end
     return out

@@ -16,23 +16,14 @@ from vistel.arrays import F64
 from vistel.figure.posture.arm import arm_dofs
 from vistel.figure.posture.channel import Channel, Frame, HandChannel, blend, minimum_jerk
 from vistel.figure.posture.hands import RELAXED
+from vistel.figure.posture.limits import SIDES, hand_within_limits, shoulder_within_limits, spine_within_limits, within_limits
 from vistel.figure.posture.posture import DOF_COUNT, ELBOW, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture, Stance
 from vistel.figure.posture.sensors import Mount, Placement, joint_of_receiver, receiver_mounts
 from vistel.figure.posture.stance import StanceFollower
-from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm, wrist_angles
+from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm
 from vistel.figure.posture.trunk import lean_to_head, solve_trunk
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
 from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_y, rotation_z, rotvec_from_matrix
-
-# Hard limits [rad]: what a hand is bent back to when a receiver says more (slipped, or mounted askew).
-WRIST_TWIST, WRIST_DEVIATION, WRIST_FLEXION = math.radians(120.0), math.radians(50.0), math.radians(95.0)
-
-FINGER_LIMITS: F64 = np.radians(
-    np.array([(-30, 120), (-40, 60), (-30, 75), (-30, 100)] + 4 * [(-30, 100), (-30, 30), (-10, 120), (-10, 95)], np.float64)
-)
-"""(20, 2) least and most of each finger angle [rad]."""
-
-SIDES = {"left": 1.0, "right": -1.0}
 
 
 @dataclass(frozen=True)
@@ -104,7 +95,8 @@ class PostureSolver:
 
         Receivers left out are silent. The head's orientation is met exactly, the chest's pose but for the little it
         leans towards a head that the neck cannot carry where it was measured; a wrist within reach is met to less than
-        a millimetre.
+        a millimetre. Joints that would be beyond their limits (`vistel.figure.posture.limits`) are brought to them: first the
+        spine, then what hangs on it.
         """
         dt = 0.0 if self._t is None else max(0.0, t_s - self._t)
         self._t = t_s
@@ -119,6 +111,14 @@ class PostureSolver:
         stance = self._stance.follow(dt, chest, top)
         dofs = np.empty(DOF_COUNT)
         facing = rotation_y(stance.heading)
+        neck = lean.T @ head.rotation
+        spine = rotvec_from_matrix(facing.T @ chest)
+        kept = spine_within_limits(spine)
+        if not np.array_equal(kept, spine):
+            # The chest turns about the top of the spine; head and hands stay where they were measured.
+            measured, chest = chest, facing @ matrix_from_rotvec(kept)
+            chest_p = top + chest @ self._collar["left"]
+            neck = chest.T @ measured @ neck
         dofs[0:8] = solve_trunk(
             np.ascontiguousarray(facing.T @ chest),
             facing.T @ (top - stance.position),
@@ -132,7 +132,7 @@ class PostureSolver:
         )
         self._sitting = minimum_jerk((dofs[1] - math.radians(30.0)) / math.radians(50.0))
 
-        dofs[NECK] = rotvec_from_matrix(lean.T @ head.rotation)
+        dofs[NECK] = rotvec_from_matrix(neck)
         up = np.ascontiguousarray(chest[1])
         for s, side in SIDES.items():
             seen = _seen_from(joints.get(f"{s}_hand"), chest_p, chest)
@@ -169,17 +169,18 @@ class PostureSolver:
                     self._skeleton.collar_shortening,
                 )
             self._solved[s] = True
+            arm = _arm_within_limits(arm, side)
             dofs[SHOULDER[s]], dofs[ELBOW[s]] = arm[:3], arm[3]
-            dofs[WRIST[s]] = _limit_wrist(arm[4:7], side)
+            dofs[WRIST[s]] = arm[4:]
         fingers = np.empty((2, HAND_DOF_COUNT))
         for row, s in enumerate(SIDES):
             angles = hands[row]
             if angles is None:
                 stale.add(f"{s}_glove")
             else:
-                angles = np.clip(angles, FINGER_LIMITS[:, 0], FINGER_LIMITS[:, 1])
+                angles = hand_within_limits(angles)
             fingers[row] = self._gloves[s].follow(t_s, angles)
-        return Solved(Posture(dofs, fingers, stance), frozenset(stale))
+        return Solved(within_limits(Posture(dofs, fingers, stance)), frozenset(stale))
 
     def _chest_at_rest(self, head: Frame | tuple[F64, F64] | None) -> Frame:
         """Where the chest relaxes to: upright under the head where that is known, else over the hips."""
@@ -214,14 +215,12 @@ def _seen_from(joint: tuple[F64, F64] | None, origin: F64, rotation: F64) -> Fra
     return Frame(rotation.T @ (joint[0] - origin), np.ascontiguousarray(rotation.T @ joint[1]))
 
 
-def _limit_wrist(rotvec: F64, side: float) -> F64:
-    twist, deviation, flexion = wrist_angles(matrix_from_rotvec(rotvec), side)
-    kept = (
-        min(WRIST_TWIST, max(-WRIST_TWIST, twist)),
-        min(WRIST_DEVIATION, max(-WRIST_DEVIATION, deviation)),
-        min(WRIST_FLEXION, max(-WRIST_FLEXION, flexion)),
-    )
-    if kept == (twist, deviation, flexion):
-        return rotvec
-    swing = matrix_from_rotvec(np.array([0.0, -side * kept[1], -side * kept[2]]))
-    return rotvec_from_matrix(swing @ matrix_from_rotvec(np.array([kept[0], 0.0, 0.0])))
+def _arm_within_limits(arm: F64, side: float) -> F64:
+    """(7,) dofs of an arm whose upper arm turns no further than it can; the hand keeps its orientation in the chest's frame."""
+    kept = shoulder_within_limits(arm[:3], side)
+    if np.array_equal(kept, arm[:3]):
+        return arm
+    elbow = rotation_y(-side * arm[3])
+    hand = matrix_from_rotvec(arm[:3]) @ elbow @ matrix_from_rotvec(arm[4:])
+    wrist = rotvec_from_matrix((matrix_from_rotvec(kept) @ elbow).T @ hand)
+    return np.concatenate([kept, arm[3:4], wrist])

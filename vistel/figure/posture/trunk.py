@@ -7,16 +7,21 @@ import math
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.figure.posture.limits import ankle_range, clip
 from vistel.figure.posture.posture import spine_chord
 from vistel.geometry.rotation import matrix_from_rotvec, rotvec_from_matrix
 from vistel.jit.kernel_jit import compiled
 
 LEG_MARGIN = 1e-4
 """Metres kept back from a fully straight or folded leg."""
-LEAN_SHARE, LEAN_LIMIT = 0.4, math.radians(4.0)
-"""How much of the head's error the chest takes over, and how far it leans for it at most."""
+LEAN_SHARE = 0.4
+"""Share of the head's error that the chest takes over."""
+LEAN_LIMIT = math.radians(4.0)
+"""How far the chest leans for it, at most [rad]."""
 KNEE_LIMIT = math.radians(145.0)
+"""Flexion of a knee [rad]: a little less than it can do, since hips would jump where a leg is folded wholly."""
 ANKLE_LIMITS = (math.radians(-35.0), math.radians(45.0))
+"""Shank from vertical [rad], least and most with any knee."""
 
 
 @compiled
@@ -32,7 +37,7 @@ def leg_angles(forward: float, up: float, shank: float, thigh: float) -> tuple[f
     knee = math.pi - math.acos(min(1.0, max(-1.0, cosine)))
     inner = (shank * shank + d * d - thigh * thigh) / (2.0 * shank * d)
     ankle = math.atan2(forward, up) + math.acos(min(1.0, max(-1.0, inner)))
-    return min(ANKLE_LIMITS[1], max(ANKLE_LIMITS[0], ankle)), knee
+    return clip(ankle, ANKLE_LIMITS[0], ANKLE_LIMITS[1]), knee
 
 
 @compiled
@@ -82,6 +87,8 @@ def solve_trunk(
     forward = hips[2] - ankle_rest[2] + hip_rest[2]
     up = hips[1] - ankle_rest[1] - hips_rest[1] + hip_rest[1]
     ankle, knee = leg_angles(forward, up, shank, thigh)
+    least, most = ankle_range(knee)
+    ankle = clip(ankle, least, most)
     reached = np.array(
         [
             0.0,

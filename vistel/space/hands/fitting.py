@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
+from vistel.figure.posture.limits import FINGER_LIMITS
 from vistel.figure.posture.posture import Posture, pose_joints
-from vistel.figure.posture.solve import FINGER_LIMITS
 from vistel.figure.skeleton import JOINT_INDEX, finger_joints
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet

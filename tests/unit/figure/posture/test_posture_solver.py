@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.figure.posture.arm import arm_dofs, elbow_at, elbow_circle, elbow_flexion
+from vistel.figure.posture.limits import within_limits
 from vistel.figure.posture.posture import (
     DOF_COUNT,
     ELBOW,
@@ -30,8 +31,7 @@ from vistel.figure.posture.posture import (
     standing,
 )
 from vistel.figure.posture.sensors import receiver_poses
-from vistel.figure.posture.solve import FINGER_LIMITS, WRIST_DEVIATION, WRIST_FLEXION, WRIST_TWIST, PostureSolver
-from vistel.figure.posture.swivel import wrist_angles
+from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.posture.trunk import leg_angles
 from vistel.figure.skeleton import COLLAR_SHORTENING, JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import rotation_y, rotation_z, rotvec_from_matrix, rotvec_from_quaternion
@@ -267,15 +267,23 @@ def test_limits_are_kept_whatever_the_receivers_say(seed: int, far: float) -> No
         posture = solver.solve(k / 60, {n: (p[i], q[i]) for i, n in enumerate(names)}, (hands[0], hands[1])).posture
         assert np.isfinite(posture.dofs).all() and np.isfinite(posture.hands).all()
         assert 0.0 <= posture.dofs[1] <= math.radians(146.0)
-        for name, sign in SIDES:
-            assert -1e-9 <= posture.dofs[ELBOW[name]] <= math.radians(152.5)
-            pose = pose_joints(SKELETON, posture)
-            j = JOINT_INDEX[f"{name}_hand"]
-            twist, deviation, flexion = wrist_angles(pose.rotation[j - 1].T @ pose.rotation[j], sign)
-            assert abs(twist) <= WRIST_TWIST + 1e-6
-            assert abs(deviation) <= WRIST_DEVIATION + 1e-6
-            assert abs(flexion) <= WRIST_FLEXION + 1e-6
-        assert (posture.hands >= FINGER_LIMITS[:, 0]).all() and (posture.hands <= FINGER_LIMITS[:, 1]).all()
+        kept = within_limits(posture)
+        np.testing.assert_allclose(posture.dofs, kept.dofs, atol=1e-6)
+        np.testing.assert_allclose(posture.hands, kept.hands, atol=1e-9)
+
+
+def test_a_chest_turned_too_far_stops_at_the_spine_and_hands_and_head_stay_where_they_are() -> None:
+    truth = seated()
+    truth.dofs[SPINE_ROTATION] = (0.1, math.radians(60.0), 0.0)
+    want = pose_joints(SKELETON, truth)
+    solved = PostureSolver(SKELETON, Stance()).solve(0.0, feel(truth), (truth.hands[0], truth.hands[1])).posture
+    got = pose_joints(SKELETON, solved)
+    turned = math.degrees(solved.dofs[SPINE_ROTATION][1])
+    assert turned < 45.0
+    for joint in ("left_hand", "right_hand"):
+        assert np.linalg.norm(got.position[JOINT_INDEX[joint]] - want.position[JOINT_INDEX[joint]]) < 1e-3
+    for joint in ("left_hand", "right_hand", "head"):
+        assert np.abs(got.rotation[JOINT_INDEX[joint]] - want.rotation[JOINT_INDEX[joint]]).max() < 1e-6
 
 
 def test_standing_up_straightens_the_legs_over_feet_that_stay() -> None:
