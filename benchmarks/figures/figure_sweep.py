@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.figures.figure_peers import by_dual_quaternions, by_linear_blend
+from benchmarks.figures.self_intersection import intersecting
 from vistel.arrays import F64
 from vistel.figure.arm_clearance import clear_of_body
 from vistel.figure.avatar.avatar import Avatar
@@ -16,7 +17,6 @@ from vistel.figure.figure import Figure
 from vistel.figure.limb_segments import JOINT_REGIONS, SEGMENTS, limb_segment, volume_change
 from vistel.figure.posture.limits import within_limits
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
-from vistel.figure.self_intersection import intersecting
 
 LINEAR, DUAL = "linear blend skinning", "dual quaternion skinning"
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F32
-from vistel.wrinkle.density import lay
+from vistel.wrinkle.density_kernels import lay
 from vistel.wrinkle.instance import Instance, strokes
 
 

@@ -1,7 +1,5 @@
 """What drives many sets of wrinkles at once: the curves of `vistel.wrinkle.drive` as arrays, for each picture."""
 
-# pyright: basic, reportCallIssue=false
-
 from __future__ import annotations
 
 import math

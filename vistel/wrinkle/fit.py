@@ -1,7 +1,5 @@
 """Whether a region of an avatar can wear wrinkles: whether it is there, and has a place of its own on the texture."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import numpy as np

@@ -1,8 +1,6 @@
 """The islands of a texture: what shows, and colour beyond their edges, so that no smaller copy of the texture mixes in what is
 between them."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -12,7 +10,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import I32, U8
 from vistel.figure.avatar.avatar import Mesh
-from vistel.figure.people.bake import rasterise
+from vistel.figure.people.bake_kernels import rasterise
 from vistel.jit.kernel_jit import compiled
 
 

@@ -8,12 +8,12 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks.figures.self_intersection import intersecting
 from vistel.figure.figure import Figure
 from vistel.figure.limb_segments import JOINT_REGIONS, SEGMENTS, cross_section, limb_segment, volume_change
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, WRIST, Posture
 from vistel.figure.posture.standard import standard_postures
-from vistel.figure.self_intersection import intersecting
 from vistel.figure.skeleton import JOINT_INDEX
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from figure_fixture import capsule, tube_person
 
+from benchmarks.figures.self_intersection import intersecting
 from vistel.figure.limb_segments import SEGMENTS, cross_section, limb_segment
-from vistel.figure.self_intersection import intersecting
 from vistel.figure.skeleton import JOINT_INDEX
 
 

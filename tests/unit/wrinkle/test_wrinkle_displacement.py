@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wrinkle_fixture import bow, heights_at, placed, straight
 
-from vistel.wrinkle.density import cross_section, hermite
+from vistel.wrinkle.density_kernels import cross_section, hermite
 from vistel.wrinkle.displacement import Map, blank, bump_normals, displacement_map
 from vistel.wrinkle.instance import strokes
 from vistel.wrinkle.shape import Layer

@@ -1,7 +1,5 @@
 """How strong each action unit is: from the 13 marks, or from how loud somebody speaks."""
 
-# pyright: basic, reportCallIssue=false
-
 from __future__ import annotations
 
 import math

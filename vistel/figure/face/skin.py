@@ -6,10 +6,10 @@ import numpy as np
 
 from vistel.arrays import F32, F64
 from vistel.figure.avatar.avatar import Mesh
-from vistel.figure.face.kernels import lay_expression  # pyright: ignore[reportUnknownVariableType]
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.rules import FaceRules
 from vistel.figure.face.shape import Expression, FaceShape
+from vistel.figure.face.shape_kernels import lay_expression  # pyright: ignore[reportUnknownVariableType]
 
 
 class FaceSkin:

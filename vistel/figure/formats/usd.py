@@ -10,7 +10,7 @@ Levels of detail are variants of /Avatar ("detail": full, level_1, ...). Skinnin
 joints only, as UsdSkel has it; those with twist bones are kept in vistel:bone and vistel:weight. Numbers are kept exactly.
 """
 
-# pyright: basic, reportAttributeAccessIssue=false
+# pyright: reportAttributeAccessIssue=false
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The layers of one figure's skin: what it costs in a frame is two small kernels (see `kernels`)."""
+"""The layers of one figure's skin: what it costs in a frame is two small kernels (see `layer_kernels`)."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.layers import kernels as k
+from vistel.figure.layers import layer_kernels as k
 from vistel.figure.layers.bones import Bone, bones_of
 from vistel.figure.layers.muscles import Muscles
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.profiles import Profile, Skin, bone_profile, muscle_profile, turned_normals
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.rigid.component import RigidSkin, Rows
-from vistel.figure.rigid.lanes import LANES
+from vistel.figure.rigid.lane_kernels import LANES
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.implicit.deformation.deform import Deformer

@@ -1,7 +1,5 @@
 """Joints of a rig with names nobody knows, told by where they are and what they hang on."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import numpy as np

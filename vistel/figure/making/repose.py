@@ -6,7 +6,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.making.joints import Jointed
-from vistel.figure.rigid.kernels import WITH_TWIST_OF
+from vistel.figure.rigid.skinning_kernels import WITH_TWIST_OF
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import quaternion_from_matrix
@@ -34,7 +34,7 @@ def repose(points: F64, weight: F64, joints: Jointed) -> F64:
 
 
 def _twist_turn(joints: Jointed, k: int) -> F64:
-    """The whole turn of a twist bone: see `vistel.figure.rigid.kernels`; about the bone as it lies in the file."""
+    """The whole turn of a twist bone: see `vistel.figure.rigid.skinning_kernels`; about the bone as it lies in the file."""
     bone = TWIST_BONES[k]
     j, other = JOINT_INDEX[bone.joint], JOINT_INDEX[bone.other]
     axis = joints.found.tip[j] / np.linalg.norm(joints.found.tip[j])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.people.noise import noise
+from vistel.figure.people.noise_kernels import noise
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.trunk import ARM_Y, HEM_Y
 from vistel.geometry.smoothstep import smoothstep

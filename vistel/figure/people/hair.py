@@ -7,7 +7,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.people.field import Sculpture
 from vistel.figure.people.material import HAIR
-from vistel.figure.people.noise import noise
+from vistel.figure.people.noise_kernels import noise
 from vistel.figure.people.recipe import Recipe
 from vistel.geometry.rotation import rotation_x
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from vistel.arrays import F64, I32, I64, U8
 from vistel.figure.people import cloth, material
-from vistel.figure.people.bake import rasterise, spread
+from vistel.figure.people.bake_kernels import rasterise, spread
 from vistel.figure.people.field import Solid
 from vistel.figure.people.hair import paint_hair, strands
 from vistel.figure.people.head import EYE, EYE_RADIUS
 from vistel.figure.people.mouth import Mouth, shade
-from vistel.figure.people.noise import noise
+from vistel.figure.people.noise_kernels import noise
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.reduce import normals
 from vistel.figure.people.skin import paint_lip, paint_skin

@@ -6,7 +6,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.people.head import EYE, EYE_HALF_WIDTH, MOUTH_Y, eye_half_height
-from vistel.figure.people.noise import bump, noise
+from vistel.figure.people.noise_kernels import bump, noise
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, finger_joints, standard_skeleton
 from vistel.geometry.smoothstep import smoothstep

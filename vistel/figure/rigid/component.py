@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64, I32
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.rigid.bulge import BENDS, HINGE_JOINTS, HINGES, bulge_shapes
-from vistel.figure.rigid.kernels import (
+from vistel.figure.rigid.lane_kernels import LANES, skin  # pyright: ignore[reportUnknownVariableType]
+from vistel.figure.rigid.skinning_kernels import (
     amplitudes,  # pyright: ignore[reportUnknownVariableType]
     bone_transforms,  # pyright: ignore[reportUnknownVariableType]
     lay_bulges,  # pyright: ignore[reportUnknownVariableType]
     skin_parts,  # pyright: ignore[reportUnknownVariableType]
 )
-from vistel.figure.rigid.lanes import LANES, skin  # pyright: ignore[reportUnknownVariableType]
 from vistel.figure.rigid.weights import TWIST_BONES, influences
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
 
@@ -42,7 +42,7 @@ class Influences:
 
 @dataclass(frozen=True)
 class Rows:
-    """Vertices sorted into rows that follow the same bones; the last vertex fills up a row. See `rigid_lanes.skin`."""
+    """Vertices sorted into rows that follow the same bones; the last vertex fills up a row. See `lane_kernels.skin`."""
 
     index: I32
     bone: I32
@@ -86,7 +86,7 @@ class Layers(Protocol):
         ...
 
     def skin(self, joints: JointPose, rows: Rows, dual: F32, matrix: F32, vertices: F32, normals: F32) -> None:
-        """As `rigid_lanes.skin`."""
+        """As `vistel.figure.rigid.lane_kernels.skin`."""
         ...
 
     def lay(self, joints: JointPose, rows: Rows, rest: F32, rest_normal: F32, out: F32) -> None:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F32, F64, I32
-from vistel.figure.rigid.kernels import WITH_TWIST_OF, WITHOUT_TWIST_FROM
+from vistel.figure.rigid.skinning_kernels import WITH_TWIST_OF, WITHOUT_TWIST_FROM
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, REFERENCE_HEIGHT, SPINE_SEGMENTS, Skeleton
 from vistel.geometry.smoothstep import smooth
 
 
 @dataclass(frozen=True)
 class TwistBone:
-    """A bone added to the joints; see `rigid_kernels` for the kinds."""
+    """A bone added to the joints; see `vistel.figure.rigid.skinning_kernels` for the kinds."""
 
     joint: str
     other: str

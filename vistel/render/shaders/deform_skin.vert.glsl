@@ -1,5 +1,5 @@
 #version 330
-// The rigid component: vistel.figure.rigid.kernels.skin_dual_quaternion for one vertex (Kavan 2008, shortest arcs).
+// The rigid component: vistel.figure.rigid.skinning_kernels.skin_dual_quaternion for one vertex (Kavan 2008, shortest arcs).
 #include "deform_plan.glsl"
 in vec3 rest;
 in vec3 rest_normal;

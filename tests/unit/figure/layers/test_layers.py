@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from vistel.figure.figure import Figure
 from vistel.figure.layers.contraction import activation, belly_length, thickening
-from vistel.figure.layers.kernels import LEAST, MOST
+from vistel.figure.layers.layer_kernels import LEAST, MOST
 from vistel.figure.layers.places import Places
 from vistel.figure.layers.skin import Anatomy, SkinLayers
 from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, Posture, pose_joints, standing

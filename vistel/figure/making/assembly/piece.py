@@ -1,7 +1,5 @@
 """A piece of somebody's surface: triangles with texture coordinates at their corners, to be cut, closed and put together."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from collections.abc import Sequence

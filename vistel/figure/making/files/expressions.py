@@ -1,7 +1,5 @@
 """Shapes of expressions as files bring them: glTF's morph targets, VRM's expressions, MakeHuman's targets."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from vistel.figure.layers.contraction import FULL, LONGEST, SHORTEST, YIELD
-from vistel.figure.rigid.lanes import LANES, by_dual_quaternions, by_matrix, one_hemisphere
+from vistel.figure.rigid.lane_kernels import LANES, by_dual_quaternions, by_matrix, one_hemisphere
 from vistel.geometry.smoothstep_kernels import ease
 from vistel.jit.addresses import doubles, floats, ints
 from vistel.jit.kernel_jit import fast, inlined, leaf
@@ -127,7 +127,7 @@ def _fold(base, slope, moved, out):
 
 @fast
 def skin_over(t, index, bone, single, weight, rest, dual, matrix, work, vertices, normals):
-    """As `rigid_lanes.skin`, with the layers at VALUE laid on the rows they move: MOVED. work: (13 LANES + 32,)."""
+    """As `lane_kernels.skin`, with the layers at VALUE laid on the rows they move: MOVED. work: (13 LANES + 32,)."""
     start, channel = ints(t[TERM_START]), ints(t[TERM_CHANNEL])
     value, term, moved = floats(t[VALUE]), floats(t[TERM]), floats(t[MOVED])
     out = pointer(work)

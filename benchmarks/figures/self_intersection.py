@@ -1,7 +1,5 @@
 """Triangles of a mesh that pass through others of it."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import numpy as np
