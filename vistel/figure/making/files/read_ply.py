@@ -1,7 +1,8 @@
 """Polygon File Format (PLY), text and binary: what scanners write. Colours at vertices become a picture.
 
 trimesh (5.2) cannot stand in for this reader. It takes a file that is cut short, or whose faces have vertices that are not there,
-for whole; it leaves pentagons as they are, and fails on texture coordinates at the corners of faces with different numbers of corners.
+for whole. It leaves pentagons as they are, and fails on texture coordinates at the corners of faces that have different numbers
+of corners.
 """
 
 # pyright: basic
