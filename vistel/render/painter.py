@@ -241,7 +241,7 @@ class Painter:
         self.read_into(out)
         return np.ascontiguousarray(out[::-1, :, :3])
 
-    def hang(self, picture: U8) -> None:
+    def put_picture(self, picture: U8) -> None:
         """A finished picture of its size (h, w, 3), first row at the top, in place of a drawn one."""
         self._canvas.write(picture)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -34,9 +33,7 @@ def room_picture(interior: Interior, width: int, height: int) -> U8:
     try:
         studio.camera = _camera(interior, width / height)
         poses = {t.id: Pose(t.position, t.rotation) for t in things}
-        while not studio.complete:  # its first pictures would come without the last filter
-            time.sleep(0.01)
-        picture = studio.render(Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in things})))
+        picture = studio.render_complete(Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in things})))
         return np.ascontiguousarray(picture[::-1, :, :3])
     finally:
         studio.close()

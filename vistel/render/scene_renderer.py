@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -50,6 +51,8 @@ ARM, NEAREST = 0.25, 0.45
 _FINE = {"auto": None, "fast": False, "fine": True}
 LOST = ("GL_UNKNOWN_ERROR", "GL_OUT_OF_MEMORY")
 """Errors after which nothing is drawn any more; the first is what moderngl makes of a lost context."""
+_WAIT_S = 0.01
+"""Between two looks at whether figures are ready."""
 NO_SIGNAL_NS = 1_500_000_000
 EYES_SEEN = 350.0
 """Pixels per metre below which nobody sees that eyes converge."""
@@ -138,6 +141,16 @@ class SceneRenderer:
             self.closed_by_user = True
         return out
 
+    def render_complete(self, instant: Instant) -> U8:
+        """The picture of an instant, as `render` gives it, once everybody in it has their own figure and the last filter is
+        ready; waits for that."""
+        self._smoothing.result()
+        while True:
+            picture = self.render(instant)
+            if self.complete:
+                return picture
+            time.sleep(_WAIT_S)
+
     def draw_at(self, scale: float) -> None:
         """Draw only `scale` times the width and height from now on; pictures keep their size."""
         if scale == self._scale:
@@ -214,7 +227,7 @@ class SceneRenderer:
             shown = not (own and self.view.screens)
             seen = limb_rows(now.posed, below_head(cast.shape.body, cast.shape.casters)) if own else None
             figures.append(FigureView(name, now.model, now.skin, limbs, own, shown, now.folds, seen))
-            if not own:
+            if self.view.names and not own:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
                 labels.append(LabelView(self._label(instant, person, cast), crown + np.array((0.0, 0.07, 0.0))))

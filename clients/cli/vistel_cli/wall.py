@@ -58,23 +58,12 @@ def wall(
 
 
 def _show(picture: NDArray[np.uint8], title: str) -> None:
-    import time
+    from vistel.render import NoOpenGlError  # loads the mathematics
+    from vistel_services.renderer.window.presenter import show_picture
 
-    from vistel.render.gl.context import NoOpenGlError, open_surface
-    from vistel.render.painter import Painter
-    from vistel_services.renderer.window.presenter import opener
-    from vistel_services.renderer.window.window import Pane
-
-    height, width = picture.shape[:2]
     try:
-        surface = open_surface(opener([Pane(title, width, height)]))
+        shown = show_picture(picture, title)
     except NoOpenGlError as e:
         fail(str(e), FAILED)
-    if surface.window is None:
-        surface.close()
+    if not shown:
         fail("no window could be opened here; without --show the picture goes into a file", FAILED)
-    painter = Painter(surface, width, height)
-    painter.hang(picture)
-    while painter.show():
-        time.sleep(0.05)
-    surface.close()

@@ -1,4 +1,4 @@
-"""The studio in a thread of its own; set up again when drawing fails: a graphics card lost, a window closed."""
+"""A scene renderer in a thread of its own; made again when drawing fails: a graphics card lost, a window closed."""
 
 from __future__ import annotations
 
@@ -37,8 +37,10 @@ log = logging.getLogger("vistel.renderer")
 
 _SCALE = Gauge("vistel_renderer_resolution_ratio", "Drawn part of the picture's width and height", ["site"])
 
-RETRY_S, NO_GL_RETRY_S = 2.0, 30.0
-"""After how long drawing is tried again when it failed, and when there is no OpenGL at all."""
+RETRY_NS = 2_000_000_000
+"""After how long drawing is tried again when it failed [ns]."""
+NO_GL_RETRY_NS = 30_000_000_000
+"""The same when there is no OpenGL at all [ns]."""
 
 
 class DrawingThread:
@@ -63,6 +65,7 @@ class DrawingThread:
         self._load, self._thread, self._models, self._panes = load, thread, models, panes
         self._resolution = None if whole else Resolution(rate, view.height)
         self._renderer: SceneRenderer | None = None
+        self._retry_ns = 0
         self._wishes: list[Wish] = []
         self._set: Desk | None = None
         self.puck = Puck()
@@ -76,18 +79,19 @@ class DrawingThread:
         return out
 
     async def draw(self, instant: Instant) -> NDArray[np.uint8] | None:
-        """The picture, or None when there is none this time."""
+        """The picture, or None when there is none this time: after a failure, until the time of the next attempt."""
+        if instant.now_ns < self._retry_ns:
+            return None
         try:
             return await self._call(self._draw, instant)
         except NoOpenGlError as e:
-            log.error("event=no_picture reason=%r retry_s=%.0f", str(e), NO_GL_RETRY_S)
-            await asyncio.sleep(NO_GL_RETRY_S)
-            return None
+            log.error("event=no_picture reason=%r retry_s=%.0f", str(e), NO_GL_RETRY_NS * 1e-9)
+            self._retry_ns = instant.now_ns + NO_GL_RETRY_NS
         except Exception:
-            log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", RETRY_S)
+            log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", RETRY_NS * 1e-9)
+            self._retry_ns = instant.now_ns + RETRY_NS
             await self._call(self._give_up)
-            await asyncio.sleep(RETRY_S)
-            return None
+        return None
 
     @property
     def furnished(self) -> bool:

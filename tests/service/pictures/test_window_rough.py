@@ -128,7 +128,7 @@ def test_each_screen_fills_the_monitor_that_is_named_for_it(hands: Hands, monkey
         painter = Painter(surface, 128, 64)
         picture = np.zeros((64, 128, 3), np.uint8)
         picture[:, :64], picture[:, 64:] = (255, 0, 0), (0, 0, 255)
-        painter.hang(picture)
+        painter.put_picture(picture)
         for _ in range(100):
             assert painter.show()
             screen = hands.screen()

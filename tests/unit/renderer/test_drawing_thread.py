@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import logging
 from concurrent.futures import ThreadPoolExecutor
 
@@ -25,14 +26,14 @@ def shapes(about: About) -> Shape:
 def test_a_context_that_is_lost_in_the_middle_is_made_again_and_pictures_go_on(
     how: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(drawing_thread, "RETRY_S", 0.05)
     thread = ThreadPoolExecutor(1)
+    now_ns = itertools.count(1, drawing_thread.RETRY_NS // 4)
     one = DrawingThread("tokyo", View(160, 90, "room", ""), 30.0, 3, None, True, shapes, thread, {})
 
     async def picture() -> float:
-        for _ in range(6):
+        for _ in range(10):
             whole = one._renderer is not None and one._renderer.complete
-            drawn = await one.draw(Instant(1))
+            drawn = await one.draw(Instant(next(now_ns)))
             if drawn is not None and whole:
                 return float(drawn[..., :3].std())
             if one._renderer is not None:

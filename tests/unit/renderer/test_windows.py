@@ -60,7 +60,7 @@ def test_each_screen_has_a_window_of_its_own_where_the_file_puts_it(hands: Hands
         painter = Painter(surface, 400, 150)
         for size in ((400, 150), (200, 75)):  # drawn smaller, it is enlarged
             painter.resize(*size)
-            painter.hang(halves(*size))
+            painter.put_picture(halves(*size))
             screen = shown_on(hands, painter)
             assert tuple(screen[60, 110]) == RED and tuple(screen[240, 400]) == BLUE
             assert tuple(screen[165, 110]) == GREEN and tuple(screen[345, 400]) == GREEN
@@ -74,7 +74,7 @@ def test_a_picture_keeps_its_shape_in_a_window_of_another(hands: Hands) -> None:
     surface = open_surface(opener([Pane("w", 300, 300, at=(0, 0))]))
     try:
         painter = Painter(surface, 300, 100)
-        painter.hang(halves(300, 100))
+        painter.put_picture(halves(300, 100))
         screen = shown_on(hands, painter)
         assert tuple(screen[150, 20]) == RED and tuple(screen[150, 280]) == BLUE
         assert not screen[90, 150].any() and not screen[210, 150].any()
@@ -88,7 +88,7 @@ def test_a_window_that_is_minimised_draws_nothing_and_is_drawn_again_when_it_is_
     surface = open_surface(opener([Pane("w", 200, 150, at=(0, 0))]))
     try:
         painter = Painter(surface, 200, 150)
-        painter.hang(halves(200, 150))
+        painter.put_picture(halves(200, 150))
         shown_on(hands, painter)
         sizes = iter([(0, 0), (200, 0), (0, 150), (1, 1)])
         real = window_of(surface).size
@@ -130,7 +130,7 @@ def test_a_driver_without_stereo_buffers_is_told_of_and_both_eyes_are_shown_side
             pytest.skip("this driver has stereo buffers")
         assert len([r for r in caplog.records if "no_stereo_buffers" in r.message]) == 1
         painter = Painter(surface, 400, 150)
-        painter.hang(halves(400, 150))
+        painter.put_picture(halves(400, 150))
         screen = shown_on(hands, painter)
         assert tuple(screen[60, 20]) == RED and tuple(screen[60, 180]) == BLUE
     finally:

@@ -16,6 +16,9 @@ from vistel.figure.people.recipe import Recipe, parse_spec
 
 _log = logging.getLogger(__name__)
 
+WRINKLES = ("shirt", "trousers", "face", "hands")
+"""Names of the sets of wrinkles (vistel/wrinkle/sets) that built-in people wear."""
+
 
 def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:
     """The built-in person of `spec`: "builtin" (made from the name), "builtin:seed=3", "builtin:seed=3,build=1.1".

@@ -11,14 +11,12 @@ from vistel.figure.avatar.avatar import Avatar, scaled
 from vistel.figure.avatar.cache_folder import default_cache
 from vistel.figure.formats.load import load_any
 from vistel.figure.formats.parcel import unpack
-from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.people.builtin import WRINKLES, builtin_avatar
 from vistel.figure.posture.posture import standing
 from vistel.render.figures.cache import person_of
 from vistel.render.figures.figures import Person
 from vistel.render.stage.stage import About
 
-DRESSED = ("shirt", "trousers", "face", "hands")
-"""Wrinkles of the built-in people."""
 _NONE: Mapping[str, Path] = MappingProxyType({})
 
 
@@ -56,7 +54,7 @@ def load_avatar_of(about: About, files: Mapping[str, Path] = _NONE, parcel: Call
 
 def load_shape(about: About, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel) -> Person:
     """The deforming figure of a participant. Raises ValueError or OSError when the avatar cannot be had."""
-    wears = DRESSED if about.avatar.startswith("builtin") else ()
+    wears = WRINKLES if about.avatar.startswith("builtin") else ()
     person = person_of(load_avatar_of(about, files, parcel), wears=wears)
     person.pose(standing())  # kernels not yet compiled on this machine are compiled here, not between two pictures
     return person

@@ -7,7 +7,6 @@ OpenGL.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -30,7 +29,6 @@ from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
 
 TOPICS = ("participant", "motion", "world_state", "world_key", "world_detail", "voice")
 """What of a log a film is made of."""
-_LOOK_S = 0.02
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ def film(
         # One instant ahead of what is drawn: what is heard until then belongs to the picture.
         ahead = instants(config.delay_s, records, begin_ns, end_ns + math.ceil(1e9 / rate), rate, voices)
         for instant, following in pairwise(ahead):
-            picture = _drawn(studio, instant)
+            picture = studio.render_complete(instant)
             if finer > 1:
                 picture = np.asarray(cv2.resize(picture, (view.width, view.height), interpolation=cv2.INTER_AREA), np.uint8)
             yield Picture(instant.now_ns, picture, voices.until(following) if voices is not None else ())
@@ -93,15 +91,6 @@ def instants(
         now_ns = begin_ns + round(n * 1e9 / rate)
         told.until(now_ns)
         yield stage.instant(now_ns)
-
-
-def _drawn(studio: SceneRenderer, instant: Instant) -> U8:
-    """The picture, once everybody in it is who they are."""
-    picture = studio.render(instant)
-    while not studio.complete:
-        time.sleep(_LOOK_S)
-        picture = studio.render(instant)
-    return picture
 
 
 class _Told:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,9 +109,9 @@ class WindowCamera(Pinhole):
         return out
 
 
-def look_at(eye: F64, target: F64, field_of_view: float) -> Camera:
-    """A camera at `eye` with `target` in the middle of the picture, upright."""
-    back = np.asarray(eye, np.float64) - target
+def look_at(eye: F64 | Sequence[float], target: F64 | Sequence[float], field_of_view: float) -> Camera:
+    """A camera at `eye` (3,) [m] with `target` (3,) in the middle of the picture, upright. field_of_view: of its height [rad]."""
+    back = np.asarray(eye, np.float64) - np.asarray(target, np.float64)
     back = back / np.linalg.norm(back)
     right = np.cross((0.0, 1.0, 0.0), back)
     norm = np.linalg.norm(right)

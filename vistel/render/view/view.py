@@ -57,6 +57,8 @@ class View:
     light: str = "auto"
     gauges: bool = False
     samples: int | None = None
+    names: bool = True
+    """Whether people's names are over their heads."""
 
     @property
     def stereoscopic(self) -> bool:

@@ -261,8 +261,8 @@ def export(
 
 def _draw(avatar: Avatar, sheet: Path, show: bool) -> None:
     from vistel.figure.posture.standard import standard_postures
+    from vistel.render import NoOpenGlError
     from vistel.render.figures.portrait import Portraits
-    from vistel.render.gl.context import NoOpenGlError
 
     try:
         with busy("drawing", show):

@@ -48,7 +48,7 @@ def render_log(
     reader: LogReader, conference: Conference, sites: list[str], begin_ns: int, end_ns: int, look: Look, folder: Path
 ) -> None:
     """Write SITE.mp4 (or SITE/00000.png ...) for each of `sites` into `folder`."""
-    from vistel.render.gl.context import NoOpenGlError  # loads the mathematics
+    from vistel.render import NoOpenGlError  # loads the mathematics
 
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -160,7 +160,7 @@ def _save(interior: Interior, path: Path) -> None:
 def _draw(interior: Interior, picture: Path, pixels: tuple[int, int], show: bool) -> None:
     from PIL import Image
 
-    from vistel.render.gl.context import NoOpenGlError
+    from vistel.render import NoOpenGlError
     from vistel.render.room_picture import room_picture
 
     try:

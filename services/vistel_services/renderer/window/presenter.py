@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import moderngl
 
+from vistel.arrays import U8
 from vistel.render.gl.canvas import Canvas
+from vistel.render.gl.context import open_surface
 from vistel.render.painter import Painter
 from vistel.render.view.screens import Box, Stereo
 from vistel.render.view.view import View, choices_of
@@ -16,6 +19,9 @@ from vistel_services.renderer.window.bare_gl import BACK, BACK_LEFT, BACK_RIGHT
 from vistel_services.renderer.window.desk import Desk
 from vistel_services.renderer.window.placement import fitted
 from vistel_services.renderer.window.window import Pane, Window
+
+_SHOWN_AGAIN_S = 0.05
+"""Between two looks at whether a window with a still picture was closed."""
 
 
 class Presenter:
@@ -72,6 +78,25 @@ class DesktopWindows:
 def opener(panes: Sequence[Pane], eyes_apart: bool = False) -> Callable[[], Presenter]:
     """What `open_surface` opens windows with. eyes_apart: see `Window`."""
     return lambda: Presenter(Window(panes, eyes_apart))
+
+
+def show_picture(picture: U8, title: str) -> bool:
+    """Show a picture (h, w, 3), first row at the top, in a window until that is closed; False where no window can be opened.
+
+    Raises NoOpenGlError.
+    """
+    height, width = picture.shape[:2]
+    surface = open_surface(opener([Pane(title, width, height)]))
+    try:
+        if surface.window is None:
+            return False
+        painter = Painter(surface, width, height)
+        painter.put_picture(picture)
+        while painter.show():
+            time.sleep(_SHOWN_AGAIN_S)
+        return True
+    finally:
+        surface.close()
 
 
 def _eyes(part: Box, stereo: bool) -> list[tuple[Box, int]]:

@@ -1,0 +1,72 @@
+"""Figures for programs and notebooks: built in or from a file, put into a posture by joint names."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from dataclasses import dataclass, field, replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.formats.load import load_any
+from vistel.figure.people.builtin import WRINKLES, builtin_avatar
+from vistel.figure.posture.by_joint import Degrees, with_joints
+from vistel.figure.posture.posture import Posture, Stance, standing
+
+
+@dataclass(frozen=True)
+class PosedFigure:
+    """An avatar in a posture. wrinkles: names of built-in sets of wrinkles that it wears."""
+
+    avatar: Avatar
+    posture: Posture = field(default_factory=standing)
+    wrinkles: tuple[str, ...] = ()
+
+    def pose(self, **degrees: Degrees) -> PosedFigure:
+        """This figure with joints at these angles, in degrees: `pose(left_lower_arm=90, head=(0, 30, 0))`.
+
+        The other joints keep their angles. See `vistel.figure.posture.by_joint.with_joints` for how many angles a joint takes.
+        Raises ValueError for a name that is no joint.
+        """
+        return replace(self, posture=with_joints(self.posture, degrees))
+
+    def at(self, x: float, z: float, heading: float = 0.0) -> PosedFigure:
+        """This figure standing at (x, z) on the floor [m], turned by `heading` about the vertical [degrees]; 0 faces +Z."""
+        stance = Stance(np.array((x, 0.0, z)), math.radians(heading))
+        return replace(self, posture=replace(self.posture, stance=stance))
+
+
+def builtin(name: str, height: float | None = None) -> PosedFigure:
+    """A built-in person, standing: one of the demo conference ("aiko", "ben", "carla"), or by look ("seed=3,build=1.1").
+
+    height: in metres; by default the person's own, or 1.75. Making a person takes some seconds the first time.
+    Raises ValueError, in one line, for neither name nor look.
+    """
+    people = _demo_people()
+    if name in people:
+        spec, own = people[name]
+    elif name.startswith("builtin") or "=" in name:
+        spec, own = name if name.startswith("builtin") else f"builtin:{name}", 1.75
+    else:
+        near = difflib.get_close_matches(name, people, 1)
+        known = f"expected one of {', '.join(people)}, or a look such as 'seed=3,build=1.1'"
+        mend = f"did you mean {near[0]!r}?" if near else known
+        raise ValueError(f"no built-in person {name!r}; {mend}")
+    return PosedFigure(builtin_avatar(spec, name=name, height=own if height is None else height), wrinkles=WRINKLES)
+
+
+def load(path: str | Path) -> PosedFigure:
+    """The avatar of a file (docs/reference/avatar-file.md), standing. Raises ValueError or OSError naming what is wrong."""
+    return PosedFigure(load_any(Path(path)))
+
+
+def _demo_people() -> dict[str, tuple[str, float]]:
+    """Look and height of each person of the demo conference, by name."""
+    text = (resources.files("vistel") / "conference" / "demo.toml").read_text("utf-8")
+    sites: list[dict[str, Any]] = tomllib.loads(text)["sites"]
+    return {p["name"]: (p["avatar"], float(p["height"])) for site in sites for p in site["participants"]}
