@@ -28,7 +28,7 @@ SEATS = 3
 """Of the room that is drawn with `room=True`."""
 FIELD_OF_VIEW = 0.5
 """Upwards, of the camera that looks at figures [rad]."""
-_MARGIN = 0.22
+_MARGIN = 0.15
 """Space round the joints of figures for skin, hair and clothes [m]."""
 _FROM = np.array((0.28, 0.10, 1.0))
 """Direction from figures to the camera, when they face +Z."""
