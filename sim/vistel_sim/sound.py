@@ -18,7 +18,7 @@ from vistel_sim.simulation import BodyMotion, device_seed
 from vistel_sim.talker import SimulatedMicrophone, Voice
 
 if TYPE_CHECKING:
-    from vistel_sim.modbus_unit import SimulatedUnit
+    from vistel_sim.equipment.modbus_unit import SimulatedUnit
 
 
 def simulated_microphones(
@@ -44,8 +44,8 @@ def simulated_equipment(
     wanted = [(name, e) for name, audio in sites if audio is not None for e in audio.equipment if e.simulated]
     if not wanted:
         return []
-    from vistel_sim.delay_unit import SimulatedDelayUnit  # noqa: PLC0415  few conferences load Modbus
-    from vistel_sim.room_device import SimulatedRoomDevice  # noqa: PLC0415
+    from vistel_sim.equipment.delay_unit import SimulatedDelayUnit  # noqa: PLC0415  few conferences load Modbus
+    from vistel_sim.equipment.room_device import SimulatedRoomDevice  # noqa: PLC0415
 
     faults = tuple(faults)
     out: list[SimulatedUnit] = []

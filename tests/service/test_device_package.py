@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import shutil
@@ -21,11 +22,15 @@ from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.devices.kind import load as resolve
-from vistel.devices.registry import kinds, packaged_kinds
+from vistel.devices.registry import kind_of, kinds, packaged_kinds
 from vistel.v1.device_pb2 import RawBytes
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import tracker
+from vistel_services.devices.device import Link
+from vistel_services.devices.probe import who_answers
 from vistel_services.devices.service import connect
+from vistel_services.devices.transport import open_serial
+from vistel_sim.device import SimulatedDevice
 from vistel_sim.faults import Fault
 from vistel_sim.process import simulators
 
@@ -100,6 +105,21 @@ def test_a_kind_of_another_package_runs_against_its_simulator(beacon: Path, tmp_
     run(scenario())
 
 
+def test_a_port_is_asked_for_such_a_device_too(beacon: Path, tmp_path: Path) -> None:
+    async def scenario() -> None:
+        clock, port = LoopClock(), tmp_path / "port"
+        unit = importlib.import_module("beacon.simulator").Beacon(Raised().receivers, (1,))
+        running, link = Running([SimulatedDevice("unit", unit, port, clock, clock.now_ns()).run()]), Link()
+        await running.until(port.exists)
+        transport = open_serial(str(port), 115200, clock)(lambda data, t_ns: link.arrived(data, 0), link.lose)
+        link.attach(transport)
+        assert await who_answers(link) == kind_of("tracker", "beacon")
+        transport.close()
+        await running.close()
+
+    run(scenario())
+
+
 def test_the_keys_of_such_a_device_are_checked(beacon: Path) -> None:
     beacon.write_text(FILE.replace("right_hand = 8", "right_hand = 9"), "utf-8")
     with pytest.raises(ConferenceError, match=r"\.tracker: stations: a beacon has stations 1\.\.8; got 1, 2, 3, 9"):
@@ -123,7 +143,7 @@ def test_without_its_package_a_kind_is_unknown(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", kinds(), ids=lambda k: f"{k.role}-{k.name}")
 def test_the_code_of_every_kind_is_where_it_says(kind: Any) -> None:
-    for reference in filter(None, (kind.driver, kind.simulator, kind.fit, kind.doctor)):
+    for reference in filter(None, (kind.describe, kind.driver, kind.simulator, kind.fit, kind.doctor)):
         assert callable(resolve(reference))
 
 

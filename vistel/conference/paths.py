@@ -18,6 +18,7 @@ class RunPaths:
         return self.run / "dev" / name
 
     def video(self, site: str) -> Path:
+        """The video of what a site shows."""
         return self.out / f"{site}.mp4"
 
     def videos(self, site: str) -> list[Path]:
@@ -30,8 +31,10 @@ class RunPaths:
 
     @property
     def log(self) -> Path:
+        """The log of the conference."""
         return self.out / "conference.mcap"
 
     @property
     def report(self) -> Path:
+        """The figures of the run, as JSON."""
         return self.out / "report.json"

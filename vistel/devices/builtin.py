@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vistel.devices.kind import DeviceKind
+from vistel.protocol import cyberglove, fastrak, fivedt, liberty
 
 _SERIAL = "vistel_services.devices.machine:serial_ports"
 _HID = "vistel_services.devices.machine:hid_gloves"
@@ -13,6 +14,13 @@ KINDS = (
         name="fastrak",
         role="tracker",
         title="a Polhemus FASTRAK",
+        question=b"\r" + fastrak.STATUS,
+        signatures=(
+            rb"2[ 1-4]E\*ERROR\*",
+            rb"2[ 1-4]S[0-9A-F]{3}.{45,47}\r\n",  # status
+            rb"0[1-4][ A-Za-z].{28}\r\n0[1-4]",  # binary records
+        ),
+        describe="vistel_services.devices.describe:about_fastrak",
         receivers=4,
         paired=True,
         driver="vistel_services.tracker.drivers:fastrak",
@@ -24,6 +32,9 @@ KINDS = (
         name="liberty",
         role="tracker",
         title="a Polhemus LIBERTY",
+        question=b"\r" + liberty.WHO,
+        signatures=(rb"LY[\x00-\x10][\x15\x16CP]...[\x00-\x02]", rb"00v.{0,120}LIBERTY"),
+        describe="vistel_services.devices.describe:about_liberty",
         receivers=16,
         driver="vistel_services.tracker.drivers:liberty",
         simulator="vistel_sim.trackers:liberty",
@@ -34,6 +45,8 @@ KINDS = (
         name="patriot",
         role="tracker",
         title="a Polhemus PATRIOT",
+        signatures=(rb"PA[\x00-\x02][\x15\x16CP]...[\x00-\x02]", rb"00v.{0,120}PATRIOT"),
+        describe="vistel_services.devices.describe:about_liberty",
         receivers=2,
         driver="vistel_services.tracker.drivers:liberty",
         simulator="vistel_sim.trackers:patriot",
@@ -44,6 +57,7 @@ KINDS = (
         name="vmc",
         role="tracker",
         title="a VMC tracking suite",
+        signatures=(rb"/VMC/Ext/",),
         connections=("udp",),
         defaults={"transmitter_position": (0.0, 0.0, 0.0)},
         receivers=4,
@@ -63,20 +77,11 @@ KINDS = (
         calibration="tracker",
     ),
     DeviceKind(
-        name="cyberglove",
-        role="glove",
-        title="a CyberGlove",
-        sensors=(18, 22),
-        driver="vistel_services.glove.drivers:cyberglove",
-        simulator="vistel_sim.gloves:cyberglove",
-        calibration="glove",
-        fit="vistel_services.glove.fit:cyberglove",
-        doctor=_SERIAL,
-    ),
-    DeviceKind(
         name="5dt_ultra",
         role="glove",
         title="a 5DT Data Glove Ultra",
+        signatures=(rb"<[\x00-\x07\x10-\x17].{26}><[\x00-\x07\x10-\x17].{26}>",),
+        describe="vistel_services.devices.describe:about_fivedt_ultra",
         connections=("serial", "usb"),
         defaults={"sensors": 14},
         sensors=(14, 5),
@@ -90,6 +95,8 @@ KINDS = (
         name="5dt_16",
         role="glove",
         title="a 5DT Data Glove 16",
+        signatures=(rb"<D(?:[\x00-\x0f].){16}..<[DI]",),
+        describe="vistel_services.devices.describe:about_fivedt_16",
         defaults={"baud": 19200, "sensors": 14},
         sensors=(14,),
         driver="vistel_services.glove.drivers:fivedt",
@@ -102,12 +109,37 @@ KINDS = (
         name="5dt_5",
         role="glove",
         title="a 5DT Data Glove 5",
+        question=fivedt.INFO,
+        signatures=(
+            rb"BR..[\x00-\x03][\x00-\x1f].{10}[\x20-\x7e]{4}",  # its description
+            rb"(?:\x80.{8}){6}",  # records
+        ),
+        describe="vistel_services.devices.describe:about_fivedt_5",
         defaults={"baud": 19200, "sensors": 5},
         sensors=(5,),
         driver="vistel_services.glove.drivers:fivedt",
         simulator="vistel_sim.gloves:fivedt_5",
         calibration="glove",
         fit="vistel_services.glove.fit:fivedt",
+        doctor=_SERIAL,
+    ),
+    DeviceKind(
+        name="cyberglove",
+        role="glove",
+        title="a CyberGlove",
+        question=cyberglove.QUERY_STATE,
+        signatures=(
+            rb"CyberGlove",
+            rb"e\?(?:\r\n)?\x00",  # an unknown command
+            rb"\?[GS][\x00-\x1f]\x00",
+            rb"S[^\x00]{18}(?:[^\x00]{4})?[\x80-\xff]?\x00S",  # samples
+        ),
+        describe="vistel_services.devices.describe:about_cyberglove",
+        sensors=(18, 22),
+        driver="vistel_services.glove.drivers:cyberglove",
+        simulator="vistel_sim.gloves:cyberglove",
+        calibration="glove",
+        fit="vistel_services.glove.fit:cyberglove",
         doctor=_SERIAL,
     ),
     DeviceKind(
@@ -135,7 +167,8 @@ KINDS = (
     DeviceKind(
         name="live_link",
         role="face",
-        title="a phone with Live Link Face",
+        title="Live Link Face",
+        signatures=(rb"\x06\x00\x00\x00[\x01-\x80][\x20-\x7e]",),
         connections=("udp",),
         driver="vistel_services.face.drivers:live_link",
         simulator="vistel_sim.faces:live_link",
@@ -161,4 +194,4 @@ KINDS = (
         doctor=_CAMERAS,
     ),
 )
-"""In the order in which messages list them."""
+"""In the order in which messages list them and in which bytes are compared with their signatures."""

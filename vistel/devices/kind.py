@@ -32,8 +32,8 @@ class Finding:
 class DeviceKind:
     """A kind of device.
 
-    `driver`, `simulator`, `fit` and `doctor` are references "package.module:name". `load` imports them when they are needed, so
-    that no process loads what it does not use.
+    `describe`, `driver`, `simulator`, `fit` and `doctor` are references "package.module:name". `load` imports them when they are
+    needed, so that no process loads what it does not use.
     """
 
     name: str
@@ -52,6 +52,12 @@ class DeviceKind:
     """Trackers: two units can be synchronised by a cable (`second_port`)."""
     sensors: tuple[int, ...] = ()
     """Gloves: the numbers of sensors there are."""
+    question: bytes = b""
+    """On a serial port: what makes it identify itself and changes no device of another kind; empty where it sends by itself."""
+    signatures: tuple[bytes, ...] = ()
+    """Regular expressions (`re.DOTALL`) that its bytes match and those of other kinds do not."""
+    describe: str = ""
+    """`async (link: Link) -> About` (`vistel_services.devices.describe`): its firmware and rate, from its answers."""
     driver: str
     """`(device: Device, link: Path | None) -> Connected` (`vistel_services.devices.service`). link: the file by which its simulator
     is found, None for a real device. Raises CalibrationError (one line)."""

@@ -41,6 +41,7 @@ class Register:
 
     @property
     def writable(self) -> bool:
+        """Whether a client may write it."""
         return self.table in ("holding", "coil")
 
     def value(self, words: Sequence[int | bool]) -> float:

@@ -3,6 +3,7 @@
 In a conference file: tracker = { kind = "beacon", port = "/dev/ttyUSB0" }, or without a port for a simulated one.
 """
 
+from beacon.protocol import WHO
 from vistel.devices.kind import DeviceKind
 
 KIND = DeviceKind(
@@ -11,6 +12,8 @@ KIND = DeviceKind(
     title="an Example Beacon",
     defaults={"baud": 230400},
     receivers=8,
+    question=WHO,
+    signatures=(rb"Beacon \d",),
     driver="beacon.driver:connect",
     simulator="beacon.simulator:simulate",
     calibration="tracker",

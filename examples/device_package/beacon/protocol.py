@@ -1,7 +1,7 @@
 """The Beacon's lines: bytes in, samples out.
 
-A Beacon streams at 30 Hz after "G\\n" and falls silent after "H\\n". Each line is a sample of one receiver, in the tracker's frame
-(+X forward, +Y right, +Z down):
+A Beacon streams at 30 Hz after "G\\n" and falls silent after "H\\n". It answers "?\\n" with "Beacon" and its version. Each other
+line is a sample of one receiver, in the tracker's frame (+X forward, +Y right, +Z down):
 
     station x y z qx qy qz qw *checksum\\n
 
@@ -15,6 +15,8 @@ from dataclasses import dataclass
 
 START = b"G\n"
 STOP = b"H\n"
+WHO = b"?\n"
+ANSWER = b"Beacon 1.0\n"
 RATE_HZ = 30.0
 _LONGEST = 200
 """A line is shorter [bytes]."""

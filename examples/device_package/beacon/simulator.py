@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from beacon.protocol import RATE_HZ, START, STOP, Sample, line_of
+from beacon.protocol import ANSWER, RATE_HZ, START, STOP, WHO, Sample, line_of
 from vistel.conference.device_list import Device
 from vistel.conference.devices import AnyTracker
 from vistel_sim.device import Reply, SimulatedDevice
@@ -30,7 +30,7 @@ class Beacon:
     def receive(self, data: bytes, t_s: float) -> list[Reply]:
         for command in data.splitlines(keepends=True):
             self._streaming = (self._streaming or command == START) and command != STOP
-        return []
+        return [Reply(ANSWER)] if WHO in data else []
 
     def next_length(self) -> int:
         return _LINE_BYTES * len(self._stations) if self._streaming else 0

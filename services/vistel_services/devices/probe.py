@@ -1,39 +1,35 @@
-"""Asks what hangs on a port: what answers is named, whatever was expected there."""
+"""Asks which device is connected to a port, whatever was expected there."""
 
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TypeVar
 
-from vistel.protocol import cyberglove, fastrak, liberty
-from vistel.protocol.identify import identify, identify_sender
+from vistel.devices.identify import identify, identify_sender, questions
+from vistel.devices.kind import DeviceKind
 from vistel_services.devices.device import Decoder, DeviceError, Link, NoAnswerError
 
 T = TypeVar("T")
 
-QUESTIONS = (b"\r" + fastrak.STATUS, b"\r" + liberty.WHO, cyberglove.QUERY_STATE, b"\x47")
-"""One that each known device answers and that changes none of them: FASTRAK, LIBERTY, CyberGlove, 5DT Data Glove 5."""
 _ANSWER_S = 0.25
+"""A device answers within this time [s]."""
 
 
-async def who_answers(link: Link) -> str | None:
-    """The name of the device on an open port, as `identify` has it; None when nothing known speaks.
-
-    What already streams is named without a question.
-    """
+async def who_answers(link: Link) -> DeviceKind | None:
+    """The kind of the device on an open port; None when nothing known answers. A device that streams already is not asked."""
     await link.quiet(0.05, _ANSWER_S)
-    for question in QUESTIONS:
-        if (name := identify(bytes(link.recent))) is not None:
-            return name
+    for question in questions():
+        if (kind := identify(bytes(link.recent))) is not None:
+            return kind
         link.send(question)
         await link.quiet(_ANSWER_S, 2 * _ANSWER_S)
     return identify(bytes(link.recent))
 
 
-def refuse_others(name: str | None, own: str, short: str) -> None:
-    """Raises DeviceError when what answers is known and not `own`; `short`: what was expected, for a person."""
-    if name not in (None, own):
-        raise DeviceError(f"{name} answers on this port; {short} was expected")
+def refuse_others(kind: DeviceKind | None, own: DeviceKind) -> None:
+    """Raises DeviceError when a device of another known kind answers."""
+    if kind not in (None, own):
+        raise DeviceError(f"{kind.title} answers on this port; {own.title} was expected")
 
 
 async def at_any_speed(link: Link, bauds: Sequence[int], greet: Callable[[Link], Awaitable[T | None]]) -> tuple[int, T] | None:
@@ -46,8 +42,8 @@ async def at_any_speed(link: Link, bauds: Sequence[int], greet: Callable[[Link],
 
 
 async def hear(link: Link, decoder: Decoder, own: str, within_s: float) -> bool:
-    """Whether a sender of packets, of which nothing can be asked, is heard. Raises DeviceError where another one is, by name,
-    and NoAnswerError where what comes is nobody known; `own`: who is expected."""
+    """Whether packets of a sender arrive that cannot be asked. own: the expected sender, in words. Raises DeviceError for a known
+    other sender and NoAnswerError for an unknown one."""
     seen, skipped = link.frames, decoder.bytes_skipped
     link.recent.clear()
     if await link.wait_for(lambda: link.frames if link.frames > seen else None, within_s) is not None:

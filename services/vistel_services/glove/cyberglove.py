@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from vistel.devices.identify import identify
+from vistel.devices.registry import kind_of
 from vistel.protocol import cyberglove
 from vistel.protocol.cyberglove import MASKS, Answer
 from vistel.protocol.glove_calibration import GloveCalibration
-from vistel.protocol.identify import identify
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import DeviceError, Link, NoAnswerError
 from vistel_services.devices.probe import at_any_speed, refuse_others, who_answers
 from vistel_services.glove.decoder import CyberGloveDecoder
 
 RATE_HZ = 60.0
-_OWN = ("a CyberGlove", "a CyberGlove")
+_KIND = kind_of("glove", "cyberglove")
 _ANSWER_S = 0.5
 _RESTART_S = 3.0
 _BAUD_RATES = (115200, 38400, 19200, 9600)
@@ -69,7 +70,7 @@ class CyberGloveDriver:
             self._baud, state = found
         else:
             link.set_baud(self._baud)
-            refuse_others(await who_answers(link), *_OWN)
+            refuse_others(await who_answers(link), _KIND)
             link.send(cyberglove.RESTART)
             await self._wait(link, "^R", _RESTART_S)
             state = await self._greet(link)
@@ -89,7 +90,7 @@ class CyberGloveDriver:
         await link.quiet(0.05, 0.4)
         state = await self._ask(link, cyberglove.QUERY_STATE)
         if state is None:
-            refuse_others(identify(bytes(link.recent)), *_OWN)
+            refuse_others(identify(bytes(link.recent)), _KIND)
         return state.data[0] if state is not None and state.data else None
 
     async def _ask(self, link: Link, command: bytes, name: str | None = None) -> Answer | None:

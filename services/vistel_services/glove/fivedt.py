@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import struct
 
+from vistel.devices.registry import kind_of
 from vistel.protocol import fivedt
 from vistel.protocol.fivedt import Glove5Parser, Glove16Parser, ReportParser, Sample, UltraParser
 from vistel.protocol.fivedt_calibration import FiveDtCalibration
 from vistel.v1.device_pb2 import GloveFrame
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import DeviceError, Link, NoAnswerError
-from vistel_services.devices.probe import who_answers
+from vistel_services.devices.probe import refuse_others, who_answers
 
-NAMES = {"5dt_ultra": "5DT Data Glove Ultra", "5dt_16": "5DT Data Glove 16", "5dt_5": "5DT Data Glove 5"}
-BAUDS = {"5dt_ultra": 115200, "5dt_16": 19200, "5dt_5": 19200}
 _HEARD_S = 2.0
 _ANSWER_S = 0.5
 
@@ -30,15 +29,7 @@ class FiveDtDecoder:
     """
 
     def __init__(
-        self,
-        device: str,
-        kind: str,
-        *,
-        right: bool,
-        sensors: int,
-        calibration: FiveDtCalibration,
-        reports: bool = False,
-        baud: int | None = None,
+        self, device: str, kind: str, *, right: bool, sensors: int, calibration: FiveDtCalibration, baud: int, reports: bool = False
     ) -> None:
         self.device = device
         self.right = right
@@ -46,7 +37,6 @@ class FiveDtDecoder:
         """What the glove says of itself."""
         self._sensors = sensors
         self._calibration = calibration
-        baud = baud or BAUDS[kind]
         self._five = Glove5Parser(baud) if kind == "5dt_5" else None
         self._parser = self._five or (
             ReportParser() if reports else UltraParser(baud) if kind == "5dt_ultra" else Glove16Parser(baud)
@@ -87,25 +77,23 @@ class FiveDtDriver:
         self.name = decoder.device
         self.stop = fivedt.HELLO if kind == "5dt_5" else b""
         self.decoder = decoder
-        self._kind = kind
+        self._kind = kind_of("glove", kind)
         self._right = right
         self._sensors = sensors
 
     async def start(self, link: Link) -> str:
         """See `Driver.start`."""
         self.decoder.says_right = None
-        if self._kind == "5dt_5":
+        if self._kind.name == "5dt_5":
             await self._ask(link)
         seen = link.frames
         if await link.wait_for(lambda: self._heard(link, seen), _HEARD_S) is None:
-            name = await who_answers(link)
-            if name is not None and NAMES[self._kind] not in name:
-                raise DeviceError(f"{name} answers on this port; a {NAMES[self._kind]} was expected")
-            raise NoAnswerError(f"nothing talks like a {NAMES[self._kind]}; check power and cable")
+            refuse_others(await who_answers(link), self._kind)
+            raise NoAnswerError(f"nothing talks like {self._kind.title}; check power and cable")
         if self.decoder.says_right not in (None, self._right):
             here, wanted = ("right", "left") if self.decoder.says_right else ("left", "right")
             raise DeviceError(f"a {here} glove is plugged in where the {wanted} one was expected; swap the ports")
-        return f"{NAMES[self._kind]} with {self._sensors} sensors"
+        return f"{self._kind.title.removeprefix('a ')} with {self._sensors} sensors"
 
     def _heard(self, link: Link, seen: int) -> bool | None:
         wrong = self.decoder.says_right not in (None, self._right)

@@ -33,7 +33,7 @@ class FastrakDriver(PolhemusDriver[Reply, Status]):
         first_station: int = 0,
     ) -> None:
         decoder = FastrakDecoder(name, baud, first_station)
-        super().__init__(name, decoder, ("a Polhemus FASTRAK", "a FASTRAK"), stations, hemisphere, baud, _ANSWER_S)
+        super().__init__(name, decoder, "fastrak", stations, hemisphere, baud, _ANSWER_S)
         self._second = first_station > 0
 
     @property

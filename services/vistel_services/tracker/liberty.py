@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from vistel.devices.registry import kind_of
 from vistel.protocol import liberty, polhemus
 from vistel.protocol.liberty import Reply
 from vistel_services.devices.device import Link
@@ -12,7 +13,7 @@ from vistel_services.tracker.decoder import LibertyDecoder
 from vistel_services.tracker.polhemus import PolhemusDriver
 
 _ANSWER_S = 0.5
-_OWN = {"liberty": ("a Polhemus LIBERTY", "a LIBERTY"), "patriot": ("a Polhemus PATRIOT", "a PATRIOT")}
+"""A unit answers within this time [s]."""
 
 
 class LibertyDriver(PolhemusDriver[Reply, str]):
@@ -25,7 +26,7 @@ class LibertyDriver(PolhemusDriver[Reply, str]):
     def __init__(
         self, name: str, model: str, stations: Mapping[str, int], hemisphere: tuple[float, float, float], baud: int = 115200
     ) -> None:
-        super().__init__(name, LibertyDecoder(name, baud), _OWN[model], stations, hemisphere, baud, _ANSWER_S)
+        super().__init__(name, LibertyDecoder(name, baud), model, stations, hemisphere, baud, _ANSWER_S)
         self._model = model
 
     def about(self, who: str) -> str:
@@ -39,13 +40,13 @@ class LibertyDriver(PolhemusDriver[Reply, str]):
         await link.quiet(0.05, 0.4)
 
     async def ask_who(self, link: Link) -> str | None:
-        said = await self.reply(
+        answer = await self.reply(
             link, lambda r: (r.model, text) if (text := liberty.parse_who(r)) else None, liberty.BINARY + liberty.WHO, strict=False
         )
-        if said is None:
+        if answer is None:
             return None
-        refuse_others(_OWN[said[0]][0], *_OWN[self._model])
-        return said[1]
+        refuse_others(kind_of("tracker", answer[0]), self.kind)
+        return answer[1]
 
     async def configure(self, link: Link) -> list[str]:
         known = await self.reply(link, liberty.parse_stations, liberty.QUERY_STATIONS, strict=False)

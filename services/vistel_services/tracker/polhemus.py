@@ -6,8 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
 
+from vistel.devices.identify import identify
+from vistel.devices.registry import kind_of
 from vistel.protocol import polhemus
-from vistel.protocol.identify import identify
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import DeviceError, Link, NoAnswerError
 from vistel_services.devices.probe import at_any_speed, refuse_others, who_answers
@@ -39,19 +40,19 @@ class PolhemusDriver(ABC, Generic[R, W]):
         self,
         name: str,
         decoder: PolhemusDecoder[R],
-        own: tuple[str, str],
+        kind: str,
         stations: Mapping[str, int],
         hemisphere: tuple[float, float, float],
         baud: int,
         answer_s: float,
     ) -> None:
-        """own: its name as `identify` has it, and in short; answer_s: within which it answers."""
+        """kind: the name of its kind. answer_s: it answers within this time [s]."""
         self.name = name
         self.decoder = decoder
         self.stations = dict(stations)
         self.hemisphere = hemisphere
         self.baud = baud
-        self._own = own
+        self.kind = kind_of("tracker", kind)
         self._answer_s = answer_s
         self._met = False
 
@@ -102,12 +103,12 @@ class PolhemusDriver(ABC, Generic[R, W]):
             return who
         self._met = False
         link.set_baud(self.baud)
-        refuse_others(await who_answers(link), *self._own)
+        refuse_others(await who_answers(link), self.kind)
         link.send(self.restart)
         for _ in range(round(RESTART_S / self._answer_s)):
             if (who := await self._greet(link)) is not None:
                 return who
-        raise NoAnswerError(f"nothing answers like {self._own[1]}; check power, cable and its speed switches")
+        raise NoAnswerError(f"nothing answers like {self.kind.title}; check power, cable and its speed switches")
 
     async def _greet(self, link: Link) -> W | None:
         """Silence it, then ask who it is. Raises DeviceError when something else answers."""
@@ -116,7 +117,7 @@ class PolhemusDriver(ABC, Generic[R, W]):
         self.decoder.take_replies()
         who = await self.ask_who(link)
         if who is None:
-            refuse_others(identify(bytes(link.recent)), *self._own)
+            refuse_others(identify(bytes(link.recent)), self.kind)
         return who
 
     async def reply(

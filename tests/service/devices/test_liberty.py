@@ -99,10 +99,10 @@ def test_garbage_and_cut_records_do_no_harm(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("person", "wrong", "said"),
     [
-        (PERSON, quiet_fastrak, "a Polhemus FASTRAK answers on this port; a LIBERTY was expected"),
-        (PERSON, quiet_glove, "a CyberGlove answers on this port; a LIBERTY was expected"),
-        (PERSON, lambda: unit(model="patriot"), "a Polhemus PATRIOT answers on this port; a LIBERTY was expected"),
-        ({"gloves": {}}, unit, "a Polhemus LIBERTY answers on this port; a FASTRAK was expected"),
+        (PERSON, quiet_fastrak, "a Polhemus FASTRAK answers on this port; a Polhemus LIBERTY was expected"),
+        (PERSON, quiet_glove, "a CyberGlove answers on this port; a Polhemus LIBERTY was expected"),
+        (PERSON, lambda: unit(model="patriot"), "a Polhemus PATRIOT answers on this port; a Polhemus LIBERTY was expected"),
+        ({"gloves": {}}, unit, "a Polhemus LIBERTY answers on this port; a Polhemus FASTRAK was expected"),
     ],
 )
 def test_another_device_on_the_port_is_named(tmp_path: Path, person, wrong, said: str) -> None:

@@ -147,7 +147,7 @@ def test_another_device_on_the_port_is_named(tmp_path: Path) -> None:
         site = DeviceSite(tmp_path)
         async with site.running({T: quiet_glove()}, person=NO_GLOVES):
             await site.until(lambda: site.bus.status(T).state == STATE.STATE_FAULT)
-        assert site.bus.status(T).detail == "a CyberGlove answers on this port; a FASTRAK was expected"
+        assert site.bus.status(T).detail == "a CyberGlove answers on this port; a Polhemus FASTRAK was expected"
         assert not frames(site)
 
     run(scenario())

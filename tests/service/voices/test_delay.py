@@ -17,9 +17,9 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel_services.delay import Config, Device, run
-from vistel_sim.delay_unit import OWN_LATENCY, RATE, DelayLine, SimulatedDelayUnit
+from vistel_sim.equipment.delay_unit import OWN_LATENCY, RATE, DelayLine, SimulatedDelayUnit
+from vistel_sim.equipment.room_device import SimulatedRoomDevice
 from vistel_sim.faults import Fault, Kind
-from vistel_sim.room_device import SimulatedRoomDevice
 
 S = EquipmentStatus
 LINES = pytest.mark.parametrize("baud", [0, 38400], ids=["tcp", "rtu"])

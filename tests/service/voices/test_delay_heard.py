@@ -23,7 +23,7 @@ from vistel_services.audio import run as run_audio
 from vistel_services.delay import Config as RoomConfig
 from vistel_services.delay import Device
 from vistel_services.delay import run as run_room
-from vistel_sim.delay_unit import SimulatedDelayUnit
+from vistel_sim.equipment.delay_unit import SimulatedDelayUnit
 from vistel_sim.talker import SimulatedMicrophone, Voice, clap, run_microphones
 
 EVERY_S = 0.7

@@ -83,9 +83,9 @@ async def _answer(port: str) -> dict[str, str]:
     try:
         for baud in _BAUDS:
             link.set_baud(baud)
-            if (name := await who_answers(link)) is not None:
-                about = await describe(link, name)
-                return {"description": f"{name}, {baud} baud", "firmware": about.firmware, "rate": about.rate}
+            if (kind := await who_answers(link)) is not None:
+                about = await describe(link, kind)
+                return {"description": f"{kind.title}, {baud} baud", "firmware": about.firmware, "rate": about.rate}
     except TransportError as e:
         return {"description": str(e)}
     finally:

@@ -12,8 +12,8 @@ from pymodbus.constants import ExcCodes
 from vistel.arrays import F32
 from vistel.protocol.equipment import CHANNELS_MOST, MAGIC, MAP_VERSION
 from vistel.wire.clock import Clock
+from vistel_sim.equipment.modbus_unit import HOLDING, SimulatedUnit
 from vistel_sim.faults import Fault
-from vistel_sim.modbus_unit import HOLDING, SimulatedUnit
 
 RATE = 48_000
 MOST_DELAY = 20_000

@@ -9,8 +9,8 @@ from pymodbus.constants import ExcCodes
 
 from vistel.protocol.equipment import Register
 from vistel.wire.clock import Clock
+from vistel_sim.equipment.modbus_unit import COILS, DISCRETE, HOLDING, INPUT, SimulatedUnit, Tables
 from vistel_sim.faults import Fault
-from vistel_sim.modbus_unit import COILS, DISCRETE, HOLDING, INPUT, SimulatedUnit, Tables
 
 _FUNCTIONS = {"coil": COILS, "discrete": DISCRETE, "holding": HOLDING, "input": INPUT}
 
