@@ -120,7 +120,7 @@ def _camera_files(camera: Camera, folder: Path) -> dict[str, Any]:
 
 
 def public_avatar(avatar: str) -> str:
-    """What others are told of an avatar: a file's name without the folder it is in."""
+    """An avatar as other sites know it: a file's name without its folder."""
     return avatar if avatar.startswith("builtin") else Path(avatar).name
 
 

@@ -48,7 +48,7 @@ class Participant(Checked):
     face: FaceConfig | None = None
     """What sees their face; without one it stays at rest."""
     eye: EyeConfig | None = None
-    """What sees where they look and when they blink, before a phone that also says so."""
+    """The camera that sees where they look and when they blink; it takes precedence over a phone."""
     body: Path | None = None
     """What `vistel calibrate body` found: their own bones, and how they carry their arms."""
     motion: str | None = None
@@ -79,7 +79,7 @@ class Site(Checked):
     props: list[Prop] = Field(default=[])
     display: Display = Display()
     audio: Audio | None = None
-    """Without the section, the site hears and says nothing."""
+    """Without the section, the site has no sound."""
     speech: Speech | None = None
     """Without the section, nobody at the site speaks to the room."""
     processes: list[list[Literal["tracker", "glove", "face", "posture", "audio", "delay", "speech", "renderer"]]] = Field(

@@ -42,7 +42,7 @@ def _of(entry: RoomThing, file: Path) -> FromFile:
 
 
 def _source(interior: Interior) -> str:
-    """What tells this room from others in a snapshot."""
+    """A digest that identifies this room in a snapshot."""
     seats = [[s.position.tolist(), s.heading] for s in interior.room.seats]
     text = json.dumps([seats, [from_thing(t) for t in interior.room.things]])
     return hashlib.sha256(text.encode()).hexdigest()[:32]

@@ -97,7 +97,7 @@ class Equipment(Checked):
 
 
 class Audio(Checked):
-    """What a site hears with and is heard by."""
+    """Loudspeakers, microphones and the equipment of a site's room."""
 
     microphone: str = "sim"
     """"sim" (a simulated talker), "default" (the system's), "none", a part of a device's name, a WAV file, or the path of a
@@ -113,7 +113,7 @@ class Audio(Checked):
     push_to_talk: bool = False
     """Whether microphones are open only while a button is held."""
     stream: bool = True
-    """Whether what is heard is sent to the site's renderer for its video, and to who else listens."""
+    """Whether the mixed sound is published, for the site's video and other subscribers."""
     bitrate: int = Field(default=24_000, ge=6_000, le=128_000)
     repeats: int = Field(default=1, ge=0, le=3)
     """How many of the frames before it each message carries once more: what a link loses comes with its successor."""

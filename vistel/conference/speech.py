@@ -20,7 +20,7 @@ class Speech(Checked):
     languages: dict[Name, Spoken] = Field(default={})
     """By participant, for those who speak another one."""
     listen: Literal["open", "push", "wake"] = "open"
-    """open: to everything that is said; push: while the button is held (`vistel voice talk`); wake: after the wake word
+    """open: to all speech; push: while the button is held (`vistel voice talk`); wake: after the wake word
     (「コンピュータ」, "computer"), and for 8 s more after each sentence."""
     grammar: list[Path] = Field(default=[])
     """Files of further words and sentences, beside the conference file."""
@@ -32,9 +32,9 @@ class Speech(Checked):
     """Folder with what `vistel speech enrol` learnt, a file NAME.npz for each participant."""
 
     engine: EngineName = "own"
-    """What hears those who speak `language`; all but "own" need a model."""
+    """The engine that recognises those who speak `language`; all but "own" need a model."""
     model: Path | None = None
-    """Where the engine's model lies: a folder or a file, beside the conference file."""
+    """The engine's model: a folder or a file, beside the conference file."""
 
     @model_validator(mode="after")
     def _engine_has_a_model(self) -> Self:

@@ -5,7 +5,7 @@ answer ends in 0x00 and a sensor's value is 1..255, never 0, so a zero ends a sa
 
     'S' or 'G' | n sensor values | [5 bytes of time] | [status] | 0x00
 
-'S' and 'G' are legal sensor values too: the place of the zero, not the letter, says where a sample stands.
+'S' and 'G' are legal sensor values too: the place of the zero, not the letter, marks a sample.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class CyberGloveParser:
             else:
                 self._segment(i, zero, base, samples)
             i = zero + 1
-        if len(buffer) - i > _MAX_TEXT:  # no zero for so long: nothing a glove says
+        if len(buffer) - i > _MAX_TEXT:  # a text without a zero is longer than any of a glove's
             surplus = len(buffer) - i - _MAX_TEXT
             self.bytes_skipped += surplus
             i += surplus
@@ -201,6 +201,6 @@ def set_rate(rate_hz: float) -> bytes:
 
 
 def rate_of(period: bytes) -> float:
-    """Samples per second from the answer to QUERY_PERIOD (two words, host order: low byte first); 0 for what tells none."""
+    """Samples per second from the answer to QUERY_PERIOD (two words, host order: low byte first); 0 where the answer has none."""
     words = [int.from_bytes(period[k : k + 2], "little") for k in (0, 2)] if len(period) == 4 else [0]
     return 115200 / (words[0] * words[1]) if all(words) else 0.0

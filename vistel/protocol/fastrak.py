@@ -5,7 +5,7 @@ The driver asks every station for position, quaternion and CR LF in binary and c
 
     '0' | station '1'..'4' | error | x y z [cm] | w x y z | CR LF          33 bytes, floats little endian
 
-There is neither length nor checksum, so a record is believed only when everything in it can be true.
+There is neither length nor checksum, so a record is accepted only when all of it is possible.
 """
 
 from __future__ import annotations

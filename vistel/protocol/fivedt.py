@@ -125,7 +125,7 @@ class UltraParser(_SerialParser):
 
 
 class Glove16Parser(_SerialParser):
-    """The Data Glove 16; it says now and then whether it is a right one."""
+    """The Data Glove 16. From time to time it sends whether it is a right one."""
 
     LENGTH, INFO_LENGTH = 36, 7
     start = re.compile(rb"<(?:[DI]|\Z)")
@@ -163,16 +163,17 @@ class Glove5Parser(_SerialParser):
     def __init__(self, baud: int = 19200) -> None:
         super().__init__(baud)
         self._right: bool | None = None
-        self._heard = bytearray()
+        self._recent = bytearray()
 
     def feed(self, data: bytes, t_ns: int) -> list[Sample]:
-        self._heard = (self._heard + data)[-4 * self.INFO_LENGTH :]
+        """Samples completed by bytes that were read at `t_ns`."""
+        self._recent = (self._recent + data)[-4 * self.INFO_LENGTH :]
         return super().feed(data, t_ns)
 
     def took_greeting(self) -> bool:
-        """Whether it said 0x55, its answer to `HELLO`, since this was last asked."""
-        heard, self._heard = bytes(self._heard), bytearray()
-        return 0x55 in heard
+        """Whether it has sent 0x55, its answer to `HELLO`, since the last call."""
+        recent, self._recent = bytes(self._recent), bytearray()
+        return 0x55 in recent
 
     def _take(self, i: int) -> int:
         b = self._buffer

@@ -9,7 +9,7 @@ The driver asks every station for position, quaternion, frame count and CR LF in
 
     x y z [cm] | w x y z | frame count u32 | CR LF
 
-All stations are measured at once, and the frame count tells which records belong together. Sources: the layout as
+All stations are measured at once, and records with the same frame count belong together. Sources: the layout as
 read by VRPN (vrpn_Tracker_Liberty) and by the ROS driver of the University of Edinburgh.
 """
 

@@ -90,7 +90,7 @@ def _text(packet: bytes, at: int) -> tuple[str, int] | None:
 
 
 class LiveLinkParser:
-    """Packets, one for each read, of the first phone that is heard; another one is left out until it falls silent."""
+    """Packets, one for each read, of the first phone that sends; those of another one are left out until the first is silent."""
 
     def __init__(self, silent_ns: int = 1_000_000_000) -> None:
         self.bytes_skipped = 0

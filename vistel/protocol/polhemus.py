@@ -10,7 +10,7 @@ from vistel.protocol.device_pose import DevicePose
 BAUD_RATES = (115200, 57600, 38400, 19200, 9600)
 """In the order in which a driver tries them."""
 LATE_CYCLES = 2.5
-"""An arrival that is later than expected by more tells of records that were lost, not of a busy host."""
+"""An arrival that is later than expected by more is due to lost records, not to a busy host."""
 CREEP = 0.002
 """By how much the expectation from the past is let go per cycle: more than any difference between two clocks."""
 

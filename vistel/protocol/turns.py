@@ -14,7 +14,7 @@ class Turns:
     So an arrival bounds its measurement from above, and so do its neighbours' arrivals, a known number of cycles
     away. The least of these bounds is the time: as good as the best moments of the host, not as bad as its average.
     The bound from the past is let go by 0.2 % per cycle, which outweighs any difference between the two clocks and
-    forgets a miscount (records lost unnoticed) in a few seconds; after a gap the count begins anew.
+    forgets a miscount (records lost unnoticed) in a few seconds; after a gap the count starts again.
     """
 
     def __init__(self, cycle_ns: float) -> None:

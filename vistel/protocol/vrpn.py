@@ -1,4 +1,4 @@
-"""VRPN over TCP: bytes in, reports of trackers, analog devices and buttons out; what a client says as bytes.
+"""VRPN over TCP: bytes in, reports of trackers, analog devices and buttons out; the messages of a client as bytes.
 
 Source: the VRPN project's description of its protocol (Format_Of_Protocol.txt) and its encoders (vrpn_Connection.C,
 vrpn_Tracker.C, vrpn_Analog.C, vrpn_Button.C, version 07.38). Both sides open with a cookie of 24 bytes, "vrpn: ver. 07.38  0"
@@ -110,7 +110,7 @@ class ButtonReport:
 
 @dataclass(frozen=True, slots=True)
 class PongReport:
-    """A device says that it is there."""
+    """A device answers a ping."""
 
     device: str
     t_ns: int
@@ -140,7 +140,7 @@ class VrpnParser(StreamParser):
 
     @property
     def devices(self) -> tuple[str, ...]:
-        """Names the server has told, its own inner ones left out."""
+        """The names that the server has given, without those of the connection itself."""
         return tuple(sorted(n for n in self._senders.values() if n != CONTROL))
 
     def feed(self, data: bytes, t_ns: int) -> list[Report]:
@@ -208,7 +208,7 @@ class VrpnParser(StreamParser):
         return (kind < 0 or bool(name)) and size <= 4_096
 
     def _begins_anew(self, i: int, end: int, *, whole: bool) -> bool:
-        """Whether a cookie or (unless `whole`) a sound pose lies between: then what was taken for a message is none."""
+        """Whether a cookie or (unless `whole`) a valid pose is between: then the bytes taken for a message are none."""
         b = self._buffer
         if _COOKIE.search(b, i, end) is not None:
             return True
@@ -231,7 +231,7 @@ class VrpnParser(StreamParser):
         return True
 
     def _report(self, name: str, device: str, payload: bytes) -> bool:
-        """Whether the payload can be what its type says; its report, where it is one, is kept."""
+        """Whether the payload fits its type. A report in it is kept."""
         if name == PONG:
             self.pongs.add(device)
             if device:

@@ -11,7 +11,7 @@ from vistel.arrays import F64, I32, U8
 from vistel.jit.kernel_jit import compiled
 
 FULL = 200.0
-"""What the key says of a pixel that is all mark; what is over leaves room for brighter light."""
+"""The key of a pixel that is all mark; the range above is room for brighter light."""
 _FLOOR = 12.0
 """Added to the background's second moments [grey levels²]: the noise of a camera."""
 _STEP = 8

@@ -17,14 +17,14 @@ _BAND = 0.7
 """Half width of the strip in which the lids are looked for, over the pupil's radius."""
 _OPEN_LEAST = 0.15
 _GAZE_LEAST = 0.55
-"""Opening below which the lid cuts the pupil, so that its middle says nothing of the gaze."""
+"""Opening below which the lid covers part of the pupil, so that its centre does not give the gaze."""
 
 
 @dataclass(frozen=True)
 class EyeReading:
     """pupil: None where it is not seen. opening_px: height between the lids over the pupil. opening: 0 closed .. 1 as at
-    rest. gaze: (2,) yaw and pitch [rad], None where the pupil is not seen or is half under a lid, or no calibration
-    tells."""
+    rest. gaze: (2,) yaw and pitch [rad], None where the pupil is not seen or is half under a lid, or without a
+    calibration."""
 
     pupil: Pupil | None
     opening_px: float

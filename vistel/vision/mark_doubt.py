@@ -14,7 +14,7 @@ NOISE_M = 0.0004
 GATE = 25.0
 """Squared Mahalanobis distance beyond which a spot is not a mark."""
 _MARGIN = 14.0
-"""By how much another assignment must cost more for a mark to be told (log likelihood ratio, doubled)."""
+"""By how much more another assignment must cost for a mark to be certain (log likelihood ratio, doubled)."""
 _ODD = 8.0
 """By how much cheaper the exchange of two marks must be for them to be odd."""
 _MARK_M = 0.003

@@ -21,7 +21,7 @@ from vistel.vision.mark_shape import MarkShape, standard_shape
 _RELAX_S = 0.8
 """Time constant with which the filter returns the face to rest [s]."""
 _DOUBT_S = 0.6
-"""After this time in doubt all marks are searched for anew [s]."""
+"""After this time in doubt all marks are searched for again [s]."""
 _VAGUE_M = 0.006
 """Standard deviation of a mark's place given by a spot that may not be its own [m]."""
 _TOUCH_M = 0.0075
@@ -34,7 +34,7 @@ _BELIEVED_S = 0.08
 _SPEED_KEPT_S = 0.1
 """Time constant with which the speed of a hidden mark decays [s]."""
 _LOST_S = 0.7
-"""With fewer than `_ENOUGH` marks seen for this time all marks are searched for anew [s]."""
+"""With fewer than `_ENOUGH` marks seen for this time all marks are searched for again [s]."""
 _ENOUGH = 6
 """Marks that must be seen."""
 
@@ -70,7 +70,7 @@ class MarkTracker:
         return self._predict(dt_s)[0].reshape(-1, 2)
 
     def forget(self) -> None:
-        """Look for everything anew."""
+        """Search for all marks again."""
         self._mean, self._cov = self._shape.rest.copy(), self._prior.copy()
         self._speed[:] = 0.0
         self._found, self._poor_s, self._doubt_s = False, 0.0, 0.0
@@ -102,7 +102,7 @@ class MarkTracker:
         self._seen = seen
         self._update(spots, spot, seen, mean, cov, dt_s)
         self._poor_s = 0.0 if seen.sum() >= _ENOUGH else self._poor_s + dt_s
-        # Spots enough for all marks, and still some are not told: one wrong choice may keep others from their own.
+        # There are spots enough for all marks, and some marks are still uncertain: one wrong choice may keep others from their own.
         stuck = not seen.all() and len(spots) >= MARK_COUNT
         self._doubt_s = self._doubt_s + dt_s if shape.odd.any() or stuck else 0.0
         position, found = self._mean.reshape(-1, 2).copy(), self._found
@@ -149,8 +149,8 @@ class MarkTracker:
         at = mean.reshape(-1, 2).copy()
         at[spot >= 0] = spots[spot[spot >= 0]]
         apart = np.hypot(*(at[:, None] - at[None]).transpose(2, 0, 1)) + np.where(np.eye(MARK_COUNT) > 0, np.inf, 0.0)
-        told = fits & (spot >= 0)
-        self._entangled = (apart < _TOUCH_M) | (self._entangled & ~(told[:, None] & told[None]))
+        certain = fits & (spot >= 0)
+        self._entangled = (apart < _TOUCH_M) | (self._entangled & ~(certain[:, None] & certain[None]))
 
     def _update(self, spots: F64, spot: NDArray[np.int64], seen: Bool, mean: F64, cov: F64, dt_s: float) -> None:
         before = self._mean

@@ -1,4 +1,4 @@
-"""Keeps one device running: finds it, starts it, watches it, starts it again, and says how it is doing."""
+"""Keeps one device running: finds it, starts it, watches it, starts it again, and publishes its status."""
 
 from __future__ import annotations
 
@@ -22,10 +22,13 @@ from vistel_services.devices.transport import OpenTransport, Transport, Transpor
 T = TypeVar("T")
 
 SILENCE_S = 0.5
-"""A streaming device that says nothing for so long is started again."""
+"""A streaming device that is silent for this time is started again [s]."""
 _REOPEN_S = 0.25
+"""Wait before a port is opened again [s]."""
 _FAULT_S = 2.0
+"""Wait after a fault that a person must correct [s]."""
 _RECENT = 512
+"""Received bytes that are kept for identification."""
 
 _FRAMES = Counter("vistel_device_frames_total", "Frames decoded", ["device"])
 _SKIPPED = Counter("vistel_device_skipped_bytes_total", "Bytes that were part of no record", ["device"])
@@ -39,7 +42,7 @@ _LATENCY = Histogram(
 
 
 class DeviceError(Exception):
-    """A device that answers and cannot be used as configured; one line for a person."""
+    """A device answers and cannot be used as configured; one line for a person."""
 
 
 class NoAnswerError(Exception):
@@ -47,7 +50,7 @@ class NoAnswerError(Exception):
 
 
 class Decoder(Protocol):
-    """The half of a driver that needs no port: bytes to messages. A replay feeds it recorded bytes."""
+    """The part of a driver that needs no port: bytes in, messages out. A replay feeds it recorded bytes."""
 
     @property
     def bytes_skipped(self) -> int: ...
@@ -58,15 +61,15 @@ class Decoder(Protocol):
 
 
 class Link:
-    """What a driver's start-up sequence talks through."""
+    """What a driver's start-up sequence sends and receives through."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
         self.recent = bytearray()
-        """The last bytes that came."""
+        """The last bytes received."""
         self.frames = 0
         self.attached = 0
-        """How often a transport was attached: a number for the present connection."""
+        """How often a transport was attached: the number of the present connection."""
         self._transport: Transport | None = None
         self._lost: str | None = None
         self._news = asyncio.Event()
@@ -98,7 +101,7 @@ class Link:
         self._transport.set_baud(baud)
 
     async def news(self, timeout_s: float) -> bool:
-        """Wait for bytes; False when none came in time. Raises TransportError when the device goes."""
+        """Wait for bytes; False when none came in time. Raises TransportError when the device is lost."""
         try:
             async with within(self.clock, timeout_s):
                 await self._arrival()
@@ -132,7 +135,7 @@ class Link:
 
 
 class Driver(Protocol):
-    """A protocol's half of the work; `keep_running` does the rest."""
+    """The part of the work that depends on the protocol; `keep_running` does the rest."""
 
     @property
     def name(self) -> str: ...
@@ -142,19 +145,19 @@ class Driver(Protocol):
 
     @property
     def stop(self) -> bytes:
-        """What makes the device fall silent."""
+        """The bytes that make the device silent."""
         ...
 
     @property
     def beat(self) -> tuple[float, bytes] | None:
-        """What is to be sent again and again while it streams, and how many seconds apart; None: nothing."""
+        """A period [s] and the bytes to send in each while the device streams; None: nothing."""
         ...
 
     @property
     def decoder(self) -> Decoder: ...
 
     async def start(self, link: Link) -> str:
-        """Bring the device from any state to streaming; a line about it. Raises NoAnswerError, DeviceError."""
+        """Bring the device from any state to streaming. Returns a line about it. Raises NoAnswerError, DeviceError."""
         ...
 
 
@@ -288,7 +291,7 @@ async def _run_open(driver: Driver, link: Link, reporter: _Reporter) -> None:
 
 
 async def _send_again(link: Link, period_s: float, data: bytes) -> None:
-    with contextlib.suppress(TransportError):  # who waits for frames is told of it
+    with contextlib.suppress(TransportError):  # the loop that waits for frames reports it
         while True:
             link.send(data)
             await sleep(link.clock, period_s)

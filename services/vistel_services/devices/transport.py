@@ -17,7 +17,7 @@ Received = Callable[[bytes, int], None]
 
 
 class TransportError(Exception):
-    """A port that cannot be opened, or went away; one line for a person."""
+    """A port cannot be opened, or was lost; one line for a person."""
 
 
 class Transport(Protocol):
@@ -46,7 +46,7 @@ class SerialTransport:
             self._serial = serial.Serial(port, baud, timeout=0, exclusive=True)
         except (serial.SerialException, OSError, ValueError) as e:
             raise TransportError(_why_not(port, e)) from e
-        # Adapters hold bytes back for up to 16 ms unless told otherwise; a pseudo-terminal cannot be told.
+        # Adapters hold bytes back for up to 16 ms by default; a pseudo-terminal has no such setting.
         with contextlib.suppress(OSError, ValueError, NotImplementedError, AttributeError):
             self._serial.set_low_latency_mode(True)
         self._port = port

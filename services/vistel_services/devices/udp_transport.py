@@ -15,7 +15,7 @@ _LONGEST = 65535
 
 
 class UdpTransport:
-    """An open UDP port; whoever sends there is heard, nothing is answered."""
+    """An open UDP port. It receives packets of any sender and answers none."""
 
     def __init__(self, port: int, clock: Clock, received: Received, lost: Callable[[str], None], announce: Path | None) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -97,7 +97,7 @@ class EyeSight:
             self.trouble = f"pictures of {picture.shape[1]}x{picture.shape[0]} px, calibrated with {c.width}x{c.height}"
             return False
         reading = self._reader.read(picture)
-        # Before the first pupil nobody knows whether the eye is closed or not in the picture.
+        # Before the first pupil it is unknown whether the eye is closed or outside the picture.
         self.trouble = "" if self._reader.found else "no eye has been seen yet"
         if not self._reader.found:
             return False
@@ -163,7 +163,7 @@ def _picture(data: bytes) -> U8 | None:
     """(h, w) grey or (h, w, 3) BGR; None for what is no such picture."""
     try:
         picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    except cv2.error:  # of nothing at all, and of sizes that nobody's camera has
+    except cv2.error:  # no bytes at all, or a size that no camera has
         return None
     if picture is None or picture.dtype != np.uint8 or (picture.ndim == 3 and picture.shape[2] != 3):  # pyright: ignore[reportUnnecessaryComparison]
         return None

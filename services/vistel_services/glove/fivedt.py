@@ -34,7 +34,7 @@ class FiveDtDecoder:
         self.device = device
         self.right = right
         self.says_right: bool | None = None
-        """What the glove says of itself."""
+        """Whether the glove reports that it is a right one; None before it has."""
         self._sensors = sensors
         self._calibration = calibration
         self._five = Glove5Parser(baud) if kind == "5dt_5" else None

@@ -16,7 +16,7 @@ _WORDS = struct.Struct(">16H")
 
 
 class VrpnGloveDecoder:
-    """A GloveFrame whenever the glove reports, or says that it is there: VRPN tells changes only."""
+    """A GloveFrame whenever the glove reports a change or answers a ping: VRPN reports changes only."""
 
     def __init__(self, device: str, glove: str, *, right: bool, sensors: int, calibration: FiveDtCalibration | None) -> None:
         """`glove`: its name at the server; empty takes any. calibration: None for a pinch glove."""
@@ -36,8 +36,8 @@ class VrpnGloveDecoder:
     def feed(self, data: bytes, t_ns: int) -> list[GloveFrame]:
         """The message of bytes read at `t_ns`: one for a whole burst of reports, as a server sends one for each channel."""
         reports = [r for r in self.parser.feed(data, t_ns) if self._glove in ("", r.device)]
-        heard = [self._take(r) for r in reports]
-        return [self._frame(t_ns)] if any(heard) and (self._calibration is None or self._slots is not None) else []
+        about_it = [self._take(r) for r in reports]
+        return [self._frame(t_ns)] if any(about_it) and (self._calibration is None or self._slots is not None) else []
 
     def _take(self, report: Report) -> bool:
         """Whether the report is about this glove."""

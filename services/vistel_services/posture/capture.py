@@ -23,13 +23,13 @@ from vistel_services.posture.whole_body import WholeBody, whole_body
 
 RATE_HZ = 60.0
 SILENT_S = 0.25
-"""A receiver or glove not heard of for this long counts as silent."""
+"""A receiver or glove without a sample for this time counts as silent [s]."""
 FAR_M = 5.0
-"""A receiver farther from its transmitter than this is not believed."""
+"""A sample of a receiver farther from its transmitter is rejected [m]."""
 FINGER_PEAK = math.radians(3.0)
 """A finger that is farther than this from where it was before and after, between two postures, has knocked."""
 START_S = 1.0
-"""How long the first posture waits for every receiver to be heard once."""
+"""How long the first posture waits for a sample of every receiver [s]."""
 
 USABLE = (TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED)
 
@@ -61,7 +61,7 @@ class Capture:
         self._newest_ns = 0
         self._solved_ns = 0
         self.rejected = 0
-        """Samples that were not believed: not finite, too far, or flagged by the device as untrusted."""
+        """Samples that were rejected: not finite, too far, or flagged by the device as untrusted."""
 
     @property
     def newest_ns(self) -> int:
@@ -121,26 +121,26 @@ class Capture:
         elbows = whole.elbows() if whole is not None and fresh else None
         solved = self._solver.solve(t, receivers, (self._hand("left", t), self._hand("right", t)), elbows)
         posture = solved.posture if self._carry_over is None else self._carry_over.carry(t, solved.posture)
-        # What is silent is held, and told.
+        # The last sample of a silent sensor is kept, and the sensor is reported as stale.
         stale = solved.stale if whole is None or fresh else solved.stale | {"legs"}
         return Solved(posture if whole is None else whole.dress(posture), stale)
 
     def _seconds(self, t_ns: int) -> float:
-        """Seconds since the first time this person was heard of: small numbers keep their nanoseconds."""
+        """Seconds since the first sample of this person: small numbers keep their nanoseconds."""
         if self._epoch_ns is None:
             self._epoch_ns = t_ns
         return (t_ns - self._epoch_ns) * 1e-9
 
     def _hand(self, side: str, t: float) -> F64 | None:
-        heard = self._gloves.get(side)
-        if heard is not None and t - heard <= SILENT_S:
+        newest = self._gloves.get(side)
+        if newest is not None and t - newest <= SILENT_S:
             return self._fingers[side].take()
         whole_t, whole = self._whole
         return whole.fingers(side) if whole is not None and t - whole_t <= SILENT_S else None
 
 
 def receiver_pose(r: TrackerReceiver) -> Placement | None:
-    """What a receiver says of itself, in its transmitter's frame; None for what cannot be."""
+    """The pose that a receiver measured, in its transmitter's frame; None where it is not finite."""
     p = np.array((r.position.x, r.position.y, r.position.z))
     q = np.array((r.rotation.x, r.rotation.y, r.rotation.z, r.rotation.w))
     if not (np.isfinite(p).all() and np.isfinite(q).all()) or np.linalg.norm(p) > FAR_M:

@@ -1,4 +1,4 @@
-"""A participant's own avatar: read where they sit, said to the others and sent to who draws them."""
+"""A participant's own avatar: read at their site, announced to the others and sent to every renderer."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ class OwnAvatar:
 
 
 def own_avatar(person: Person) -> OwnAvatar | None:
-    """The avatar of a participant's file; None for a built-in person, and, told in one line, for a file that cannot be used."""
+    """The avatar of a participant's file; None for a built-in person, and for a file that cannot be used, which is logged in one
+    line."""
     path = person.avatar_file
     if path is None:
         return None

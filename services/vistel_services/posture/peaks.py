@@ -1,4 +1,4 @@
-"""What a sensor says between two motions is not lost when it was a peak: a blink, a finger that knocks."""
+"""Keeps a peak between two motions, such as a blink, so that it is not lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A tracked prop: its receiver's frames in, where the thing is out. No bus, no clock: times come with the messages."""
+"""A tracked prop: frames of its receiver in, poses of the thing out. It has no bus and no clock: times come with the messages."""
 
 from __future__ import annotations
 
@@ -21,25 +21,24 @@ class PropCapture:
         self.prop = prop
         self._filter = PoseFilter()
         self._epoch_ns: int | None = None
-        self._heard_ns = 0
-        self._told_ns = 0
+        self._newest_ns = 0
+        self._published_ns = 0
 
     def tracker(self, frame: TrackerFrame) -> Prop | None:
         """Take a tracker's frame. Gives a message when one is due: a sixtieth of a second of news has come in."""
         health = TrackerReceiver.HEALTH_UNSPECIFIED
         for r in frame.receivers:
-            if r.station != self.prop.station or r.t_ns <= self._heard_ns:
+            if r.station != self.prop.station or r.t_ns <= self._newest_ns:
                 continue
-            self._heard_ns, health = r.t_ns, r.health
+            self._newest_ns, health = r.t_ns, r.health
             pose = receiver_pose(r)
             if pose is not None and r.health in USABLE:
                 self._filter.update(self._seconds(r.t_ns), *self._thing(*out_of_frame(self.prop.transmitter, *pose)))
             elif health in USABLE:
                 health = TrackerReceiver.HEALTH_UNTRUSTED
-        believed = self._filter.t >= 0.0
-        if not believed or self._heard_ns - self._told_ns < 0.75e9 / RATE_HZ:
+        if self._filter.t < 0.0 or self._newest_ns - self._published_ns < 0.75e9 / RATE_HZ:
             return None
-        self._told_ns = self._heard_ns
+        self._published_ns = self._newest_ns
         return self._message(health)
 
     def _thing(self, position: F64, quaternion: F64) -> tuple[F64, F64]:
@@ -49,9 +48,9 @@ class PropCapture:
         return position - rotation @ p, quaternion_from_matrix(np.ascontiguousarray(rotation))
 
     def _message(self, health: TrackerReceiver.Health) -> Prop:
-        position, quaternion = self._filter.at(self._seconds(self._heard_ns))
+        position, quaternion = self._filter.at(self._seconds(self._newest_ns))
         out = Prop(thing=self.prop.thing, health=health)
-        out.header.t_ns = self._heard_ns
+        out.header.t_ns = self._newest_ns
         at, turn = out.pose.position, out.pose.rotation
         at.x, at.y, at.z = position.tolist()
         turn.x, turn.y, turn.z, turn.w = quaternion.tolist()

@@ -1,4 +1,4 @@
-"""The service: devices in, Motion out, as soon as the sensors have said enough."""
+"""The service: messages of devices in, Motion out, as soon as enough sensors have reported."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ async def _follow_faces(subscription: Subscription, by_face: dict[str, _Maker]) 
 
 
 class _PropMaker:
-    """Says where one prop is."""
+    """Publishes where one prop is."""
 
     def __init__(self, prop: TrackedProp, site: str, bus: Bus) -> None:
         self._capture = PropCapture(prop)
@@ -153,7 +153,7 @@ class _Maker:
         self._silent: frozenset[str] = frozenset()
 
     def announce(self, clock: Clock) -> None:
-        """Say who this is."""
+        """Publish who this is."""
         about = Participant(
             participant=self.person.name,
             site=self._site,
@@ -190,7 +190,7 @@ class _Maker:
         return self._encoder.encode(sample_of(solved.posture, seq, t_ns, gaze=gaze, face=marks, lids=lids, stale=stale))
 
     async def keep_going(self, clock: Clock) -> None:
-        """Go on by the clock while the tracker is silent."""
+        """Continue by the clock while the tracker is silent."""
         tick = 0
         start_ns = clock.now_ns()
         while True:

@@ -1,4 +1,4 @@
-"""From a tracker's records to messages, whoever made it."""
+"""From a tracker's records to messages, for trackers of any maker."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class LibertyDecoder(PolhemusDecoder[liberty.Reply]):
     """Of a LIBERTY or PATRIOT."""
 
     def __init__(self, device: str, baud: int = 115200) -> None:
-        # The letters tell of weak or too strong signals; how much, only the unit's manual of its firmware says.
+        # The letters stand for weak or too strong signals; only the manual of the unit's firmware says how weak or strong.
         super().__init__(
             device, LibertyParser(baud), lambda error: TrackerReceiver.HEALTH_UNTRUSTED if error else TrackerReceiver.HEALTH_GOOD
         )

@@ -65,12 +65,12 @@ class FastrakDriver(PolhemusDriver[Reply, Status]):
                 link.send(polhemus.hemisphere(station, self.hemisphere))
             elif on[station - 1]:
                 link.send(fastrak.enable_station(station, False))
-            # Its answer tells that what went before is done; a unit that does not answer is given the same time.
+            # Its answer shows that the commands before are done; a unit that does not answer is given the same time.
             await self.reply(link, fastrak.parse_stations, fastrak.QUERY_STATIONS, within_s=_CONFIRM_S)
         if self._second:
             link.send(fastrak.EXTERNAL_SYNC)
         link.send(fastrak.STYLUS_REPORTS_ONLY + fastrak.CENTIMETRES + fastrak.BINARY)
         status = await self.reply(link, fastrak.parse_status, fastrak.STATUS)
         if status is not None and not (status.binary and status.centimetres):
-            raise DeviceError("stays in text or inches when told to send binary centimetres")
+            raise DeviceError("stays in text or inches after the command for binary centimetres")
         return [role for role, station in self.stations.items() if not on[station - 1]]

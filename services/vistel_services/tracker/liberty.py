@@ -55,7 +55,7 @@ class LibertyDriver(PolhemusDriver[Reply, str]):
         for station in sorted(wanted):
             link.send(liberty.enable_station(station, True))
             link.send(liberty.output_list(station) + polhemus.hemisphere(station, self.hemisphere))
-            # Its answer tells that what went before is done; a unit that does not answer is given the same time.
+            # Its answer shows that the commands before are done; a unit that does not answer is given the same time.
             await self.reply(link, liberty.parse_stations, liberty.QUERY_STATIONS)
         for station in sorted(active - wanted):
             link.send(liberty.enable_station(station, False))

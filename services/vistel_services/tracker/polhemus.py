@@ -24,7 +24,7 @@ RESTART_S = 10.0
 class PolhemusDriver(ABC, Generic[R, W]):
     """Brings a unit to stream position and quaternion of the wanted stations in binary centimetres.
 
-    R: its replies; W: what it says of itself. stations: role ("head", ...) to station. Never sends the commands that
+    R: its replies; W: its identification. stations: role ("head", ...) to station. Never sends the commands that
     overwrite what a site has saved in its unit (`W`, `^K`).
     """
 
@@ -78,7 +78,7 @@ class PolhemusDriver(ABC, Generic[R, W]):
 
     @abstractmethod
     async def ask_who(self, link: Link) -> W | None:
-        """What a unit that has been silenced says of itself."""
+        """The identification of a unit that has been silenced; None without an answer."""
 
     @abstractmethod
     async def silence(self, link: Link) -> None:
@@ -90,12 +90,12 @@ class PolhemusDriver(ABC, Generic[R, W]):
 
     @abstractmethod
     def refusal(self, reply: R) -> str | None:
-        """What a refused command's reply says, None for any other reply."""
+        """The error in the reply to a refused command; None for any other reply."""
 
     async def _meet(self, link: Link) -> W:
-        """Make it answer, at whatever speed it is set to."""
+        """Make it answer, at any speed."""
         found = await at_any_speed(link, (self.baud, self.baud), self._greet)
-        # One that was met and is silent now has stalled; one that sends what nobody understands has another speed.
+        # A unit that has answered before and is silent now has stalled; one that sends bytes without sense has another speed.
         if found is None and (not self._met or link.recent):
             found = await at_any_speed(link, [b for b in polhemus.BAUD_RATES if b != self.baud], self._greet)
         if found is not None:
