@@ -109,7 +109,7 @@ def test_a_port_is_asked_for_such_a_device_too(beacon: Path, tmp_path: Path) -> 
     async def scenario() -> None:
         clock, port = LoopClock(), tmp_path / "port"
         unit = importlib.import_module("beacon.simulator").Beacon(Raised().receivers, (1,))
-        running, link = Running([SimulatedDevice("unit", unit, port, clock, clock.now_ns()).run()]), Link()
+        running, link = Running([SimulatedDevice("unit", unit, port, clock, clock.now_ns()).run()]), Link(clock)
         await running.until(port.exists)
         transport = open_serial(str(port), 115200, clock)(lambda data, t_ns: link.arrived(data, 0), link.lose)
         link.attach(transport)
