@@ -16,7 +16,7 @@ from vistel_cli.devices import devices, doctor
 from vistel_cli.log import log, replay
 from vistel_cli.run import record, sim, site, up
 from vistel_cli.scene import polygonise, scanline, trace
-from vistel_cli.terminal import FAILED, err
+from vistel_cli.terminal import FAILED, print_error
 from vistel_cli.voice import speech, voice
 from vistel_cli.world import move as world_move
 from vistel_cli.world import serve as world_serve
@@ -64,7 +64,7 @@ def main() -> None:
     except KeyboardInterrupt:
         code = 0
     except TaskFailedError as e:
-        err.print(f"[red]error:[/red] {e}; the log says why", soft_wrap=True)
+        print_error(f"{e}; the log says why")
         code = FAILED
     except SystemExit as e:
         code = e.code

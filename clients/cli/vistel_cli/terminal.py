@@ -1,4 +1,4 @@
-"""How the command speaks: results on standard output, faults in one line on standard error."""
+"""What the command prints: results on standard output, errors in one line on standard error."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
@@ -20,17 +21,27 @@ USAGE = 2
 """Exit code of a command that was called wrongly."""
 
 
+def print_error(text: str) -> None:
+    """Print an error in one line on standard error. text: plain; square brackets are no markup in it."""
+    err.print(f"[red]error:[/red] {escape(text)}", soft_wrap=True)
+
+
+def print_warning(text: str) -> None:
+    """Print a warning in one line on standard error. text: plain; square brackets are no markup in it."""
+    err.print(f"[yellow]{escape(text)}[/yellow]", soft_wrap=True)
+
+
 def fail(text: str, code: int = FAILED) -> NoReturn:
-    """Say what is wrong and how to mend it, and end."""
-    err.print(f"[red]error:[/red] {text}", soft_wrap=True)
+    """Print what is wrong and how to mend it, and end the command. text: plain; square brackets are no markup in it."""
+    print_error(text)
     raise typer.Exit(code)
 
 
 def load_conference(path: Path, *, room_elsewhere: bool = False) -> Conference:
-    """The conference of a file, or the end of the command with one line per fault. room_elsewhere: see `load`."""
+    """The conference of a file. Ends the command with one line per fault. room_elsewhere: see `load`."""
     try:
         return load(path, room_elsewhere=room_elsewhere)
     except ConferenceError as e:
         for line in str(e).splitlines():
-            err.print(f"[red]error:[/red] {line}", soft_wrap=True, markup=True)
+            print_error(line)
         raise typer.Exit(USAGE) from e

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def wall(
-    file: Annotated[Path, typer.Argument(help="A conference file (TOML) with [[sites.display.screens]].")],
+    file: Annotated[Path, typer.Argument(help="A conference file (TOML) with \\[\\[sites.display.screens]].")],
     site: Annotated[str | None, typer.Option(help="Whose wall; default: the first site that has one.")] = None,
     output: Annotated[Path, typer.Option("--out", "-o", help="Where the picture goes.")] = Path("wall.png"),
     show: Annotated[bool, typer.Option("--show", help="Show it in a window until that is closed.")] = False,

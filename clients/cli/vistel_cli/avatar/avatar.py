@@ -39,7 +39,7 @@ Primitives = Annotated[
 def generate(
     output: Output,
     name: Annotated[str, typer.Option(help="Of the person; also draws what is not said.")] = "",
-    height: Annotated[float, typer.Option(min=0.5, max=2.6, help="[m]")] = 1.75,
+    height: Annotated[float, typer.Option(min=0.5, max=2.6, help="Standing height \\[m].")] = 1.75,
     look: Annotated[
         str, typer.Option(help="key=value,...: seed, build (0.8 to 1.35), female (0 to 1), skin, hair, hair_style, top, ...")
     ] = "",
@@ -73,7 +73,9 @@ def import_(
     file: Annotated[Path, typer.Argument(help="The mesh: .obj, .glb, .gltf, .vrm, .usda, .usdc, .usd or .usdz.")],
     output: Output,
     name: Annotated[str, typer.Option(help="Of the person.")] = "",
-    height: Annotated[float | None, typer.Option(min=0.5, max=2.6, help="Of the person [m]; found otherwise.")] = None,
+    height: Annotated[
+        float | None, typer.Option(min=0.5, max=2.6, help="Of the person \\[m]; measured on the mesh by default.")
+    ] = None,
     unit: Annotated[float | None, typer.Option(min=1e-6, max=1e3, help="Metres of one unit of the file.")] = None,
     up: Annotated[str | None, typer.Option(help="Axis that is up, Y or Z; found from the shape otherwise.")] = None,
     texture: Annotated[Path | None, typer.Option(help="Picture of the skin, where the file names none.")] = None,

@@ -59,7 +59,7 @@ def register(
     island: Annotated[int, typer.Option(min=0, help="Its number, as `vistel avatar islands` lists them.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Where to write; the file itself otherwise.")] = None,
     move: Annotated[str, typer.Option(help="U,V: right and up, in widths and heights of the whole texture.")] = "0,0",
-    turn: Annotated[float, typer.Option(help="Counter-clockwise [degrees].")] = 0.0,
+    turn: Annotated[float, typer.Option(help="Counter-clockwise \\[degrees].")] = 0.0,
     scale: Annotated[float, typer.Option(min=0.001, max=1000.0, help="2: the picture on it twice as large.")] = 1.0,
     picture: Annotated[Path | None, typer.Option(help="Another picture for this island, which it spans at first.")] = None,
     reset: Annotated[bool, typer.Option("--reset", help="Take the transform of this island back.")] = False,

@@ -12,7 +12,7 @@ from rich.progress import track
 from rich.table import Table
 
 from vistel.wire.log import LogError, LogReader, LogWriter
-from vistel_cli.terminal import USAGE, err, fail, out
+from vistel_cli.terminal import USAGE, err, fail, out, print_warning
 
 app = typer.Typer(help="Look into a log, mend it, cut a piece out.", no_args_is_help=True)
 
@@ -44,7 +44,7 @@ def _open(path: Path) -> LogReader:
     except LogError as e:
         fail(str(e), USAGE)
     for line in reader.damage:
-        err.print(f"[yellow]{path}: {line}[/yellow]", soft_wrap=True)
+        print_warning(f"{path}: {line}")
     return reader
 
 

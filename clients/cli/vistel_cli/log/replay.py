@@ -25,7 +25,7 @@ from vistel_cli.log.verify import verify_log
 from vistel_cli.run.launch import host_spec, open_fork_server, until_loaded
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import write_conference
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error, print_warning
 from vistel_services.process import logs
 from vistel_services.process.clocks import ReplayClock
 from vistel_services.process.plan import HUB, hub_processes, site_processes
@@ -102,7 +102,7 @@ def replay(
     except LogError as e:
         fail(str(e), USAGE)
     for line in reader.damage:
-        err.print(f"[yellow]{log}: {line}[/yellow]", soft_wrap=True)
+        print_warning(f"{log}: {line}")
     if verify:
         raise typer.Exit(verify_log(reader, as_json))
     conference = with_recorded_avatars(_conference(reader, log, site), reader)
@@ -206,7 +206,7 @@ async def _play(
     out.print(f"{feeder.fed} messages fed from {source.value}")
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
     for name, code in bad.items():
-        err.print(f"[red]error:[/red] {name} ended with {code}; see {folder}")
+        print_error(f"{name} ended with {code}; see {folder}")
     return FAILED if bad else 0
 
 

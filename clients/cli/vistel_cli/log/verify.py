@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vistel.wire.log import LogReader
-from vistel_cli.terminal import FAILED, err, out
+from vistel_cli.terminal import FAILED, out, print_error
 
 VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "world_detail", "hand_force")
 
@@ -28,7 +28,7 @@ def verify_log(reader: LogReader, as_json: bool) -> int:
         felt = f" and {report.hand_forces} hand forces" if report.hand_forces else ""
         out.print(f"{report.steps} world states{felt} re-run and compared: every one is equal, bit for bit")
     else:
-        err.print(f"[red]error:[/red] {report.difference}")
+        print_error(report.difference)
     if not as_json:
         for why, count in report.skipped_because.items():
             out.print(f"{count} states not compared: {why}")

@@ -14,7 +14,7 @@ from vistel.wire.background import as_service
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import write_conference
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error, print_warning
 from vistel_services.process import logs
 from vistel_services.process.plan import ProcessPlan
 from vistel_services.process.supervisor import Supervisor
@@ -63,7 +63,7 @@ async def _run(
         logs.configure_file("hub/supervisor", folder / "supervisor.log")
         server = open_fork_server(conference, plans, file, folder, simulators=bool(simulate))
         supervisor = Supervisor(specs, folder, server)
-        supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
+        supervisor.on_exit = lambda name, code: print_warning(f"{name} ended ({code}); starting it again")
         with out.status("loading"):
             await until_loaded(server, stop)
         try:
@@ -77,5 +77,5 @@ async def _run(
             codes = await supervisor.stop()
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
     for name, code in bad.items():
-        err.print(f"[red]error:[/red] {name} ended with {code}; see {output / 'logs'}")
+        print_error(f"{name} ended with {code}; see {output / 'logs'}")
     return FAILED if bad else 0

@@ -67,7 +67,7 @@ def world(
 @app.command()
 def router(
     file: Annotated[Path, typer.Argument(help="Conference file.")],
-    listen: Annotated[str, typer.Option(help="Where to listen; tls/ needs [bus.tls] in the file.")] = "tcp/127.0.0.1:7447",
+    listen: Annotated[str, typer.Option(help="Where to listen; tls/ needs \\[bus.tls] in the file.")] = "tcp/127.0.0.1:7447",
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
     """Be the router of a conference and keep its time; nothing else needs to be installed.

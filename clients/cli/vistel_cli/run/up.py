@@ -26,7 +26,7 @@ from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.prepared import prepare
-from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
+from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
 from vistel_services.process import logs
 from vistel_services.process.plan import HUB, hub_processes, site_processes
 from vistel_services.process.supervisor import Supervisor
@@ -153,7 +153,7 @@ class _Run:
             plans += site_processes(conference, site.name)
         server = open_fork_server(conference, plans, file, logs_folder, simulators=simulators)
         supervisor = Supervisor(specs, logs_folder, server)
-        supervisor.on_exit = lambda name, code: err.print(f"[yellow]{name} ended ({code}); starting it again[/yellow]")
+        supervisor.on_exit = lambda name, code: print_warning(f"{name} ended ({code}); starting it again")
         started = time.monotonic()
         if not self.as_json:
             out.print(f"[bold]{self.title}[/bold]: {len(conference.sites)} sites, {len(specs)} processes, bus {endpoint}")
@@ -192,7 +192,7 @@ class _Run:
                     return time.monotonic() - started
                 if time.monotonic() - started > START_LIMIT_S:
                     what = f"not ready after {START_LIMIT_S:.0f} s: {', '.join(missing)}"
-                    err.print(f"[red]error:[/red] {what}; see {self.out / 'logs'}", soft_wrap=True)
+                    print_error(f"{what}; see {self.out / 'logs'}")
                     return None
                 await _wait(self.stop, 0.1)
         return None
@@ -231,7 +231,7 @@ class _Run:
         else:
             _show_report(report, self.out)
         for fault in faults:
-            err.print(f"[red]error:[/red] {fault}")
+            print_error(fault)
         return FAILED if faults else 0
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_error
 
 PATIENCE_S = 2.0
 
@@ -22,7 +22,7 @@ def polygonise(
         int | None, typer.Option("--resolution", min=2, help="Cells along the longest side of the shape; 128.")
     ] = None,
     tolerance: Annotated[
-        float | None, typer.Option("--tolerance", min=0.0, help="Distance from mesh to surface [m]: cells as large as it allows.")
+        float | None, typer.Option("--tolerance", min=0.0, help="Largest distance from mesh to surface \\[m]; sets the cell size.")
     ] = None,
     keep_polygons: Annotated[
         bool, typer.Option("--keep-polygons", help="Keep polyhedral primitives' own polygons where they act alone.")
@@ -56,7 +56,7 @@ def polygonise(
         read = load(scene)
     except SceneError as error:
         for line in str(error).splitlines():
-            err.print(f"[red]error:[/red] {line}", soft_wrap=True)
+            print_error(line)
         raise typer.Exit(USAGE) from error
     if read.shape is None:
         fail(f"{scene}: shapes: is empty, expected at least one shape to polygonise", USAGE)

@@ -14,7 +14,7 @@ import typer
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from vistel_cli.terminal import USAGE, err, fail, out
+from vistel_cli.terminal import USAGE, err, fail, out, print_error
 
 if TYPE_CHECKING:
     from vistel.implicit.scene import Scene
@@ -99,7 +99,7 @@ def scene_errors_told() -> Iterator[None]:
         yield
     except (SceneError, ShapeError) as e:
         for line in str(e).splitlines():
-            err.print(f"[red]error:[/red] {escape(line)}", soft_wrap=True)
+            print_error(line)
         raise typer.Exit(USAGE) from e
 
 

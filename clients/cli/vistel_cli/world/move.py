@@ -54,7 +54,7 @@ def where(
 
 def move(
     file: File,
-    to: Annotated[str, typer.Option(help="Place whose world is to lead: a site of [world] in the file, or --at of one served.")],
+    to: Annotated[str, typer.Option(help="Place whose world shall lead: a site under \\[world] of the file, or an --at.")],
     hub: Hub = None,
     force: Annotated[bool, typer.Option("--force", help="Also when the newest steps lie elsewhere and would be lost.")] = False,
 ) -> None:
@@ -76,14 +76,14 @@ def move(
     with out.status(f"moving the room of {escape(conference.name)} to {to}"):
         reason = _with_bus(conference, endpoint, moved)
     if reason:
-        fail(escape(reason), FAILED)
+        fail(reason, FAILED)
     out.print(f"the room of {escape(conference.name)} is led at {to}")
 
 
 def check_place(place: str) -> None:
     """Leave where a name cannot be one of a place."""
     if not re.fullmatch(r"[a-z0-9][a-z0-9_\-]*", place):
-        fail(f"{escape(place)}: expected lower-case letters, digits, '-' or '_' as the name of a place", USAGE)
+        fail(f"{place}: expected lower-case letters, digits, '-' or '_' as the name of a place", USAGE)
 
 
 async def _moved(bus: Bus, to: str, force: bool) -> str:
@@ -141,4 +141,4 @@ def _with_bus(conference: Conference, endpoint: str, what: Callable[[Bus], Await
     try:
         return asyncio.run(run())
     except BusError as e:
-        fail(escape(str(e)), FAILED)
+        fail(str(e), FAILED)

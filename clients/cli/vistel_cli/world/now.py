@@ -17,7 +17,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import BusError, ZenohBus
-from vistel_cli.terminal import FAILED, USAGE, err, fail
+from vistel_cli.terminal import FAILED, USAGE, err, fail, print_warning
 
 if TYPE_CHECKING:
     from vistel.space.files import Interior
@@ -83,6 +83,6 @@ def _interior(world: World, conference: Conference | None) -> Interior:
         if conference is not None and conference.room.from_files:
             models = dict(interior_of(conference.room).models)
     except RoomFileError as e:
-        err.print(f"[yellow]{e}; written as what is felt of them[/yellow]", soft_wrap=True)
+        print_warning(f"{e}; written as what is felt of them")
     things = [t if all(k.model in models for k in looks_of(t)) else unveiled(t) for t in world.things_now]
     return Interior(replace(world.room, things=())).with_things(tuple(things), models)

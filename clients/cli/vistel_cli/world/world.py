@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from vistel_cli.avatar.files import busy
-from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
+from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_warning
 
 if TYPE_CHECKING:
     from vistel.space.files import Interior
@@ -42,7 +42,7 @@ def show(
 
     pixels = picture_size(size) or (960, 540)
     if picture is not None and not picture.parent.is_dir():
-        fail(f"--picture {escape(str(picture))}: there is no directory {escape(str(picture.parent))}", USAGE)
+        fail(f"--picture {picture}: there is no directory {picture.parent}", USAGE)
     interior = opened(file, show=not as_json)
     if as_json:
         print(json.dumps(_facts(interior)))
@@ -81,7 +81,7 @@ def edit(
         with busy("changing", True):
             changed, told = edited(interior, changes)
     except RoomFileError as fault:
-        fail(f"{escape(str(fault))}\n{escape(LINES)}", USAGE)
+        fail(f"{fault}\n{LINES}", USAGE)
     _save(replace(changed, notes=()), target)
     for line in (*told, *changed.notes):
         out.print(escape(line), soft_wrap=True)
@@ -134,16 +134,16 @@ def opened(file: Path, show: bool) -> Interior:
         with busy(f"reading {file.name}", show):
             return load_room(file)
     except RoomFileError as fault:
-        fail(escape(str(fault)), USAGE)
+        fail(str(fault), USAGE)
 
 
 def _check_output(path: Path, *, glb: bool) -> None:
     endings = ENDINGS if glb else ENDINGS[:-1]
     if path.suffix.lower() not in endings:
         more = "" if glb else "; write it elsewhere with -o"
-        fail(f"{escape(str(path))}: expected a name that ends in {', '.join(endings)}{more}", USAGE)
+        fail(f"{path}: expected a name that ends in {', '.join(endings)}{more}", USAGE)
     if not path.parent.is_dir():
-        fail(f"{escape(str(path))}: there is no directory {escape(str(path.parent))}", USAGE)
+        fail(f"{path}: there is no directory {path.parent}", USAGE)
 
 
 def _save(interior: Interior, path: Path) -> None:
@@ -154,7 +154,7 @@ def _save(interior: Interior, path: Path) -> None:
         with busy(f"writing {path.name}", True):
             (save_glb if path.suffix.lower() == ".glb" else save_usd)(interior, path)
     except OSError as fault:
-        fail(f"{escape(str(path))}: cannot be written: {escape(fault.strerror or str(fault))}", FAILED)
+        fail(f"{path}: cannot be written: {fault.strerror or str(fault)}", FAILED)
 
 
 def _draw(interior: Interior, picture: Path, pixels: tuple[int, int], show: bool) -> None:
@@ -168,10 +168,10 @@ def _draw(interior: Interior, picture: Path, pixels: tuple[int, int], show: bool
             image = room_picture(interior, *pixels)
         Image.fromarray(image).save(picture)
     except NoOpenGlError as fault:
-        fail(f"nothing to draw with: {escape(str(fault))}; `vistel doctor` says what is missing", FAILED)
+        fail(f"nothing to draw with: {fault}; `vistel doctor` says what is missing", FAILED)
     except (OSError, ValueError) as fault:
         why = getattr(fault, "strerror", None) or str(fault)
-        fail(f"--picture {escape(str(picture))}: cannot be written ({escape(why)})", FAILED)
+        fail(f"--picture {picture}: cannot be written ({why})", FAILED)
 
 
 def _row(t: Thing, interior: Interior) -> dict[str, Any]:
@@ -223,4 +223,4 @@ def _table(interior: Interior) -> None:
     loose = [t for t in interior.room.things if not t.fixed]
     out.print(f"{len(interior.room.things)} things, {len(loose)} of them loose; {len(interior.room.seats)} seats")
     for note in interior.notes:
-        err.print(f"[yellow]{escape(note)}[/yellow]", soft_wrap=True)
+        print_warning(note)

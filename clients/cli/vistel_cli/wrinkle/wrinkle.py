@@ -71,7 +71,7 @@ def draw(
     heights: Annotated[Path | None, typer.Option(help="PNG, 16 bit: the displacement map; 32768 is flat.")] = None,
     bumps: Annotated[Path | None, typer.Option(help="PNG: its normals, for a bump map.")] = None,
     size: Annotated[int, typer.Option(min=16, max=8192, help="Texels along the longer side, without a texture.")] = 1024,
-    limit: Annotated[float, typer.Option(min=0.0, help="How far the texture may move [mm].")] = 3.0,
+    limit: Annotated[float, typer.Option(min=0.0, help="How far the texture may move \\[mm].")] = 3.0,
     as_json: Json = False,
 ) -> None:
     """Wrinkle a flat texture: displacement map, light, and what correspondence is lost.
@@ -123,7 +123,7 @@ def trace(
     light: Annotated[str, typer.Option(help="Where the lamp is: degrees counter-clockwise from the right, or unknown.")] = "90",
     blur: Annotated[float, typer.Option(min=0.5, max=50.0, help="Pixels; about a third of a wrinkle's radius.")] = 3.0,
     strong: Annotated[float, typer.Option(min=0.01, max=1.0, help="Least strength, in parts of the strongest wrinkle's.")] = 0.35,
-    shortest: Annotated[float, typer.Option(min=2.0, help="Shorter ends are pruned [pixels].")] = 16.0,
+    shortest: Annotated[float, typer.Option(min=2.0, help="Shorter ends are pruned \\[pixels].")] = 16.0,
     skin: Annotated[bool, typer.Option("--skin", help="Skin, not cloth.")] = False,
     as_json: Json = False,
 ) -> None:
