@@ -11,8 +11,12 @@ from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.evaluation.program import compile
 from vistel.implicit.graph.shape import Shape
 
-FIRST, NEXT, ROUNDS = 24, 7, 7
-"""Samples along a side of the first lattice, of the later ones, and how many of those."""
+FIRST = 24
+"""Samples along a side of the first lattice."""
+NEXT = 7
+"""Samples along a side of the later lattices."""
+ROUNDS = 7
+"""Later lattices."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from vistel.implicit.constants import BETA, LONGEST_ZONE
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.displace_kernels import FLATTEN
 from vistel.implicit.deformation.effect_kernels import COLLISION
-from vistel.implicit.deformation.field_kernels import LANES, ONE, PATCHES, RAY_SIZE, ZERO, T
+from vistel.implicit.deformation.field_kernels import LANES, PATCHES, RAY_SIZE, T
 from vistel.implicit.deformation.meet_kernels import (
     counting_threshold,
     evaluate_pair,
@@ -23,6 +23,7 @@ from vistel.implicit.deformation.pose_kernels import pose_body
 from vistel.implicit.deformation.solve_kernels import solve
 from vistel.jit.addresses import floats, ints, longs, octets
 from vistel.jit.kernel_jit import fast
+from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at
 
 _BETA = np.float32(BETA)

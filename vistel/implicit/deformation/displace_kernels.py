@@ -13,11 +13,12 @@ import numpy as np
 
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.effect_kernels import FADING
-from vistel.implicit.deformation.field_kernels import LANES, ONE, PATCHES, RAY_SIZE, WIDTH, ZERO, T, load
+from vistel.implicit.deformation.field_kernels import LANES, PATCHES, RAY_SIZE, WIDTH, T, load
 from vistel.implicit.deformation.meet_kernels import gather, union_at_rest
 from vistel.jit.addresses import floats, ints, longs
 from vistel.jit.kernel_jit import fast, leaf
 from vistel.jit.lanes import most, store
+from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at, pointer
 from vistel.jit.wide import wide
 

@@ -20,9 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vistel.implicit.constants import LEAST_DIVISOR, MOST_CHANGE
-from vistel.implicit.deformation.field_kernels import FOUR, HUGE, ONE, TINY, TWO, ZERO, T, spread
+from vistel.implicit.deformation.field_kernels import HUGE, TINY, T, spread
 from vistel.jit.kernel_jit import inlined
 from vistel.jit.lanes import absolute, choose, least, most, root
+from vistel.jit.numbers import FOUR, ONE, THREE, TWO, ZERO
 
 COLLISION = 0
 FADING = 1
@@ -39,7 +40,6 @@ RADIAL = 102
 
 _MOST_CHANGE = np.float32(MOST_CHANGE)
 _LEAST_DIVISOR = np.float32(LEAST_DIVISOR)
-THREE = np.float32(3.0)
 
 
 class Sums(NamedTuple):

@@ -21,6 +21,7 @@ import numpy as np
 from vistel.implicit.constants import THRESHOLD
 from vistel.jit.kernel_jit import fast, inlined
 from vistel.jit.lanes import choose, inverse_root, least, most, of_width, store
+from vistel.jit.numbers import FOUR, HALF, ONE, TWO, ZERO
 from vistel.jit.pointers import at
 
 WIDTH = 32
@@ -32,12 +33,17 @@ PATCHES = LANES // WIDTH
 """Patches of a block, for tighter bounds and for the solver."""
 ROW = 24
 """Numbers per primitive row."""
-RAY_SIZE, FIELD_SIZE = 6 * WIDTH, 2 * WIDTH
-"""Numbers of a patch's positions and normals or of a primitive's rays, and of a field with its slope."""
+RAY_SIZE = 6 * WIDTH
+"""Numbers of a patch's positions and normals, or of a primitive's rays."""
+FIELD_SIZE = 2 * WIDTH
+"""Numbers of a field with its slope."""
 
-ZERO, ONE, TWO, FOUR = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(4.0)
-HALF, TINY, SMALL = np.float32(0.5), np.float32(1e-12), np.float32(1e-20)
+SMALL = np.float32(1e-20)
+"""Least divisor among squares and sums of powers."""
+TINY = np.float32(1e-12)
+"""Least divisor among lengths and zones."""
 HUGE = np.float32(1e30)
+"""More than any field or deficit."""
 T = np.float32(THRESHOLD)
 
 

@@ -18,12 +18,10 @@ from vistel.implicit.deformation.effect_kernels import OWN_EFFECT
 from vistel.implicit.deformation.field_kernels import (
     HUGE,
     LANES,
-    ONE,
     PATCHES,
     RAY_SIZE,
     ROW,
     WIDTH,
-    ZERO,
     T,
     cone,
     cone_at_rest,
@@ -43,6 +41,7 @@ from vistel.implicit.deformation.pose_kernels import find_candidates
 from vistel.jit.addresses import floats, ints, longs, octets
 from vistel.jit.kernel_jit import fast, inlined, leaf
 from vistel.jit.lanes import largest, most, store
+from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at, pointer
 from vistel.jit.wide import wide
 

@@ -8,9 +8,10 @@ import numpy as np
 
 from vistel.implicit.constants import GHOST_CAP, THRESHOLD
 from vistel.implicit.deformation.effect_kernels import add_cut, add_least, add_propagation, add_shared
-from vistel.implicit.deformation.field_kernels import HALF, ONE, SMALL, TWO, ZERO, T
+from vistel.implicit.deformation.field_kernels import SMALL, T
 from vistel.jit.kernel_jit import inlined
 from vistel.jit.lanes import choose, inverse_root, least, most
+from vistel.jit.numbers import HALF, ONE, TWO, ZERO
 
 CAP = np.float32(GHOST_CAP * THRESHOLD)
 """Most that all that raises a skin may add together (mathematics M3.6). One propagation adds 0.08; constraints need the rest."""

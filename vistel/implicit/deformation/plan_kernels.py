@@ -16,7 +16,8 @@ from vistel.jit.addresses import floats, ints, longs, octets
 from vistel.jit.kernel_jit import fast
 from vistel.jit.pointers import at
 
-BLOCK_WORDS, PAIR_WORDS = 8, 8
+BLOCK_WORDS = 8
+PAIR_WORDS = 8
 
 
 @fast

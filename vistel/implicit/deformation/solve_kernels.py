@@ -10,18 +10,15 @@ import numpy as np
 
 from vistel.implicit.contacts.contact_set import CONE_SPHERE
 from vistel.implicit.deformation import deform_table as table
-from vistel.implicit.deformation.effect_kernels import COLLISION, THREE, contact_effect, nothing, own_effect
+from vistel.implicit.deformation.effect_kernels import COLLISION, contact_effect, nothing, own_effect
 from vistel.implicit.deformation.field_kernels import (
-    HALF,
     LANES,
-    ONE,
     PATCHES,
     RAY_SIZE,
     ROW,
     SMALL,
     TINY,
     WIDTH,
-    ZERO,
     Normals,
     T,
     cone,
@@ -39,6 +36,7 @@ from vistel.implicit.deformation.min_rule_kernels import add_neighbour, add_rigi
 from vistel.jit.addresses import floats, ints, longs, octets
 from vistel.jit.kernel_jit import fast, inlined, leaf
 from vistel.jit.lanes import absolute, bits, choose, how_many, least, most, some, store
+from vistel.jit.numbers import HALF, ONE, QUARTER, THREE, ZERO
 from vistel.jit.pointers import at, pointer
 from vistel.jit.wide import wide
 
@@ -48,7 +46,6 @@ NEAR = np.float32(1e-4)
 """|F - T| from which one more step, some ten thousand times closer, need not be checked if it is short."""
 SHORT = np.float32(0.01)
 MAX_EVALUATIONS = 16
-QUARTER = np.float32(0.25)
 
 
 class Search(NamedTuple):

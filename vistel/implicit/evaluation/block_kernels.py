@@ -26,8 +26,6 @@ from vistel.implicit.rows.layout import (
 )
 from vistel.implicit.rows.line_kernels import ROW, sphere_slope_row
 from vistel.implicit.rows.row_kernels import (
-    ONE,
-    ZERO,
     accumulate_quartic,
     accumulate_sphere,
     accumulate_sphere_rows,
@@ -41,6 +39,7 @@ from vistel.implicit.rows.row_kernels import (
     fill,
     row,
 )
+from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at
 
 dispatch = dispatcher()

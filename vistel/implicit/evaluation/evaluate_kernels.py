@@ -17,12 +17,17 @@ from vistel.implicit.evaluation.block_kernels import block, normalise
 from vistel.implicit.evaluation.reach_kernels import collect, in_slab, narrow
 from vistel.implicit.rows.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
 from vistel.implicit.rows.line_kernels import ROW, copy_row
-from vistel.implicit.rows.row_kernels import F32, FAST, ONE, ZERO, extent, fill, find_cells, row
+from vistel.implicit.rows.row_kernels import F32, FAST, extent, fill, find_cells, row
 from vistel.jit.kernel_jit import compiled
+from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at, keep, pointer
 
-DI, DJ, DK = 8, 4, ROW
-"""Lattices are cut into blocks of so many points, a cache line (ROW) along the last axis."""
+DI = 8
+"""Points of a lattice's block along the first axis."""
+DJ = 4
+"""The same along the second."""
+DK = ROW
+"""The same along the last: a cache line."""
 BIG = 32
 """Blocks are gathered into cubes of so many points, for which the hierarchy is asked."""
 

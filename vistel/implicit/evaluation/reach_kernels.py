@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import math
 
-from vistel.implicit.rows.row_kernels import HALF, ONE, ZERO, row
+from vistel.implicit.rows.row_kernels import row
+from vistel.jit.numbers import HALF, ONE, ZERO
 from vistel.jit.pointers import at
 
 

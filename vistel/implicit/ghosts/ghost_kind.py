@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-FORCE, CONTACT = 0, 10
-"""Priorities by default: force fields act before contacts."""
+FORCE = 0
+"""Priority of a force field by default: they act first."""
+CONTACT = 10
+"""Priority of a contact by default."""
 
 
 @dataclass(frozen=True)

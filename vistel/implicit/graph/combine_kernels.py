@@ -23,7 +23,8 @@ from vistel.implicit.rows.layout import (
     REGISTER,
     UNION,
 )
-from vistel.implicit.rows.row_kernels import F32, HALF, ONE, ZERO, row
+from vistel.implicit.rows.row_kernels import F32, row
+from vistel.jit.numbers import HALF, ONE, ZERO
 from vistel.jit.pointers import at
 
 TIE = F32(1e-6)

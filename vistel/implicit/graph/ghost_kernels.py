@@ -6,9 +6,8 @@ from __future__ import annotations
 
 import math
 
-from vistel.implicit.rows.row_kernels import F32, ONE, THREE, TWO, ZERO, affine, fill, row
-
-FOUR = F32(4.0)
+from vistel.implicit.rows.row_kernels import F32, affine, fill, row
+from vistel.jit.numbers import ONE, THREE, TWO, ZERO
 
 
 @row

@@ -36,8 +36,10 @@ CREASE = 0.3
 """Share of DIFF in a joint's field: 1 is Singh's furrow, 0 lets the two limbs only abut in the crease's
 plane."""
 
-FACING, LEAST_ROOM = 0.5, 0.04
-"""Cosine between a vertex' normal and the way out of its limb from which it has all its room; least share of it."""
+FACING = 0.5
+"""Cosine between a vertex' normal and the way out of its limb from which on it has all its room."""
+LEAST_ROOM = 0.04
+"""Least share of its room that a vertex has."""
 AUTHORITY = 0.3
 """Share of the implicit model in the shape of a bent joint where nothing touches; the rest is the articulated shape's,
 whose bulges it would flatten. Where the limbs touch, contact decides alone."""

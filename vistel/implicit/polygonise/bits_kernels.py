@@ -14,7 +14,10 @@ from numba.extending import intrinsic
 from vistel.implicit.rows.line_kernels import ROW
 
 U64 = np.uint64
-NONE, ONE_BIT, TOP = U64(0), U64(1), U64(63)
+NONE = U64(0)
+ONE_BIT = U64(1)
+TOP = U64(63)
+"""Number of a word's highest bit."""
 
 _LINE = ir.VectorType(ir.FloatType(), ROW)
 

@@ -16,8 +16,10 @@ from vistel.implicit.primitives.pointblob import Pointblob, PointSetblob
 from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.rows.layout import CHILD0, CHILD1, FAR, LEAF0, LEAF1, MAX, OP, SUM, UNION
 
-NOBODY, SHARED = -1, -2
-"""In `alone`: no primitive reaches the cell; several do, or one that has no polygons of its own."""
+NOBODY = -1
+"""In `alone`: no primitive reaches the cell."""
+SHARED = -2
+"""In `alone`: several primitives reach the cell, or one that has no polygons of its own."""
 
 
 @dataclass(frozen=True, eq=False)

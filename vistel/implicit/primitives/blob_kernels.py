@@ -9,7 +9,8 @@ import math
 import numpy as np
 
 from vistel.implicit.primitives.kinds import volume_dispatcher
-from vistel.implicit.rows.row_kernels import F32, HALF, ONE, THREE, TWO, ZERO, blend_one, row
+from vistel.implicit.rows.row_kernels import F32, blend_one, row
+from vistel.jit.numbers import HALF, ONE, THREE, TWO, ZERO
 from vistel.jit.pointers import at, keep, pointer
 
 LEAST = F32(-1e30)

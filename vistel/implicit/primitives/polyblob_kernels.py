@@ -8,11 +8,15 @@ m rows of 13 (normal 3, level, corners 9).
 
 from __future__ import annotations
 
-from vistel.implicit.rows.row_kernels import F32, ONE, TWO, ZERO, row
+from vistel.implicit.rows.row_kernels import F32, row
+from vistel.jit.numbers import ONE, TWO, ZERO
 from vistel.jit.pointers import at
 
 LARGE = F32(3e38)
-CORE_WORDS, HULL_WORDS = 30, 13
+CORE_WORDS = 30
+"""Numbers of a triangle of the core."""
+HULL_WORDS = 13
+"""Numbers of a triangle of the hull."""
 SLACK = F32(-1e-5)
 
 

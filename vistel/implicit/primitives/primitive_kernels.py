@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 
-from vistel.implicit.rows.row_kernels import F32, ONE, TWO, ZERO, axis_slope, offset_slope, row
+from vistel.implicit.rows.row_kernels import F32, axis_slope, offset_slope, row
+from vistel.jit.numbers import ONE, TWO, ZERO
 
 TINY = F32(1e-12)
 FAR = F32(2.0)

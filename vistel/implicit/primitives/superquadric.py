@@ -15,8 +15,10 @@ from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Sample
 from vistel.implicit.primitives.offset import influence_of
 
-ROUND, SHARP = 0.1, 1.9
-"""Exponents outside this range make fields too steep to evaluate."""
+ROUND = 0.1
+"""Least exponent: below it fields are too steep to evaluate."""
+SHARP = 1.9
+"""Largest exponent, for the same reason."""
 
 LEAST_ALPHA = 0.5
 

@@ -15,12 +15,14 @@ import numba as nb
 import numpy as np
 
 from vistel.implicit.rows.line_kernels import ROW, sphere_row
+from vistel.jit.numbers import FOUR, HALF, ONE, QUARTER, THREE, TWO, ZERO
 from vistel.jit.pointers import at
 
 F32 = np.float32
-ZERO, ONE, TWO, THREE, HALF = F32(0.0), F32(1.0), F32(2.0), F32(3.0), F32(0.5)
-C4_9, C11, C6, C22 = F32(4 / 9), F32(11.0), F32(6.0), F32(2 / 9)
-QUARTER, FOUR = F32(0.25), F32(4.0)
+C4_9 = F32(4 / 9)
+C11 = F32(11.0)
+C6 = F32(6.0)
+C22 = F32(2 / 9)
 SINGULAR = F32(1e6)
 
 FAST = {"contract", "reassoc", "nsz", "arcp"}

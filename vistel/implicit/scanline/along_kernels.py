@@ -32,20 +32,37 @@ import numpy as np
 
 from vistel.implicit.scanline.lanes_kernels import WIDTH, first_lanes, load, spread
 from vistel.jit.lanes import bits, choose, least, most, store
+from vistel.jit.numbers import HALF, ONE, TWO, ZERO
 from vistel.jit.pointers import at
 
 ROW = 24
-KIND, WEIGHT, NEAR, FRAMED, A, U, K, L, M, FRAME = 0, 1, 2, 3, 4, 7, 10, 11, 12, 13
+KIND, WEIGHT, NEAR, FRAMED, A = range(5)
+"""Columns of a row: A is the first of a place's three."""
+U = 7
+"""First of three columns: the unit direction of the axis."""
+K = 10
+L = 11
+M = 12
+FRAME = 13
+"""First of the frame's columns."""
 HALF_SQUARE = L
-SPHERE, SPHYLINDER, CONE, POLYGON = 0, 1, 2, 3
+SPHERE, SPHYLINDER, CONE, POLYGON = range(4)
+"""Kinds, as in `kinds.KINDS`."""
 TERMS = 12 * WIDTH
 """Floats kept for one primitive: six lanes of the ray's numbers, then its summit and its q there; q and its slope at
 either end of the interval that is being searched."""
-SUMMIT, PEAK, LOW_Q, LOW_SLOPE, HIGH_Q, HIGH_SLOPE = (k * WIDTH for k in range(6, 12))
+SUMMIT = 6 * WIDTH
+PEAK = 7 * WIDTH
+LOW_Q = 8 * WIDTH
+LOW_SLOPE = 9 * WIDTH
+HIGH_Q = 10 * WIDTH
+HIGH_SLOPE = 11 * WIDTH
 
 F = np.float32
-ZERO, ONE, TWO, HALF = F(0.0), F(1.0), F(2.0), F(0.5)
-TINY, LARGE = F(1e-20), F(1e30)
+TINY = F(1e-20)
+"""Least divisor."""
+LARGE = F(1e30)
+"""Farther than any surface [m]."""
 
 
 def inner(function: Callable[..., Any]) -> Any:

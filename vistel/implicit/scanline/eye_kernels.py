@@ -26,24 +26,18 @@ from vistel.implicit.scanline.extents_kernels import (
     tapered_z,
 )
 
-FORM, PLACE, AXIS, LENGTH, RADIUS, GROWTH, FIRST, COUNT, EDGES, EDGE_COUNT, DEPTH, FACES, FACE_COUNT = (
-    0,
-    1,
-    4,
-    7,
-    8,
-    9,
-    10,
-    11,
-    12,
-    13,
-    14,
-    15,
-    16,
-)
-FORM_WORDS = 17
-TAPERED, ROUNDED, MESH = 0.0, 1.0, 2.0
-"""Forms whose extents are known: sphere to cone-sphere; rounded polygon; polyhedron (of any other kind its box)."""
+FORM = 0
+PLACE = 1
+"""First of three columns."""
+AXIS = 4
+"""First of three columns."""
+LENGTH, RADIUS, GROWTH, FIRST, COUNT, EDGES, EDGE_COUNT, DEPTH, FACES, FACE_COUNT, FORM_WORDS = range(7, 18)
+TAPERED = 0.0
+"""Form whose extent is known: sphere to cone-sphere."""
+ROUNDED = 1.0
+"""The same: rounded polygon."""
+MESH = 2.0
+"""The same: polyhedron, or the box of any other kind."""
 SLACK = 1e-3
 """Extents are this part of a pixel wider, so that rounding to float32 cuts nothing off."""
 

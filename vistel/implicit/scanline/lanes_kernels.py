@@ -17,7 +17,8 @@ WIDTH = 16
 """Pixels in a group."""
 load, spread, first_lanes, lanes_of_bits = of_width(WIDTH)
 
-_FLOATS, _WORDS = floats(WIDTH), words(WIDTH)
+_FLOATS = floats(WIDTH)
+_WORDS = words(WIDTH)
 
 
 def _shuffled(builder: Any, a: Any, b: Any, places: list[int]) -> Any:

@@ -6,14 +6,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.implicit.scanline.along_kernels import LARGE, ONE, ZERO, F, inner
+from vistel.implicit.scanline.along_kernels import LARGE, F, inner
 from vistel.implicit.scanline.eye_kernels import DX, DY, OX, OY, OZ, PERSPECTIVE, X0, Y0
 from vistel.implicit.scanline.lanes_kernels import WIDTH, exponent, load, mantissa, power_of_two, spread, store_bytes, store_three
 from vistel.implicit.scanline.sweep_kernels import kernel
 from vistel.jit.lanes import bits, choose, inverse_root, most, store, whole
+from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at, keep, pointer
 
-COLOUR, AMBIENT, DIFFUSE, SPECULAR, SHININESS = 0, 3, 4, 5, 6
+COLOUR = 0
+"""First of three planes."""
+AMBIENT, DIFFUSE, SPECULAR, SHININESS = range(3, 7)
 LOOKS = 7
 """Planes of a look: colour, then the parts of `finish` that are used here."""
 LAMP_WORDS = 7

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from vistel.implicit.scanline.along_kernels import (
     CONE,
-    HALF,
     HIGH_Q,
     HIGH_SLOPE,
     KIND,
@@ -23,15 +22,12 @@ from vistel.implicit.scanline.along_kernels import (
     LOW_Q,
     LOW_SLOPE,
     NEAR,
-    ONE,
     PEAK,
     ROW,
     SUMMIT,
     TERMS,
     TINY,
-    TWO,
     WEIGHT,
-    ZERO,
     F,
     K,
     along,
@@ -40,10 +36,14 @@ from vistel.implicit.scanline.along_kernels import (
 )
 from vistel.implicit.scanline.lanes_kernels import first_lanes, load, spread
 from vistel.jit.lanes import absolute, bits, choose, largest, least, most, root, store
+from vistel.jit.numbers import HALF, ONE, TWO, ZERO
 from vistel.jit.pointers import at
 
 EXACT = F(2e-6)
-ROUNDS, BACK = 4, 6
+ROUNDS = 4
+"""Newton steps that all lanes take together."""
+BACK = 6
+"""Lengths that are tried for the step back to the first crossing."""
 STEPS = 200
 FLOOR = F(1e-3)
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from vistel.implicit.scanline.along_kernels import LARGE, NEAR, ONE, ROW, TERMS, WEIGHT, ZERO, F, gradient, inner, prepare
+from vistel.implicit.scanline.along_kernels import LARGE, NEAR, ROW, TERMS, WEIGHT, F, gradient, inner, prepare
 from vistel.implicit.scanline.eye_kernels import (
     DX,
     DY,
@@ -33,6 +33,7 @@ from vistel.implicit.scanline.lanes_kernels import WIDTH, lanes_of_bits, load, s
 from vistel.implicit.scanline.solve_kernels import first_root
 from vistel.jit.kernel_jit import compiled
 from vistel.jit.lanes import absolute, bits, choose, largest, most, store
+from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at, keep, pointer
 
 

@@ -17,12 +17,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vistel.implicit.rows.layout import KIND, LEAF_WORDS, START
-from vistel.implicit.trace.packet_kernels import F32, NEVER, ONE, RAYS, SMALL, ZERO, bound, gather, load, total
+from vistel.implicit.trace.packet_kernels import F32, NEVER, RAYS, SMALL, bound, gather, load, total
 from vistel.jit.kernel_jit import fast, leaf, reduction
+from vistel.jit.numbers import EIGHT, FOUR, HALF, ONE, TWO, ZERO
 from vistel.jit.pointers import at, keep, pointer
 from vistel.jit.wide import wide
 
-TWO, FOUR, EIGHT, HALF = F32(2.0), F32(4.0), F32(8.0), F32(0.5)
 ROWS = 6
 """Rows of RAYS numbers for a leaf: middle and A; of a sphylinder also |v|^2, v.D, v.u and D.u at the middle."""
 FACTS = 11

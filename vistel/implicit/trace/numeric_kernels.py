@@ -16,11 +16,11 @@ import numpy as np
 
 from vistel.implicit.evaluation.block_kernels import block
 from vistel.implicit.rows.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
-from vistel.implicit.trace.packet_kernels import F32, HALF, NEVER, ONE, RAYS, SMALL, ZERO, bound, box_range, gather, load, sort
+from vistel.implicit.trace.packet_kernels import F32, NEVER, RAYS, SMALL, bound, box_range, gather, load, sort
 from vistel.jit.kernel_jit import fast
+from vistel.jit.numbers import HALF, ONE, THREE, TWO, ZERO
 from vistel.jit.pointers import at, keep, pointer
 
-THREE, TWO = F32(3.0), F32(2.0)
 STEPS = 8
 """Samples along a ray between two looks at what they show, with all rays of a packet alive."""
 CLOSE = F32(2e-7)

@@ -15,12 +15,12 @@ import math
 import numpy as np
 
 from vistel.jit.kernel_jit import fast, leaf, reduction
+from vistel.jit.numbers import HALF, ONE, ZERO
 from vistel.jit.pointers import at
 from vistel.jit.wide import wide
 
 RAYS = 64
 F32 = np.float32
-ZERO, ONE, HALF = F32(0.0), F32(1.0), F32(0.5)
 NEVER = F32(1e30)
 SMALL = F32(1e-12)
 

@@ -13,13 +13,13 @@ import math
 import numpy as np
 
 from vistel.implicit.trace.march_kernels import FACTS, reach, solve, workspace
-from vistel.implicit.trace.packet_kernels import F32, HALF, NEVER, ONE, RAYS, ZERO, clip_to_ball, smallest
+from vistel.implicit.trace.packet_kernels import F32, NEVER, RAYS, clip_to_ball, smallest
 from vistel.jit.kernel_jit import fast, leaf
+from vistel.jit.numbers import FOUR, HALF, ONE, ZERO
 from vistel.jit.pointers import at, keep, pointer
 from vistel.jit.wide import wide
 
 SIDE = 8
-FOUR = F32(4.0)
 
 
 @leaf

@@ -21,15 +21,24 @@ from vistel.implicit.trace.packet_kernels import F32, RAYS, bound, gather, load
 from vistel.jit.kernel_jit import fast
 from vistel.jit.pointers import at, keep, pointer
 
-SPHERE, SPHYLINDER, POINTBLOB = 0, 1, 6
+SPHERE = 0
+SPHYLINDER = 1
+POINTBLOB = 6
+"""Kinds, as in `kinds.KINDS`."""
 QUAD2 = 3
 END = 1e300
 STATE = 16
 """Numbers of a leaf in reach of a ray: 0 leaf, 1 until when its piece holds, 2 its form, 3-6 alpha, middle, gamma and
 weight, 7-9 and 10-12 the ray's origin and direction in its frame, 13 its next triangle, 14 turns of the walk, 15 until
 when it can be in reach. A piece has d^2 = alpha (t - middle)^2 + gamma."""
-NOTHING, QUARTIC, NEAR, FAR = 0.0, 1.0, 2.0, 3.0
-"""Forms: F = 0, w (1 - d^2)^2, w (1 - 2 d^2), 2 w (1 - d)^2."""
+NOTHING = 0.0
+"""Form of a piece: F = 0."""
+QUARTIC = 1.0
+"""F = w (1 - d^2)^2."""
+NEAR = 2.0
+"""F = w (1 - 2 d^2)."""
+FAR = 3.0
+"""F = 2 w (1 - d)^2."""
 MOST_TURNS = 10000.0
 SURE = 1e-11
 """A field this far from T is on its side of it."""
