@@ -6,8 +6,6 @@ plain pointers of its entries (see `vistel.jit.pointers` for why pointers). Whoe
 arrays alive and C-contiguous.
 """
 
-# pyright: basic, reportCallIssue=false
-
 from __future__ import annotations
 
 from typing import Any

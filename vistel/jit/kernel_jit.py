@@ -5,8 +5,6 @@ constants of the files it calls. Here a kernel is stamped with the contents of i
 project that it imports, and those import: two machines with the same files run the same code.
 """
 
-# pyright: basic
-
 from __future__ import annotations
 
 import hashlib
@@ -67,7 +65,7 @@ def compiled(**options: Any) -> Callable[[F], F]: ...
 def compiled(function: Any = None, **options: Any) -> Any:
     """`numba.njit` with a cache on disk that knows what the kernel is made of. Options as there."""
     if function is None:
-        return lambda f: compiled(f, **options)  # pyright: ignore[reportUnknownLambdaType]
+        return partial(compiled, **options)
     kernel: Any = nb.njit(cache=True, **options)(function)
     file = getattr(kernel._cache, "_cache_file", None)
     if file is not None:

@@ -14,18 +14,21 @@ Sixteen fill a 512-bit register; with thirty-two, one register is worked on whil
 LLVM takes several narrower registers where there are no wide ones.
 """
 
-# pyright: basic, reportCallIssue=false, reportOptionalCall=false
-
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
-from llvmlite import ir
 from numba import types
-from numba.core import cgutils
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.extending import intrinsic
+
+# Neither llvmlite nor what Numba offers to those who extend it is described in types.
+ir: Any = import_module("llvmlite.ir")
+cgutils: Any = import_module("numba.core.cgutils")
+extending: Any = import_module("numba.extending")
+templates: Any = import_module("numba.core.typing.templates")
 
 REGISTER = 16
 """Float32 numbers in the widest register there is."""
@@ -57,14 +60,14 @@ def words(width: int) -> Any:
     return ir.VectorType(ir.IntType(32), width)
 
 
-@register_model(LanesType)
-class _LanesModel(models.PrimitiveModel):
+@extending.register_model(LanesType)
+class _LanesModel(extending.models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, floats(kind.width))
 
 
-@register_model(MaskType)
-class _MaskModel(models.PrimitiveModel):
+@extending.register_model(MaskType)
+class _MaskModel(extending.models.PrimitiveModel):
     """In memory a mask is the bits of an integer: vectors of bits have no certain layout there."""
 
     def __init__(self, manager: Any, kind: Any) -> None:
@@ -99,35 +102,44 @@ def _both(builder: Any, values: Any, kinds: Any) -> tuple[Any, ...]:
     return tuple(_spread(builder, v, width) if k == types.float32 else v for v, k in zip(values, kinds, strict=True))
 
 
-def _define(of: Any, result: Any, pairs: Any, emit: Any) -> None:
+def _built(name: str, *first: str) -> Callable[..., Any]:
+    """The instruction that a method of LLVM's builder makes of operands."""
+
+    def emit(builder: Any, *operands: Any) -> Any:
+        return getattr(builder, name)(*first, *operands)
+
+    return emit
+
+
+def _define(of: Any, result: Any, pairs: Any, emit: Callable[..., Any]) -> None:
     """Type and code of an operator over lanes, or over masks where `pairs` are of those."""
 
-    @infer_global(of)
-    class _Typed(AbstractTemplate):  # pyright: ignore[reportUnusedClass]
+    @templates.infer_global(of)
+    class _Typed(templates.AbstractTemplate):  # pyright: ignore[reportUnusedClass]
         def generic(self, args: Any, kws: Any) -> Any:
             if kws or len(args) != len(pairs[0]):
                 return None
             if pairs[0][0] is MaskType:
                 same = all(isinstance(a, MaskType) and a == args[0] for a in args)
-                return signature(args[0], *args) if same else None
-            return signature(result(_width(*args)), *args) if _width(*args) else None
+                return templates.signature(args[0], *args) if same else None
+            return templates.signature(result(_width(*args)), *args) if _width(*args) else None
 
     def lower(_context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return emit(builder, *(args if isinstance(sig.args[0], MaskType) else _both(builder, args, sig.args)))
 
     for pair in pairs:
-        lower_builtin(of, *pair)(lower)
+        extending.lower_builtin(of, *pair)(lower)
 
 
 _PAIRS = ((LanesType, LanesType), (LanesType, types.Float), (types.Float, LanesType))
-for _of, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul"), (operator.truediv, "fdiv")):
-    _define(_of, LanesType, _PAIRS, lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
-for _of, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
-    _define(_of, MaskType, _PAIRS, lambda builder, a, b, sign=_sign: builder.fcmp_ordered(sign, a, b))
-for _of, _name in ((operator.and_, "and_"), (operator.or_, "or_")):
-    _define(_of, MaskType, ((MaskType, MaskType),), lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
-_define(operator.neg, LanesType, ((LanesType,),), lambda builder, a: builder.fneg(a))
-_define(operator.invert, MaskType, ((MaskType,),), lambda builder, a: builder.not_(a))
+for _of, _name in (("add", "fadd"), ("sub", "fsub"), ("mul", "fmul"), ("truediv", "fdiv")):
+    _define(getattr(operator, _of), LanesType, _PAIRS, _built(_name))
+for _of, _sign in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">=")):
+    _define(getattr(operator, _of), MaskType, _PAIRS, _built("fcmp_ordered", _sign))
+for _of in ("and_", "or_"):
+    _define(getattr(operator, _of), MaskType, ((MaskType, MaskType),), _built(_of))
+_define(operator.neg, LanesType, ((LanesType,),), _built("fneg"))
+_define(operator.invert, MaskType, ((MaskType,),), _built("not_"))
 
 
 def of_width(width: int) -> tuple[Any, Any, Any, Any]:
@@ -219,7 +231,10 @@ def _call(builder: Any, name: str, value: Any, flags: Any = ()) -> Any:
 
 def _by_llvm(name: str) -> Any:
     def typed(_context: Any, value: Any) -> Any:
-        return value(value), lambda _context, builder, _signature, args: _call(builder, name, args[0])
+        def codegen(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+            return _call(builder, name, args[0])
+
+        return value(value), codegen
 
     return typed
 

@@ -4,17 +4,18 @@ A Numba array is a record of seven words with a reference count; passing a dozen
 the kernel. A pointer is one register, is indexed like an array, and owns nothing: the caller keeps the array alive.
 """
 
-# pyright: basic, reportCallIssue=false
-
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 import numba as nb
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np.arrayobj import make_array
+
+# Numba describes neither in types.
+cgutils: Any = import_module("numba.core.cgutils")
+make_array: Any = import_module("numba.np.arrayobj").make_array
 
 
 @intrinsic

@@ -71,6 +71,7 @@ def nothing():
 
 @inlined
 def add_raised(value, slope, sums):
+    """`sums` with one more propagation."""
     return Sums(
         sums.raised + value,
         sums.raised_slope + slope,
@@ -85,6 +86,7 @@ def add_raised(value, slope, sums):
 
 @inlined
 def add_least(value, slope, sums):
+    """`sums` with one more additive ghost, of which the least counts."""
     lower = value < sums.least
     return Sums(
         sums.raised,
@@ -100,6 +102,7 @@ def add_least(value, slope, sums):
 
 @inlined
 def add_cut(value, slope, sums):
+    """`sums` with the deficit of one more rigid body."""
     lower = value < sums.cut
     return Sums(
         sums.raised,
@@ -115,6 +118,7 @@ def add_cut(value, slope, sums):
 
 @inlined
 def add_shared(value, slope, sums):
+    """`sums` with the weighted deficit of one more compliant body."""
     lower = value < sums.soft
     return Sums(
         sums.raised,

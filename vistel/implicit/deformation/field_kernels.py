@@ -74,6 +74,7 @@ def load_field(p):
 
 @inlined
 def store_field(p, f, df):
+    """F and dF/ds into two rows from p on."""
     store(p, f)
     store(at(p, WIDTH), df)
 

@@ -50,6 +50,7 @@ class Directional:
             finite("Directional", f"strength[{i}]", c)
 
     def factor(self, shape: Shape) -> tuple[Shape, float]:
+        """As `Field.factor`."""
         middle = shape.bounds.mean(axis=0)
         offset = float(middle @ np.array(self.direction)) if self.plane is None else self.plane
         ramp = Ramp.over(shape, self.direction, offset)
@@ -86,6 +87,7 @@ class Shear:
         finite("Shear", "strength", self.strength)
 
     def factor(self, shape: Shape) -> tuple[Shape, float]:
+        """As `Field.factor`."""
         middle = shape.bounds.mean(axis=0) if self.centre is None else np.array(self.centre)
         ramps = [Ramp.over(shape, v, float(middle @ np.array(v))) for v in (self.along, self.across)]
         most = abs(self.strength) * ramps[0].largest * ramps[1].largest
@@ -107,6 +109,7 @@ class Radial:
         finite("Radial", "strength", self.strength)
 
     def factor(self, shape: Shape) -> tuple[Shape, float]:
+        """As `Field.factor`."""
         # Only what draws in can take the body away: a compression inside it stays below 1 - T (mathematics M5.7).
         c = self.strength
         if c < 0:

@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
+from typing_extensions import override
 
 from vistel.arrays import F64
 from vistel.implicit.checks import ShapeError, finite, positive, vector
@@ -46,14 +47,17 @@ class Combination(Shape):
         return np.maximum(partial, 0.0)
 
     @property
+    @override
     def operands(self) -> tuple[Shape, ...]:
         return self.shapes
 
     @property
+    @override
     def bounds(self) -> F64:
         boxes = np.array([shape.bounds for shape in self.shapes])
         return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
+    @override
     def sample(self, points: F64, memo: dict[int, Sample]) -> Sample:
         samples = [shape._sampled(points, memo) for shape in self.shapes]
         value, partial = self.combine(np.stack([s[0] for s in samples]))
@@ -76,6 +80,7 @@ class Sum(Combination):
             raise ShapeError(f"Sum: weights has {len(weights)} numbers for {len(self.shapes)} shapes")
         object.__setattr__(self, "weights", tuple(finite("Sum", f"weights[{i}]", w) for i, w in enumerate(weights)))
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         weights = np.array(self.weights)[:, None]
         return (weights * fields).sum(axis=0), np.broadcast_to(weights, fields.shape)
@@ -91,11 +96,13 @@ class Extremum(Combination):
 
     largest: bool = True
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         which = fields.argmax(axis=0) if self.largest else fields.argmin(axis=0)
         partial = (np.arange(len(fields))[:, None] == which).astype(np.float64)
         return np.take_along_axis(fields, which[None], axis=0)[0], partial
 
+    @override
     def shares(self, fields: F64, value: F64, partial: F64) -> F64:
         return (np.abs(fields - value) <= TIE).astype(np.float64)
 
@@ -119,6 +126,7 @@ class Ricci(Combination):
         if not 1 <= finite("Ricci", "power", self.power) <= 64:
             raise ShapeError(f"Ricci: power is {self.power:g}, expected 1 to 64; for more use power=math.inf")
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         f = np.maximum(fields, 0.0)
         extreme = f.max(axis=0) if self.largest else f.min(axis=0)
@@ -149,9 +157,11 @@ class Complement(Combination):
         object.__setattr__(self, "threshold", finite("Complement", "threshold", threshold))
         super().__post_init__()
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         return 2 * self.threshold - fields[0], np.full_like(fields, -1.0)
 
+    @override
     def shares(self, fields: F64, value: F64, partial: F64) -> F64:
         return np.ones_like(fields)
 
@@ -174,10 +184,12 @@ class Diff(Combination):
         if finite("Diff", "eps", self.eps) < 0:
             raise ShapeError(f"Diff: eps is {self.eps:g}, expected 0 or more")
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         value, slope_a, slope_b = diff(fields[0], fields[1], self.power, self.eps)
         return value, np.stack([slope_a, slope_b])
 
+    @override
     def shares(self, fields: F64, value: F64, partial: F64) -> F64:
         return np.ones_like(fields)
 
@@ -251,13 +263,16 @@ class Placed(Shape):
         return np.column_stack([linear, -linear @ self.matrix[:, 3]])
 
     @property
+    @override
     def operands(self) -> tuple[Shape, ...]:
         return (self.shape,)
 
     @property
+    @override
     def bounds(self) -> F64:
         return placed_box(self.matrix, self.shape.bounds)
 
+    @override
     def sample(self, points: F64, memo: dict[int, Sample]) -> Sample:
         linear, offset = self.inverse[:, :3], self.inverse[:, 3]
         value, slope = self.shape._sampled(points @ linear.T + offset, {})
@@ -325,13 +340,16 @@ class Attributed(Shape):
         return cls(shape, checked, dict(weights))
 
     @property
+    @override
     def operands(self) -> tuple[Shape, ...]:
         return (self.shape,)
 
     @property
+    @override
     def bounds(self) -> F64:
         return self.shape.bounds
 
+    @override
     def sample(self, points: F64, memo: dict[int, Sample]) -> Sample:
         return self.shape._sampled(points, memo)
 

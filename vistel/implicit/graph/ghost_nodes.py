@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC
@@ -47,6 +48,7 @@ class Raised(_Silent):
         within("Raised", "zone", self.zone, 0.0, self.threshold)
         within("Raised", "hold", self.hold, 0.0, self.threshold * (1 - 1e-6))
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         y = self.threshold - fields[0]
         out = y > 0
@@ -72,6 +74,7 @@ class Deficit(_Silent):
     share: float = 1.0
     threshold: float = THRESHOLD
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         y = self.threshold - fields[0]
         factor = np.where(y < 0, self.share, 1.0)
@@ -88,6 +91,7 @@ class Plateau(_Silent):
         super().__post_init__()
         within("Plateau", "plateau", self.plateau, 0.0, 0.95)
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         x = np.sqrt(np.maximum(0.0, 1 - np.sqrt(np.clip(fields[0], 0, 1))))
         far = np.maximum(0.0, (x - self.plateau) / (1 - self.plateau))
@@ -100,6 +104,7 @@ class Plateau(_Silent):
 class Product(_Silent):
     """F_1 F_2 ...: a force field's ghost is the body's own field times a function of place (Singh §C.3)."""
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         partial = np.stack([np.prod(np.delete(fields, i, axis=0), axis=0) for i in range(len(fields))])
         return np.prod(fields, axis=0), partial
@@ -120,6 +125,7 @@ class Ghosted(Combination):
         if len(self.shapes) < 2:
             raise ShapeError(f"Ghosted: shapes has {len(self.shapes)} shapes, expected a field and its ghost")
 
+    @override
     def combine(self, fields: F64) -> tuple[F64, F64]:
         own, ghost = fields[0], fields[1]
         acts = own > 0
@@ -135,10 +141,12 @@ class Ghosted(Combination):
             partial[k, cut] = -1.0
         return value, partial
 
+    @override
     def shares(self, fields: F64, value: F64, partial: F64) -> F64:
         return np.concatenate([np.ones_like(fields[:1]), np.zeros_like(fields[1:])])
 
     @property
+    @override
     def bounds(self) -> F64:
         return self.shapes[0].bounds
 
@@ -169,6 +177,7 @@ class Ramp(Primitive):
         return cls(slope, offset, vector("Ramp", "low", low), vector("Ramp", "high", high))
 
     @property
+    @override
     def bounds(self) -> F64:
         return np.array([self.low, self.high])
 
@@ -179,16 +188,20 @@ class Ramp(Primitive):
         middle, half = slope @ (low + high) / 2 - self.offset, np.abs(slope) @ (high - low) / 2
         return float(abs(middle) + half)
 
+    @override
     def ratio(self, points: F64) -> Sample:
         return points @ np.array(self.slope) - self.offset, np.broadcast_to(np.array(self.slope), points.shape).copy()
 
+    @override
     def closest(self, points: F64) -> F64:
         return points.copy()
 
     @property
+    @override
     def parameters(self) -> F64:
         return np.array([*self.slope, self.offset])
 
+    @override
     def sample(self, points: F64, memo: dict[int, Sample]) -> Sample:
         value, slope = self.ratio(points)
         return self.weight * value, self.weight * slope

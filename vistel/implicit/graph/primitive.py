@@ -10,6 +10,7 @@ from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
+from typing_extensions import override
 
 from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC, Blend
@@ -34,6 +35,7 @@ class Primitive(Shape):
             raise ShapeError(f"{name}: blend is {self.blend!r}, expected a Blend such as QUARTIC")
 
     @property
+    @override
     def operands(self) -> tuple[Shape, ...]:
         return ()
 
@@ -93,6 +95,7 @@ class Primitive(Shape):
             words.append(f"{field.name}={_brief(value)}" if field.kw_only else _brief(value))
         return f"{type(self).__name__}({', '.join(words)})"
 
+    @override
     def sample(self, points: F64, memo: dict[int, Sample]) -> Sample:
         d, slope = self.ratio(points)
         return self.weight * self.blend(d), (self.weight * self.blend.derivative(d))[:, None] * slope

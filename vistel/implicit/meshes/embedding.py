@@ -71,6 +71,7 @@ class Limbs:
 
     @property
     def groups(self) -> int:
+        """How many limbs there are."""
         return int(self.group.max()) + 1
 
 

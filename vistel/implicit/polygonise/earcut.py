@@ -1,4 +1,8 @@
-"""Triangles of a flat region with holes, without new vertices: ear clipping (Eberly 2002)."""
+"""Triangles of a flat region with holes, without new vertices: ear clipping (Eberly 2002).
+
+Every vertex of the rim is a corner of a triangle, also where the rim is straight, since the faces beside it use it too.
+`mapbox_earcut` leaves such vertices out, which would leave cracks.
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 Attributes named `colour` (3 or 4 numbers from 0 to 1, linear) and `uv` (2) are written as each format calls them. OBJ
 carries colours behind the positions, as most readers accept. Where a mesh has hard edges, OBJ and USD keep one normal
 for each corner; PLY and glTF, which know vertices only, repeat the vertex for every normal it has.
+Written here and not by trimesh, which knows triangles only and one normal for each vertex.
 """
 
 from __future__ import annotations

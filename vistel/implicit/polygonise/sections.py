@@ -39,6 +39,7 @@ class MeshEdges:
 
     @classmethod
     def of_triangles(cls, triangles: I64) -> MeshEdges:
+        """The edges of triangles (T, 3), each once."""
         directed = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
         ends, of = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True)
         return cls(ends, of.reshape(-1, 3))

@@ -146,6 +146,7 @@ def _value(p, record, px, py, pz, s):
 
 @row
 def pointblob(p, x, y, z, u, gx, gy, gz, n, slope):
+    """F of a pointblob."""
     room = np.empty(16, np.float32)
     s = pointer(room)
     record = at(p, int(p[3]))
@@ -210,6 +211,7 @@ def _weight(p, count, k, x, y, z, s):
 
 @row
 def point_setblob(p, x, y, z, u, gx, gy, gz, n, slope):
+    """F of a point-setblob."""
     room = np.empty(16, np.float32)
     s = pointer(room)
     count = int(p[0])

@@ -27,19 +27,32 @@ class Blob(Protocol):
     """What is packed of a `pointblob.Pointblob`."""
 
     @property
-    def volume(self) -> Volume: ...
+    def volume(self) -> Volume:
+        """The star-shaped volume."""
+
     @property
-    def centre(self) -> Vec3: ...
+    def centre(self) -> Vec3:
+        """(3,) the point S."""
+
     @property
-    def blend(self) -> Blend: ...
+    def blend(self) -> Blend:
+        """The blend of all of it."""
+
     @property
-    def reach(self) -> float: ...
+    def reach(self) -> float:
+        """The ratio to the volume is multiplied by it."""
+
     @property
-    def vertex_blends(self) -> tuple[Blend, ...] | None: ...
+    def vertex_blends(self) -> tuple[Blend, ...] | None:
+        """A blend for each vertex."""
+
     @property
-    def vertex_reaches(self) -> tuple[float, ...]: ...
+    def vertex_reaches(self) -> tuple[float, ...]:
+        """Each vertex' reach."""
+
     @property
-    def fan(self) -> Fan: ...
+    def fan(self) -> Fan:
+        """The polyhedron's cones about the centre."""
 
 
 def packed(blobs: Sequence[Blob], smoothing: float, printed: bool) -> F64:

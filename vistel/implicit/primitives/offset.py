@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from typing_extensions import override
 
 from vistel.arrays import F64
 from vistel.implicit.blend import QUARTIC, Blend
@@ -50,25 +51,31 @@ class Sphere(Primitive):
         return cls(centre, radius * influence_of("Sphere", threshold, options), **options)
 
     @property
+    @override
     def bounds(self) -> F64:
         c = np.array(self.centre)
         return np.stack([c - self.radius, c + self.radius])
 
+    @override
     def closest(self, points: F64) -> F64:
         return np.broadcast_to(np.array(self.centre), points.shape).copy()
 
+    @override
     def ratio(self, points: F64) -> Sample:
         offset = points - np.array(self.centre)
         return np.linalg.norm(offset, axis=1) / self.radius, unit_rows(offset) / self.radius
 
     @property
+    @override
     def parameters(self) -> F64:
         return np.array([*self.centre, 1 / self.radius**2])
 
     @property
+    @override
     def bounding_capsule(self) -> F64:
         return np.array([*self.centre, *self.centre, self.radius])
 
+    @override
     def placed(self, matrix: F64, scale: float) -> Sphere:
         return replace(self, centre=mapped(matrix, self.centre), radius=self.radius * scale)
 
@@ -94,10 +101,12 @@ class Sphylinder(Primitive):
         return cls(start, end, radius * influence_of("Sphylinder", threshold, options), **options)
 
     @property
+    @override
     def bounds(self) -> F64:
         ends = np.array([self.start, self.end])
         return np.stack([ends.min(axis=0) - self.radius, ends.max(axis=0) + self.radius])
 
+    @override
     def closest(self, points: F64) -> F64:
         a = np.array(self.start)
         axis = np.array(self.end) - a
@@ -105,11 +114,13 @@ class Sphylinder(Primitive):
         along = np.clip((points - a) @ axis * scale, 0, 1)
         return a + along[:, None] * axis
 
+    @override
     def ratio(self, points: F64) -> Sample:
         offset = points - self.closest(points)
         return np.linalg.norm(offset, axis=1) / self.radius, unit_rows(offset) / self.radius
 
     @property
+    @override
     def parameters(self) -> F64:
         axis = np.array(self.end) - np.array(self.start)
         return np.array([*self.start, *axis, self._per_length2, 1 / self.radius**2])
@@ -121,9 +132,11 @@ class Sphylinder(Primitive):
         return 1 / length**2 if length > POINT * self.radius else 0.0
 
     @property
+    @override
     def bounding_capsule(self) -> F64:
         return np.array([*self.start, *self.end, self.radius])
 
+    @override
     def placed(self, matrix: F64, scale: float) -> Sphylinder:
         ends = {"start": mapped(matrix, self.start), "end": mapped(matrix, self.end)}
         return replace(self, **ends, radius=self.radius * scale)
@@ -189,6 +202,7 @@ class ConeSphere(Primitive):
         return np.array(self.start) - self.axis * self.radius_start / math.cos(self.theta)
 
     @property
+    @override
     def bounds(self) -> F64:
         a, b = np.array(self.start), np.array(self.end)
         return np.stack(
@@ -213,9 +227,11 @@ class ConeSphere(Primitive):
             s = np.clip(np.where(radius > 0, inside, length if k > 0 else 0.0), 0, length)
         return s, self.radius_start + k * s
 
+    @override
     def closest(self, points: F64) -> F64:
         return np.array(self.start) + self._along(points)[0][:, None] * self.axis
 
+    @override
     def ratio(self, points: F64) -> Sample:
         s, radius = self._along(points)
         offset = points - (np.array(self.start) + s[:, None] * self.axis)
@@ -230,6 +246,7 @@ class ConeSphere(Primitive):
         return d, across[:, None] * normal + along[:, None] * self.axis
 
     @property
+    @override
     def parameters(self) -> F64:
         length = self.length
         start, r = self.radius_start, self.radius_start
@@ -238,9 +255,11 @@ class ConeSphere(Primitive):
         return np.array([*self.start, *self.axis, length, r, k, float(self.printed)])
 
     @property
+    @override
     def bounding_capsule(self) -> F64:
         return np.array([*self.start, *self.end, max(self.radius_start, self.radius_end)])
 
+    @override
     def placed(self, matrix: F64, scale: float) -> ConeSphere:
         ends = {"start": mapped(matrix, self.start), "end": mapped(matrix, self.end)}
         radii = {"radius_start": self.radius_start * scale, "radius_end": self.radius_end * scale}
@@ -278,25 +297,30 @@ class RoundedPolygon(Primitive):
         return plane_of("RoundedPolygon", self.vertices)
 
     @property
+    @override
     def bounds(self) -> F64:
         return np.stack([self.vertices.min(axis=0) - self.radius, self.vertices.max(axis=0) + self.radius])
 
+    @override
     def closest(self, points: F64) -> F64:
         origin, frame, flat = self.plane
         local = (points - origin) @ frame.T
         q = closest_in_polygon(local[:, :2], flat)
         return origin + q @ frame[:2]
 
+    @override
     def ratio(self, points: F64) -> Sample:
         offset = points - self.closest(points)
         return np.linalg.norm(offset, axis=1) / self.radius, unit_rows(offset) / self.radius
 
     @property
+    @override
     def parameters(self) -> F64:
         flat = self.plane[2]
         return np.concatenate([[1 / self.radius**2, len(flat)], flat.ravel()])
 
     @property
+    @override
     def frame(self) -> F64:
         origin, frame, _ = self.plane
         return np.column_stack([frame.T, origin])

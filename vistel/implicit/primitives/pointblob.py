@@ -9,6 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from vistel.arrays import F64
 from vistel.implicit.blend import HERMITE, QUARTIC, Blend
@@ -91,14 +92,17 @@ class Pointblob(Primitive):
         return Fan(self.volume, self.centre)
 
     @property
+    @override
     def bounds(self) -> F64:
         least = min((self.reach, *self.vertex_reaches)) if self.vertex_blends else self.reach
         centre = np.array(self.centre)
         return centre + (self.volume.bounds - centre) / least
 
+    @override
     def closest(self, points: F64) -> F64:
         return np.broadcast_to(np.array(self.centre), points.shape).copy()
 
+    @override
     def ratio(self, points: F64) -> Sample:
         if isinstance(self.volume, Polyhedron):
             which, g = self.fan.find(points)
@@ -108,10 +112,12 @@ class Pointblob(Primitive):
             d, slope = ray_ratio(self.volume, self.centre, points)
         return self.reach * np.maximum(d, 0.0), self.reach * slope
 
+    @override
     def surface_point(self, points: F64) -> F64:
         q, d = self.closest(points), self.ratio(points)[0][:, None] / self.reach
         return q + np.divide(points - q, d, out=np.zeros_like(points), where=d > 0)
 
+    @override
     def sample(self, points: F64, memo: dict[int, Sample]) -> Sample:
         if self.vertex_blends is None:
             return super().sample(points, memo)
@@ -144,6 +150,7 @@ class Pointblob(Primitive):
         return unit_rows(np.einsum("nk,nkc->nc", np.maximum(g, 0), corner)).reshape(np.shape(points))
 
     @property
+    @override
     def parameters(self) -> F64:
         return packed((self,), 1.0, False)
 
@@ -206,6 +213,7 @@ class PointSetblob(Primitive):
         )
 
     @property
+    @override
     def bounds(self) -> F64:
         boxes = np.array([blob.bounds for blob in self.blobs])
         return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
@@ -214,6 +222,7 @@ class PointSetblob(Primitive):
         """Index (n,) of the centre closest to each of the points (n, 3)."""
         return np.linalg.norm(points[:, None] - self.centres, axis=2).argmin(axis=1)
 
+    @override
     def closest(self, points: F64) -> F64:
         return self.centres[self.nearest(points)]
 
@@ -226,6 +235,7 @@ class PointSetblob(Primitive):
             d[at], slope[at] = blob.ratio(points[at])
         return d, slope
 
+    @override
     def surface_point(self, points: F64) -> F64:
         which, found = self.nearest(points), np.zeros_like(points)
         for i, blob in enumerate(self.blobs):
@@ -253,6 +263,7 @@ class PointSetblob(Primitive):
         slope = w[..., None] * np.einsum("nkj,nkjc->nkc", log_slope, away[:, :, None] - away[:, None, :])
         return w, slope
 
+    @override
     def sample(self, points: F64, memo: dict[int, Sample]) -> Sample:
         w, dw = self.weights(points)
         samples = [blob.field_and_gradient(points) for blob in self.blobs]
@@ -263,5 +274,6 @@ class PointSetblob(Primitive):
         return self.weight * field, self.weight * gradient / total[:, None]
 
     @property
+    @override
     def parameters(self) -> F64:
         return packed(self.blobs, self.smoothing, self.printed)

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from vistel.arrays import F64, I64
 from vistel.implicit.checks import ShapeError
@@ -45,6 +46,7 @@ class Polyblob(Primitive):
         return bool((self.hull.vertices @ self.hull.normals.T <= level + 1e-7 * size).all())
 
     @property
+    @override
     def bounds(self) -> F64:
         return self.hull.bounds
 
@@ -53,11 +55,13 @@ class Polyblob(Primitive):
         """(m, 7, 3) for each core triangle the normals that tell inside from outside at its face, edges, corners."""
         return feature_normals(self.core)
 
+    @override
     def closest(self, points: F64) -> F64:
         q, which, feature = closest_on_triangles(self.core.corners, points)
         inside = np.einsum("nc,nc->n", points - q, self.core_normals[which, feature]) <= 0
         return np.where(inside[:, None], points, q)
 
+    @override
     def ratio(self, points: F64) -> Sample:
         q, which, feature = closest_on_triangles(self.core.corners, points)
         offset = points - q
@@ -86,6 +90,7 @@ class Polyblob(Primitive):
         return leaving_triangle(self.hull.corners, q, offset)
 
     @property
+    @override
     def parameters(self) -> F64:
         core, hull = self.core, self.hull
         level = np.einsum("mc,mc->m", hull.normals, hull.corners[:, 0])

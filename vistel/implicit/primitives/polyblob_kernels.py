@@ -93,6 +93,7 @@ def _leaving(hull, m, convex, qx, qy, qz, dx, dy, dz):
 
 @row
 def polyblob(p, x, y, z, u, gx, gy, gz, n, slope):
+    """u of a polyblob."""
     count, m, convex = int(p[0]), int(p[1]), p[2] != ZERO
     core = at(p, 3)
     hull = at(p, 3 + CORE_WORDS * count)

@@ -30,6 +30,7 @@ def _sphere_ratio(x, y, z, u, a, b, c, k, n):
 
 @row
 def sphere(p, x, y, z, u, gx, gy, gz, n, slope):
+    """u of a sphere."""
     a, b, c, k = p[0], p[1], p[2], p[3]
     _sphere_ratio(x, y, z, u, a, b, c, k, n)
     if slope:
@@ -66,6 +67,7 @@ def _copy(a, b, n):
 
 @row
 def sphylinder(p, x, y, z, u, gx, gy, gz, n, slope):
+    """u of a sphylinder."""
     a, b, c, ex, ey, ez = p[0], p[1], p[2], p[3], p[4], p[5]
     e, k = p[6], p[7]
     _foot(x, y, z, u, a, b, c, ex * e, ey * e, ez * e, n)
@@ -146,6 +148,7 @@ def _printed_cone(p, x, y, z, u, gx, gy, gz, n, slope):
 
 @row
 def cone_sphere(p, x, y, z, u, gx, gy, gz, n, slope):
+    """u of a cone-sphere."""
     if p[9] != ZERO:
         _printed_cone(p, x, y, z, u, gx, gy, gz, n, slope)
         return
@@ -161,6 +164,7 @@ def cone_sphere(p, x, y, z, u, gx, gy, gz, n, slope):
 
 @row
 def rounded_polygon(p, x, y, z, u, gx, gy, gz, n, slope):
+    """u of a rounded polygon."""
     k, m = p[0], int(p[1])
     for i in range(n):
         px, py = x[i], y[i]
@@ -196,6 +200,7 @@ def _power(base, exponent):
 
 @row
 def superellipsoid(p, x, y, z, u, gx, gy, gz, n, slope):
+    """u of a superellipsoid."""
     ia, ib, ic, e1, e2 = p[0], p[1], p[2], p[3], p[4]
     for i in range(n):
         ax, ay, az = abs(x[i]) * ia, abs(y[i]) * ib, abs(z[i]) * ic
@@ -221,6 +226,7 @@ def superellipsoid(p, x, y, z, u, gx, gy, gz, n, slope):
 
 @row
 def supertoroid(p, x, y, z, u, gx, gy, gz, n, slope):
+    """u of a supertoroid."""
     ia, ib, ic, alpha, e1, e2 = p[0], p[1], p[2], p[3], p[4], p[5]
     for i in range(n):
         ax, ay, az = abs(x[i]) * ia, abs(y[i]) * ib, abs(z[i]) * ic

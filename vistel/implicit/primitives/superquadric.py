@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
+from typing_extensions import override
 
 from vistel.arrays import F64
 from vistel.implicit.checks import ShapeError, Vec3, positive, vector, within
@@ -65,17 +66,21 @@ class Superellipsoid(Primitive):
         return cls(centre, (a * reach, b * reach, c * reach), e1, e2, **options)
 
     @property
+    @override
     def bounds(self) -> F64:
         c, a = np.array(self.centre), np.array(self.sizes)
         return np.stack([c - a, c + a])
 
     @property
+    @override
     def frame(self) -> F64:
         return np.column_stack([np.eye(3), self.centre])
 
+    @override
     def closest(self, points: F64) -> F64:
         return np.broadcast_to(np.array(self.centre), points.shape).copy()
 
+    @override
     def ratio(self, points: F64) -> Sample:
         a, e1, e2 = np.array(self.sizes), self.e1, self.e2
         p = points - np.array(self.centre)
@@ -94,6 +99,7 @@ class Superellipsoid(Primitive):
         return size * d, slope * np.sign(p) / a
 
     @property
+    @override
     def parameters(self) -> F64:
         return np.array([*(1 / np.array(self.sizes)), self.e1, self.e2])
 
@@ -142,12 +148,14 @@ class Supertoroid(Primitive):
         return cls(centre, (a * reach, b * reach, c * reach), alpha / reach, e1, e2, **options)
 
     @property
+    @override
     def bounds(self) -> F64:
         c, (a1, a2, a3) = np.array(self.centre), self.sizes
         reach = np.array([a1 * (1 + self.alpha), a2 * (1 + self.alpha), a3])
         return np.stack([c - reach, c + reach])
 
     @property
+    @override
     def frame(self) -> F64:
         return np.column_stack([np.eye(3), self.centre])
 
@@ -160,6 +168,7 @@ class Supertoroid(Primitive):
         slope = _power(w, self.e2 / 2 - 1)[:, None] * np.stack([_power(unit[:, k], 2 / self.e2 - 1) for k in (0, 1)], axis=1)
         return size * _power(w, self.e2 / 2), slope
 
+    @override
     def closest(self, points: F64) -> F64:
         p = points - np.array(self.centre)
         q, _ = self._ring(p)
@@ -168,6 +177,7 @@ class Supertoroid(Primitive):
         ring[q == 0, 0] = self.alpha * self.sizes[0]
         return np.array(self.centre) + ring
 
+    @override
     def ratio(self, points: F64) -> Sample:
         a, e1 = np.array(self.sizes), self.e1
         p = points - np.array(self.centre)
@@ -184,5 +194,6 @@ class Supertoroid(Primitive):
         return size * _power(h, e1 / 2), slope * np.sign(p) / a
 
     @property
+    @override
     def parameters(self) -> F64:
         return np.array([*(1 / np.array(self.sizes)), self.alpha, self.e1, self.e2])

@@ -31,6 +31,7 @@ row = nb.njit(fastmath=FAST, nogil=True, error_model="numpy")
 
 @row
 def fill(a, n, value):
+    """a = value."""
     for i in range(n):
         a[i] = value
 
@@ -65,18 +66,21 @@ def find_cells(x, y, z, cell, realm, side, n):
 
 @row
 def add(a, b, n):
+    """a += b."""
     for i in range(n):
         a[i] += b[i]
 
 
 @row
 def add_scaled(a, b, s, n):
+    """a += s b."""
     for i in range(n):
         a[i] += s * b[i]
 
 
 @row
 def add_product(a, b, c, n):
+    """a += b c."""
     for i in range(n):
         a[i] += b[i] * c[i]
 
@@ -121,6 +125,7 @@ def affine(out, x, y, z, a, b, c, d, n):
 
 @row
 def accumulate_quartic(acc, u, w, n):
+    """acc += w (1 - u)^2 below u = 1."""
     for i in range(n):
         q = ONE - u[i]
         q = q if q > ZERO else ZERO
@@ -152,6 +157,7 @@ def accumulate_sphere_rows(acc, x, y, z, a, b, c, k, w, n):
 
 @row
 def quartic(u, value, rate, w, n):
+    """F and dF/du times w of the blend of this name at u = d^2."""
     for i in range(n):
         q = ONE - u[i]
         q = q if q > ZERO else ZERO
@@ -161,6 +167,7 @@ def quartic(u, value, rate, w, n):
 
 @row
 def wyvill(u, value, rate, w, n):
+    """As `quartic`."""
     for i in range(n):
         v = u[i]
         q = ONE - v
@@ -171,6 +178,7 @@ def wyvill(u, value, rate, w, n):
 
 @row
 def hermite(u, value, rate, w, n):
+    """As `quartic`."""
     for i in range(n):
         v = u[i]
         v = v if v < ONE else ONE
@@ -181,6 +189,7 @@ def hermite(u, value, rate, w, n):
 
 @row
 def quad2(u, value, rate, w, n):
+    """As `quartic`."""
     for i in range(n):
         v = u[i]
         v = v if v < ONE else ONE

@@ -44,28 +44,38 @@ class LightEntry(Entry):
 
 
 class CheckerEntry(Entry):
+    """Colours of a chequered solid; size of its cubes [m]."""
+
     checker: tuple[Colour, Colour]
     size: Positive = 0.1
 
 
 class ImageEntry(Entry):
+    """Colours of a picture; scale: metres that it covers."""
+
     image: Path
     projection: Literal["planar", "cylindrical", "spherical"] = "planar"
     scale: Positive = 1.0
 
 
 class WavesEntry(Entry):
+    """Straight waves on a surface; length [m]."""
+
     waves: Number
     length: Positive
     direction: Vec = (0.0, 1.0, 0.0)
 
 
 class RipplesEntry(Entry):
+    """Round waves on a surface; length [m]."""
+
     ripples: Number
     length: Positive
 
 
 class ImageHeightEntry(ImageEntry):
+    """Bumps by the brightness of a picture; height [m]."""
+
     height: Number
 
 
@@ -90,6 +100,8 @@ BumpEntry = Annotated[
 
 
 class MaterialEntry(Entry):
+    """A colour and what the surface does with light."""
+
     colour: Colour = (0.8, 0.5, 0.4)
     ambient: Part = 0.1
     diffuse: Part = 0.8
@@ -201,12 +213,16 @@ class PrimitiveEntry(ShapeEntry):
 
 
 class SphereEntry(PrimitiveEntry):
+    """A sphere; lengths [m]."""
+
     kind: Literal["sphere"]
     centre: Vec = (0.0, 0.0, 0.0)
     radius: Positive
 
 
 class SphylinderEntry(PrimitiveEntry):
+    """A sphylinder; lengths [m]."""
+
     kind: Literal["sphylinder"]
     start: Vec
     end: Vec
@@ -214,6 +230,8 @@ class SphylinderEntry(PrimitiveEntry):
 
 
 class ConeSphereEntry(PrimitiveEntry):
+    """A cone-sphere; lengths [m]."""
+
     kind: Literal["cone_sphere"]
     start: Vec
     end: Vec
@@ -222,12 +240,16 @@ class ConeSphereEntry(PrimitiveEntry):
 
 
 class RoundedPolygonEntry(PrimitiveEntry):
+    """A flat polygon with a radius; lengths [m]."""
+
     kind: Literal["rounded_polygon"]
     vertices: list[Vec]
     radius: Positive
 
 
 class SuperellipsoidEntry(PrimitiveEntry):
+    """A superellipsoid; lengths [m]."""
+
     kind: Literal["superellipsoid"]
     centre: Vec = (0.0, 0.0, 0.0)
     half_axes: Vec
@@ -236,6 +258,8 @@ class SuperellipsoidEntry(PrimitiveEntry):
 
 
 class SupertoroidEntry(PrimitiveEntry):
+    """A supertoroid; lengths [m]."""
+
     kind: Literal["supertoroid"]
     centre: Vec = (0.0, 0.0, 0.0)
     half_axes: Vec
@@ -254,6 +278,8 @@ class PointblobEntry(PrimitiveEntry):
 
 
 class PointSetblobEntry(PrimitiveEntry):
+    """A point-setblob."""
+
     kind: Literal["point_setblob"]
     volume: Solid | str
     centres: list[Vec]
@@ -278,6 +304,8 @@ class CombinationEntry(ShapeEntry):
 
 
 class SumEntry(CombinationEntry):
+    """A weighted sum of shapes."""
+
     kind: Literal["sum"]
     weights: list[Number] | None = None
 
@@ -303,6 +331,8 @@ class SubtractEntry(CombinationEntry):
 
 
 class ComplementEntry(CombinationEntry):
+    """The complement of a shape."""
+
     kind: Literal["complement"]
 
 

@@ -1,4 +1,7 @@
-"""Polygons from OBJ and PLY files (ASCII and binary PLY); anything but vertices and faces is left aside."""
+"""Polygons from OBJ and PLY files (ASCII and binary PLY); anything but vertices and faces is left aside.
+
+Read here and not by trimesh, which would cut polygons into triangles and drop faces without a word.
+"""
 
 from __future__ import annotations
 

@@ -169,6 +169,7 @@ def advance(t, out, sign, s1, threshold):
 
 @leaf
 def clear(row, rows):
+    """Zeros in so many rows."""
     for i in range(RAYS * rows):
         row[i] = ZERO
 

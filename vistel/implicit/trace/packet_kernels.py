@@ -53,6 +53,7 @@ def load(origins, directions, near, far, first, n, centre, radius, rays, start, 
 
 @leaf
 def clip_to_ball(rays, x, y, z, radius, start, end):
+    """The stretches start to end of rays that lie in a ball; NEVER where none does."""
     wide()
     for i in range(RAYS):
         px, py, pz = x - rays[i], y - rays[RAYS + i], z - rays[2 * RAYS + i]
