@@ -85,8 +85,7 @@ def _reached(edges: Mapping[str, set[str]], start: str) -> set[str]:
 
 
 def _sugar(ring: frozenset[str]) -> bool:
-    argued = SUGAR | {"graph", "evaluation", "primitives"}
-    return all(m.startswith("vistel.implicit.") and m.rsplit(".", 1)[1] in argued for m in ring)
+    return all(m.rpartition(".")[0] == "vistel.implicit.graph" and m.rpartition(".")[2] in SUGAR for m in ring)
 
 
 def crowded(files: list[Path]) -> list[str]:

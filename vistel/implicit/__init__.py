@@ -13,8 +13,8 @@ from vistel.implicit.blend import HERMITE, QUAD2, QUARTIC, WYVILL, Blend
 from vistel.implicit.checks import ShapeError
 from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.evaluation.program import Evaluation, FieldProgram, compile
+from vistel.implicit.graph.attributes import Attributed
 from vistel.implicit.graph.combine import (
-    Attributed,
     Complement,
     Diff,
     Extremum,

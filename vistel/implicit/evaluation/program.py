@@ -5,7 +5,7 @@ program.field(points)            # (n,) float32
 program.grid(low, high, 128)     # (128, 128, 128) float32
 """
 
-# ruff: noqa: PLC0415 - Numba is only loaded when something is evaluated
+# Numba is only loaded when something is evaluated
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from itertools import permutations
 import numpy as np
 
 from vistel.implicit.checks import ShapeError, finite, within
-from vistel.implicit.constants import ALPHA, BETA
+from vistel.implicit.constants import BETA, LONGEST_ZONE
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.penetration import penetration
 from vistel.implicit.ghosts.constraint import KAPPA, Constraint, Pull, strongest
@@ -178,9 +178,9 @@ class _Contacts:
         weights: list[float] = []
         deficits: list[Shape] = []
         for quotient, other, reach, zone, hold, share in self._others:
-            zone = max(0.0, min(zone, T, 27.0 / 4.0 * ALPHA * T / (quotient * n)))  # noqa: PLW2901
-            if zone > 0 or reach is not None:
-                raised.append(Raised((other,) if reach is None else (other, reach), zone, hold))
+            rim = max(0.0, min(zone, T, LONGEST_ZONE / (quotient * n)))
+            if rim > 0 or reach is not None:
+                raised.append(Raised((other,) if reach is None else (other, reach), rim, hold))
                 weights.append(quotient * share)
             deficits.append(Sum((Deficit((other,), share),), (quotient,)))
         if not raised:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -305,56 +305,6 @@ def rotation_matrix(quaternion: ArrayLike) -> F64:
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
-
-
-@dataclass(frozen=True, eq=False)
-class Attributed(Shape):
-    """A shape whose primitives carry attributes, unless they have some of the same name further down.
-
-    values: name -> (k,) numbers, or a function from boundary points P' (n, 3) to (n, k) numbers (a texture).
-    weights: name -> how strongly the attribute counts in a blend; 1 where missing.
-    """
-
-    shape: Shape
-    values: Mapping[str, object]
-    weights: Mapping[str, float]
-
-    @classmethod
-    def of(cls, shape: Shape, values: Mapping[str, object], weights: Mapping[str, float]) -> Attributed:
-        """`shape` with checked attributes."""
-        checked: dict[str, object] = {}
-        for name, value in values.items():
-            if callable(value):
-                checked[name] = value
-                continue
-            numbers = np.atleast_1d(np.array(value, np.float64))
-            if numbers.ndim != 1 or not np.isfinite(numbers).all():
-                raise ShapeError(f"with_attributes: {name} is {value!r}, expected finite numbers or a function of points")
-            numbers.setflags(write=False)
-            checked[name] = numbers
-        for name, weight in weights.items():
-            if name not in checked:
-                raise ShapeError(f"with_attributes: weights names {name!r}, expected one of {sorted(checked)}")
-            if finite("with_attributes", f"weights[{name!r}]", weight) < 0:
-                raise ShapeError(f"with_attributes: weights[{name!r}] is {weight:g}, expected 0 or more")
-        return cls(shape, checked, dict(weights))
-
-    @property
-    @override
-    def operands(self) -> tuple[Shape, ...]:
-        return (self.shape,)
-
-    @property
-    @override
-    def bounds(self) -> F64:
-        return self.shape.bounds
-
-    @override
-    def sample(self, points: F64, memo: dict[int, Sample]) -> Sample:
-        return self.shape._sampled(points, memo)
-
-    def __repr__(self) -> str:
-        return f"{self.shape!r}.with_attributes({', '.join(sorted(self.values))})"
 
 
 def total(*shapes: Shape) -> Sum:

@@ -14,7 +14,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.implicit.checks import ShapeError
-from vistel.implicit.graph.combine import Attributed, Combination, Complement, Diff, Extremum, Placed, Ricci, Sum
+from vistel.implicit.graph.attributes import Attributed
+from vistel.implicit.graph.combine import Combination, Complement, Diff, Extremum, Placed, Ricci, Sum
 from vistel.implicit.graph.primitive import Primitive
 from vistel.implicit.graph.shape import Shape
 

@@ -7,7 +7,7 @@ reference; `vistel.implicit.compile` makes the fast program for many points.
 
 # pyright: reportUnnecessaryIsInstance=false
 
-# ruff: noqa: PLC0415 - `shape`, `combine`, `attributes`, `primitive` and `lower` know each other: combinations are shapes, and the
+# `shape`, `combine`, `attributes`, `primitive` and `lower` know each other: combinations are shapes, and the
 # operators of every shape make combinations. It is the only import circle (docs/architecture.md).
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from vistel.implicit.checks import query_points
 from vistel.implicit.constants import THRESHOLD
 
 if TYPE_CHECKING:
-    from vistel.implicit.graph.combine import Attributed, Placed
+    from vistel.implicit.graph.attributes import Attributed
+    from vistel.implicit.graph.combine import Placed
 
 Sample = tuple[F64, F64]
 """Values (n,) and gradients (n, 3) of a field at n points."""
@@ -139,7 +140,7 @@ class Shape(ABC):
 
         weights: how strongly each attribute of this shape counts in a blend (1 where not given).
         """
-        from vistel.implicit.graph.combine import Attributed
+        from vistel.implicit.graph.attributes import Attributed
 
         return Attributed.of(self, attributes, weights or {})
 

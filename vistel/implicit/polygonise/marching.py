@@ -1,6 +1,6 @@
 """Polygonisation on an even lattice by the marching kernel."""
 
-# ruff: noqa: PLC0415 - Numba is only loaded when something is polygonised
+# Numba is only loaded when something is polygonised
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ The shape (NumPy, double precision) defines the field and packs its `parameters`
 reads them. The dispatcher that the evaluator compiles is written from this table.
 """
 
-# ruff: noqa: PLC0415 - the table is read by shapes and by kernels, which it names in turn
+# the table is read by shapes and by kernels, which it names in turn
 
 from __future__ import annotations
 

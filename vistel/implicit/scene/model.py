@@ -14,7 +14,7 @@ from vistel.arrays import F64, I64
 from vistel.implicit.checks import Vec3
 from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.evaluation.program import FieldProgram, compile
-from vistel.implicit.graph.combine import Attributed
+from vistel.implicit.graph.attributes import Attributed
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.scene.surface import Material, Rgb

@@ -43,7 +43,7 @@ def check_writable(path: Path | str) -> Path:
 
 def write_png(path: Path | str, light: NDArray[np.floating]) -> None:
     """Linear light (h, w, 3) as a PNG. Raises SceneError where it cannot be written."""
-    from PIL import Image  # noqa: PLC0415 - only pictures need it
+    from PIL import Image
 
     file = check_writable(path)
     try:

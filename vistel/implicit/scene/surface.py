@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.implicit.graph.combine import Attributed
+from vistel.implicit.graph.attributes import Attributed
 from vistel.implicit.graph.shape import Shape
 
 Rgb = tuple[float, float, float]
@@ -73,7 +73,7 @@ class _Projected:
     @cached_property
     def pixels(self) -> F64:
         """(h, w, 3) colours in 0..1."""
-        from PIL import Image as Picture  # noqa: PLC0415 - only scenes with pictures need it
+        from PIL import Image as Picture
 
         with Picture.open(self.path) as picture:
             return np.asarray(picture.convert("RGB"), np.float64) / 255.0

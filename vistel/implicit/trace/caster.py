@@ -88,16 +88,16 @@ class RayCaster:
     def _solve(self, o: F64, d: F64, near: F64, far: F64, hits: F64, count: I64) -> None:
         rays = (*self.ball, o, d, near, far, self.threshold)
         if self.way == "march":
-            from vistel.implicit.trace.march_kernels import trace_march  # noqa: PLC0415 - brings Numba
+            from vistel.implicit.trace.march_kernels import trace_march
 
             trace_march(*rays, hits, count)
         elif self.way == "analytic" and (hits.shape[1] == 1 or len(self._pieces.member) <= 1):
-            from vistel.implicit.trace.pieces_kernels import trace_pieces  # noqa: PLC0415
+            from vistel.implicit.trace.pieces_kernels import trace_pieces
 
             p = self._pieces
             trace_pieces(*rays, p.member, p.neighbours, p.first_triangle, hits, count)
         else:
-            from vistel.implicit.trace.numeric_kernels import trace_numeric  # noqa: PLC0415
+            from vistel.implicit.trace.numeric_kernels import trace_numeric
 
             trace_numeric(*rays, self.samples, hits, count)
 
@@ -131,7 +131,7 @@ class RayCaster:
     @cached_property
     def ball(self) -> tuple[Any, F64, F64, float]:
         """The kernels' arrays, their origin, and a ball (centre, radius) that holds every primitive's realm."""
-        from vistel.implicit.evaluation.evaluate_kernels import Arrays  # noqa: PLC0415 - brings Numba
+        from vistel.implicit.evaluation.evaluate_kernels import Arrays
 
         low, high = self.program.bounds
         radius = 0.5001 * float(np.linalg.norm(high - low))

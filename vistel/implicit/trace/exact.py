@@ -212,7 +212,7 @@ def _solved(box: F64, both: list[_Placed], members: list[_Placed], reached: dict
     A part that lies wholly inside the object is left out with those wholly outside: a ray from outside meets the surface
     elsewhere before it. `reached` learns which triangles of each leaf reach into the parts.
     """
-    from vistel.implicit.trace.cells_kernels import refine  # noqa: PLC0415 - brings Numba
+    from vistel.implicit.trace.cells_kernels import refine
 
     near = [m for m in members if bool(((m.box[0] < box[1]) & (m.box[1] > box[0])).all())]
     of_blob = [m for m in near for _ in m.cones]

@@ -108,7 +108,7 @@ class Tracer:
         self, box: tuple[int, int, int, int], light: NDArray[np.float32], distance: NDArray[np.float32], thing: NDArray[np.int8]
     ) -> None:
         """Draw the pixels of box (x0, y0, x1, y1) of a `plain` scene into whole pictures; the same as `seen` gives."""
-        from vistel.implicit.trace.picture_kernels import draw  # noqa: PLC0415 - brings Numba
+        from vistel.implicit.trace.picture_kernels import draw
 
         assert self.plain is not None and self.caster is not None
         scene, camera = self.scene, self.scene.camera

@@ -33,7 +33,7 @@ class MeshTree:
 
         any_hit: whichever triangle is found first will do, as for shadows.
         """
-        from vistel.implicit.trace.mesh_kernels import cast  # noqa: PLC0415 - brings Numba
+        from vistel.implicit.trace.mesh_kernels import cast
 
         t, which = np.full(len(origins), np.inf), np.full(len(origins), -1, np.int64)
         if len(self.order):
@@ -56,7 +56,7 @@ class BoxTree:
     def span(self, origins: F64, directions: F64, far: F64) -> tuple[F64, F64]:
         """From where the first box is entered to where the last is left, between 0 and far (n,); (inf, -inf) for rays
         that meet none."""
-        from vistel.implicit.trace.mesh_kernels import span  # noqa: PLC0415 - brings Numba
+        from vistel.implicit.trace.mesh_kernels import span
 
         first, last = np.full(len(origins), np.inf), np.full(len(origins), -np.inf)
         if len(self.arrays[0]):
@@ -66,7 +66,7 @@ class BoxTree:
 
 def _tree(low: F64, high: F64) -> tuple[I64, tuple[NDArray[np.generic], ...]]:
     """Order of the boxes, and the nodes: box, children, range."""
-    from vistel.implicit.trace.mesh_kernels import grow  # noqa: PLC0415 - brings Numba
+    from vistel.implicit.trace.mesh_kernels import grow
 
     m = len(low)
     order = np.arange(m)
