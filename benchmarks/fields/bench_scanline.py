@@ -16,7 +16,7 @@ from benchmarks.fields.bench_field import alternating
 from benchmarks.fields.scanline_scenes import CLAY, table2
 from benchmarks.row import Row, machine
 from vistel.implicit.evaluation.program import compile
-from vistel.implicit.scanline import Picture, Scanline
+from vistel.implicit.scanline import Scanline, ScanlinePicture
 from vistel.implicit.scene import Scene, encoded
 from vistel.implicit.trace import render
 
@@ -24,10 +24,10 @@ GAIN = 5.7
 REPEATS = 15
 
 
-def cast(scene: Scene, method: str = "auto") -> Picture:
+def cast(scene: Scene, method: str = "auto") -> ScanlinePicture:
     """The ray caster's picture of what a scanline picture shows."""
     found = render(scene, depth=0, shadows=False, threads=1, method=method)
-    return Picture(found.light, found.distance.astype(np.float32), found.thing, 1.0)
+    return ScanlinePicture(found.light, found.distance.astype(np.float32), found.thing, 1.0)
 
 
 def run() -> Iterator[Row]:
@@ -77,7 +77,7 @@ def _edits(here: str) -> Iterator[Row]:
     shapes = [CLAY.on(vi.total(p, *row.primitives[1:])) for p in (moved, first)]
     turn = 0
 
-    def edit() -> Picture:
+    def edit() -> ScanlinePicture:
         nonlocal turn
         turn += 1
         return line.edit(shapes[turn % 2])

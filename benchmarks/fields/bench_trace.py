@@ -28,7 +28,7 @@ import vistel.implicit as vi
 from benchmarks.fields.trace_scenes import CAMERA, table1
 from benchmarks.row import Row, machine
 from vistel.implicit.scene import Light, Material, Scene
-from vistel.implicit.trace import Picture, Tracer, render
+from vistel.implicit.trace import TracedPicture, Tracer, render
 
 SCENES = ("s106", "s13c30")
 SIZES = (400, 1600)
@@ -128,7 +128,7 @@ def against_polyhedra() -> Iterator[Row]:
         yield Row("trace", case, "candidate polygons", "", float(candidates), None, None, None, None, None, machine())
 
 
-def timed(scene: Scene, **options: Any) -> tuple[float, Picture]:
+def timed(scene: Scene, **options: Any) -> tuple[float, TracedPicture]:
     """Processor time [s] of a picture on one thread, and the picture."""
     _ = scene.program
     began = time.process_time()

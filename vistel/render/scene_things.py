@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64
 from vistel.figure.body import PosedBody
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.implicit.ghosts.constraint import Pull
+from vistel.implicit.ghosts.constraint import ConstraintGhost
 from vistel.render.figures.figures import Shape
 from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
@@ -75,7 +75,7 @@ class ThingsShown:
         instant: Instant,
         shapes: Mapping[str, Shape],
         posed: Mapping[str, PosedBody],
-        pulls: Mapping[str, Sequence[tuple[Primitive, Pull]]],
+        pulls: Mapping[str, Sequence[tuple[Primitive, ConstraintGhost]]],
     ) -> None:
         """Put the surfaces of soft things that have changed where they are drawn from. See `SoftThings.reshaped`."""
         now = self._soft.reshaped(instant, shapes, posed, pulls)

@@ -28,7 +28,7 @@ from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.ghosts.composition import collisions, deformed
 from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.mesh_ghosts import dents
-from vistel.implicit.ghosts.temporal import Memory, Plastic, Viscoelastic
+from vistel.implicit.ghosts.temporal import ContactMemory, Plastic, Viscoelastic
 from vistel.space.dynamics.soft import SoftRoom
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "examples/ghosts"))
@@ -214,7 +214,7 @@ def head_and_ball(seconds: float, rate: int) -> Iterator[tuple[float, list[Part]
     beside = np.linalg.norm(state.vertices - middle - along[:, None] * away, axis=1)
     brow = middle + along[beside < 0.01].max() * away
     head = limbs(figure, state, "head", nearest_groups(figure, state, brow, BALL_RADIUS))
-    memory = Memory({"head": Plastic(), "ball": Viscoelastic(0.35)})
+    memory = ContactMemory({"head": Plastic(), "ball": Viscoelastic(0.35)})
     speed, deepest, substeps = 0.8, 0.022, 4
     dt = 1.0 / rate / substeps
     for k in range(round(seconds * rate * substeps)):

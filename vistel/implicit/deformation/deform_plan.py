@@ -49,7 +49,7 @@ HEADER_TEXELS = 3
 @dataclass(frozen=True)
 class FramePlan:
     """words: (texels, 4) int32, the planner's own memory, valid until its next frame; acts: whether anything can
-    move; displacement: (V,) along the normals, in the order of `Places.vertex` [m], None: none."""
+    move; displacement: (V,) along the normals, in the order of `MeshLayout.vertex` [m], None: none."""
 
     words: I32
     acts: bool
@@ -57,7 +57,7 @@ class FramePlan:
 
 
 @dataclass(frozen=True)
-class Places:
+class MeshLayout:
     """What of a mesh never changes. vertex: (V,) the vertices in the order of blocks; block, lane: (V,) where each
     of those is, -1 none; calibration: (V, 7) rows as named in `deform_table`; overlap: (NO, LANES); fan_start
     (V + 1,) and fan of `vertex`'s neighbours, by places in that order, GAP between chains."""
@@ -108,7 +108,7 @@ class Planner(Deformer):
         """(NB, LANES) vertices of each block, the last repeated."""
         return self._index
 
-    def places(self) -> Places:
+    def places(self) -> MeshLayout:
         """Made anew on each call."""
         real = np.arange(LANES)[None] < self._count[:, None]
         vertex = self._index[real]
@@ -119,7 +119,7 @@ class Planner(Deformer):
         place[vertex] = np.arange(len(vertex), dtype=np.int32)
         place[-1] = -1  # a gap stays one
         spans = [fan[start[v] : start[v + 1]] for v in vertex]
-        return Places(
+        return MeshLayout(
             vertex,
             block.astype(np.int32),
             lane.astype(np.int32),

@@ -21,7 +21,7 @@ from vistel.implicit.checks import ShapeError, finite, within
 from vistel.implicit.constants import BETA, LONGEST_ZONE
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.penetration import penetration
-from vistel.implicit.ghosts.constraint import KAPPA, Constraint, Pull, strongest
+from vistel.implicit.ghosts.constraint import KAPPA, Constraint, ConstraintGhost, strongest
 from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Force, force_ghost
 from vistel.implicit.ghosts.ghost_kind import CONTACT, Ghost
@@ -110,7 +110,7 @@ def _under(
     forces = [g for g in ghosts if isinstance(g, Force)]
     parts: list[tuple[float, Shape]] = [(1.0, f) for f in ([force_ghost(body.placed, own, forces)] if forces else [])]
     touching = _Contacts(body, bodies, fields, depths)
-    for owner in dict.fromkeys(g.owner for g in ghosts if isinstance(g, Collision | Pull)):
+    for owner in dict.fromkeys(g.owner for g in ghosts if isinstance(g, Collision | ConstraintGhost)):
         _known(bodies, owner)
         touching.add_body(owner, [g for g in ghosts if g.owner == owner])
     for g in ghosts:
@@ -145,7 +145,7 @@ class _Contacts:
         other, mine = self.fields[name], self.fields[self.body.name]
         if not _overlap(other, mine):
             return
-        pulls = [g for g in ghosts if isinstance(g, Pull) and g.strength > 0]
+        pulls = [g for g in ghosts if isinstance(g, ConstraintGhost) and g.strength > 0]
         reach = strongest(pulls, self.body.placed) if pulls else None
         hold = max((g.hold for g in pulls), default=0.0)
         rigid = self.bodies[name].compliance == 0

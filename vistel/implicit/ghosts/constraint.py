@@ -37,7 +37,7 @@ Deficits = Callable[[F64], F64]
 
 
 @dataclass(frozen=True)
-class Pull(Ghost):
+class ConstraintGhost(Ghost):
     """One side of a constraint: the owner pulls the target's surface out round an axis.
 
     origin (3,) [m] and unit direction (3,) of the half-line, from the owner's point towards the target's, room frame;
@@ -54,7 +54,7 @@ class Pull(Ghost):
     priority: int = field(default=CONTACT, kw_only=True)
 
 
-def strongest(pulls: Sequence[Pull], target: Shape) -> Shape:
+def strongest(pulls: Sequence[ConstraintGhost], target: Shape) -> Shape:
     """s(P) over a target's realm: the largest of the sphylinders' fields."""
     low, high = target.bounds
     parts: list[Shape] = []
@@ -71,7 +71,7 @@ def strongest(pulls: Sequence[Pull], target: Shape) -> Shape:
 
 
 @dataclass(frozen=True)
-class Axis:
+class ConstraintAxis:
     """start, end (3,): the points held together [m]; along (3,): unit direction of the pulls from a to b;
     origin_a, origin_b (3,): where the sphylinders begin; overlapping: the bodies overlap between the points."""
 
@@ -84,7 +84,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Hold:
+class ConstraintState:
     """How a constraint fares. gap: between the surfaces along the axis [m]; point (3,): Q [m]; kappa: c_a / c_b;
     met: both surfaces reach Q; connected: and are one piece with their bodies on the way; torn: it broke for good."""
 
@@ -148,7 +148,7 @@ class Constraint:
         """1 until it tears, 0 from `fade` seconds later on."""
         return 1.0 if self.torn_at is None else decay_quartic(time - self.torn_at, self.fade)
 
-    def pulls(self, a: Deformable, b: Deformable, time: float = 0.0) -> tuple[Pull, ...]:
+    def pulls(self, a: Deformable, b: Deformable, time: float = 0.0) -> tuple[ConstraintGhost, ...]:
         """What each body does to the other at `time`; nothing once it is torn, or for a rigid body."""
         strength = self.strength(time)
         if strength <= 0:
@@ -158,7 +158,7 @@ class Constraint:
         whole_a, whole_b = self._in_one_piece(axis, a, b)
         sides = ((b, a, axis.origin_b, -axis.along, reach_a, whole_a), (a, b, axis.origin_a, axis.along, reach_b, whole_b))
         return tuple(
-            Pull(
+            ConstraintGhost(
                 owner.name,
                 target.name,
                 _three(origin),
@@ -175,7 +175,7 @@ class Constraint:
             if target.compliance > 0
         )
 
-    def _in_one_piece(self, axis: Axis, a: Deformable, b: Deformable) -> tuple[float, float]:
+    def _in_one_piece(self, axis: ConstraintAxis, a: Deformable, b: Deformable) -> tuple[float, float]:
         """Strengths at which the bulges of a and of b are not torn off their bodies (mathematics M4.7): 1 as far as they hold.
 
         Beyond that the neck pinches off: what would float between the bodies is drawn back into them.
@@ -188,7 +188,7 @@ class Constraint:
         onto_a, onto_b = kappa * constraint_field(y_b, hold), constraint_field(y_a, hold) / kappa
         return _largest_share(y_a, onto_a), _largest_share(y_b[::-1], onto_b[::-1])
 
-    def axis(self, a: Deformable, b: Deformable) -> Axis:
+    def axis(self, a: Deformable, b: Deformable) -> ConstraintAxis:
         """Where it acts. Points inside a body move to where the axis leaves it for the last time.
 
         The direction turns smoothly into the surfaces' own normals as bodies come to overlap, so that sticking bodies
@@ -212,15 +212,15 @@ class Constraint:
         soft = 0.1 * min(self.reaches(a, b))
         along = _unit(end - start + max(0.0, soft - apart) * normal, normal)
         back = min(0.0, apart) / 2 * normal
-        return Axis(start, end, along, start + back, end - back, overlapping or apart <= 0)
+        return ConstraintAxis(start, end, along, start + back, end - back, overlapping or apart <= 0)
 
-    def held(self, a: Deformable, b: Deformable) -> Hold:
+    def held(self, a: Deformable, b: Deformable) -> ConstraintState:
         """Whether the bodies reach each other, with the fields they have at rest."""
         kappa = _kappa(a.compliance, b.compliance)
         axis = self.axis(a, b)
         torn = self.torn_at is not None
         if axis.overlapping:
-            return Hold(0.0, (axis.start + axis.end) / 2, kappa, not torn, not torn, torn)
+            return ConstraintState(0.0, (axis.start + axis.end) / 2, kappa, not torn, not torn, torn)
         of_a: Deficits = partial(_deficit, a.placed, axis.start, axis.end)
         of_b: Deficits = partial(_deficit, b.placed, axis.start, axis.end)
         where = _crossing(of_a, of_b, kappa)
@@ -234,7 +234,7 @@ class Constraint:
         gap = float(np.linalg.norm(axis.end - axis.start))
         q = axis.start + where * (axis.end - axis.start)
         connected = bool(whole_a.all() and whole_b.all())
-        return Hold(gap, q, kappa, bool(met) and not torn, connected and not torn, torn)
+        return ConstraintState(gap, q, kappa, bool(met) and not torn, connected and not torn, torn)
 
 
 def tear(constraints: Iterable[Constraint], bodies: Mapping[str, Deformable], time: float) -> tuple[Constraint, ...]:

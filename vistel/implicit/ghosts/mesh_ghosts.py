@@ -21,14 +21,14 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation import effect_kernels as effects
 from vistel.implicit.deformation.field_kernels import ROW
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
-from vistel.implicit.ghosts.constraint import Pull
+from vistel.implicit.ghosts.constraint import ConstraintGhost
 from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Directional, Radial, Shear
-from vistel.implicit.ghosts.temporal import Memory
+from vistel.implicit.ghosts.temporal import ContactMemory
 from vistel.implicit.graph.combine import rotation_matrix
 
 
-def pulled(source: GhostSource, pulls: Sequence[Pull]) -> GhostSource:
+def pulled(source: GhostSource, pulls: Sequence[ConstraintGhost]) -> GhostSource:
     """A soft body's ghosts that also hold the mesh by `pulls`, those onto the mesh; several share one ghost (mathematics M4.6)."""
     if not pulls:
         return source
@@ -45,8 +45,8 @@ def faded(source: GhostSource, share: float) -> GhostSource:
     return _with(source, effects.FADING, [within("faded", "share", share, 0.0, 1.0)])
 
 
-def dents(memory: Memory, maker: str, body: Deformable, primitives: PrimitiveSet, time: float) -> list[GhostSource]:
-    """What a mesh remembers of a maker (`Memory`), as ghosts; primitives: the maker's, in its own frame.
+def dents(memory: ContactMemory, maker: str, body: Deformable, primitives: PrimitiveSet, time: float) -> list[GhostSource]:
+    """What a mesh remembers of a maker (`ContactMemory`), as ghosts; primitives: the maker's, in its own frame.
 
     body: the mesh's body, for the frame the dents are kept in; its position and rotation are where it is now.
     """

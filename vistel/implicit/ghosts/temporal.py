@@ -1,6 +1,6 @@
 """Memory of contacts: none (elastic), dents (plastic), a lagging ghost (viscoelastic) (Singh §C.2; mathematics M5.1).
 
-    memory = Memory({"head": Plastic(), "ball": Viscoelastic(0.4)})
+    memory = ContactMemory({"head": Plastic(), "ball": Viscoelastic(0.4)})
     memory = memory.step(bodies, time, dt)
     shapes = deformed(bodies, [*collisions(bodies), *memory.ghosts(time)], time)
 
@@ -107,13 +107,13 @@ class KeptImprint:
 
 
 @dataclass(frozen=True)
-class Memory:
+class ContactMemory:
     """materials: of the bodies that remember, by name; dents: by (maker, body), oldest first."""
 
     materials: Mapping[str, Material]
     dents: Mapping[tuple[str, str], tuple[KeptImprint, ...]] = field(default_factory=dict[tuple[str, str], tuple[KeptImprint, ...]])
 
-    def step(self, bodies: Sequence[Deformable], time: float, dt: float) -> Memory:
+    def step(self, bodies: Sequence[Deformable], time: float, dt: float) -> ContactMemory:
         """What is remembered at `time`, with the bodies where they are then, dt seconds after the last step."""
         dents = dict(self.dents)
         for maker, body in permutations(bodies, 2):

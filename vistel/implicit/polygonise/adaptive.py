@@ -9,12 +9,23 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.polygonise.cell_loops import (
+    CORNER_OFFSETS,
+    NONE,
+    cases,
+    edge_key,
+    fans,
+    find,
+    lines,
+    pack,
+    table_triangles,
+    unpack,
+)
 from vistel.implicit.polygonise.crossing import crossings, on_surface
 from vistel.implicit.polygonise.marching import Marched, Progress
 from vistel.implicit.polygonise.mesh import parts
 from vistel.implicit.polygonise.octree import Leaves, refine
 from vistel.implicit.polygonise.tables import EDGE_ENDS, FACES
-from vistel.implicit.polygonise.weave import CORNER_OFFSETS, NONE, cases, edge_key, fans, find, lines, pack, table_triangles, unpack
 
 Flags = NDArray[np.bool_]
 

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.polygonise.cell_loops import BITS, CORNER_OFFSETS, pack, unpack
 from vistel.implicit.polygonise.crossing import crossings
 from vistel.implicit.polygonise.lattice import Lattice, refuse_beyond
 from vistel.implicit.polygonise.marching import Progress
 from vistel.implicit.polygonise.tables import EDGE_ENDS
-from vistel.implicit.polygonise.weave import BITS, CORNER_OFFSETS, pack, unpack
 
 COARSE = 8
 """Cells along the longest side of the bounds before any is cut."""

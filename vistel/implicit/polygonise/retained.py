@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.implicit.evaluation.program import FieldProgram
+from vistel.implicit.polygonise.cell_loops import CORNER_OFFSETS, cases, edge_key, fans, find, lines, pack, table_triangles, unpack
 from vistel.implicit.polygonise.crossing import crossings, on_surface
 from vistel.implicit.polygonise.earcut import triangulate
 from vistel.implicit.polygonise.lattice import Lattice, refuse_beyond
@@ -24,7 +25,6 @@ from vistel.implicit.polygonise.owners import SHARED, Owner, alone, defining, ow
 from vistel.implicit.polygonise.sections import CORNER, MIDDLE, ON_LATTICE, MeshEdges, Sections, crossed_planes, on_mesh, sections
 from vistel.implicit.polygonise.shading import auto_smooth
 from vistel.implicit.polygonise.tables import EDGE_ENDS, FACES
-from vistel.implicit.polygonise.weave import CORNER_OFFSETS, cases, edge_key, fans, find, lines, pack, table_triangles, unpack
 
 Flags = NDArray[np.bool_]
 

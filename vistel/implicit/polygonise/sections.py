@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64, I64
-from vistel.implicit.polygonise.weave import edge_key, pack
+from vistel.implicit.polygonise.cell_loops import edge_key, pack
 
 ON_MESH, ON_LATTICE, CORNER, MIDDLE = range(4)
 """What a vertex is: on an edge of the polyhedron in a plane, on an edge of the lattice, the polyhedron's own, made in a

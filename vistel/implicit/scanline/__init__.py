@@ -11,6 +11,6 @@
 See docs/how-to/trace-a-scene.md.
 """
 
-from vistel.implicit.scanline.renderer import Picture, Scanline, render
+from vistel.implicit.scanline.renderer import Scanline, ScanlinePicture, render
 
-__all__ = ["Picture", "Scanline", "render"]
+__all__ = ["Scanline", "ScanlinePicture", "render"]

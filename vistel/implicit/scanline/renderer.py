@@ -22,7 +22,7 @@ from vistel.implicit.trace.looks import ImplicitLook
 
 
 @dataclass(frozen=True)
-class Picture:
+class ScanlinePicture:
     """light: (h, w, 3) linear; depth: (h, w) along the line of sight [m], infinite where nothing is seen; thing (h, w):
     0 nothing, 1 the implicit surface, 2 polygons; redrawn: part of the picture that was drawn, 0..1."""
 
@@ -52,15 +52,15 @@ class Scanline:
         self.surface = None if program is None else Surface(self.view, scene.threshold, _checked(program, scene.threshold))
         self._origin = origin
         self._lamps = self._in_eye_space()
-        self._last: Picture | None = None
+        self._last: ScanlinePicture | None = None
 
-    def draw(self) -> Picture:
+    def draw(self) -> ScanlinePicture:
         """The whole picture."""
         dirty = np.ones((self.size[1], self.view.groups), np.uint8) if self.surface is None else self.surface.draw()
         self._last = None
         return self._lit(dirty)
 
-    def edit(self, shape: Shape) -> Picture:
+    def edit(self, shape: Shape) -> ScanlinePicture:
         """The picture with another shape: only what its changed primitives cover is drawn again."""
         self.scene = replace(self.scene, shape=shape)
         solid = self.scene.solid
@@ -87,7 +87,7 @@ class Scanline:
             row[4:] = lamp.colour
         return rows
 
-    def _lit(self, dirty: U8) -> Picture:
+    def _lit(self, dirty: U8) -> ScanlinePicture:
         """Light the dirty groups."""
         surface = self.surface
         constants = None
@@ -122,7 +122,7 @@ class Scanline:
         )
         if self.scene.meshes:
             thing += (thing == 1) & (self._meshes.depth[:, :width] <= depth[2:, :width])
-        self._last = Picture(light, far, thing, float(dirty.mean()))
+        self._last = ScanlinePicture(light, far, thing, float(dirty.mean()))
         return self._last
 
     def _looked_at(self, dirty: U8) -> tuple[F32, F32, F32]:
@@ -192,6 +192,6 @@ def _checked(program: FieldProgram, threshold: float) -> FieldProgram:
     return program
 
 
-def render(scene: Scene, size: tuple[int, int] | None = None) -> Picture:
+def render(scene: Scene, size: tuple[int, int] | None = None) -> ScanlinePicture:
     """The scanline picture of a scene: first hits without shadows and mirrors."""
     return Scanline(scene, size).draw()

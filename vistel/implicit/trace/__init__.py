@@ -13,6 +13,6 @@ See docs/how-to/trace-a-scene.md.
 from vistel.implicit.trace.caster import METHODS, RayCaster
 from vistel.implicit.trace.light import Seen, Tracer
 from vistel.implicit.trace.mesh_tree import MeshTree
-from vistel.implicit.trace.render import Picture, render
+from vistel.implicit.trace.render import TracedPicture, render
 
-__all__ = ["METHODS", "MeshTree", "Picture", "RayCaster", "Seen", "Tracer", "render"]
+__all__ = ["METHODS", "MeshTree", "RayCaster", "Seen", "TracedPicture", "Tracer", "render"]

@@ -23,7 +23,7 @@ GRID = 3
 
 
 @dataclass(frozen=True)
-class Picture:
+class TracedPicture:
     """light (h, w, 3) linear; distance (h, w) to what is seen [m], infinite for nothing; thing (h, w): 0 nothing,
     1 the implicit surface, 2 polygons; refined: how many pixels got more rays."""
 
@@ -44,7 +44,7 @@ def render(
     samples: int = 8,
     threads: int | None = None,
     progress: Callable[[float], None] = lambda part: None,
-) -> Picture:
+) -> TracedPicture:
     """The picture of a scene.
 
     antialias: pixels that differ by more from a neighbour, in any colour, get nine rays instead of one; 0 for none.
@@ -86,7 +86,7 @@ def render(
         pieces = [rough[a : a + step] for a in range(0, len(rough), step)]
         _in_tiles(refine, pieces, len(rough), workers, lambda part: progress(share + (1 - share) * part))
     progress(1.0)
-    return Picture(light, distance, thing, len(rough))
+    return TracedPicture(light, distance, thing, len(rough))
 
 
 def _rounded(edge: float) -> int:

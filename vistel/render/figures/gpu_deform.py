@@ -30,7 +30,7 @@ from vistel.implicit.deformation import (
     min_rule_kernels,
     solve_kernels,
 )
-from vistel.implicit.deformation.deform_plan import BONE, FramePlan, Places
+from vistel.implicit.deformation.deform_plan import BONE, FramePlan, MeshLayout
 from vistel.implicit.deformation.normals_kernels import GAP
 from vistel.render.gl.context import Capability, Surface
 from vistel.render.gl.programs import feedback, vertex_array
@@ -142,7 +142,7 @@ class SkinShape:
 
     @staticmethod
     def of_places(
-        places: Places,
+        places: MeshLayout,
         rest: F32,
         rest_normal: F32,
         bone: I32,

@@ -18,7 +18,7 @@ from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_mat
 from vistel.geometry.smoothstep import ease
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
-from vistel.implicit.ghosts.constraint import Constraint, Pull
+from vistel.implicit.ghosts.constraint import Constraint, ConstraintGhost
 from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.mesh_ghosts import faded, pulled
 from vistel.implicit.graph.ghost_terms import decay_quartic
@@ -62,7 +62,7 @@ def gives_way(thing: Thing) -> bool:
     return thing.compliance > SOFT_FROM and bool(thing.primitives)
 
 
-def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: Pose, limb: Primitive, at: F64, t_ns: int) -> list[Pull]:
+def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: Pose, limb: Primitive, at: F64, t_ns: int) -> list[ConstraintGhost]:
     """What a bond does to the thing (target "thing") and to the limb (target "limb") at `t_ns`.
 
     pose: the thing's position and quaternion; limb: a primitive of the body or of the other thing, in the room; at:
@@ -176,7 +176,7 @@ class SoftThings:
         instant: Instant,
         shapes: Mapping[str, Shape],
         posed: Mapping[str, PosedBody],
-        pulls: Mapping[str, Sequence[tuple[Primitive, Pull]]],
+        pulls: Mapping[str, Sequence[tuple[Primitive, ConstraintGhost]]],
     ) -> dict[str, Reshaped | None]:
         """Every soft thing's surface at this instant. posed: the figures' primitives; pulls: by thing, limb and pull."""
         dents: dict[str, list[world_pb2.Dent]] = {}
@@ -203,9 +203,9 @@ class SoftThings:
 
 def pulls_of(
     instant: Instant, posed: Mapping[str, PosedBody], joints: Mapping[str, JointPose], shapes: Mapping[str, Shape]
-) -> tuple[dict[str, list[tuple[Primitive, Pull]]], dict[str, list[GhostSource]]]:
+) -> tuple[dict[str, list[tuple[Primitive, ConstraintGhost]]], dict[str, list[GhostSource]]]:
     """What bonds do: to things, by thing, and to figures, by participant, as ghosts of the thing that hold the limb."""
-    to_things: dict[str, list[tuple[Primitive, Pull]]] = {}
+    to_things: dict[str, list[tuple[Primitive, ConstraintGhost]]] = {}
     to_figures: dict[str, list[GhostSource]] = {}
     for number in sorted(instant.world.bonds):
         b = instant.world.bonds[number]
@@ -233,7 +233,7 @@ def pulls_of(
     return to_things, to_figures
 
 
-def _by_thing(b: world_pb2.Bond, instant: Instant, thing: Thing, pose: Pose) -> list[tuple[Primitive, Pull]]:
+def _by_thing(b: world_pb2.Bond, instant: Instant, thing: Thing, pose: Pose) -> list[tuple[Primitive, ConstraintGhost]]:
     """How a bond with another thing, the table as it may be, draws the sticky one out."""
     other, at = instant.things[b.body], instant.world.poses.get(b.body)
     if at is None or b.primitive >= len(other.primitives):

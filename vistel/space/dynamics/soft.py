@@ -21,10 +21,10 @@ from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.composition import collisions, deformed
-from vistel.implicit.ghosts.constraint import Constraint, Hold, tear
+from vistel.implicit.ghosts.constraint import Constraint, ConstraintState, tear
 from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.ghost_kind import Ghost
-from vistel.implicit.ghosts.temporal import Material, Memory
+from vistel.implicit.ghosts.temporal import ContactMemory, Material
 from vistel.implicit.graph.combine import union
 from vistel.implicit.graph.ghost_terms import constraint_field, hold_level
 from vistel.implicit.graph.shape import Shape
@@ -64,7 +64,7 @@ class SoftRoom:
     gravity: tuple[float, float, float] = (0.0, -9.81, 0.0)
     surface: Surface = field(default_factory=Surface)
     constraints: tuple[Constraint, ...] = ()
-    memory: Memory = field(default_factory=lambda: Memory({}))
+    memory: ContactMemory = field(default_factory=lambda: ContactMemory({}))
     patches: tuple[tuple[int, int, Patch], ...] = ()
     strayed: tuple[str, ...] = ()
     bristles: Mapping[Key, Bristle] = field(default_factory=dict[Key, Bristle])
@@ -91,7 +91,7 @@ class SoftRoom:
             gravity=gravity,
             surface=surface or Surface(),
             constraints=tuple(constraints),
-            memory=Memory(materials or {}),
+            memory=ContactMemory(materials or {}),
         )
 
     @property
@@ -142,7 +142,7 @@ class SoftRoom:
         ghosts = [*collisions(bodies), *self.constraints, *self.memory.ghosts(self.time), *extra]
         return deformed(bodies, ghosts, self.time)
 
-    def holds(self) -> list[Hold]:
+    def holds(self) -> list[ConstraintState]:
         """How every constraint fares."""
         by_name = {b.name: b for b in self.bodies()}
         return [c.held(by_name[c.a], by_name[c.b]) for c in self.constraints]

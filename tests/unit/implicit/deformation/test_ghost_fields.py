@@ -18,7 +18,7 @@ from vistel.implicit.ghosts.constraint import Constraint, tear
 from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Directional, Force, Shear, compression, expansion, gravity, limited, wind
 from vistel.implicit.ghosts.ghost_kind import Ghost
-from vistel.implicit.ghosts.temporal import Decay, Elastic, Memory, Plastic, Viscoelastic
+from vistel.implicit.ghosts.temporal import ContactMemory, Decay, Elastic, Plastic, Viscoelastic
 
 T = vi.THRESHOLD
 EDGE = float(vi.QUARTIC.inverse(T))
@@ -292,7 +292,7 @@ def test_compression_shrinks_expansion_swells_and_no_force_empties_a_body() -> N
 
 def test_a_plastic_body_keeps_several_dents() -> None:
     clay = ball("clay")
-    memory = Memory({"clay": Plastic()})
+    memory = ContactMemory({"clay": Plastic()})
     bodies: list[Deformable] = []
     for start in ((0.0, 1.6, 0.0), (1.6, 0.0, 0.0)):
         for k, s in enumerate((1.0, 0.62, 0.58, 0.7, 1.0)):
@@ -311,7 +311,7 @@ def test_a_plastic_body_keeps_several_dents() -> None:
 
 def test_a_dent_travels_with_its_body() -> None:
     clay = ball("clay")
-    memory = Memory({"clay": Plastic()}).step([clay, ball("stamp", (0.0, 0.95, 0.0))], 0.0, 1.0)
+    memory = ContactMemory({"clay": Plastic()}).step([clay, ball("stamp", (0.0, 0.95, 0.0))], 0.0, 1.0)
     turned = clay.at((3.0, 0.0, 0.0), (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))  # up becomes -x
     shape = deformed([turned], memory.ghosts(1.0))["clay"]
     spots = np.array([(3.0, EDGE - 0.01, 0.0), (3.0 - EDGE + 0.01, 0.0, 0.0)])
@@ -320,7 +320,7 @@ def test_a_dent_travels_with_its_body() -> None:
 
 def test_a_dent_fades_over_its_duration() -> None:
     clay, stamp = ball("clay"), ball("stamp", (0.0, 0.95, 0.0))
-    memory = Memory({"clay": Plastic(decay=Decay(2.0))}).step([clay, stamp], 0.0, 1.0)
+    memory = ContactMemory({"clay": Plastic(decay=Decay(2.0))}).step([clay, stamp], 0.0, 1.0)
     gone = [clay, stamp.at((0, 9, 0))]
     memory = memory.step(gone, 1.0, 1.0)
     shares = [memory.ghosts(t)[0].share for t in (1.0, 2.0, 2.9)]
@@ -332,7 +332,7 @@ def test_a_dent_fades_over_its_duration() -> None:
 @settings(max_examples=10, deadline=None)
 def test_a_viscoelastic_ghost_recovers_with_its_time_constant_whatever_the_step(steps: int) -> None:
     rubber, stamp = ball("rubber"), ball("stamp", (0.0, 0.95, 0.0))
-    memory = Memory({"rubber": Viscoelastic(0.5)}).step([rubber, stamp], 0.0, 0.1)
+    memory = ContactMemory({"rubber": Viscoelastic(0.5)}).step([rubber, stamp], 0.0, 0.1)
     away = [rubber, stamp.at((0.0, 1.10, 0.0))]  # just out of touch, so that the ghost stays in touch for long
     for k in range(steps):
         memory = memory.step(away, (k + 1) * 0.2 / steps, 0.2 / steps)
@@ -342,7 +342,7 @@ def test_a_viscoelastic_ghost_recovers_with_its_time_constant_whatever_the_step(
 
 def test_elastic_bodies_forget_and_rigid_ones_never_knew() -> None:
     bodies = [ball("a"), ball("b", (0.9, 0, 0), compliance=0.0)]
-    memory = Memory({"a": Elastic(), "b": Plastic()}).step(bodies, 0.0, 1.0)
+    memory = ContactMemory({"a": Elastic(), "b": Plastic()}).step(bodies, 0.0, 1.0)
     assert memory.dents == {}
 
 

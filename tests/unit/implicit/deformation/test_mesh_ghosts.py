@@ -17,7 +17,7 @@ from vistel.implicit.ghosts.constraint import Constraint
 from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.ghosts.force_field import Directional, Force, Shear, compression, expansion
 from vistel.implicit.ghosts.mesh_ghosts import blown, dents, faded, pulled
-from vistel.implicit.ghosts.temporal import Decay, Memory, Plastic
+from vistel.implicit.ghosts.temporal import ContactMemory, Decay, Plastic
 from vistel.implicit.meshes.embedding import Limbs, embed
 
 RADIUS = 0.1
@@ -170,7 +170,7 @@ def test_a_dent_fades_with_its_share() -> None:
 def test_a_plastic_mesh_keeps_the_dent_of_a_ball_that_left_until_it_has_faded() -> None:
     primitives = PrimitiveSet.of_kinds(["sphere"], [[0.08]], np.eye(3)[None], np.zeros((1, 3)))
     _, near = ball((0.0, 0.165, 0.0))
-    memory = Memory({"rod": Plastic(decay=Decay(2.0))}).step([near, ROD.body], 0.0, 1.0)
+    memory = ContactMemory({"rod": Plastic(decay=Decay(2.0))}).step([near, ROD.body], 0.0, 1.0)
     memory = memory.step([near.at((0.0, 1.0, 0.0)), ROD.body], 1.0, 1.0)
     deep = [
         float(np.linalg.norm(ROD.under(*dents(memory, "ball", ROD.body, primitives, t)) - ROD.rest, axis=1).max())

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vistel.implicit as vi
-from vistel.implicit.scanline import Picture, Scanline, render
+from vistel.implicit.scanline import Scanline, ScanlinePicture, render
 from vistel.implicit.scanline.lanes_kernels import load
 from vistel.implicit.scanline.shade_kernels import power
 from vistel.implicit.scene import Camera, Checker, Light, Material, Ripples, Scene, SceneError, encoded, ground
@@ -31,13 +31,13 @@ def scene_of(shape: vi.Shape, camera: Camera = NEAR, size: tuple[int, int] = SIZ
     return Scene(camera, shape, lights=LIGHTS, size=size, **more)  # type: ignore[arg-type]
 
 
-def ray_cast(scene: Scene) -> Picture:
+def ray_cast(scene: Scene) -> ScanlinePicture:
     """The ray caster's picture of the same, without shadows and mirrors."""
     found = trace(scene, depth=0, shadows=False, threads=1)
-    return Picture(found.light, found.distance.astype(np.float32), found.thing, 1.0)
+    return ScanlinePicture(found.light, found.distance.astype(np.float32), found.thing, 1.0)
 
 
-def differ(a: Picture, b: Picture) -> tuple[int, int]:
+def differ(a: ScanlinePicture, b: ScanlinePicture) -> tuple[int, int]:
     """Pixels where two pictures see different things; where they see the same in colours more than 2/255 apart."""
     other = a.thing != b.thing
     apart = np.abs(encoded(a.light).astype(int) - encoded(b.light).astype(int)).max(axis=2) > 2
