@@ -21,7 +21,7 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.deform_plan import FramePlan, Planner
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
-from vistel.implicit.ghosts.constraint import Pull
+from vistel.implicit.ghosts.constraint import ConstraintGhost
 from vistel.implicit.ghosts.force_field import Directional, Radial, Shear
 from vistel.implicit.ghosts.mesh_ghosts import blown, faded, pulled
 from vistel.implicit.meshes.embedding import Hinge, Limbs, embed
@@ -231,7 +231,7 @@ def test_several_primitives_act_as_their_union_alike(arm: Arm) -> None:
 
 
 PULLS = [
-    Pull("ball", "arm", origin=(0.12, 0.12, 0.0), direction=(0.0, -1.0, 0.0), radius=0.05, plateau=plateau)
+    ConstraintGhost("ball", "arm", origin=(0.12, 0.12, 0.0), direction=(0.0, -1.0, 0.0), radius=0.05, plateau=plateau)
     for plateau in (0.0, 0.4)
 ]
 
