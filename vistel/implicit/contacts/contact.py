@@ -1,4 +1,4 @@
-"""Contacts between posed primitives: who touches whom, where, how deep.
+"""Contacts between posed primitives: which pairs touch, where, how deep.
 
 Broad phase: boxes of the two sets against each other, then box against box. Narrow phase: cone-sphere against
 cone-sphere by alternating closed-form feet; cone-sphere against anything else by a bracketed search along the

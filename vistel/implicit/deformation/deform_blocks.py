@@ -1,4 +1,4 @@
-"""Vertices in blocks of 64 lanes: who is with whom, and the calibration the kernels read."""
+"""Vertices in blocks of 64 lanes: which stand together, and the calibration the kernels read."""
 
 from __future__ import annotations
 

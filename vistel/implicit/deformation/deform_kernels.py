@@ -1,4 +1,4 @@
-"""One frame of the deformation of one mesh: who may meet whom, what touches, how deep, then the solves."""
+"""One frame of the deformation of one mesh: which bodies may meet, what touches, how deep, then the solves."""
 
 # pyright: basic, reportCallIssue=false
 

@@ -21,5 +21,5 @@ class NormalUpdate:
 
     def update(self, vertices: F32, normals: F32, moved: I32) -> None:
         """Rewrite the normals (V, 3) of every vertex of a triangle with a vertex of `moved` (N,). A normal
-        that cannot be told (no area) stays."""
+        without area round it stays."""
         update_normals(self._start, self._fan, vertices, moved, self._mark, self._touched, normals)

@@ -1,4 +1,4 @@
-"""A frame of the deformation up to its solves, for an engine that solves elsewhere: who meets whom, how deep, and
+"""A frame of the deformation up to its solves, for an engine that solves elsewhere: which bodies meet, how deep, and
 that as lists of integers."""
 
 # pyright: basic, reportCallIssue=false
@@ -46,8 +46,8 @@ def near_blocks(t, count, out):
 
 @fast
 def measure_touch(t, count, vertices, normals, out):
-    """Measure penetrations on the blocks `near_blocks` told, whose vertices and normals (V, 3) have to be there. The
-    further blocks whose fields it takes to tell what acts, into `out`; how many."""
+    """Measure penetrations on the blocks that `near_blocks` found, whose vertices and normals (V, 3) must be there. Writes
+    the further blocks that decide what acts into `out` and returns how many."""
     evaluate_touching(t, count, vertices, normals)
     _set_zones(t)
     todo, pairs, height = ints(t[table.TODO]), ints(t[table.PAIRS]), floats(t[table.HEIGHT])
@@ -71,7 +71,7 @@ def measure_touch(t, count, vertices, normals, out):
 
 @fast
 def judge_frame(t, count, vertices, normals):
-    """Find what acts, with the vertices and normals (V, 3) of the blocks told so far."""
+    """Find what acts, with the vertices and normals (V, 3) of the blocks found so far."""
     _evaluate_near(t, count, vertices, normals)
 
 

@@ -1,4 +1,4 @@
-"""What a frame needs before it looks at vertices: posed primitives, boxes, bent joints, who may meet whom."""
+"""What a frame needs before it looks at vertices: posed primitives, boxes, bent joints, which bodies may meet."""
 
 # pyright: basic, reportCallIssue=false
 
