@@ -152,7 +152,8 @@ class Planner(Deformer):
         return self._seen[: measure_touch(self._table, self._looked, vertices, normals, self._seen)]
 
     def end(self, vertices: F32, normals: F32, bones: F32) -> FramePlan:
-        """The frame as a table. vertices, normals: (V, 3) rigid, right in the blocks that `begin` and `touch` found; bones: (B, BONE)."""
+        """The frame as a table. vertices, normals: (V, 3) rigid, right in the blocks that `begin` and `touch` found; bones: (B,
+        BONE)."""
         judge_frame(self._table, self._looked, vertices, normals)
         acting, pairs, members = self._write(vertices)
         if members > len(self._members):
