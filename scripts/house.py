@@ -23,7 +23,7 @@ SOURCES = {".py", ".ts", ".glsl"}
 GENERATED = ("vistel/v1/",)
 MOST_FILES = 25
 """More files than this in one folder are too many to find one by its name."""
-SUGAR = {"shape", "combine", "attributes", "lower", "primitive"}
+SUGAR = {"shape", "combine", "attributes", "primitive"}
 """Modules of `vistel.implicit` that may know each other: operators on shapes, for a shape must know what `+` makes of it
 (docs/architecture.md)."""
 _KERNELS = re.compile(r"(^|_)kernels$")

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from vistel.arrays import F32, F64
 from vistel.implicit.checks import ShapeError, query_points
 from vistel.implicit.evaluation.hierarchy import build
-from vistel.implicit.graph.attributes import Layout
+from vistel.implicit.graph.attribute_layout import AttributeLayout
 from vistel.implicit.graph.combine import Complement, Diff, Extremum, Ricci, placed_box
 from vistel.implicit.graph.ghost_nodes import Deficit, Ghosted, Plateau, Product, Raised
 from vistel.implicit.graph.lower import Leaf, Node, lower
@@ -72,7 +72,7 @@ class FieldProgram:
     origin: F64
     bounds: F64
     arrays: dict[str, Any]
-    layout: Layout
+    layout: AttributeLayout
 
     def __repr__(self) -> str:
         return (
@@ -194,13 +194,13 @@ def compile(shape: Shape, *, attributes: bool = True, origin: ArrayLike | None =
     middle: NDArray[np.float64] = box.mean(axis=0) if origin is None else np.array(origin, np.float64)
     nodes = lower(shape, middle)
     leaves = [leaf for node in nodes for leaf in node.leaves]
-    layout = Layout.of(leaves) if attributes else Layout.of([])
+    layout = AttributeLayout.of(leaves) if attributes else AttributeLayout.of([])
     arrays = _leaf_arrays(leaves, layout) | _node_arrays(nodes)
     arrays |= build(arrays["box"]) | {"group": layout.groups}
     return FieldProgram(shape, middle, box, arrays, layout)
 
 
-def _leaf_arrays(leaves: Sequence[Leaf], layout: Layout) -> dict[str, Any]:
+def _leaf_arrays(leaves: Sequence[Leaf], layout: AttributeLayout) -> dict[str, Any]:
     n = len(leaves)
     params: list[F64] = []
     size = 0

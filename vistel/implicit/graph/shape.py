@@ -7,8 +7,8 @@ reference; `vistel.implicit.compile` makes the fast program for many points.
 
 # pyright: reportUnnecessaryIsInstance=false
 
-# `shape`, `combine`, `attributes`, `primitive` and `lower` know each other: combinations are shapes, and the
-# operators of every shape make combinations. It is the only import circle (docs/architecture.md).
+# `shape`, `combine`, `attributes` and `primitive` import each other: combinations are shapes, and the operators of every shape
+# make combinations. It is the only import circle (docs/architecture.md).
 
 from __future__ import annotations
 

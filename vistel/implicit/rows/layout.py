@@ -8,7 +8,7 @@ All lengths are relative to the program's origin.
 | scale | (n, 2) | weight; warp of the blend |
 | box | (n, 6) | low and high corner of the realm |
 | capsule | (n, 7) | two points and a radius that hold the realm |
-| attribute | (n, C) | what the leaf adds to each attribute channel for each unit of field, see `attributes.Layout` |
+| attribute | (n, C) | what the leaf adds to each attribute channel for each unit of field, see `AttributeLayout` |
 | params | (k,) | the kinds' numbers; a frame is nine of the map into it, row by row, then its origin |
 | node | (m, 6) int32 | operation; first leaf, last + 1; first child, last + 1; register. Root last |
 | number | (m, 4) | three numbers of the operation; the field out of reach |
