@@ -42,9 +42,11 @@ class FigureState:
 
 
 _ON_BONE = ("skull", "face")
-_DENT, _RISE = 0.025, 0.004
-"""How far skin of a head gives way to what presses, and rises beside it [m]. Noses and lips stand far out of the one primitive of a
-face, where its field is shallow: the rise beside a finger on the cheek would throw them aside by centimetres."""
+_DENT = 0.025
+"""How far the skin of a head yields to what presses on it [m]."""
+_RISE = 0.004
+"""How far the skin of a head rises beside that [m]. Noses and lips stand far out of the one primitive of a face, where its field is
+shallow: the rise beside a finger on the cheek would throw them aside by centimetres."""
 
 
 def _held_by_the_skull(embedding: Embedding, avatar: Avatar) -> Embedding:

@@ -68,6 +68,7 @@ class CrossSection:
     share: F64
 
     def place(self, vertices: F32 | F64) -> F64:
+        """(N, 3) the ring's points on a skin whose vertices are (V, 3) [m]."""
         p, q = vertices[self.points[:, 0]].astype(np.float64), vertices[self.points[:, 1]].astype(np.float64)
         return p + self.share[:, None] * (q - p)
 

@@ -121,18 +121,22 @@ class Skeleton:
 
     @cached_property
     def upper_arm(self) -> float:
+        """Length from shoulder joint to elbow [m]."""
         return self.length("left_upper_arm", "left_lower_arm")
 
     @cached_property
     def lower_arm(self) -> float:
+        """Length from elbow to wrist [m]."""
         return self.length("left_lower_arm", "left_hand")
 
     @cached_property
     def upper_leg(self) -> float:
+        """Length from hip joint to knee [m]."""
         return self.length("left_upper_leg", "left_lower_leg")
 
     @cached_property
     def lower_leg(self) -> float:
+        """Length from knee to ankle [m]."""
         return self.length("left_lower_leg", "left_foot")
 
     @cached_property

@@ -19,10 +19,16 @@ from vistel.figure.skeleton import JOINTS, Skeleton
 
 MOST_PRIMITIVES = 200
 MOST_NAME = 48
-FURTHEST, THICKEST, THINNEST = 3.5, 0.6, 0.0005
-"""Ends of bones and primitives lie no further from the origin, radii are no larger or smaller [m]."""
-SHORTEST, TALLEST = 0.45, 2.7
-"""Of a person, a little beyond what a conference file may say [m]."""
+FURTHEST = 3.5
+"""Ends of bones and primitives lie no further from the origin than this [m]."""
+THICKEST = 0.6
+"""Radius of a primitive, at most [m]."""
+THINNEST = 0.0005
+"""Radius of a primitive, at least [m]."""
+SHORTEST = 0.45
+"""Height of a person, at least [m]: a little below what a conference file allows."""
+TALLEST = 2.7
+"""Height of a person, at most [m]: a little above what a conference file allows."""
 _J = len(JOINTS)
 
 

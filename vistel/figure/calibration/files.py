@@ -16,7 +16,8 @@ from vistel.figure.posture.swivel import Comfort
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton, measured_skeleton, standard_skeleton
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 
-BODY_FORMAT, TRACKER_FORMAT = "vistel body 1", "vistel tracker 1"
+BODY_FORMAT = "vistel body 1"
+TRACKER_FORMAT = "vistel tracker 1"
 _SIDES = ("left", "right")
 
 

@@ -27,8 +27,10 @@ SIDES = {"left": 1.0, "right": -1.0}
 SHORTENINGS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25)
 ASKEW = math.radians(75.0)
 """A receiver turned farther than this from how it should sit is on the wrong joint, or upside down."""
-GOOD_MM, FAIR_MM = 6.0, 12.0
-"""Residual of a move up to which it is good, or fair."""
+GOOD_MM = 6.0
+"""Residual up to which a move is good [mm]."""
+FAIR_MM = 12.0
+"""Residual up to which a move is fair [mm]."""
 
 
 @dataclass(frozen=True)

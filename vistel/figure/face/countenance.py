@@ -14,8 +14,10 @@ from vistel.figure.face.rules import FaceRules, builtin_rules
 from vistel.figure.face.shape import Expression
 from vistel.figure.posture.posture import Posture
 
-SOON_S, EASE_S = 0.02, 0.35
-"""In which a face follows marks that are seen, and goes back to rest when they are lost, or comes from there [s]."""
+SOON_S = 0.02
+"""Time constant with which a face follows marks that are seen [s]."""
+EASE_S = 0.35
+"""Time constant with which it goes back to rest when they are lost, and comes from there when they are found again [s]."""
 PARTED_M = 0.006
 """Between the lips: fully parted."""
 

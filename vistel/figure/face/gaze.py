@@ -13,8 +13,10 @@ from vistel.figure.posture.posture import JointPose, Posture
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import multiply, quaternion_from_matrix, rotation_x, rotation_y, rotvec_from_quaternion
 
-NEAREST, FARTHEST = 0.25, 8.0
-"""Of what is looked at [m]."""
+NEAREST = 0.25
+"""Distance of what is looked at, at least [m]."""
+FARTHEST = 8.0
+"""Distance of what is looked at, at most [m]."""
 ASIDE = math.radians(7.0)
 """How far from where the eyes point something may be to be what they look at."""
 _EYES = (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"])

@@ -14,7 +14,10 @@ from vistel.jit.kernel_jit import compiled
 
 WORTH_M = 0.0016
 """A unit, or a unit with its twin on the other side, must explain more than this of the marks' motion to be there."""
-MOST_ROUNDS, SWEEPS = 7, 40
+MOST_ROUNDS = 7
+"""Rounds in which a unit enters, at most."""
+SWEEPS = 40
+"""Sweeps of coordinate descent in each round."""
 FAR_M = 0.06
 """A mark farther than this from its rest is none of the face."""
 
@@ -94,7 +97,10 @@ def _explain(gram: F64, drive: F64, most: F64, twin: NDArray[np.int64], worth: f
                             slope[j] -= by * gram[k, j]
 
 
-QUIET_DB, LOUD_DB = -48.0, -20.0
+QUIET_DB = -48.0
+"""Level of a voice up to which the mouth stays closed [dBFS]."""
+LOUD_DB = -20.0
+"""Level from which it opens as far as speech opens it [dBFS]."""
 SYLLABLES_HZ = 4.3
 
 

@@ -19,8 +19,10 @@ BESIDE = 0.13
 """How far beside a vertex the lower lid's edge counts, and beyond the slit's ends lids still move [sine of an azimuth]."""
 FOLLOWS_BELOW = 0.35
 """Share of the upper lid's following of the gaze that the lower one has."""
-_ACROSS, _UP = np.linspace(-0.98, 0.98, 50), np.radians(np.linspace(-45.0, 45.0, 61))
-"""Directions looked into for the slit: sine of the azimuth and angle about the eye's own left-right axis."""
+_ACROSS = np.linspace(-0.98, 0.98, 50)
+"""Directions in which the slit is looked for: sines of the azimuth."""
+_UP = np.radians(np.linspace(-45.0, 45.0, 61))
+"""Directions in which the slit is looked for: angles about the eye's own left-right axis [rad]."""
 _ALMOND = np.radians(24.0), 0.92
 """Half the height and half the width of a slit where it is not known."""
 

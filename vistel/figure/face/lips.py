@@ -17,8 +17,10 @@ from vistel.figure.face.marks import MARK_INDEX
 
 CLEAR_M = 0.0022
 """So far above or below the line between the lips a vertex is of that lip."""
-TALL_M, DEEP_M = 0.014, 0.055
-"""Of the room in which a mouth is looked for: above and below the line, and behind it."""
+TALL_M = 0.014
+"""How far above and below the line between the lips a mouth is looked for [m]."""
+DEEP_M = 0.055
+"""How far behind that line a mouth is looked for [m]."""
 INSIDE_M = 0.0065
 """What lies so far behind other skin is inside the mouth."""
 

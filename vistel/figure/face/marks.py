@@ -59,7 +59,8 @@ _WHOLE_MM: dict[str, dict[str, tuple[float, float]]] = {
     "mouthShrugUpper": {"upper_lip": (0, 4)},
     "mouthShrugLower": {"lower_lip": (0, 5), "chin": (0, 4)},
 }
-_YAW, _PITCH = math.radians(35.0), math.radians(28.0)
+_YAW = math.radians(35.0)
+_PITCH = math.radians(28.0)
 
 
 def _other(name: str) -> str:

@@ -18,8 +18,10 @@ from vistel.figure.face.rules import FaceRules, OneSided, Pull, builtin_rules
 from vistel.figure.face.targets import half, shapes_of
 from vistel.geometry.smoothstep import smooth
 
-REACH_M, MOST_REST = 0.05, 0.012
-"""How far round a mark the skin follows what the rules leave of its motion, and how much of it at most."""
+REACH_M = 0.05
+"""How far round a mark the skin follows what the rules leave of its motion [m]."""
+MOST_REST = 0.012
+"""How much of that motion the skin follows, at most [m]."""
 BLINK = "AU45"
 JAW_SIDE = 0.020, 0.080
 """From the middle to the side, where skin follows the jaw wholly and no longer [m, a standard head]."""

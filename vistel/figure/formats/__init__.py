@@ -1,0 +1,1 @@
+"""Avatars in files: npz, parcels, USD, glTF, VRM, OBJ."""

@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-_FLOAT, _BYTE, _SHORT, _INT = 5126, 5121, 5123, 5125
-VERTICES, INDICES = 34962, 34963
-"""What a buffer view is for."""
-_KINDS = {np.dtype(np.float32): _FLOAT, np.dtype(np.uint8): _BYTE, np.dtype(np.uint16): _SHORT, np.dtype(np.uint32): _INT}
+VERTICES = 34962
+"""Target of a buffer view of vertices (ARRAY_BUFFER)."""
+INDICES = 34963
+"""Target of a buffer view of indices (ELEMENT_ARRAY_BUFFER)."""
+_KINDS = {np.dtype(np.float32): 5126, np.dtype(np.uint8): 5121, np.dtype(np.uint16): 5123, np.dtype(np.uint32): 5125}
+"""Component types of accessors."""
 _SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 

@@ -17,7 +17,8 @@ from vistel.figure.formats.gltf_binary import INDICES, Binary, png
 from vistel.figure.making.files.gltf import Document
 from vistel.figure.making.pictures import decode
 
-TRANSFORM, STRENGTH = "KHR_texture_transform", "KHR_materials_emissive_strength"
+TRANSFORM = "KHR_texture_transform"
+STRENGTH = "KHR_materials_emissive_strength"
 _ROUGHNESS = 0.7
 _PICTURES = ("finish", "normal", "glow_picture", "opacity")
 

@@ -22,14 +22,17 @@ from vistel.figure.avatar.check import MOST_TEXELS, AvatarFileError, check_avata
 from vistel.figure.formats.avatar_file import load_avatar, save_avatar
 
 ENDING = ".parcel"
-TEXELS, QUALITY = 2048, 90
-"""Of the texture that travels: along a side, and JPEG's."""
+TEXELS = 2048
+"""Texels along a side of the texture that travels, at most."""
+QUALITY = 90
+"""JPEG quality of the texture that travels."""
 PATCH_TEXELS = 1024
 """Of the pictures that say what its surface is like beside its colour, along a side."""
 MOST_UNPACKED = 256 << 20
 """Bytes of all arrays together."""
 _HEAD = struct.Struct("<8sII")
-_MAGIC, _FORMAT = b"VISTELAV", 1
+_MAGIC = b"VISTELAV"
+_FORMAT = 1
 
 
 def pack(avatar: Avatar) -> bytes:

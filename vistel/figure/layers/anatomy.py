@@ -91,7 +91,10 @@ def _site(joint: str, along: float, direction: Vec3, depth: float = 1.0, at: str
     return Site(joint, along, direction, depth, at)
 
 
-_UP, _DOWN, _FRONT, _BACK = (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+_UP = (0.0, 1.0, 0.0)
+_DOWN = (0.0, -1.0, 0.0)
+_FRONT = (0.0, 0.0, 1.0)
+_BACK = (0.0, 0.0, -1.0)
 
 
 def _span(joint: str, start: float, end: float, direction: Vec3, thickness: float, width: float, **more: float) -> Belly:

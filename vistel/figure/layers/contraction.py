@@ -8,9 +8,10 @@ from numpy.typing import ArrayLike
 from vistel.arrays import F64
 from vistel.geometry.smoothstep import smooth
 
-SHORTEST, LONGEST = 0.5, 1.6
-"""Belly length / its length at rest is kept within these: beyond them a muscle does not work, or the path of this model is
-no longer that of the muscle."""
+SHORTEST = 0.5
+"""Belly length / its length at rest, at least: a shorter muscle does not work."""
+LONGEST = 1.6
+"""Belly length / its length at rest, at most: beyond it the path of this model is no longer that of the muscle."""
 FULL = 0.65
 """Belly length / at rest at which posture alone activates a muscle fully."""
 YIELD = 0.12

@@ -26,14 +26,20 @@ SPECIFIC_TENSION = 30.0
 """Pull of an active muscle per cross-section at its best length [N/cm^2]."""
 WIDTH = 0.45
 """Of f_l, in lengths."""
-PASSIVE_STRAIN, PASSIVE_SHAPE = 0.6, 4.0
-"""Strain at which a slack muscle pulls with F_max, and how steeply it gets there."""
+PASSIVE_STRAIN = 0.6
+"""Strain at which a slack muscle pulls with F_max."""
+PASSIVE_SHAPE = 4.0
+"""How steeply a slack muscle's pull rises to that."""
 FASTEST = 10.0
 """Shortening at which a muscle pulls no more [lengths/s]."""
-CURVATURE, ECCENTRIC = 0.25, 1.4
-"""Of f_v; and its limit for a muscle that is drawn out."""
-GAIN, MOST_RATIO = 0.35, 0.85
-"""Of the blend function: x* = t (1 + GAIN A), at most MOST_RATIO (mathematics M7.5)."""
+CURVATURE = 0.25
+"""Curvature of f_v."""
+ECCENTRIC = 1.4
+"""Limit of f_v for a muscle that is drawn out."""
+GAIN = 0.35
+"""Gain of the blend function: x* = t (1 + GAIN A) (mathematics M7.5)."""
+MOST_RATIO = 0.85
+"""x*, at most."""
 
 
 def force_length(length: ArrayLike) -> F64:
@@ -141,7 +147,9 @@ class Effort:
 
 _HELD = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("upper_arm", "lower_arm", "lower_leg", "foot"))
 _HINGED = {"lower_arm": (0.0, 1.0, 0.0), "lower_leg": (1.0, 0.0, 0.0), "foot": (1.0, 0.0, 0.0)}
-_SWEEPS, _EASE, _FIRST = 300, 1e-5, 4.0
+_SWEEPS = 300
+_EASE = 1e-5
+_FIRST = 4.0
 
 
 def effort(muscles: Muscles, joints: JointPose, loads: Sequence[Load]) -> Effort:

@@ -50,8 +50,10 @@ load, spread, _, _ = of_width(LANES)
     TABLE_LENGTH,
 ) = range(24)
 
-LEAST, MOST = -0.4, 1.15
-"""Bounds of what a muscle does, 1 being a belly at FULL of its length and active."""
+LEAST = -0.4
+"""What a stretched muscle does, at least; 1 is an active belly at FULL of its length."""
+MOST = 1.15
+"""What a contracted muscle does, at most."""
 
 
 @inlined

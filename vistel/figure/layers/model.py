@@ -39,8 +39,10 @@ SLIMMER = 0.93
 """Radius of the skin's own primitives / of the body's: muscles under it make up the rest."""
 UNDER_SKIN = 0.30
 """Weight of muscles in the blend, in parts of their weight under an embedded skin's 1."""
-JOINT_SIZE, JOINT_WEIGHT = 0.80, 0.25
-BONE_WEIGHT, VEIN_WEIGHT = 0.25, 0.45
+JOINT_SIZE = 0.80
+JOINT_WEIGHT = 0.25
+BONE_WEIGHT = 0.25
+VEIN_WEIGHT = 0.45
 BONE_CORE = 0.55
 """Radius of a bone that shows / of what stands for it under an embedded skin."""
 _PARENTS: list[int] = [int(p) for p in PARENTS]

@@ -80,6 +80,7 @@ class Muscles:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
+        """Names of the muscles, in their order."""
         return tuple(m.name for m in self.muscles)
 
     def __getitem__(self, name: str) -> Muscle:

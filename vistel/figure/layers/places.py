@@ -11,8 +11,10 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.layers.anatomy import Site
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT
 
-_NEAREST, _FURTHEST = 0.15, 2.2
-"""Of what the body's primitives say, a skin depth may be no less and no more: what lies beyond is another limb, or a hole."""
+_NEAREST = 0.15
+"""Depth of the skin, at least, as a share of the depth that the body's primitives give."""
+_FURTHEST = 2.2
+"""Depth of the skin, at most, as a share of the same depth: what is further is another limb, or the far side of a hole."""
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,11 @@ from vistel.implicit.meshes.embedding import Embedding, embed
 
 _SLOPE_STEP = 2e-3
 """Over which the fall of the skin's own field is measured [m]."""
-_LEAST_SLOPE, _FIRM = 4.0, 14.0
-"""Of a skin's own field [1/m]: what is kept of it, and as how steep layers find it. That of a trunk, whose primitives are wide,
-falls so slowly that a muscle of a limb's size would blow it up."""
+_LEAST_SLOPE = 4.0
+"""Slope of a skin's own field, at least [1/m]."""
+_FIRM = 14.0
+"""Slope that layers assume, at least [1/m]. The field of a trunk, whose primitives are wide, falls so slowly that a muscle of a
+limb's size would blow it up."""
 _TRUNK = (*(f"spine_{i}" for i in range(4, 9)), "left_shoulder", "right_shoulder", "neck")
 _BLENDS = {"deltoid": _TRUNK, "pectoral": _TRUNK, "trapezius": _TRUNK, "collar": _TRUNK}
 """Which limbs a layer blends with beside those it is fixed to: the edges of the graph to the skin (Fig. 39b)."""
@@ -52,6 +54,7 @@ class Anatomy:
 
     @staticmethod
     def of(places: Places) -> Anatomy:
+        """The muscles and bones of the person whose body `places` describes."""
         return Anatomy(Muscles.of(places), bones_of(places))
 
 

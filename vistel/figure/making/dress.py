@@ -19,10 +19,14 @@ from vistel.figure.making.source import Material, Source
 from vistel.figure.skeleton import FINGERS, JOINTS
 
 _SWATCH = 32
-_SQUARES, _HARDLY = 4, 0.02
-"""Squares of a repeated picture that are laid side by side at most, and by how much of one a face must reach into it."""
-_IRIS, _PUPIL = 0.50, 0.20
-"""Radii in that of the eyeball."""
+_SQUARES = 4
+"""Squares of a repeated picture laid side by side, at most."""
+_HARDLY = 0.02
+"""Share of a square by which a face must reach into it."""
+_IRIS = 0.50
+"""Radius of the iris, as a share of the eyeball's."""
+_PUPIL = 0.20
+"""Radius of the pupil, as a share of the eyeball's."""
 _PLAIN = {  # sRGB
     "skin": (214, 168, 138),
     "top": (86, 104, 128),

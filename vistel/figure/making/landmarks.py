@@ -19,12 +19,16 @@ from vistel.arrays import F64, I32
 from vistel.figure.making.source import MakingError
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, standard_skeleton
 
-_WRIST, _ELBOW = 0.262, 0.610
-"""Of the way from the fingertips to the shoulder joint."""
+_WRIST = 0.262
+"""Place of the wrist, as a share of the way from the fingertips to the shoulder joint."""
+_ELBOW = 0.610
+"""Place of the elbow, as a share of the same way."""
 _ARM = 0.746
 """That way [m], for REFERENCE_HEIGHT."""
-_TOUCH, _PIECES = 0.03, 40
-"""How near pieces must be to hang together [m], and how many of them, largest first."""
+_TOUCH = 0.03
+"""How near pieces must be to count as connected [m]."""
+_PIECES = 40
+"""How many pieces are connected so, largest first."""
 _POSE = "pose the person standing with both arms sideways or half down (T- or A-pose), clear of the body, or import it with a rig"
 
 

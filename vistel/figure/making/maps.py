@@ -13,7 +13,9 @@ from PIL import Image
 from vistel.arrays import F64, U8
 from vistel.colour import linear, srgb
 
-REPEAT, MIRROR, CLAMP = "repeat", "mirror", "clamp"
+REPEAT = "repeat"
+MIRROR = "mirror"
+CLAMP = "clamp"
 
 
 @dataclass(frozen=True, eq=False)

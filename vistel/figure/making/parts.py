@@ -120,9 +120,11 @@ class Soundness:
 
     @property
     def manifold(self) -> bool:
+        """Whether at most two faces meet at every edge."""
         return self.branching == 0
 
     def notes(self) -> tuple[str, ...]:
+        """One line for each thing that whoever made the mesh may want to mend."""
         out: list[str] = []
         if self.border:
             out.append(f"{self.holes} holes or open edges ({self.border} edges): they stay open")

@@ -11,7 +11,8 @@ from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skele
 _FAR = 0.60
 """Sum of the differences of a limb's lengths and places from those of a person [m], for REFERENCE_HEIGHT, from which on it
 is none."""
-_LEG, _ARM = ("upper_leg", "lower_leg", "foot"), ("upper_arm", "lower_arm", "hand")
+_LEG = ("upper_leg", "lower_leg", "foot")
+_ARM = ("upper_arm", "lower_arm", "hand")
 
 
 def joints_by_place(at: F64, parents: I32, height: float) -> dict[int, str]:

@@ -15,7 +15,8 @@ from vistel.implicit.meshes.placement import cone_feet
 
 TRUNK_AND_LIMBS = 23
 WITH_FINGERS = 55
-_ROUNDS, _STEPS = 8, 6
+_ROUNDS = 8
+_STEPS = 6
 _FEWEST = 12
 _ANCHORED = ("lower_arm", "lower_leg", "intermediate", "distal")
 """Joints that fold: the skeleton of their first primitive starts at the joint."""

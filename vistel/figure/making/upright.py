@@ -30,6 +30,7 @@ class Upright:
     notes: tuple[str, ...]
 
     def __call__(self, points: F64) -> F64:
+        """(N, 3) points of the file in the model frame [m]."""
         return points @ self.rotation.T * self.scale + self.shift
 
     def turned(self, offsets: F64) -> F64:

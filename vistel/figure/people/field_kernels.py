@@ -27,6 +27,8 @@ MARGIN = 0.002  # how far beyond its cell a point may look [m]
 
 @compiled
 def fill_index(shape, first, last):
+    """Which primitives are near each cell of a grid of `shape` (3,): starts (cells + 1,) and items. first, last: (N, 3) cells that
+    each primitive's bounds reach."""
     counts = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
     items = np.empty(0, np.int64)
     for turn in range(2):
@@ -242,6 +244,7 @@ def _near(origin, shape, starts, items, x, y, z):
 
 @compiled(fastmath=True)
 def fields_at(rows, tables, origin, shape, starts, items, points):
+    """(N,) field at points (N, 3) [m]."""
     out = np.empty(len(points))
     sums = np.empty(GROUPS)
     for i in range(len(points)):
@@ -252,6 +255,7 @@ def fields_at(rows, tables, origin, shape, starts, items, points):
 
 @compiled(fastmath=True)
 def gradients_at(rows, tables, origin, shape, starts, items, points, step):
+    """(N, 3) gradient of the field at points (N, 3) [1/m], by central differences over `step` [m]."""
     out = np.empty((len(points), 3))
     sums = np.empty(GROUPS)
     h = 0.5 / step
@@ -266,6 +270,7 @@ def gradients_at(rows, tables, origin, shape, starts, items, points, step):
 
 @compiled(fastmath=True)
 def materials_at(rows, tables, origin, shape, starts, items, points):
+    """(N,) first and second material at points (N, 3), and by how much the first is ahead."""
     first = np.zeros(len(points), np.int32)
     second = np.zeros(len(points), np.int32)
     margin = np.empty(len(points))

@@ -1,0 +1,1 @@
+"""The rigid component: skin that follows the joints."""

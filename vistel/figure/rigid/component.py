@@ -52,6 +52,7 @@ class Rows:
 
     @staticmethod
     def of(influences: Influences, vertices: F32, normals: F32) -> Rows:
+        """The rows of a mesh: vertices and normals (V, 3) at rest."""
         groups: dict[tuple[int, ...], list[int]] = {}
         for v, (bones, weights) in enumerate(zip(influences.bone.tolist(), influences.weight.tolist(), strict=True)):
             used = tuple(sorted(b for b, w in zip(bones, weights, strict=True) if w > 0.0))

@@ -1,0 +1,1 @@
+"""One figure assembled from pieces of several meshes."""

@@ -20,8 +20,10 @@ from vistel.geometry.smoothstep import smooth
 
 TEXELS = 320
 """Along a side of the picture of one joint."""
-INNER, OUTER = 0.16, 0.48
-"""Radii in the picture of the borders at the first and at the second limb."""
+INNER = 0.16
+"""Radius in the picture of the border at the first limb."""
+OUTER = 0.48
+"""Radius in the picture of the border at the second limb."""
 PLAIN = (214, 168, 138)
 
 

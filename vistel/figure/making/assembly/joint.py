@@ -47,9 +47,10 @@ CELLS = 10
 """Cells of the lattice in a limb's radius."""
 SEEN = 1e-4
 """Depth of a centre below the plane of a face that it sees, in the radius, at least."""
-SMOOTHINGS, MOST_MOVED = 150, 0.5
-"""Rounds in which hidden faces are smoothed, and how far vertices may go in them, in the radius. Outside the zone they go
-back afterwards."""
+SMOOTHINGS = 150
+"""Rounds in which hidden faces are smoothed."""
+MOST_MOVED = 0.5
+"""How far vertices may move in them, as a share of the radius. Outside the zone they go back afterwards."""
 NOWHERE = -2
 LEAST_MARGIN = 0.06
 """Between where a limb's end begins and the zone, in the radius."""

@@ -1,0 +1,1 @@
+"""Readers of meshes, rigs, materials and expressions from files made by others."""

@@ -30,6 +30,7 @@ class GltfMaterials:
         self._pictures: dict[int, U8 | None] = {}
 
     def material(self, row: dict[str, Any]) -> Material:
+        """One entry of the file's `materials`. Raises MakingError."""
         name = str(row.get("name", ""))
         colour = row.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
         factor = np.clip(np.array(colour[:3], np.float64), 0.0, 1.0)

@@ -45,6 +45,7 @@ class Nodes:
         return len(self._rows)
 
     def name(self, node: int) -> str:
+        """The name of a node, or its number where it has none."""
         return str(self._rows[node].get("name") or f"node {node}")
 
     def drawn(self) -> list[int]:

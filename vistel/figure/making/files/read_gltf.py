@@ -19,10 +19,13 @@ from vistel.figure.making.files.vrm import humanoid, version
 from vistel.figure.making.source import MakingError, Material, Rig, Source, SourceTarget
 
 _MOST_WEIGHTS = 300_000_000
-_STRIP, _FAN, _TRIANGLES = 5, 6, 4
-_SEEN, _ANY = 0.35, 0.03
-"""Mean opacity of a face's place in its picture below which it is not drawn where things are opaque; and opacity that no part of
-a face of a figure may reach for it to be left out: what of it is transparent, the renderer leaves out."""
+_TRIANGLES = 4
+_STRIP = 5
+_FAN = 6
+_SEEN = 0.35
+"""Mean opacity of a face in its picture, below which it is left out of a thing: things are drawn opaque."""
+_ANY = 0.03
+"""Opacity that some part of a face of a figure must reach, or it is left out: the renderer draws figures' opacity."""
 _PLACES = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)], np.float64) / 4.0
 
 

@@ -34,6 +34,7 @@ class Materials:
         self._pictures: dict[str, NDArray[np.uint8] | None] = {}
 
     def all(self) -> tuple[Material, ...]:
+        """Every material met so far; the first is that of faces without one."""
         return tuple(self._list)
 
     def of_faces(self, mesh: Any, faces: int) -> NDArray[np.int32]:
