@@ -32,7 +32,7 @@ from vistel.render.film.video import VideoWriter
 from vistel.render.resolution import Resolution
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.stage.world_view import WorldView
 from vistel.render.view.screens import Stereo
 from vistel.space.room import Room, meeting_room, seat_pose
@@ -43,9 +43,9 @@ SITES, SECONDS, FRAMES = 3, 10.0, 60
 HELD_RATE, HELD_S = 25.0, 6.0
 TARGET_FPS, TARGET_CPU_MS = 12.0, 33.0
 PEOPLE = (
-    About("aiko", "Aiko", "builtin:seed=2", 1.64),
-    About("ben", "Ben", "builtin:seed=4,pattern=4,top=7", 1.82),
-    About("carla", "Carla", "builtin:seed=3,hair_style=5", 1.71),
+    ParticipantInfo("aiko", "Aiko", "builtin:seed=2", 1.64),
+    ParticipantInfo("ben", "Ben", "builtin:seed=4,pattern=4,top=7", 1.82),
+    ParticipantInfo("carla", "Carla", "builtin:seed=3,hair_style=5", 1.71),
 )
 """Those of the demo, whose avatars its first run has made."""
 SINGH_FPS = 8.0

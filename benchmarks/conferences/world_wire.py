@@ -38,7 +38,7 @@ CROWDS = (3, 6, 12, 24)
 
 
 @dataclass
-class Heard:
+class ReceivedPosture:
     """One receiver's side of some seconds."""
 
     seconds: float = 0.0
@@ -94,11 +94,11 @@ def rows(thorough: bool) -> Iterator[Row]:
     yield Row("world", case, "each further person", "kbit/s", each, None, None, None, None, None, where)
 
 
-def listen(load: Load, *, led: bool = False, seconds: float) -> Heard:
+def listen(load: Load, *, led: bool = False, seconds: float) -> ReceivedPosture:
     """Some seconds of a world, told and heard. led: the things that move follow hands at a distance, instead of being thrown."""
     scene = _Led(load) if led else Scene(load)
     teller, decoder, backlog, stage = Teller(), WorldDecoder(), Backlog(), Stage(100_000_000)
-    out = Heard()
+    out = ReceivedPosture()
     waiting: dict[int, WorldView] = {}
     begin, end = round(LASTS_S * 60), round((LASTS_S + seconds) * 60)
     for view in _steps(scene, end, f"wire: {load.name}, {'led' if led else 'thrown'}"):
@@ -117,7 +117,7 @@ def listen(load: Load, *, led: bool = False, seconds: float) -> Heard:
         began = time.thread_time()
         steps = decoder.read(WorldState.FromString(data))
         for now in steps:
-            stage.hear_world(now, now.t_ns)
+            stage.receive_world(now, now.t_ns)
         took = time.thread_time() - began
         if n >= begin:
             out.bits += 8 * len(data)
@@ -140,7 +140,7 @@ def _steps(scene: Scene, count: int, name: str) -> Iterator[WorldView]:
             done()
 
 
-def _compare(out: Heard, view: WorldView, now: RoomNow) -> None:
+def _compare(out: ReceivedPosture, view: WorldView, now: RoomNow) -> None:
     moved = [s for s in view.states if s.moved]
     out.moving.append(len(moved))
     for s in moved:

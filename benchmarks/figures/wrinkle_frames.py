@@ -13,13 +13,13 @@ import numpy as np
 from benchmarks.row import Row
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, Posture, Stance, standing
-from vistel.render.figures.figures import Person
-from vistel.render.figures.people import load_shape
-from vistel.render.figures.wrinkles import Wearing
+from vistel.render.figures.figures import AvatarFigure
+from vistel.render.figures.people import load_figure
+from vistel.render.figures.wrinkles import WrinkleState
 from vistel.render.gl.context import NoOpenGlError
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.space.room import seat_pose
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import shown
@@ -32,10 +32,10 @@ PICTURES, ROUNDS = 24, 9
 def rows(here: str, people: tuple[str, ...]) -> Iterator[Row]:
     """Every figure. people: specifications of built-in ones."""
     yield from _making(here, people[0])
-    persons: dict[str, tuple[Person, Wearing | None]] = {}
+    persons: dict[str, tuple[AvatarFigure, WrinkleState | None]] = {}
 
-    def load(about: About) -> Person:
-        person = load_shape(about)
+    def load(about: ParticipantInfo) -> AvatarFigure:
+        person = load_figure(about)
         persons[about.name] = person, person.wearing
         return person
 
@@ -106,5 +106,5 @@ def _instant(k: int, people: tuple[str, ...]) -> Instant:
         dofs[KNEE] = math.radians(90.0)
         at, heading = seat_pose(3, seat)
         posture = Posture(dofs, stance=Stance(np.array(at), heading))
-        here.append(PersonNow(About(spec, spec, f"builtin:{spec}", 1.75), posture, Timing(0, 0, 0, False)))
+        here.append(PersonNow(ParticipantInfo(spec, spec, f"builtin:{spec}", 1.75), posture, Timing(0, 0, 0, False)))
     return Instant(33_000_000 * k, tuple(here))

@@ -27,7 +27,7 @@ from vistel.audio.opus import RATE
 from vistel.conference.model import Conference
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow, Stage
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.v1.motion_pb2 import Participant
 from vistel.wire import motion
 from vistel.wire.clock import SimulatedClock
@@ -168,8 +168,8 @@ def _studio() -> SceneRenderer:
     raise RuntimeError("the figures were not made within ten minutes")
 
 
-def _known(message: Participant) -> About:
-    return About(message.participant, message.display_name, message.avatar, message.height_m)
+def _known(message: Participant) -> ParticipantInfo:
+    return ParticipantInfo(message.participant, message.display_name, message.avatar, message.height_m)
 
 
 class _Relay:
@@ -226,7 +226,7 @@ async def _move(bus: MemoryBus, clock: SimulatedClock, source: Clapping, sending
 async def _draw(bus: MemoryBus, clock: SimulatedClock, studio: SceneRenderer, seen: _Seen, rng: np.random.Generator) -> None:
     """The renderer of the other site; its own participant sits still."""
     stage = Stage(100_000_000)
-    stage.hear_about(PEOPLE[1])
+    stage.receive_participant(PEOPLE[1])
     watcher = Clapping([p for p in places(TWO).values() if p.name == "ben"]).posture("ben", FIRST_S + SWING_S)
     stance = np.append(watcher.stance.position, watcher.stance.heading)
     still, number = MotionEncoder(), 0
@@ -239,13 +239,13 @@ async def _draw(bus: MemoryBus, clock: SimulatedClock, studio: SceneRenderer, se
         number += 1
         own = still.encode(MotionSample(number, begun_ns, watcher.dofs, watcher.hands, stance))
         own.header.seq, own.header.t_ns, own.header.version = number, begun_ns, 1
-        stage.hear_motion("ben", own, begun_ns)
+        stage.receive_motion("ben", own, begun_ns)
         for sample in about.take():
-            stage.hear_about(sample.message)
+            stage.receive_participant(sample.message)
         for sample in moved.take():
-            stage.hear_motion(sample.names["participant"], sample.message, sample.received_ns)
+            stage.receive_motion(sample.names["participant"], sample.message, sample.received_ns)
         for sample in status.take():
-            stage.hear_sound(sample.message)
+            stage.receive_sound_status(sample.message)
         instant = stage.instant(begun_ns)
         await clock.sleep_until_ns(begun_ns + int(rng.integers(*DRAWING_NS)))
         done_ns = clock.now_ns()

@@ -20,11 +20,11 @@ from vistel.render.gl.programs import as_gl
 from vistel.render.gl.textures import texture_of
 from vistel.render.light.occlusion import Occlusion
 from vistel.render.light.shadow import ShadowMap
-from vistel.render.light.surroundings import Mirrors, open_air, surroundings
+from vistel.render.light.surroundings import Reflections, open_air, surroundings
 from vistel.render.overlays.gauges import Gauges
-from vistel.render.overlays.overlays import LabelView, Names, Pane, Projectors
+from vistel.render.overlays.overlays import LabelView, Names, Projectors, TexturedRectangle
 from vistel.render.overlays.subtitles import Subtitles
-from vistel.render.room.room import Furniture, Panel
+from vistel.render.room.room import Furniture, ShellPanel
 from vistel.render.room.shell import Shell
 from vistel.render.stage.captions import Caption
 from vistel.render.things.outlines import Outline, Outlines
@@ -89,12 +89,12 @@ class Painter:
         self._figures = DrawnFigures(ctx, deformer, light, painted, self.shadow, self.fine, self._samples > 1)
         light = light if self.fine else ("ONE_TAP",) if self.software else ()
         self._shell = Shell(ctx, self.shadow, light, self.software)
-        self._mirrors: Mirrors | None = None
+        self._mirrors: Reflections | None = None
         self._solids = SolidThings(ctx, self.shadow, painted, light)
         self._things: dict[str, list[Solid]] = {}
         self._resting: dict[str, list[Solid]] = {}
         self._furniture: Solid | None = None
-        self._pane = Pane(ctx)
+        self._pane = TexturedRectangle(ctx)
         self._outlines = Outlines(ctx)
         self._names = Names(ctx, self._pane)
         self._subtitles = Subtitles(ctx, self._pane)
@@ -128,12 +128,12 @@ class Painter:
 
     # -- what is drawn -------------------------------------------------------------------------------------------
 
-    def set_room(self, panels: Sequence[Panel], furniture: Furniture | None) -> None:
+    def set_room(self, panels: Sequence[ShellPanel], furniture: Furniture | None) -> None:
         """The room to draw from now on; with no panels it stands in the open."""
         self._shell.build(panels)
         self._furniture = self._solids.plain(furniture.surface, furniture.tint) if furniture else None
         if self.fine:
-            self._mirrors = Mirrors(self.ctx, surroundings(self._shell.light_seen if self._shell else open_air))
+            self._mirrors = Reflections(self.ctx, surroundings(self._shell.light_seen if self._shell else open_air))
 
     def set_thing(self, thing_id: str, surface: Surface3 | None, colours: F32, pieces: Sequence[Piece] = ()) -> None:
         """What a thing looks like. colours: (n, 3) linear, one per vertex of `surface`; pieces: of polymeshes."""

@@ -17,11 +17,11 @@ from vistel.conference.model import Room as RoomKeys
 from vistel.figure.face.gaze import converged
 from vistel.figure.formats.load import read_parcel
 from vistel.figure.posture.posture import standing
-from vistel.render.figures.figures import Person, StandIn
-from vistel.render.figures.people import load_shape
+from vistel.render.figures.figures import AvatarFigure, StandIn
+from vistel.render.figures.people import load_figure
 from vistel.render.gl.antialias import antialias
-from vistel.render.room.room import Furniture, Panel, build_room
-from vistel.render.stage.stage import About
+from vistel.render.room.room import Furniture, ShellPanel, build_room
+from vistel.render.stage.stage import ParticipantInfo
 from vistel.render.view.camera import SeatCamera
 from vistel.space.files.interior import Interior
 from vistel.space.room import Room, meeting_room
@@ -29,8 +29,8 @@ from vistel.wire import motion
 from vistel.wire.parcels import digest_of
 
 _Key = tuple[str, str, float]
-_figures: dict[_Key, Person] = {}
-_Drawn = tuple[list[Panel], Furniture | None]
+_figures: dict[_Key, AvatarFigure] = {}
+_Drawn = tuple[list[ShellPanel], Furniture | None]
 _rooms: dict[int, _Drawn] = {}
 _decors: dict[str, Interior] = {}
 
@@ -44,12 +44,12 @@ def preload(conference: Conference) -> None:
         with contextlib.suppress(ValueError):  # told by who draws it
             decor_of(conference.room)
     for p in (p for site in conference.sites for p in site.participants):
-        about = About(p.name, p.display_name or p.name, public_avatar(p.avatar), p.height)
+        about = ParticipantInfo(p.name, p.display_name or p.name, public_avatar(p.avatar), p.height)
         with contextlib.suppress(ValueError, OSError):  # told when they come
             file = avatar_file(p)
             parcel = read_parcel(file)[1] if file else b""
             about = replace(about, parcel=digest_of(parcel) if file else "")
-            _figures[_key(about)] = load_shape(about, parcel=lambda _, parcel=parcel: parcel)
+            _figures[_key(about)] = load_figure(about, parcel=lambda _, parcel=parcel: parcel)
     stand_in = StandIn(1.75)
     touching = stand_in.ghosts(stand_in.pose(standing()).posed, None)
     for figure in _figures.values():
@@ -67,7 +67,7 @@ def _look_about(stand_in: StandIn) -> None:
         camera.follow(t_ns, seen)
 
 
-def take_figure(about: About) -> Person | None:
+def take_figure(about: ParticipantInfo) -> AvatarFigure | None:
     """The figure of a participant if it is there; it is the caller's from now on."""
     return _figures.pop(_key(about), None)
 
@@ -92,6 +92,6 @@ def decor_of(keys: RoomKeys) -> Interior:
     return _decors[name]
 
 
-def _key(about: About) -> _Key:
+def _key(about: ParticipantInfo) -> _Key:
     """Heights to a tenth of a millimetre: on the wire they are rounded."""
     return about.parcel or about.avatar, about.name, round(about.height, 4)

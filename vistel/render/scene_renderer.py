@@ -20,10 +20,10 @@ from vistel.figure.posture.posture import JointPose, Posture, pose_joints, stand
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.deformation.ghost_source import GhostSource
 from vistel.render.figures.drawn import FigureView
-from vistel.render.figures.figures import COARSER_BELOW, Person, Posed, Shape, StandIn, below_head, limb_rows
+from vistel.render.figures.figures import COARSER_BELOW, AvatarFigure, DrawableFigure, Posed, StandIn, below_head, limb_rows
 from vistel.render.figures.ghosts import Ghosts
 from vistel.render.figures.gpu_deform import open_deformer
-from vistel.render.figures.people import load_shape
+from vistel.render.figures.people import load_figure
 from vistel.render.gl.antialias import antialias
 from vistel.render.gl.context import open_surface
 from vistel.render.interaction import WindowSystem
@@ -32,9 +32,9 @@ from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
 from vistel.render.painter import Frame, Painter
 from vistel.render.preparation import take_figure, take_room
-from vistel.render.room.room import Furniture, Panel, build_room, drawn_with_room
+from vistel.render.room.room import Furniture, ShellPanel, build_room, drawn_with_room
 from vistel.render.scene_things import ThingsShown
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.things.soft import pulls_of
 from vistel.render.view.camera import Camera, SeatCamera, overview
 from vistel.render.view.screens import Sight, eyes_apart, eyes_before, picture_size, sights_of_desktop, sights_of_screens
@@ -60,9 +60,9 @@ EYES_SEEN = 350.0
 
 @dataclass
 class _Cast:
-    about: About
-    shape: Shape
-    coming: Future[Shape] | None
+    about: ParticipantInfo
+    shape: DrawableFigure
+    coming: Future[DrawableFigure] | None
     at: F64 | None = None
     head: F64 | None = None
     remark: str = ""
@@ -80,7 +80,7 @@ class SceneRenderer:
         self,
         view: View,
         seats: int,
-        load: Callable[[About], Shape] = load_shape,
+        load: Callable[[ParticipantInfo], DrawableFigure] = load_figure,
         decor: Interior | None = None,
         models: Mapping[str, Model] | None = None,
         windows: WindowSystem | None = None,
@@ -172,7 +172,7 @@ class SceneRenderer:
         if self.painter.size != size:
             self.painter.resize(*size)
 
-    def _lit(self, fine: bool | None, room: tuple[list[Panel], Furniture | None]) -> tuple[Painter, ThingsShown]:
+    def _lit(self, fine: bool | None, room: tuple[list[ShellPanel], Furniture | None]) -> tuple[Painter, ThingsShown]:
         """All that draws in one light. room: what is drawn of it."""
         view = self.view
         painter = Painter(self._surface, view.width, view.height, self._deformer, fine, view.samples)
@@ -372,7 +372,7 @@ class SceneRenderer:
             for painter, _ in self._lights.values():
                 painter.drop_figure(name)
 
-    def _enter(self, about: About, before: _Cast | None) -> _Cast:
+    def _enter(self, about: ParticipantInfo, before: _Cast | None) -> _Cast:
         """Their own figure if it was made ahead, else what was shown of them `before` or a stand-in while it is made."""
         figure = take_figure(about)
         if figure is not None:
@@ -385,7 +385,7 @@ class SceneRenderer:
             stand_in = StandIn(about.height, about.proportions)
         return _Cast(about, stand_in, self._loader.submit(self._load_ready, about) if about.here else None)
 
-    def _load_ready(self, about: About) -> Shape:
+    def _load_ready(self, about: ParticipantInfo) -> DrawableFigure:
         """Their figure, with all it takes to plan its frames."""
         shape = self._dressed(self._load(about))
         if self._deformer is not None:
@@ -393,11 +393,11 @@ class SceneRenderer:
                 shape.pose(standing(), (), size, planned=True)
         return shape
 
-    def _dressed(self, shape: Shape) -> Shape:
+    def _dressed(self, shape: DrawableFigure) -> DrawableFigure:
         """A figure with muscles and bones under its skin, and with wrinkles, or without them, as the view says."""
-        if isinstance(shape, Person):
+        if isinstance(shape, AvatarFigure):
             if not self.view.layers:
-                shape.bare()
+                shape.without_layers()
             if not self.view.wrinkles:
-                shape.iron()
+                shape.without_wrinkles()
         return shape

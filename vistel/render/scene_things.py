@@ -12,14 +12,14 @@ from vistel.arrays import F32, F64
 from vistel.figure.body import PosedBody
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.ghosts.constraint import ConstraintGhost
-from vistel.render.figures.figures import Shape
+from vistel.render.figures.figures import DrawableFigure
 from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
 from vistel.render.painter import Painter, ThingView
 from vistel.render.room.room import linear
 from vistel.render.stage.stage import Instant
 from vistel.render.things.outlines import Outline, colours_of
-from vistel.render.things.soft import Reshaped, SoftThings, gives_way
+from vistel.render.things.soft import Reshaped, SoftThings, is_soft
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of
 from vistel.space.things.tessellate import Surface3, join
@@ -73,7 +73,7 @@ class ThingsShown:
     def reshape(
         self,
         instant: Instant,
-        shapes: Mapping[str, Shape],
+        shapes: Mapping[str, DrawableFigure],
         posed: Mapping[str, PosedBody],
         pulls: Mapping[str, Sequence[tuple[Primitive, ConstraintGhost]]],
     ) -> None:
@@ -127,7 +127,7 @@ class ThingsShown:
         return outlines, labels
 
     def _show(self, thing: Thing) -> None:
-        if gives_way(thing):
+        if is_soft(thing):
             self._reshaped.pop(thing.id, None)
             pieces: Sequence[Piece] = self._soft.make(thing, self._models).skin.pieces
         else:
@@ -135,7 +135,7 @@ class ThingsShown:
             self._reshaped.pop(thing.id, None)
             pieces = pieces_of(thing, self._models, self._detail)
         self._painter.set_thing(thing.id, *_drawn(pieces))
-        if gives_way(thing):
+        if is_soft(thing):
             self._painter.set_resting(thing.id, *_drawn(pieces_of(thing, self._models, RESTING)))
         every = np.concatenate([np.zeros((1, 3)), *(p.surface.vertices for p in pieces)])
         self._extent[thing.id] = every.min(axis=0), every.max(axis=0)

@@ -13,12 +13,12 @@ from PIL import Image
 from vistel.arrays import U8
 from vistel.figure.posed import PosedFigure
 from vistel.figure.posture.posture import pose_joints
-from vistel.render.figures.cache import person_of
-from vistel.render.figures.figures import Person
-from vistel.render.figures.people import load_shape
+from vistel.render.figures.cache import cached_figure
+from vistel.render.figures.figures import AvatarFigure
+from vistel.render.figures.people import load_figure
 from vistel.render.scene_renderer import SceneRenderer
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.view.camera import Camera, look_at
 from vistel.render.view.view import View
 from vistel.space.files.interior import Interior
@@ -72,13 +72,13 @@ def picture(
         raise ValueError(f"light: expected 'fine' or 'fast', got {light!r}")
     figures = () if isinstance(shown, Instant) else (shown,) if isinstance(shown, PosedFigure) else tuple(shown)
     named = {f"figure {n}": figure for n, figure in enumerate(figures)}
-    people = tuple(PersonNow(About(name, ""), f.posture, Timing(0, 0, 0, False)) for name, f in named.items())
+    people = tuple(PersonNow(ParticipantInfo(name, ""), f.posture, Timing(0, 0, 0, False)) for name, f in named.items())
     instant = shown if isinstance(shown, Instant) else Instant(1, people)
     view = View(width, height, "room", "", light=light, names=isinstance(shown, Instant))
 
-    def load(about: About) -> Person:
+    def load(about: ParticipantInfo) -> AvatarFigure:
         figure = named.get(about.name)
-        return load_shape(about) if figure is None else person_of(figure.avatar, wears=figure.wrinkles)
+        return load_figure(about) if figure is None else cached_figure(figure.avatar, wears=figure.wrinkles)
 
     open_air = None if room else Interior(Room((), (), shell=False))
     renderer = SceneRenderer(view, SEATS, load, open_air)

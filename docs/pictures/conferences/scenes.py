@@ -25,10 +25,10 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
 from vistel.render.config import render_config
-from vistel.render.figures.people import load_shape
+from vistel.render.figures.people import load_figure
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow, Stage
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.render.stage.world_view import WorldView
 from vistel.render.view.camera import Camera, look_at
 from vistel.render.view.screens import Stereo
@@ -62,7 +62,7 @@ def photograph(
     moment: Moment, width: int, height: int, light: str = "fine", prepare: Callable[[SceneRenderer], None] | None = None
 ) -> U8:
     """(height, width, 3), first row at the top. prepare: is given the studio before it draws."""
-    studio = SceneRenderer(replace(moment.view, width=width, height=height, light=light), moment.seats, load_shape)
+    studio = SceneRenderer(replace(moment.view, width=width, height=height, light=light), moment.seats, load_figure)
     try:
         studio.painter.saves_shadows = False
         studio.camera = moment.camera
@@ -83,7 +83,11 @@ def choreographed(file: Path, site: int, t_s: float) -> Moment:
     config = render_config(conference, conference.sites[site])
     motion = open_motion(conference)
     people = [
-        PersonNow(About(p.name, p.display_name or p.name, p.avatar, p.height), motion.posture(p.name, t_s), Timing(0, 0, 0, False))
+        PersonNow(
+            ParticipantInfo(p.name, p.display_name or p.name, p.avatar, p.height),
+            motion.posture(p.name, t_s),
+            Timing(0, 0, 0, False),
+        )
         for s in conference.sites
         for p in s.participants
     ]
@@ -111,7 +115,7 @@ class Played:
             limbs = self.limbs(name)
             about = motion_pb2.Participant(participant=name, display_name=name.title(), avatar=said, height_m=1.75)
             about.proportions.CopyFrom(to_message(limbs.names, limbs.joint, limbs.arrays))
-            self._stage.hear_about(about)
+            self._stage.receive_participant(about)
 
     def limbs(self, name: str) -> Proportions:
         avatar = self.avatars[name]
@@ -127,9 +131,9 @@ class Played:
         for name, posture in postures.items():
             stance = np.append(posture.stance.position, posture.stance.heading)
             sample = MotionSample(self._k, t_ns, posture.dofs, posture.hands, stance)
-            self._stage.hear_motion(name, self._encoders[name].encode(sample), t_ns)
+            self._stage.receive_motion(name, self._encoders[name].encode(sample), t_ns)
         for now in self._decoder.read(world_state(view)):
-            self._stage.hear_world(now, t_ns)
+            self._stage.receive_world(now, t_ns)
         self._now = self._stage.instant(t_ns)
 
     def now(self, camera: Camera) -> Moment:
@@ -196,7 +200,7 @@ def hand_on_ball() -> Moment:
 
 def face() -> Moment:
     """Somebody's face, a little from the side."""
-    about = About("ann", "Ann", "builtin:seed=7,hair_style=0", 1.75)
+    about = ParticipantInfo("ann", "Ann", "builtin:seed=7,hair_style=0", 1.75)
     avatar = builtin_avatar(about.avatar, name="ann", height=1.75)
     posture = replace(standing(), stance=Stance(np.array([1.6, 0.0, 0.4]), math.radians(-70.0)))
     eye = pose_joints(avatar.skeleton, posture).position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]].mean(axis=0)

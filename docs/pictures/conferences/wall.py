@@ -13,7 +13,7 @@ from docs.pictures.conferences.scenes import ROOT, Moment, choreographed, photog
 from vistel.arrays import F64, U8
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.render.figures.people import load_shape
+from vistel.render.figures.people import load_figure
 from vistel.render.scene_renderer import SceneRenderer
 from vistel.render.view.camera import look_at
 from vistel.render.view.screens import Screen, Stereo, boxes, eyes_apart, picture_size
@@ -42,7 +42,7 @@ def shown(moment: Moment, light: str, prepare: Prepare | None = None) -> U8:
 def eyes_of(moment: Moment) -> F64:
     """(2, 3) pupils of the viewer [m, room]."""
     person = next(p for p in moment.instant.people if p.about.name == moment.view.eyes)
-    joints = pose_joints(load_shape(person.about).skeleton, person.posture)
+    joints = pose_joints(load_figure(person.about).skeleton, person.posture)
     return eyes_apart(joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]], moment.view.eye_distance)
 
 

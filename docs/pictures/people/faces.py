@@ -23,7 +23,7 @@ from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.view.camera import look_at
 
 SIZE = 300
@@ -75,7 +75,7 @@ def sheet(avatar: str, cases: list[Case], away: tuple[float, float, float]) -> I
             both = {side: value for name, value in channels.items() for side in (name, f"{name}Left", f"{name}Right")}
             marks = expressions.marks([both.get(name, 0.0) for name in CHANNELS])
             posture = replace(standing(), face=marks, lids=np.array(lids), gaze=np.array(gaze))
-            person = (PersonNow(About("eva", "", avatar, 1.75), posture, Timing(0, 0, 0, False)),)
+            person = (PersonNow(ParticipantInfo("eva", "", avatar, 1.75), posture, Timing(0, 0, 0, False)),)
             picture = studio.render(Instant(1000 * n * 33_000_000, person))
             k = 1
             while k < 15 or not studio.complete:
@@ -99,7 +99,7 @@ def sleeves() -> Image.Image:
         for creased in (False, True):
             studio = SceneRenderer(View(360, 360, "room", "", wrinkles=creased), 3)
             studio.camera = look_at(np.array((0.9, 1.35, 0.9)), np.array((0.15, 1.2, 0.12)), 0.5)
-            person = (PersonNow(About("eva", "", avatar, 1.75), Posture(dofs), Timing(0, 0, 0, False)),)
+            person = (PersonNow(ParticipantInfo("eva", "", avatar, 1.75), Posture(dofs), Timing(0, 0, 0, False)),)
             try:
                 studio.render(Instant(0, person))
                 while not studio.complete:

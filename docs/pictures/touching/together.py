@@ -31,7 +31,7 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotvec_from_matrix
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import pulled
-from vistel.render.stage.hand_correction import Shown, gives_way, moved_hand
+from vistel.render.stage.hand_correction import ShownPerson, hand_offset, moved_hand
 from vistel.render.things.soft import SoftThing, bond_pulls
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.memory.bonds import Bond
@@ -98,9 +98,9 @@ class Scene:
             return own
         thing = next(s for s in view.states if s.id == grasp.thing)
         joints = pose_joints(AVATAR.skeleton, own)
-        off = gives_way(joints, True, Pose(thing.position, thing.rotation), Pose(grasp.seen_position, grasp.seen_rotation))
+        off = hand_offset(joints, True, Pose(thing.position, thing.rotation), Pose(grasp.seen_position, grasp.seen_rotation))
         posture = replace(own, hands=np.stack([own.hands[0], grasp.fingers]))
-        return moved_hand(Shown(own, joints, AVATAR.skeleton), posture, True, 1.0, off)
+        return moved_hand(ShownPerson(own, joints, AVATAR.skeleton), posture, True, 1.0, off)
 
 
 def people(scene: Scene, view: WorldView, names: tuple[str, ...] = ("ann",)) -> list[Part]:

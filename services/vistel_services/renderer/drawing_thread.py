@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from prometheus_client import Gauge
 
 from vistel.conference.model import Room as RoomKeys
-from vistel.render.figures.figures import Shape
+from vistel.render.figures.figures import DrawableFigure
 from vistel.render.gl.context import NoOpenGlError
 from vistel.render.preparation import decor_of
 from vistel.render.resolution import Resolution
 from vistel.render.scene_renderer import SceneRenderer
-from vistel.render.stage.stage import About, Instant
+from vistel.render.stage.stage import Instant, ParticipantInfo
 from vistel.render.view.view import View
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
@@ -56,7 +56,7 @@ class DrawingThread:
         seats: int,
         room: RoomKeys | None,
         whole: bool,
-        load: Callable[[About], Shape],
+        load: Callable[[ParticipantInfo], DrawableFigure],
         thread: ThreadPoolExecutor,
         models: dict[str, Model],
         panes: Sequence[Pane] = (),

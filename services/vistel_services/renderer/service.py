@@ -15,7 +15,7 @@ from prometheus_client import Counter, Gauge, Histogram
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.render.config import RenderConfig, render_config
-from vistel.render.figures.people import load_shape
+from vistel.render.figures.people import load_figure
 from vistel.render.stage.stage import Instant, Stage
 from vistel.render.view.screens import boxes
 from vistel.render.view.view import View
@@ -168,7 +168,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     inputs = _Inputs(bus, stage, clock, config.site, config.people)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
-    load = partial(load_shape, files=drawn.avatars, parcel=deliveries.parcel)
+    load = partial(load_figure, files=drawn.avatars, parcel=deliveries.parcel)
     drawing = DrawingThread(
         config.site, view, config.rate, drawn.seats, drawn.room, config.whole, load, thread, models, config.panes
     )
@@ -254,15 +254,15 @@ class _Inputs:
     def take(self) -> None:
         """Hand everything that has arrived to the stage."""
         for sample in self._about.take():
-            self._stage.hear_about(sample.message)
+            self._stage.receive_participant(sample.message)
         for sample in self._motion.take():
-            self._stage.hear_motion(sample.names["participant"], sample.message, sample.received_ns)
+            self._stage.receive_motion(sample.names["participant"], sample.message, sample.received_ns)
         for now, received_ns in self._world.take():
-            self._stage.hear_world(now, received_ns)
+            self._stage.receive_world(now, received_ns)
         for sample in self._status.take():
-            self._stage.hear_sound(sample.message)
+            self._stage.receive_sound_status(sample.message)
         for sample in self._said.take():
-            self._stage.captions.hear(sample.message, sample.received_ns)
+            self._stage.captions.receive(sample.message, sample.received_ns)
 
     def sounds(self) -> list[audio_pb2.Sound]:
         """What has been heard here since the last call."""

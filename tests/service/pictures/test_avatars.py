@@ -20,7 +20,7 @@ from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.formats.parcel import pack, unpack
 from vistel.figure.formats.usd import save_usd
 from vistel.render.figures.people import load_avatar_of
-from vistel.render.stage.stage import About, Stage
+from vistel.render.stage.stage import ParticipantInfo, Stage
 from vistel.space.people import build_like
 from vistel.v1.motion_pb2 import AvatarPart, Participant
 from vistel.wire.clock import SystemClock
@@ -74,10 +74,10 @@ class Viewer:
         self.deliveries = Deliveries(bus, self.stage)
         self._about = bus.subscribe(BY_NAME["participant"])
 
-    async def see(self, done: Callable[[Viewer], bool]) -> About:
+    async def see(self, done: Callable[[Viewer], bool]) -> ParticipantInfo:
         def seen() -> bool:
             for sample in self._about.take():
-                self.stage.hear_about(sample.message)
+                self.stage.receive_participant(sample.message)
             self.deliveries.take()
             return bool(self.stage._people) and done(self)
 
@@ -93,7 +93,7 @@ def test_it_reaches_sites_without_the_file_and_late_ones_too(tmp_path: Path, mac
     machine("owner")
     conference = load(conference_file(tmp_path / "owner"))
 
-    async def run() -> tuple[About, About, bytes, bytes]:
+    async def run() -> tuple[ParticipantInfo, ParticipantInfo, bytes, bytes]:
         clock = SystemClock()
         router = Router.open()
         names = ("tokyo", "lagos", "oslo")
@@ -130,7 +130,7 @@ def test_a_damaged_one_is_refused_in_one_line_and_nobody_waits_for_it(
 ) -> None:
     machine("other")
 
-    async def run() -> About:
+    async def run() -> ParticipantInfo:
         clock = SystemClock()
         router = Router.open()
         sender, reader = [

@@ -16,10 +16,10 @@ from x_server import Hands, x_server
 from vistel.figure.posture.posture import standing
 from vistel.geometry.pose import Pose
 from vistel.render import scene_renderer as studios
-from vistel.render.figures.figures import Shape, StandIn
+from vistel.render.figures.figures import DrawableFigure, StandIn
 from vistel.render.painter import Painter
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.stage.world_view import WorldView
 from vistel.render.view.view import View
 from vistel.space.room import meeting_room
@@ -29,7 +29,7 @@ from vistel_services.renderer.window.window import Pane
 pytestmark = pytest.mark.gl
 ROOM = meeting_room(3)
 LOOSE = {t.id: t for t in ROOM.things if not t.fixed}
-ABOUT = About("aiko", "Aiko")
+ABOUT = ParticipantInfo("aiko", "Aiko")
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def hands(monkeypatch: pytest.MonkeyPatch) -> Iterator[Hands]:
         yield somebody
 
 
-def shapes(about: About) -> Shape:
+def shapes(about: ParticipantInfo) -> DrawableFigure:
     return StandIn(about.height)
 
 

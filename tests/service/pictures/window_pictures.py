@@ -11,9 +11,9 @@ import numpy as np
 
 from vistel.figure.posture.posture import Posture
 from vistel.geometry.pose import Pose
-from vistel.render.figures.figures import Shape, StandIn
+from vistel.render.figures.figures import DrawableFigure, StandIn
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.stage.world_view import WorldView
 from vistel.render.view.view import View
 from vistel.space.room import meeting_room
@@ -24,7 +24,7 @@ LOOSE = {t.id: t for t in meeting_room(3).things if not t.fixed}
 WIDTH, HEIGHT = 480, 300
 
 
-def shapes(about: About) -> Shape:
+def shapes(about: ParticipantInfo) -> DrawableFigure:
     """Nobody has an avatar of their own."""
     return StandIn(about.height)
 
@@ -44,7 +44,7 @@ class Pictures:
             self.n += 1
             things = {name: t for name, t in LOOSE.items() if name != without}
             world = WorldView(self.n, {name: Pose(self.places.get(name, t.position), t.rotation) for name, t in things.items()})
-            people = tuple(PersonNow(About(name, name), p, Timing(0, 0, 0, False)) for name, p in self.people.items())
+            people = tuple(PersonNow(ParticipantInfo(name, name), p, Timing(0, 0, 0, False)) for name, p in self.people.items())
             drawn = await self.drawing.draw(Instant(self.n * 33_000_000, people, world, things))
         return drawn
 

@@ -78,12 +78,12 @@ class Renderer:
     def tick(self) -> None:
         now = self.site.clock.now_ns()
         for s in self._inboxes["participant"].take():
-            self.stage.hear_about(s.message)
+            self.stage.receive_participant(s.message)
         for s in self._inboxes["motion"].take():
-            self.stage.hear_motion(s.names["participant"], s.message, now)
+            self.stage.receive_motion(s.names["participant"], s.message, now)
         for s in self._inboxes["world_state"].take():
             for room in self.room.read(s.message):
-                self.stage.hear_world(room, now)
+                self.stage.receive_world(room, now)
         self.drawn.append(self.stage.instant(now))
 
 

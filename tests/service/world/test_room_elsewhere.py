@@ -122,7 +122,7 @@ def test_a_site_without_the_files_draws_what_the_world_has(
 
             def seen() -> bool:
                 for now, received_ns in listener.take():
-                    stage.hear_world(now, received_ns)
+                    stage.receive_world(now, received_ns)
                 return bool(stage.looks)
 
             await until(seen)

@@ -20,7 +20,7 @@ from vistel.figure.formats.usd import save_usd
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.render.figures.people import files_of, load_avatar_of
 from vistel.render.gl.context import NoOpenGlError, open_surface
-from vistel.render.stage.stage import About
+from vistel.render.stage.stage import ParticipantInfo
 from vistel_cli.main import app
 
 PAGE = Path(__file__).resolve().parents[3] / "docs/how-to/make-an-avatar.md"
@@ -105,12 +105,12 @@ def test_a_participant_is_drawn_with_the_file_beside_the_conference_file(folder:
     conference = load(folder / "c.toml")
     wanted = conference.sites[0].participants[0].avatar
     assert public_avatar(wanted) == "eva.usda"
-    about = About("ben", "Ben", public_avatar(wanted), 1.9)
+    about = ParticipantInfo("ben", "Ben", public_avatar(wanted), 1.9)
     assert load_avatar_of(about, files_of(conference)).skeleton.height == pytest.approx(1.9)
     with pytest.raises(ValueError, match=r"gone\.usda"):
-        load_avatar_of(About("ben", "Ben", "gone.usda", 1.9))
+        load_avatar_of(ParticipantInfo("ben", "Ben", "gone.usda", 1.9))
     with pytest.raises(ValueError, match="expected the name"):
-        load_avatar_of(About("eve", "Eve", str(folder / "eva.usda"), 1.9), files_of(conference))
+        load_avatar_of(ParticipantInfo("eve", "Eve", str(folder / "eva.usda"), 1.9), files_of(conference))
 
 
 @pytest.mark.parametrize(

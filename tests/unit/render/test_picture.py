@@ -11,7 +11,7 @@ import pytest
 from vistel.figure.posture.posture import SHOULDER, Posture, Stance
 from vistel.geometry.pose import Pose
 from vistel.render.figures.drawn import in_sight
-from vistel.render.figures.figures import Shape, StandIn
+from vistel.render.figures.figures import DrawableFigure, StandIn
 from vistel.render.gl.context import Surface
 from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
@@ -19,7 +19,7 @@ from vistel.render.painter import Frame, Painter, ThingView
 from vistel.render.room.room import build_room
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.stage.world_view import WorldView
 from vistel.render.view.camera import Camera, look_at, overview
 from vistel.render.view.screens import Sight
@@ -56,7 +56,7 @@ def difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.abs(a.astype(int) - b.astype(int)).max(axis=2)
 
 
-def shapes(about: About) -> Shape:
+def shapes(about: ParticipantInfo) -> DrawableFigure:
     return StandIn(about.height)
 
 
@@ -72,7 +72,7 @@ def seated(seat: int) -> Posture:
 def meeting(*names: str, timing: Timing = LIVE) -> Instant:
     room = meeting_room(3)
     world = WorldView(1, {t.id: Pose(t.position, t.rotation) for t in room.things})
-    people = tuple(PersonNow(About(n, n.title()), seated(i), timing) for i, n in enumerate(names))
+    people = tuple(PersonNow(ParticipantInfo(n, n.title()), seated(i), timing) for i, n in enumerate(names))
     return Instant(0, people, world, {t.id: t for t in room.things})
 
 
@@ -216,7 +216,7 @@ def test_through_ones_own_eyes_the_own_head_is_not_in_the_way() -> None:
 
 
 def test_an_avatar_that_cannot_be_had_is_replaced_and_said(caplog: pytest.LogCaptureFixture) -> None:
-    def fails(about: About) -> Shape:
+    def fails(about: ParticipantInfo) -> DrawableFigure:
         raise ValueError(f"no avatar {about.avatar!r}")
 
     studio = SceneRenderer(View(WIDTH, HEIGHT, "room", ""), 3, load=fails)

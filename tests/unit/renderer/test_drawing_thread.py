@@ -9,8 +9,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from vistel.render.figures.figures import Shape, StandIn
-from vistel.render.stage.stage import About, Instant
+from vistel.render.figures.figures import DrawableFigure, StandIn
+from vistel.render.stage.stage import Instant, ParticipantInfo
 from vistel.render.view.view import View
 from vistel_services.renderer import drawing_thread
 from vistel_services.renderer.drawing_thread import DrawingThread
@@ -18,7 +18,7 @@ from vistel_services.renderer.drawing_thread import DrawingThread
 pytestmark = pytest.mark.gl
 
 
-def shapes(about: About) -> Shape:
+def shapes(about: ParticipantInfo) -> DrawableFigure:
     return StandIn(about.height)
 
 

@@ -16,7 +16,7 @@ from vistel.render.view.view import Choices, Mode
 from vistel_services.renderer.window.desk import Desk
 from vistel_services.renderer.window.events import LEFT, Button, Pointer
 from vistel_services.renderer.window.facts import Facts, SiteFacts
-from vistel_services.renderer.window.panel import Shown, open_panel
+from vistel_services.renderer.window.panel import PanelState, open_panel
 
 pytestmark = pytest.mark.gl
 
@@ -38,7 +38,7 @@ def test_without_a_panel_to_be_had_one_line_says_so_and_keys_do_it(
     assert "vistel[window]" in line and "using=keys" in line
 
 
-SHOWN = Shown(
+SHOWN = PanelState(
     Facts(
         (SiteFacts("tokyo", ("aiko",), 1, 29.7, 0.131, 4), SiteFacts("lima", faults=("glove: 100% gone",), devices=2, heard_ns=1))
     ),

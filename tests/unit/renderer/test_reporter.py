@@ -9,7 +9,7 @@ import pytest
 
 from vistel.figure.posture.posture import standing
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
@@ -29,7 +29,7 @@ def reported(*pictures: tuple[int, int], caplog: pytest.LogCaptureFixture) -> tu
         heard = network.bus("c", "hub", clock).subscribe(BY_NAME["image_delay"], queue_all=True, polled=True)
         for frame, (people, stand_ins) in enumerate(pictures):
             now_ns = START_NS + frame * PICTURE_NS
-            those = tuple(PersonNow(About(f"p{k}", f"P {k}"), standing(), ON_TIME) for k in range(people))
+            those = tuple(PersonNow(ParticipantInfo(f"p{k}", f"P {k}"), standing(), ON_TIME) for k in range(people))
             reporter.drawn(Instant(now_ns, those), now_ns + 10_000_000, stand_ins)
         sent.extend((len(s.message.streams), s.message.stand_ins) for s in heard.take())
 

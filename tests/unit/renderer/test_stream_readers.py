@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from vistel.conference.display import Display
 from vistel_services.renderer.out.stream_address import StreamAddress, answered
 from vistel_services.renderer.out.stream_encoder import KEY_PICTURE, StreamEncoder
-from vistel_services.renderer.out.stream_reader import MOST_PICTURES, MOST_SOUNDS, MOST_WORDS, Picture, Reader
+from vistel_services.renderer.out.stream_reader import MOST_PICTURES, MOST_SOUNDS, MOST_WORDS, Reader, StreamPicture
 
 
 def received(reader: Reader, count: int) -> list[str | bytes]:
@@ -28,9 +28,9 @@ def received(reader: Reader, count: int) -> list[str | bytes]:
 def test_a_reader_begins_with_a_key_picture() -> None:
     reader = Reader("h264")
     assert reader.wants_key
-    reader.show(Picture(b"delta", False))
-    reader.show(Picture(b"key", True))
-    reader.show(Picture(b"next", False))
+    reader.show(StreamPicture(b"delta", False))
+    reader.show(StreamPicture(b"key", True))
+    reader.show(StreamPicture(b"next", False))
     assert not reader.wants_key
     assert received(reader, 2) == [b"key", b"next"]
     assert reader.left_out == 1
@@ -38,12 +38,12 @@ def test_a_reader_begins_with_a_key_picture() -> None:
 
 def test_who_falls_behind_goes_on_with_a_key_picture_once_it_reads_again() -> None:
     reader = Reader("h264")
-    reader.show(Picture(b"key", True))
+    reader.show(StreamPicture(b"key", True))
     for k in range(20):
-        reader.show(Picture(b"%d" % k, False))
+        reader.show(StreamPicture(b"%d" % k, False))
     assert reader.wants_key
-    reader.show(Picture(b"again", True))
-    reader.show(Picture(b"after", False))
+    reader.show(StreamPicture(b"again", True))
+    reader.show(StreamPicture(b"after", False))
     assert received(reader, 2) == [b"again", b"after"]
     assert reader.left_out == 21
 
@@ -55,7 +55,7 @@ def test_whatever_comes_and_whoever_reads_little_waits_and_every_picture_follows
         for kind, reads in events:
             number += 1
             if kind in "pk":
-                reader.show(Picture(b"%d" % number + kind.encode(), kind == "k"))
+                reader.show(StreamPicture(b"%d" % number + kind.encode(), kind == "k"))
             elif kind == "s":
                 number -= 1
                 reader.play(b"sound")
@@ -83,11 +83,11 @@ def pictures_of(count: int) -> list[np.ndarray]:
     return [np.roll(ramp, 3 * k, axis=1) for k in range(count)]
 
 
-def encoded(pictures: list[np.ndarray], apart_ns: int, wanted: set[int]) -> list[Picture]:
+def encoded(pictures: list[np.ndarray], apart_ns: int, wanted: set[int]) -> list[StreamPicture]:
     """H.264 of pictures, one after the other; wanted: at which ones a key picture is asked for."""
-    done: queue.Queue[Picture] = queue.Queue()
+    done: queue.Queue[StreamPicture] = queue.Queue()
     encoder = StreamEncoder(64, 48, 30.0, lambda form, picture: done.put(picture))
-    out: list[Picture] = []
+    out: list[StreamPicture] = []
     for k, picture in enumerate(pictures):
         encoder.put(k * apart_ns, picture, {"h264"}, wants_key=k in wanted)
         out.append(done.get())

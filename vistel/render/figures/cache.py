@@ -26,7 +26,7 @@ from vistel.figure.avatar.cache_folder import default_cache, file_lock
 from vistel.figure.layers import skin
 from vistel.jit.kernel_jit import stamp_of
 from vistel.render.figures import figures
-from vistel.render.figures.figures import Person
+from vistel.render.figures.figures import AvatarFigure
 from vistel.whole_file import whole_file
 from vistel.wrinkle import shown
 from vistel.wrinkle.errors import WrinkleError
@@ -38,7 +38,7 @@ MOST_KEPT = 1 << 30
 """Bytes of figures kept; those not used for longest go first."""
 
 
-def person_of(avatar: Avatar, cache: Path | None = None, wears: Sequence[str] = ()) -> Person:
+def cached_figure(avatar: Avatar, cache: Path | None = None, wears: Sequence[str] = ()) -> AvatarFigure:
     """The figure of an avatar: read back if it was made before, else made and kept. wears: names of built-in wrinkles;
     without, those that the avatar's file says, and none with a line in the log where that cannot be read.
 
@@ -51,7 +51,7 @@ def person_of(avatar: Avatar, cache: Path | None = None, wears: Sequence[str] = 
     with file_lock(path.with_suffix(".lock")):
         if (kept := _read(path)) is not None:
             return kept
-        person = Person(avatar, wears=wardrobe(wears) if wears else _own_wrinkles(avatar))
+        person = AvatarFigure(avatar, wears=wardrobe(wears) if wears else _own_wrinkles(avatar))
         _write(path, person)
     return person
 
@@ -102,7 +102,7 @@ _CODE = " ".join(
 """The state of the code that figures are made by."""
 
 
-def _read(path: Path) -> Person | None:
+def _read(path: Path) -> AvatarFigure | None:
     try:
         data = path.read_bytes()
         os.utime(path)
@@ -113,10 +113,10 @@ def _read(path: Path) -> Person | None:
     except Exception as fault:  # a damaged file can raise anything
         log.warning("event=figure_damaged path=%s reason=%r action=made_again", path, str(fault))
         return None
-    return person if isinstance(person, Person) else None
+    return person if isinstance(person, AvatarFigure) else None
 
 
-def _write(path: Path, person: Person) -> None:
+def _write(path: Path, person: AvatarFigure) -> None:
     """Whole or not at all; older ones make room."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

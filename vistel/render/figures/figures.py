@@ -31,7 +31,7 @@ from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.render.figures.bare_skin import bare_skin, is_bare
 from vistel.render.figures.drawn import Corners, Creases, FigureModel, Planned
 from vistel.render.figures.gpu_deform import SkinShape
-from vistel.render.figures.wrinkles import Wearing
+from vistel.render.figures.wrinkles import WrinkleState
 from vistel.space.things.tessellate import join, tessellate
 from vistel.space.things.things import Primitive
 from vistel.wrinkle.dressing import dressed
@@ -63,7 +63,7 @@ class Posed:
     """(S,) how much of each set of the model's wrinkles is there."""
 
 
-class Shape(Protocol):
+class DrawableFigure(Protocol):
     """A participant's figure."""
 
     skeleton: Skeleton
@@ -183,19 +183,19 @@ class StandIn:
         return ghosts_of(limbs, groups=range(len(limbs)), target=target)
 
 
-class Person:
+class AvatarFigure:
     """An avatar's figure, drawn with as much detail as can be seen. layers: muscles and bones move its skin. wears: sets of
     wrinkles; its sleeves and trouser legs then get textures on which cloth can move."""
 
     def __init__(self, avatar: Avatar, *, layers: bool = True, wears: Sequence[WrinkleSet] = ()) -> None:
         self.skeleton, self.body, self.casters = avatar.skeleton, avatar.body, casters(avatar.body)
-        self.wearing: Wearing | None = None
+        self.wearing: WrinkleState | None = None
         worn: tuple[LevelWrinkles | None, ...] = (None,) * (1 + len(avatar.coarser))
         if wears:
             made = dressed(avatar, charted(wears))
             whole = shown(made, wears)
             if whole.names:
-                avatar, worn, self.wearing = made.avatar, whole.levels, Wearing(whole)
+                avatar, worn, self.wearing = made.avatar, whole.levels, WrinkleState(whole)
         picture = None if self.wearing is None else self.wearing.whole.picture
         levels = (avatar, *avatar.coarser)
         self._finest = _Level(avatar, None, worn[0], picture, levels[-1])
@@ -219,12 +219,12 @@ class Person:
         for level in self._levels:
             level.face = FaceSkin(level.figure.avatar.mesh, marks)
 
-    def bare(self) -> None:
+    def without_layers(self) -> None:
         """Let the skin follow the joints alone from now on."""
         for level in self._levels:
             level.forget_layers()
 
-    def iron(self) -> None:
+    def without_wrinkles(self) -> None:
         """Have no wrinkles from now on."""
         self.wearing = None
 

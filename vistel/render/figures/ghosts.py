@@ -10,7 +10,7 @@ from vistel.figure.body import PosedBody
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
-from vistel.render.figures.figures import Shape
+from vistel.render.figures.figures import DrawableFigure
 from vistel.render.stage.stage import Instant
 from vistel.render.stage.world_view import Ghost
 from vistel.space.things.things import Thing
@@ -22,7 +22,9 @@ class Ghosts:
     def __init__(self) -> None:
         self._solids: dict[str, tuple[Thing, PrimitiveSet]] = {}
 
-    def of(self, instant: Instant, shapes: Mapping[str, Shape], posed: Mapping[str, PosedBody]) -> dict[str, list[GhostSource]]:
+    def of(
+        self, instant: Instant, shapes: Mapping[str, DrawableFigure], posed: Mapping[str, PosedBody]
+    ) -> dict[str, list[GhostSource]]:
         """What acts on each figure. posed: every figure's primitives at this instant.
 
         Pairs with a body that is not here (just left, or not yet arrived) are passed over.

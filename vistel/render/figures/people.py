@@ -13,9 +13,9 @@ from vistel.figure.formats.load import load_any
 from vistel.figure.formats.parcel import unpack
 from vistel.figure.people.builtin import WRINKLES, builtin_avatar
 from vistel.figure.posture.posture import standing
-from vistel.render.figures.cache import person_of
-from vistel.render.figures.figures import Person
-from vistel.render.stage.stage import About
+from vistel.render.figures.cache import cached_figure
+from vistel.render.figures.figures import AvatarFigure
+from vistel.render.stage.stage import ParticipantInfo
 
 _NONE: Mapping[str, Path] = MappingProxyType({})
 
@@ -31,7 +31,7 @@ def no_parcel(digest: str) -> bytes:
     raise ValueError(f"avatar: parcel {digest} is not here")
 
 
-def load_avatar_of(about: About, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel) -> Avatar:
+def load_avatar_of(about: ParticipantInfo, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel) -> Avatar:
     """The avatar a participant has, as tall as the participant: built in, the `parcel` they sent, or, from who sends none, a
     file that this site knows them by or one of the avatar folder. What came over the network is never taken for a path.
 
@@ -52,9 +52,11 @@ def load_avatar_of(about: About, files: Mapping[str, Path] = _NONE, parcel: Call
         ) from fault
 
 
-def load_shape(about: About, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel) -> Person:
+def load_figure(
+    about: ParticipantInfo, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel
+) -> AvatarFigure:
     """The deforming figure of a participant. Raises ValueError or OSError when the avatar cannot be had."""
     wears = WRINKLES if about.avatar.startswith("builtin") else ()
-    person = person_of(load_avatar_of(about, files, parcel), wears=wears)
+    person = cached_figure(load_avatar_of(about, files, parcel), wears=wears)
     person.pose(standing())  # kernels not yet compiled on this machine are compiled here, not between two pictures
     return person

@@ -15,7 +15,7 @@ LONGEST_STEP_S = 5.0
 """Between two pictures: who was out of sight for longer comes back as if it had been so long."""
 
 
-class Wearing:
+class WrinkleState:
     """The wrinkles of one figure from picture to picture."""
 
     def __init__(self, whole: Shown) -> None:

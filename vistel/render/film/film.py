@@ -17,7 +17,7 @@ import numpy as np
 from vistel.arrays import U8
 from vistel.conference.avatar_files import kept_parcel
 from vistel.render.config import RenderConfig
-from vistel.render.figures.people import load_shape
+from vistel.render.figures.people import load_figure
 from vistel.render.film.sound import FilmSound
 from vistel.render.preparation import decor_of
 from vistel.render.scene_renderer import SceneRenderer
@@ -32,7 +32,7 @@ TOPICS = ("participant", "motion", "world_state", "world_key", "world_detail", "
 
 
 @dataclass(frozen=True)
-class Picture:
+class FilmPicture:
     """rgba: (height, width, 4), first row at the bottom; t_ns: conference time at which it is shown. sounds: what is heard
     from it to the next one, as `VideoWriter.put_sound` takes it."""
 
@@ -49,7 +49,7 @@ def film(
     rate: float,
     finer: int = 1,
     voices: FilmSound | None = None,
-) -> Iterator[Picture]:
+) -> Iterator[FilmPicture]:
     """`rate` pictures a second from `begin_ns` to `end_ns`, in order. records: of TOPICS, from some time before `begin_ns` on,
     in the order of their arrival. finer: every pixel is the mean of so many by so many. voices: who hears them.
     There is time: where the view leaves the light open, it is fine.
@@ -62,7 +62,7 @@ def film(
     light = "fine" if view.light == "auto" else view.light
     large = replace(view, width=finer * view.width, height=finer * view.height, light=light)
     decor: Interior | None = decor_of(config.room) if config.room is not None else None
-    studio = SceneRenderer(large, config.seats, lambda about: load_shape(about, files=config.avatars), decor)
+    studio = SceneRenderer(large, config.seats, lambda about: load_figure(about, files=config.avatars), decor)
     studio.painter.saves_shadows = False
     try:
         # One instant ahead of what is drawn: what is heard until then belongs to the picture.
@@ -71,7 +71,7 @@ def film(
             picture = studio.render_complete(instant)
             if finer > 1:
                 picture = np.asarray(cv2.resize(picture, (view.width, view.height), interpolation=cv2.INTER_AREA), np.uint8)
-            yield Picture(instant.now_ns, picture, voices.until(following) if voices is not None else ())
+            yield FilmPicture(instant.now_ns, picture, voices.until(following) if voices is not None else ())
     finally:
         studio.close()
 
@@ -86,14 +86,14 @@ def instants(
 ) -> Iterator[Instant]:
     """What is shown, `rate` times a second from `begin_ns` to `end_ns`, of what `records` say (see `film`); `voices` hears it."""
     stage = Stage(round(delay_s * 1e9))
-    told = _Told(stage, iter(records), voices)
+    told = _LogPlayback(stage, iter(records), voices)
     for n in range(count_of(begin_ns, end_ns, rate)):
         now_ns = begin_ns + round(n * 1e9 / rate)
         told.until(now_ns)
         yield stage.instant(now_ns)
 
 
-class _Told:
+class _LogPlayback:
     """Tells the stage, and who hears voices, what the log says, up to a time."""
 
     def __init__(self, stage: Stage, records: Iterator[LogRecord], voices: FilmSound | None) -> None:
@@ -109,15 +109,15 @@ class _Told:
     def _tell(self, record: LogRecord) -> None:
         message = record.message
         if record.topic.name == "participant":
-            self._stage.hear_about(message)
+            self._stage.receive_participant(message)
             for digest in self._stage.awaited:
                 if kept_parcel(digest) is not None:
                     self._stage.avatar_arrived(digest)
         elif record.topic.name == "motion":
-            self._stage.hear_motion(record.names["participant"], message, record.log_ns)
+            self._stage.receive_motion(record.names["participant"], message, record.log_ns)
         elif record.topic.name == "voice":
             if self._voices is not None:
-                self._voices.hear(record.names["participant"], message)
+                self._voices.receive(record.names["participant"], message)
         elif record.topic.name == "world_key":
             self._backlog.key(message)
         elif record.topic.name == "world_detail":
@@ -126,7 +126,7 @@ class _Told:
             self._backlog.add(message)
             for now in self._steps(message):
                 # The steps of one message as if each had come as soon as it was about.
-                self._stage.hear_world(now, record.log_ns - (message.header.t_ns - now.t_ns))
+                self._stage.receive_world(now, record.log_ns - (message.header.t_ns - now.t_ns))
 
     def _steps(self, message: WorldState) -> list[RoomNow]:
         steps = self._decoder.read(message)

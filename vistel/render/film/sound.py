@@ -38,7 +38,7 @@ class FilmSound:
         self._encoder = Encoder(2, _BITRATE, voice=False, complexity=10, dtx=False)
         self._next_ns = begin_ns + self._encoder.lookahead_ns  # so that the first packet begins with the film
 
-    def hear(self, participant: str, message: Voice) -> None:
+    def receive(self, participant: str, message: Voice) -> None:
         """A frame of somebody's voice."""
         self._streams.setdefault(participant, VoiceStream()).push(message.header.t_ns, message.opus, message.earlier)
 

@@ -26,7 +26,7 @@ from vistel.figure.formats import usd as avatar_usd
 from vistel.figure.posture.posture import JointPose, pose_joints
 from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton
 from vistel.geometry.rotation import quaternion_from_matrix
-from vistel.render.stage.stage import About, Instant
+from vistel.render.stage.stage import Instant, ParticipantInfo
 from vistel.render.view.camera import SeatCamera
 from vistel.space.files.interior import Interior, looks_of
 from vistel.space.files.usd_write import save_usd
@@ -49,7 +49,7 @@ def write_usd(
     shown: Iterable[Instant],
     rate: float,
     decor: Interior,
-    avatar_of: Callable[[About], Avatar],
+    avatar_of: Callable[[ParticipantInfo], Avatar],
     viewers: Sequence[tuple[str, str]],
 ) -> int:
     """Write `shown`, `rate` instants a second, as `path` (.usda, .usdc or .usd) and a folder beside it; how many there were.
@@ -57,7 +57,7 @@ def write_usd(
     decor: the room as it begins; viewers: site and participant of each camera. Raises OSError; ValueError for an avatar that
     cannot be had.
     """
-    people: dict[str, tuple[About, Skeleton, _Kept]] = {}
+    people: dict[str, tuple[ParticipantInfo, Skeleton, _Kept]] = {}
     things: dict[str, tuple[Thing, _Kept]] = {t.id: (t, _Kept()) for t in decor.room.things if t.fixed}
     avatars: dict[str, Avatar] = {}
     cameras = {site: (viewer, SeatCamera(), _Kept()) for site, viewer in viewers}

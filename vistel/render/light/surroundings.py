@@ -48,7 +48,7 @@ def surroundings(picture: Callable[[Camera], F32]) -> Surroundings:
     return Surroundings(np.concatenate(maps).astype(np.float32), _harmonics(light, towards, share).astype(np.float32))
 
 
-class Mirrors:
+class Reflections:
     """Surroundings on the graphics side."""
 
     def __init__(self, ctx: moderngl.Context, around: Surroundings) -> None:

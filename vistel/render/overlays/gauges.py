@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from vistel.arrays import U8
 from vistel.render.gl.textures import texture_of
-from vistel.render.overlays.overlays import Pane, lay_over
+from vistel.render.overlays.overlays import TexturedRectangle, lay_over
 from vistel.render.stage.stage import Instant
 
 _INK, _OLD, _GROUND = (226, 232, 238, 255), (255, 168, 110, 255), (10, 12, 16, 205)
@@ -63,7 +63,7 @@ def rows_of(instant: Instant, hertz: float, scale: float) -> tuple[tuple[str, bo
 class Gauges:
     """Draws rows of text into the picture's upper left corner; line: height of one [pixels]."""
 
-    def __init__(self, ctx: moderngl.Context, pane: Pane) -> None:
+    def __init__(self, ctx: moderngl.Context, pane: TexturedRectangle) -> None:
         self._ctx, self._pane = ctx, pane
         self.line = 12
         self._shown: tuple[tuple[tuple[str, bool], ...], int] = ((), 0)

@@ -33,7 +33,7 @@ class LabelView:
     place: F64
 
 
-class Pane:
+class TexturedRectangle:
     """A rectangle that shows the texture bound to unit 0."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -49,7 +49,7 @@ class Pane:
 class Names:
     """Labels over places of the room; `line`: height of a name [pixels]."""
 
-    def __init__(self, ctx: moderngl.Context, pane: Pane) -> None:
+    def __init__(self, ctx: moderngl.Context, pane: TexturedRectangle) -> None:
         self._ctx, self._pane = ctx, pane
         self.line = 12
         self._textures: dict[tuple[Label | Caption, int], moderngl.Texture] = {}

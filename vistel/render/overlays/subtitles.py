@@ -8,14 +8,14 @@ import moderngl
 
 from vistel.render.gl.textures import texture_of
 from vistel.render.overlays.captions import paint_caption
-from vistel.render.overlays.overlays import Pane, lay_over
+from vistel.render.overlays.overlays import TexturedRectangle, lay_over
 from vistel.render.stage.captions import Caption
 
 
 class Subtitles:
     """Captions at the foot of a picture; line: height of one [pixels]."""
 
-    def __init__(self, ctx: moderngl.Context, pane: Pane) -> None:
+    def __init__(self, ctx: moderngl.Context, pane: TexturedRectangle) -> None:
         self._ctx, self._pane = ctx, pane
         self.line = 14
         self._textures: dict[tuple[Caption, int], moderngl.Texture] = {}

@@ -22,7 +22,7 @@ X, Z, H = bake.HALF_X, bake.HALF_Z, bake.HEIGHT
 
 
 @dataclass(frozen=True)
-class Panel:
+class ShellPanel:
     """A piece of the shell: positions and normals (n, 3), uv (n, 2) origin bottom left, triangles (m, 3).
 
     key: "KEY_SHADOWED" where the roof's key light falls and shadows with it, or "FINISHED" where nothing changes.
@@ -59,7 +59,7 @@ def drawn_with_room(room: Room) -> list[Thing]:
     return [t for t in room.things if t.fixed and t.shape in FURNITURE]
 
 
-def build_room(room: Room) -> tuple[list[Panel], Furniture | None]:
+def build_room(room: Room) -> tuple[list[ShellPanel], Furniture | None]:
     """Shell, table top and furniture of a meeting room; a room without things has no furniture."""
     discs = _discs(room)
     fixed = drawn_with_room(room)
@@ -126,13 +126,13 @@ def _plane(h: int, w: int, origin: F64, right: F64, up: F64) -> F64:
     return origin + u[None, :, None] * right + v[:, None, None] * up
 
 
-def _quad(origin: F64, right: F64, up: F64, finished: U8) -> Panel:
+def _quad(origin: F64, right: F64, up: F64, finished: U8) -> ShellPanel:
     normal = np.cross(right, up)
     normal /= np.linalg.norm(normal)
     positions = np.array((origin, origin + right, origin + right + up, origin + up), np.float32)
     uv = np.array(((0, 0), (1, 0), (1, 1), (0, 1)), np.float32)
     triangles = np.array(((0, 1, 2), (0, 2, 3)), np.int32)
-    return Panel(positions, np.tile(normal.astype(np.float32), (4, 1)), uv, triangles, finished, FINISHED, 0.0)
+    return ShellPanel(positions, np.tile(normal.astype(np.float32), (4, 1)), uv, triangles, finished, FINISHED, 0.0)
 
 
 def _baked(size: tuple[int, int], origin: F64, right: F64, up: F64, discs: F64) -> F32:
@@ -151,7 +151,7 @@ def _v(x: float, y: float, z: float) -> F64:
     return np.array((x, y, z), np.float64)
 
 
-def _floor(discs: F64) -> list[Panel]:
+def _floor(discs: F64) -> list[ShellPanel]:
     """The middle, where shadows fall, and the rest, where none reach and none need be looked up."""
     size = 1024
     origin, right, up = _v(-X, 0, Z), _v(2 * X, 0, 0), _v(0, 0, -2 * Z)
@@ -170,12 +170,12 @@ def _floor(discs: F64) -> list[Panel]:
     rest = np.array([t for pair in cells.values() for t in pair], np.int32)
     finished = _finished(texture, float(KEY_DIRECTION[1]))
     return [
-        Panel(positions, normals, uv.astype(np.float32), triangles, image, key, 0.0)
+        ShellPanel(positions, normals, uv.astype(np.float32), triangles, image, key, 0.0)
         for triangles, image, key in ((middle, texture, KEY_SHADOWED), (rest, finished, FINISHED))
     ]
 
 
-def _ceiling() -> Panel:
+def _ceiling() -> ShellPanel:
     size = 256
     origin, right, up = _v(-X, H, -Z), _v(2 * X, 0, 0), _v(0, 0, 2 * Z)
     light = _baked((size, size), origin, right, up, np.zeros((0, 4))) + 0.25
@@ -188,10 +188,10 @@ def _ceiling() -> Panel:
     return _quad(origin, right, up, _finished(_texture(colour, light), 0.0))
 
 
-def _walls() -> list[Panel]:
+def _walls() -> list[ShellPanel]:
     """Window at -X, door at +X, paintings at -Z and +Z; each painted as seen from inside."""
     scale = 110.0
-    out: list[Panel] = []
+    out: list[ShellPanel] = []
     sides = (
         (_v(-X, 0, Z), _v(0, 0, -2 * Z), 2 * Z),
         (_v(X, 0, -Z), _v(0, 0, 2 * Z), 2 * Z),
@@ -258,11 +258,11 @@ def _shelf(wall: paint.Wall, x: float) -> None:
             at += w
 
 
-def _table_top(surface: Surface3, radius: float) -> Panel:
+def _table_top(surface: Surface3, radius: float) -> ShellPanel:
     size = 768
     colour = paint.table_top(size, radius)
     p = surface.vertices
     uv = np.stack((0.5 + 0.5 * p[:, 0] / radius, 0.5 - 0.5 * p[:, 2] / radius), axis=1).astype(np.float32)
-    return Panel(
+    return ShellPanel(
         p, surface.normals, uv, surface.triangles, _texture(colour, np.full((size, size), 0.72)), KEY_SHADOWED, 0.42, casts=True
     )

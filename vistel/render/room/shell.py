@@ -13,13 +13,13 @@ from vistel.render.gl.programs import as_gl, program, put, vertex_array
 from vistel.render.gl.textures import texture_of
 from vistel.render.light.shadow import ShadowMap
 from vistel.render.light.surroundings import SIDE
-from vistel.render.room.room import Panel
+from vistel.render.room.room import ShellPanel
 from vistel.render.view.camera import Camera
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    panel: Panel
+    panel: ShellPanel
     vertices: moderngl.Buffer
     triangles: moderngl.Buffer
     vao: moderngl.VertexArray
@@ -37,7 +37,7 @@ class Shell:
         """What of it throws shadows."""
         self._seen: moderngl.Framebuffer | None = None
 
-    def build(self, panels: Sequence[Panel]) -> None:
+    def build(self, panels: Sequence[ShellPanel]) -> None:
         """Add panels."""
         textures: dict[int, moderngl.Texture] = {}
         for panel in panels:
@@ -81,12 +81,12 @@ class Shell:
         return np.frombuffer(target.read(components=3, dtype="f2"), np.float16).reshape(SIDE, SIDE, 3).astype(np.float32)
 
     def _array(
-        self, panel: Panel, vertices: moderngl.Buffer, triangles: moderngl.Buffer, defines: tuple[str, ...]
+        self, panel: ShellPanel, vertices: moderngl.Buffer, triangles: moderngl.Buffer, defines: tuple[str, ...]
     ) -> moderngl.VertexArray:
         layout = [(vertices, "3f 3f 2f", "position", "normal", "uv")]
         return vertex_array(self.ctx, self._program(panel, defines), layout, triangles, skip_errors=True)
 
-    def _program(self, panel: Panel, defines: tuple[str, ...]) -> moderngl.Program:
+    def _program(self, panel: ShellPanel, defines: tuple[str, ...]) -> moderngl.Program:
         if panel.key:
             defines += (panel.key,)
         if panel.gloss:

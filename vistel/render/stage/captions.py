@@ -44,7 +44,7 @@ class Captions:
     def __init__(self) -> None:
         self._said: dict[str, tuple[Utterance, int]] = {}
 
-    def hear(self, message: Utterance, now_ns: int) -> None:
+    def receive(self, message: Utterance, now_ns: int) -> None:
         """Something was said, or answered. What was over before one came is not shown."""
         if message.state not in _STATES or now_ns - message.header.t_ns > SHOWN_NS:
             return

@@ -19,7 +19,7 @@ from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix,
 from vistel.space.holding.gripped import hand_seen
 from vistel.space.people import HAND_JOINT, SIDES
 
-STILL: tuple[F64, F64] = np.zeros(3), np.zeros(3)
+NO_OFFSET: tuple[F64, F64] = np.zeros(3), np.zeros(3)
 """No rotation, no shift."""
 SPEED, SPIN = 0.3, 3.0
 """A thing that comes to lie in another way in a hand is drawn to do so no faster [m/s, rad/s]."""
@@ -28,7 +28,7 @@ LEAST = 1e-4
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownPerson:
     """Somebody as shown: posture, its joints in the room, and the skeleton they are of."""
 
     posture: Posture
@@ -49,7 +49,7 @@ def towards(now: Pose, wanted: Pose, seconds: float) -> Pose:
     return Pose(now.position + share * step, quaternion_from_matrix(np.ascontiguousarray(turned)))
 
 
-def gives_way(joints: JointPose, right: bool, thing: Pose, lies: Pose) -> tuple[F64, F64]:
+def hand_offset(joints: JointPose, right: bool, thing: Pose, lies: Pose) -> tuple[F64, F64]:
     """By what a hand is drawn off its place: rotation vector (3,) and shift (3,) [m], room.
 
     thing: where it is drawn; lies: where it lies in the frame of the hand as that is drawn.
@@ -60,7 +60,7 @@ def gives_way(joints: JointPose, right: bool, thing: Pose, lies: Pose) -> tuple[
     return rotvec_from_matrix(np.ascontiguousarray(rotation @ own[0].T)), position - own[1]
 
 
-def moved_hand(shown: Shown, posture: Posture, right: bool, share: float, off: tuple[F64, F64]) -> Posture:
+def moved_hand(shown: ShownPerson, posture: Posture, right: bool, share: float, off: tuple[F64, F64]) -> Posture:
     """`posture`, one hand of which is moved by a share of `off`; the elbow swivels as little as it can.
 
     An arm that comes with joints of its own (`Posture.joints`) stays as it is: nobody knows what holds them together.

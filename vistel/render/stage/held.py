@@ -23,7 +23,7 @@ from vistel.figure.posture.posture import Posture
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
 from vistel.geometry.smoothstep import ease
-from vistel.render.stage.hand_correction import STILL, Shown, gives_way, moved_hand, towards
+from vistel.render.stage.hand_correction import NO_OFFSET, ShownPerson, hand_offset, moved_hand, towards
 from vistel.render.stage.world_view import WorldView, quaternion, vector
 from vistel.space.people import HAND_JOINT
 from vistel.v1 import geometry_pb2, world_pb2
@@ -50,7 +50,7 @@ class _Hand:
     share: float
     fingers: F64
     lies: Pose
-    off: tuple[F64, F64] = STILL
+    off: tuple[F64, F64] = NO_OFFSET
 
 
 @dataclass
@@ -72,9 +72,9 @@ class HeldThings:
         self._hands: dict[tuple[str, bool], _Hand] = {}
         self._last_ns = 0
         self._last: Mapping[str, Pose] = {}
-        self._shown: Mapping[str, Shown] = {}
+        self._shown: Mapping[str, ShownPerson] = {}
 
-    def poses(self, now_ns: int, world: WorldView, people: Mapping[str, Shown]) -> WorldView:
+    def poses(self, now_ns: int, world: WorldView, people: Mapping[str, ShownPerson]) -> WorldView:
         """The world with held things where they are drawn."""
         held: dict[str, list[world_pb2.Grasp]] = {}
         for g in world.grasps:
@@ -111,7 +111,7 @@ class HeldThings:
             hand.share, hand.fingers = min(1.0, hand.share + share), hand.fingers + share * (wanted - hand.fingers)
             hand.lies = towards(hand.lies, lies, seconds)
             thing, shown = self._last.get(g.thing), self._shown.get(g.participant)
-            hand.off = STILL if thing is None or shown is None else gives_way(shown.joints, g.right, thing, hand.lies)
+            hand.off = NO_OFFSET if thing is None or shown is None else hand_offset(shown.joints, g.right, thing, hand.lies)
         out = dict(people)
         for (who, right), hand in self._hands.items():
             if who in out:
@@ -124,7 +124,7 @@ class HeldThings:
         return out
 
 
-def _predicted(grasps: list[world_pb2.Grasp], people: Mapping[str, Shown]) -> Pose | None:
+def _predicted(grasps: list[world_pb2.Grasp], people: Mapping[str, ShownPerson]) -> Pose | None:
     """Where the thing is in the one hand that holds it; None when several do, or who does is not shown."""
     if len(grasps) != 1 or grasps[0].participant not in people:
         return None

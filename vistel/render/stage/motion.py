@@ -10,7 +10,7 @@ from vistel.v1 import motion_pb2
 from vistel.wire.motion import ListFrame, MotionDecoder, MotionFrame
 
 
-class Heard:
+class ReceivedPosture:
     """A posture that is worked out when it is needed: most of what arrives lies between two pictures."""
 
     def __init__(self, frame: MotionFrame | ListFrame) -> None:
@@ -22,10 +22,10 @@ class Heard:
         return posture_of(self._frame.sample())
 
 
-class Between:
+class InterpolatedPosture:
     """The posture between two others."""
 
-    def __init__(self, a: Heard | Between, b: Heard | Between, u: float) -> None:
+    def __init__(self, a: ReceivedPosture | InterpolatedPosture, b: ReceivedPosture | InterpolatedPosture, u: float) -> None:
         self.posture = interpolate(a.posture, b.posture, u)
 
 
@@ -35,9 +35,9 @@ class MotionReader:
     def __init__(self) -> None:
         self._decoder = MotionDecoder()
 
-    def read(self, message: motion_pb2.Motion) -> list[tuple[int, Heard]]:
+    def read(self, message: motion_pb2.Motion) -> list[tuple[int, ReceivedPosture]]:
         """Capture times and postures, oldest first: of the message, and of lost ones that it repeats. None when the key
         frame it refers to was lost or it is broken."""
         newest = self._decoder.open(message)
         frames = [*self._decoder.regained(), *([] if newest is None else [newest])]
-        return [(frame.t_ns, Heard(frame)) for frame in frames]
+        return [(frame.t_ns, ReceivedPosture(frame)) for frame in frames]

@@ -12,9 +12,9 @@ from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.render.stage.captions import Caption, Captions
-from vistel.render.stage.hand_correction import Shown
+from vistel.render.stage.hand_correction import ShownPerson
 from vistel.render.stage.held import HeldThings
-from vistel.render.stage.motion import Between, Heard, MotionReader
+from vistel.render.stage.motion import InterpolatedPosture, MotionReader, ReceivedPosture
 from vistel.render.stage.playout import Playout, Timing
 from vistel.render.stage.world_view import Ghost, WorldView, between, ghosts_from, thing_of, view_of
 from vistel.space.things.things import Thing
@@ -32,7 +32,7 @@ GONE_NS = 20_000_000_000
 
 
 @dataclass(frozen=True)
-class About:
+class ParticipantInfo:
     """Who a participant is. parcel: digest of an avatar of their own; proportions: what its limbs are like; here: it need
     not be waited for."""
 
@@ -49,7 +49,7 @@ class About:
 class PersonNow:
     """A participant at the instant shown."""
 
-    about: About
+    about: ParticipantInfo
     posture: Posture
     timing: Timing
 
@@ -66,17 +66,17 @@ class Instant:
     people: tuple[PersonNow, ...] = ()
     world: WorldView = field(default_factory=WorldView)
     things: Mapping[str, Thing] = field(default_factory=lambda: MappingProxyType({}))
-    coming: tuple[About, ...] = ()
+    coming: tuple[ParticipantInfo, ...] = ()
     talking: frozenset[str] = frozenset()
     captions: tuple[Caption, ...] = ()
     loudness: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
 
 class _Person:
-    def __init__(self, about: About, delay_ns: int, site: str = "") -> None:
+    def __init__(self, about: ParticipantInfo, delay_ns: int, site: str = "") -> None:
         self.about, self.site = about, site
         self.reader = MotionReader()
-        self.playout: Playout[Heard | Between] = Playout(Between, delay_ns)
+        self.playout: Playout[ReceivedPosture | InterpolatedPosture] = Playout(InterpolatedPosture, delay_ns)
 
 
 class Stage:
@@ -97,10 +97,10 @@ class Stage:
         self._loudness: Mapping[str, float] = MappingProxyType({})
         self.captions = Captions()
 
-    def hear_about(self, message: motion_pb2.Participant) -> None:
+    def receive_participant(self, message: motion_pb2.Participant) -> None:
         """Who somebody is."""
         parcel = message.parcel if is_digest(message.parcel) else ""
-        about = About(
+        about = ParticipantInfo(
             message.participant,
             message.display_name or message.participant,
             message.avatar or "builtin",
@@ -138,15 +138,15 @@ class Stage:
         """Digests of the polymeshes that things of the room look like."""
         return self._looks
 
-    def hear_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
+    def receive_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
         """What somebody did; before we heard who they are, they are shown under their key's name."""
         person = self._people.get(name)
         if person is None:
-            person = self._people[name] = _Person(About(name, name), self._delay_ns)
+            person = self._people[name] = _Person(ParticipantInfo(name, name), self._delay_ns)
         for t_ns, heard in person.reader.read(message):
             person.playout.push(t_ns, heard, received_ns)
 
-    def hear_world(self, now: RoomNow, received_ns: int) -> None:
+    def receive_world(self, now: RoomNow, received_ns: int) -> None:
         """A step of the room."""
         if now.things is not self._told:
             self._describe(now.things)
@@ -155,7 +155,7 @@ class Stage:
         self._told = now.things
         self._world.push(now.t_ns, view_of(now, self._ghosts), received_ns)
 
-    def hear_sound(self, message: audio_pb2.SoundStatus) -> None:
+    def receive_sound_status(self, message: audio_pb2.SoundStatus) -> None:
         """How this site's voices are doing: who is heard, and whose picture must wait because the voice comes later."""
         self._talking = frozenset(s.participant for s in message.streams if s.talking)
         self._loudness = {s.participant: s.level_db for s in message.streams if s.talking}
@@ -168,7 +168,7 @@ class Stage:
     def instant(self, now_ns: int) -> Instant:
         """What is shown at `now_ns`."""
         people: list[PersonNow] = []
-        coming: list[About] = []
+        coming: list[ParticipantInfo] = []
         for name, person in list(self._people.items()):
             shown = person.playout.sample(now_ns)
             timing = person.playout.timing
@@ -209,11 +209,11 @@ class Stage:
             self._looks = frozenset(k.model for t in things.values() for k in t.looks)
 
 
-def _shown(person: PersonNow) -> Shown:
+def _shown(person: PersonNow) -> ShownPerson:
     """A person with their joints as they are shown."""
     limbs = person.about.proportions
     skeleton = standard_skeleton(person.about.height) if limbs is None else limbs.skeleton
-    return Shown(person.posture, pose_joints(skeleton, person.posture), skeleton)
+    return ShownPerson(person.posture, pose_joints(skeleton, person.posture), skeleton)
 
 
 def _limbs(message: motion_pb2.Participant) -> Proportions | None:

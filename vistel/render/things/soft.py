@@ -24,7 +24,7 @@ from vistel.implicit.ghosts.mesh_ghosts import faded, pulled
 from vistel.implicit.graph.ghost_terms import decay_quartic
 from vistel.implicit.meshes.embedding import embed
 from vistel.implicit.primitives.kinds import primitive_of
-from vistel.render.figures.figures import Shape
+from vistel.render.figures.figures import DrawableFigure
 from vistel.render.stage.stage import Instant
 from vistel.render.stage.world_view import primitive_from, vector
 from vistel.render.things.soft_skin import limbs_in, nearest_limb, skin_of
@@ -57,7 +57,7 @@ class Reshaped:
     bent: NDArray[np.bool_]
 
 
-def gives_way(thing: Thing) -> bool:
+def is_soft(thing: Thing) -> bool:
     """Whether a thing is drawn deformed: so soft that it shows, and felt."""
     return thing.compliance > SOFT_FROM and bool(thing.primitives)
 
@@ -159,7 +159,7 @@ class SoftThings:
         self._things: dict[str, SoftThing] = {}
 
     def make(self, thing: Thing, models: Mapping[str, Model]) -> SoftThing:
-        """The soft side of a thing for which `gives_way` holds, made anew."""
+        """The soft side of a thing for which `is_soft` holds, made anew."""
         made = self._things[thing.id] = SoftThing(thing, models)
         return made
 
@@ -174,7 +174,7 @@ class SoftThings:
     def reshaped(
         self,
         instant: Instant,
-        shapes: Mapping[str, Shape],
+        shapes: Mapping[str, DrawableFigure],
         posed: Mapping[str, PosedBody],
         pulls: Mapping[str, Sequence[tuple[Primitive, ConstraintGhost]]],
     ) -> dict[str, Reshaped | None]:
@@ -202,7 +202,7 @@ class SoftThings:
 
 
 def pulls_of(
-    instant: Instant, posed: Mapping[str, PosedBody], joints: Mapping[str, JointPose], shapes: Mapping[str, Shape]
+    instant: Instant, posed: Mapping[str, PosedBody], joints: Mapping[str, JointPose], shapes: Mapping[str, DrawableFigure]
 ) -> tuple[dict[str, list[tuple[Primitive, ConstraintGhost]]], dict[str, list[GhostSource]]]:
     """What bonds do: to things, by thing, and to figures, by participant, as ghosts of the thing that hold the limb."""
     to_things: dict[str, list[tuple[Primitive, ConstraintGhost]]] = {}

@@ -15,7 +15,7 @@ from vistel.wire.log import LogReader, LogRecord
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 if TYPE_CHECKING:
-    from vistel.render.film.film import Picture
+    from vistel.render.film.film import FilmPicture
 
 PREROLL_NS = 2_500_000_000
 """Before the asked time: key frames of motion and the world come at least so often."""
@@ -125,7 +125,7 @@ def told(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
     yield from reader.records(topics=TOPICS, begin_ns=first_ns, end_ns=end_ns + 1)
 
 
-def _write_png(path: Path, picture: Picture) -> None:
+def _write_png(path: Path, picture: FilmPicture) -> None:
     from PIL import Image
 
     Image.fromarray(picture.rgba[::-1, :, :3]).save(path, compress_level=4)

@@ -27,9 +27,9 @@ from vistel.figure.posture.posture import Posture, standing
 from vistel.figure.posture.solve import PostureSolver
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
-from vistel.render.figures.people import load_shape
+from vistel.render.figures.people import load_figure
 from vistel.render.gl.antialias import antialias
-from vistel.render.stage.stage import About
+from vistel.render.stage.stage import ParticipantInfo
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
@@ -57,7 +57,7 @@ def _steps(conference: Conference) -> list[Step]:
     ]
     for spec, name, height in people_of(conference):
         if spec.startswith("builtin"):
-            steps.append((f"making {name}", lambda s=spec, n=name, h=height: load_shape(About(n, n, s, h))))
+            steps.append((f"making {name}", lambda s=spec, n=name, h=height: load_figure(ParticipantInfo(n, n, s, h))))
     steps.append(("compiling deformation", lambda: _compile_figures(conference)))
     steps.append(("compiling the motion codec", motion_codec.warm_up))
     return steps

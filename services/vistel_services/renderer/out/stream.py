@@ -21,7 +21,7 @@ from vistel.wire import background
 from vistel.wire.clock import Clock
 from vistel_services.renderer.out.stream_address import StreamAddress, answered
 from vistel_services.renderer.out.stream_encoder import SOUND, StreamEncoder, message
-from vistel_services.renderer.out.stream_reader import Picture, Reader
+from vistel_services.renderer.out.stream_reader import Reader, StreamPicture
 
 if TYPE_CHECKING:
     from aiohttp import web
@@ -108,12 +108,12 @@ class Stream:
             await self._runner.cleanup()
         await asyncio.to_thread(self._encoder.close)
 
-    def _encoded(self, form: str, picture: Picture) -> None:
+    def _encoded(self, form: str, picture: StreamPicture) -> None:
         """In the encoder's thread."""
         with contextlib.suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(self._show, form, picture)
 
-    def _show(self, form: str, picture: Picture) -> None:
+    def _show(self, form: str, picture: StreamPicture) -> None:
         for reader in self._readers:
             if reader.form == form:
                 before = reader.left_out

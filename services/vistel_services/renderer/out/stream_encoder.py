@@ -18,7 +18,7 @@ from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTr
 
 from vistel.arrays import U8
 from vistel.render.film.planes import Planes
-from vistel_services.renderer.out.stream_reader import Picture
+from vistel_services.renderer.out.stream_reader import StreamPicture
 
 log = logging.getLogger("vistel.renderer")
 
@@ -33,7 +33,7 @@ _KEYS_APART_NS = 1_000_000_000
 """At least: a reader that falls behind again and again costs the others little."""
 _JPEG_QUALITY = 80
 
-Deliver = Callable[[str, Picture], None]
+Deliver = Callable[[str, StreamPicture], None]
 
 
 def message(kind: int, t_ns: int, data: bytes) -> bytes:
@@ -82,7 +82,7 @@ class StreamEncoder:
             t_ns, rgba, forms = item
             try:
                 if "jpeg" in forms:
-                    self._deliver("jpeg", Picture(message(KEY_PICTURE, t_ns, _jpeg(rgba)), True))
+                    self._deliver("jpeg", StreamPicture(message(KEY_PICTURE, t_ns, _jpeg(rgba)), True))
                 if "h264" in forms and not self._failed:
                     self._encode(t_ns, rgba)
             except (FFmpegError, OSError, ValueError, cv2.error) as e:
@@ -100,7 +100,7 @@ class StreamEncoder:
             self._key_ns, self._wants_key = t_ns, False
         for packet in codec.encode(frame):
             kind = KEY_PICTURE if packet.is_keyframe else PICTURE
-            self._deliver("h264", Picture(message(kind, t_ns, bytes(packet)), packet.is_keyframe))
+            self._deliver("h264", StreamPicture(message(kind, t_ns, bytes(packet)), packet.is_keyframe))
 
     def _open(self) -> VideoCodecContext:
         codec = av.CodecContext.create("libx264", "w")

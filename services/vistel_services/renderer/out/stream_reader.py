@@ -13,7 +13,7 @@ MOST_WORDS = 8
 
 
 @dataclass(frozen=True)
-class Picture:
+class StreamPicture:
     """data: as it is sent; key: it can be shown without the one before."""
 
     data: bytes
@@ -27,7 +27,7 @@ class Reader:
         """form: "h264" or "jpeg", what its pictures are."""
         self.form = form
         self.left_out = 0
-        self._pictures: deque[Picture] = deque()
+        self._pictures: deque[StreamPicture] = deque()
         self._sounds: deque[bytes] = deque(maxlen=MOST_SOUNDS)
         self._words: deque[str] = deque(maxlen=MOST_WORDS)
         self._lost = True
@@ -38,7 +38,7 @@ class Reader:
         """It reads, and the pictures that come are of no use to it."""
         return self._lost and not self._pictures
 
-    def show(self, picture: Picture) -> None:
+    def show(self, picture: StreamPicture) -> None:
         """The next picture."""
         if self._lost and not picture.key:
             self.left_out += 1

@@ -30,7 +30,7 @@ from vistel_services.renderer.window.carrying import Carrying
 from vistel_services.renderer.window.events import LEFT, RIGHT, Button, Event, Held, Key, Lost, Pointer, Wheel
 from vistel_services.renderer.window.facts import Facts
 from vistel_services.renderer.window.navigation import LOOK, Puck, Walker, moves, walked
-from vistel_services.renderer.window.panel import KEYS, Panel, Shown, open_panel
+from vistel_services.renderer.window.panel import KEYS, Panel, PanelState, open_panel
 from vistel_services.renderer.window.placement import fitted
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, ray_through
 from vistel_services.renderer.window.window import Window
@@ -170,7 +170,7 @@ class Desk:
         size = self._window.size()
         if self._panel is None or not all(size):
             return
-        shown = Shown(
+        shown = PanelState(
             self.facts,
             instant.people,
             instant.now_ns,

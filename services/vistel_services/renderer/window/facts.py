@@ -48,7 +48,7 @@ class Facts:
     film: str = ""
 
 
-class FactsHeard:
+class FactsCollector:
     """Collects facts from messages. sites: of the conference and who is at each, as the file says."""
 
     def __init__(self, sites: Mapping[str, tuple[str, ...]]) -> None:

@@ -34,7 +34,7 @@ _RED = (0.86, 0.22, 0.20, 1.0)
 
 
 @dataclass(frozen=True)
-class Shown:
+class PanelState:
     """What the panel tells. drawn: part of the width and height that is; stereo: both eyes' pictures are shown; walled: on
     screens of a wall; pointed, selected: things, in words."""
 
@@ -139,7 +139,7 @@ class Panel:
             io.add_focus_event(False)
         return False
 
-    def draw(self, shown: Shown, choices: Choices, size: tuple[int, int], seconds: float, scale: float = 1.0) -> Choices:
+    def draw(self, shown: PanelState, choices: Choices, size: tuple[int, int], seconds: float, scale: float = 1.0) -> Choices:
         """Build and draw the panel into the framebuffer that is bound, of `size` pixels; what is chosen after it. seconds: since
         the last time; scale: of its writing."""
         imgui = self._imgui
@@ -160,7 +160,7 @@ class Panel:
         self._painter.release()
         self._imgui.destroy_context(self._context)
 
-    def _build(self, shown: Shown, choices: Choices, size: tuple[int, int], scale: float) -> Choices:
+    def _build(self, shown: PanelState, choices: Choices, size: tuple[int, int], scale: float) -> Choices:
         imgui = self._imgui
         margin = 8.0
         width = min(WIDTH * scale, size[0] - 2 * margin)
@@ -173,7 +173,7 @@ class Panel:
         imgui.end()
         return choices
 
-    def _sections(self, shown: Shown, choices: Choices) -> Choices:
+    def _sections(self, shown: PanelState, choices: Choices) -> Choices:
         imgui = self._imgui
         opened = imgui.TreeNodeFlags_.default_open
         self._record(shown)
@@ -195,7 +195,7 @@ class Panel:
             self._table("keys", ("key", "does"), [[(k, None), (v, _DIM)] for k, v in KEYS], heads=False)
         return choices
 
-    def _record(self, shown: Shown) -> None:
+    def _record(self, shown: PanelState) -> None:
         imgui = self._imgui
         film = shown.facts.film
         if film:
@@ -207,7 +207,7 @@ class Panel:
         imgui.same_line()
         self._say(film or f"{shown.hertz:.0f} pictures/s at {round(100 * shown.drawn)} %", _DIM)
 
-    def _sites(self, shown: Shown) -> None:
+    def _sites(self, shown: PanelState) -> None:
         rows: list[list[tuple[str, Colour | None]]] = []
         notes: list[str] = []
         for site in shown.facts.sites:
@@ -228,7 +228,7 @@ class Panel:
             self._say(note, _BAD)
             self._imgui.pop_text_wrap_pos()
 
-    def _delays(self, shown: Shown) -> None:
+    def _delays(self, shown: PanelState) -> None:
         rows: list[list[tuple[str, Colour | None]]] = []
         for person in shown.people:
             t, name = person.timing, person.about.name
@@ -249,7 +249,7 @@ class Panel:
         apart = f"; {(max(delays) - min(delays)) * 1e-6:.0f} ms between people" if len(delays) > 1 else ""
         self._say(f"milliseconds{apart}", _DIM)
 
-    def _view(self, shown: Shown, choices: Choices) -> Choices:
+    def _view(self, shown: PanelState, choices: Choices) -> Choices:
         imgui = self._imgui
         for n, (mode, name) in enumerate(((Mode.SEAT, "Seat"), (Mode.FREE, "Free"), (Mode.ROOM, "Room"))):
             if n:
@@ -266,7 +266,7 @@ class Panel:
             imgui.end_combo()
         return choices
 
-    def _things(self, shown: Shown) -> None:
+    def _things(self, shown: PanelState) -> None:
         imgui = self._imgui
         imgui.text_unformatted(f"Selected: {shown.selected or 'nothing'}")
         self._say(f"Under the mouse: {shown.pointed or 'nothing'}", _DIM)
@@ -276,7 +276,7 @@ class Panel:
             if imgui.button(words):
                 self.deeds.append(deed)
 
-    def _picture(self, shown: Shown, choices: Choices) -> Choices:
+    def _picture(self, shown: PanelState, choices: Choices) -> Choices:
         imgui = self._imgui
         imgui.text_unformatted("Pixels drawn:")
         for words, scale in SCALES:

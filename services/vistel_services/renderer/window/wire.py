@@ -15,7 +15,7 @@ from vistel.wire import background
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
-from vistel_services.renderer.window.facts import FactsHeard
+from vistel_services.renderer.window.facts import FactsCollector
 from vistel_services.renderer.window.wishes import Ask, Carry, LetGo
 
 AGAIN_NS = 60_000_000
@@ -29,7 +29,7 @@ class WindowWire:
 
     def __init__(self, bus: Bus, clock: Clock, participant: str, sites: Mapping[str, tuple[str, ...]]) -> None:
         self._bus, self._clock, self._participant = bus, clock, participant
-        self.facts = FactsHeard(sites)
+        self.facts = FactsCollector(sites)
         self._heartbeat = bus.subscribe(BY_NAME["heartbeat"], polled=True)
         self._delay = bus.subscribe(BY_NAME["image_delay"], polled=True)
         self._devices = bus.subscribe(BY_NAME["device_status"], polled=True)

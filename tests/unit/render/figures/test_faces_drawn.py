@@ -16,7 +16,7 @@ from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.messages.postures import posture_of
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.render.figures.drawn import Corners, Planned
-from vistel.render.figures.figures import Person
+from vistel.render.figures.figures import AvatarFigure
 from vistel.render.figures.gpu_deform import GpuDeformer, GpuSkin
 from vistel.render.gl.context import Surface
 from vistel.wire.motion import MotionSample, StalePart
@@ -25,8 +25,8 @@ pytestmark = pytest.mark.gl
 
 
 @pytest.fixture(scope="module")
-def eva() -> Person:
-    return Person(builtin_avatar("builtin:seed=3", name="eva", height=1.70))
+def eva() -> AvatarFigure:
+    return AvatarFigure(builtin_avatar("builtin:seed=3", name="eva", height=1.70))
 
 
 def making(turned: float = 0.0, **channels: float) -> Posture:
@@ -35,13 +35,13 @@ def making(turned: float = 0.0, **channels: float) -> Posture:
     return Posture(dofs, face=Expressions(CHANNELS).marks([channels.get(name, 0.0) for name in CHANNELS]))
 
 
-def drawn(person: Person, posture: Posture, **more: float) -> tuple[np.ndarray, np.ndarray]:
+def drawn(person: AvatarFigure, posture: Posture, **more: float) -> tuple[np.ndarray, np.ndarray]:
     skin = person.pose(posture, **more).skin  # type: ignore[arg-type]
     assert isinstance(skin, Corners)
     return skin.positions.copy(), skin.normals.copy()
 
 
-def test_an_open_mouth_moves_the_drawn_chin_and_the_normals_with_it(eva: Person) -> None:
+def test_an_open_mouth_moves_the_drawn_chin_and_the_normals_with_it(eva: AvatarFigure) -> None:
     (rest, straight), (opened, tilted) = drawn(eva, making()), drawn(eva, making(jawOpen=1.0))
     moved = np.linalg.norm(opened - rest, axis=1)
     assert moved.max() > 0.025
@@ -50,12 +50,12 @@ def test_an_open_mouth_moves_the_drawn_chin_and_the_normals_with_it(eva: Person)
     assert np.abs(np.linalg.norm(tilted, axis=1) - 1.0).max() < 1e-3
 
 
-def test_a_face_turns_with_its_head(eva: Person) -> None:
+def test_a_face_turns_with_its_head(eva: AvatarFigure) -> None:
     apart = [np.linalg.norm(drawn(eva, making(t, jawOpen=0.8))[0] - drawn(eva, making(t))[0], axis=1) for t in (0.0, 0.9)]
     assert np.abs(apart[0] - apart[1]).max() < 1e-4
 
 
-def test_both_engines_make_the_same_face(eva: Person, surface: Surface) -> None:
+def test_both_engines_make_the_same_face(eva: AvatarFigure, surface: Surface) -> None:
     posture = making(0.5, jawOpen=0.5, browInnerUp=1.0, mouthSmileLeft=1.0)
     places, normals = drawn(eva, posture)
     skin = eva.pose(posture, planned=True).skin
@@ -73,7 +73,7 @@ def test_both_engines_make_the_same_face(eva: Person, surface: Surface) -> None:
     gpu.release()
 
 
-def test_who_is_heard_and_not_seen_moves_the_mouth(eva: Person) -> None:
+def test_who_is_heard_and_not_seen_moves_the_mouth(eva: AvatarFigure) -> None:
     silent = replace(making(), face=None)
     rest = drawn(eva, silent)[0]
     most = 0.0

@@ -11,16 +11,16 @@ import numpy as np
 
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
-from vistel.render.figures.cache import person_of
-from vistel.render.figures.figures import Corners, Person
+from vistel.render.figures.cache import cached_figure
+from vistel.render.figures.figures import AvatarFigure, Corners
 
 SHOW = """
 import hashlib, sys
 from pathlib import Path
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
-from vistel.render.figures.cache import person_of
-person = person_of(builtin_avatar("builtin:seed=3", name="ann", height=1.7), Path(sys.argv[1]))
+from vistel.render.figures.cache import cached_figure
+person = cached_figure(builtin_avatar("builtin:seed=3", name="ann", height=1.7), Path(sys.argv[1]))
 touching = person.ghosts(person.pose(standing()).posed, None)
 h = hashlib.sha256()
 for pixels in (1e9, 300.0, 50.0):
@@ -43,10 +43,10 @@ def test_another_process_reads_the_same_figure_to_the_last_bit(tmp_path: Path) -
 
 def test_a_damaged_file_is_made_again(tmp_path: Path) -> None:
     avatar = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
-    person_of(avatar, tmp_path)
+    cached_figure(avatar, tmp_path)
     (kept,) = tmp_path.glob("*.pickle")
     kept.write_bytes(kept.read_bytes()[:1000])
-    again = person_of(avatar, tmp_path).pose(standing()).skin
+    again = cached_figure(avatar, tmp_path).pose(standing()).skin
     assert isinstance(again, Corners)
     assert np.isfinite(again.positions).all()
     assert max(file.stat().st_size for file in tmp_path.glob("*.pickle")) > 1_000_000
@@ -55,14 +55,14 @@ def test_a_damaged_file_is_made_again(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_used_costs_only_the_keeping(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     avatar = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
-    assert isinstance(person_of(avatar, tmp_path / "file" / "figures"), Person)
+    assert isinstance(cached_figure(avatar, tmp_path / "file" / "figures"), AvatarFigure)
 
 
 def test_one_file_is_kept_of_an_avatar_made_read_or_shown_before(tmp_path: Path) -> None:
     read = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
     made = replace(read, albedo=np.asfortranarray(read.albedo), skeleton=replace(read.skeleton, rest=read.skeleton.rest.copy()))
     for avatar in (read, read, made):
-        person_of(avatar, tmp_path)
+        cached_figure(avatar, tmp_path)
     assert len(list(tmp_path.glob("*.pickle"))) == 1
-    person_of(replace(read, skeleton=replace(read.skeleton, rest=read.skeleton.rest * 1.001)), tmp_path)
+    cached_figure(replace(read, skeleton=replace(read.skeleton, rest=read.skeleton.rest * 1.001)), tmp_path)
     assert len(list(tmp_path.glob("*.pickle"))) == 2

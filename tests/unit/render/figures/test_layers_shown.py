@@ -12,10 +12,10 @@ from vistel.conference.model import Conference
 from vistel.figure.posture.posture import ELBOW, Posture
 from vistel.render.config import render_config
 from vistel.render.figures.drawn import Corners
-from vistel.render.figures.figures import Person
+from vistel.render.figures.figures import AvatarFigure
 
 
-def _drawn(person: Person, elbow: float) -> np.ndarray:
+def _drawn(person: AvatarFigure, elbow: float) -> np.ndarray:
     dofs = Posture().dofs.copy()
     dofs[ELBOW["left"]] = math.radians(elbow)
     skin = person.pose(Posture(dofs)).skin
@@ -24,10 +24,10 @@ def _drawn(person: Person, elbow: float) -> np.ndarray:
 
 
 def test_a_person_is_drawn_with_muscles_and_bones_unless_they_are_taken_away() -> None:
-    whole, without = Person(tube_person()), Person(tube_person(), layers=False)
+    whole, without = AvatarFigure(tube_person()), AvatarFigure(tube_person(), layers=False)
     assert np.abs(_drawn(whole, 0.0) - _drawn(without, 0.0)).max() < 1e-6
     assert np.abs(_drawn(whole, 120.0) - _drawn(without, 120.0)).max() > 3e-3
-    whole.bare()
+    whole.without_layers()
     assert np.array_equal(_drawn(whole, 120.0), _drawn(without, 120.0))
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from vistel.figure.posture.posture import Stance, standing
-from vistel.render.figures.figures import Shape
+from vistel.render.figures.figures import DrawableFigure
 from vistel.render.scene_renderer import SceneRenderer
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.view.camera import look_at
 from vistel.render.view.view import View
 
@@ -20,13 +20,13 @@ pytestmark = pytest.mark.gl
 WIDTH, HEIGHT = 320, 200
 
 
-def missing(about: About) -> Shape:
+def missing(about: ParticipantInfo) -> DrawableFigure:
     raise FileNotFoundError("ada.usdz: no such file")
 
 
 def test_who_has_no_avatar_is_shown_as_a_stand_in_and_named(caplog: pytest.LogCaptureFixture) -> None:
     somebody = PersonNow(
-        About("ada", "Ada Lovelace", "ada.usdz"),
+        ParticipantInfo("ada", "Ada Lovelace", "ada.usdz"),
         replace(standing(), stance=Stance(np.array((0.0, standing().stance.position[1], -1.1)), 0.0)),
         Timing(0, 0, 0, False),
     )

@@ -21,7 +21,7 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.render.config import render_config
 from vistel.render.figures.drawn import Corners, FigureView, Planned
-from vistel.render.figures.figures import Person, Posed, limb_rows
+from vistel.render.figures.figures import AvatarFigure, Posed, limb_rows
 from vistel.render.figures.gpu_deform import GpuDeformer, GpuSkin
 from vistel.render.gl.context import NoOpenGlError, open_surface
 from vistel.render.painter import Frame, Painter
@@ -36,9 +36,9 @@ SECOND = 1_000_000_000
 
 
 @pytest.fixture(scope="module")
-def eva() -> Person:
+def eva() -> AvatarFigure:
     avatar = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
-    return Person(avatar, wears=[s for s in wardrobe(["shirt"]) if s.region.name == "sleeve"])
+    return AvatarFigure(avatar, wears=[s for s in wardrobe(["shirt"]) if s.region.name == "sleeve"])
 
 
 class Drawing:
@@ -50,7 +50,7 @@ class Drawing:
         self.painter = Painter(self.surface, SIZE, SIZE, self.deformer)
         self.painter.saves_shadows = False
 
-    def picture(self, person: Person, posed: Posed, camera: Camera, *, creased: bool = True) -> U8:
+    def picture(self, person: AvatarFigure, posed: Posed, camera: Camera, *, creased: bool = True) -> U8:
         folds = posed.folds if creased else None
         view = FigureView("eva", posed.model, posed.skin, limb_rows(posed.posed, person.casters), folds=folds)
         self.painter.draw(Frame([Sight(camera)], [view]))
@@ -74,7 +74,7 @@ def bent(degrees: float) -> Posture:
     return Posture(dofs)
 
 
-def at_the_elbow(person: Person, posture: Posture) -> Camera:
+def at_the_elbow(person: AvatarFigure, posture: Posture) -> Camera:
     """Sees the bent left sleeve from the front."""
     elbow = pose_joints(person.skeleton, posture).position[JOINT_INDEX["left_lower_arm"]]
     return look_at(elbow + np.array((0.9, 0.1, 0.5)), elbow + np.array((0.0, 0.0, 0.06)), 0.25)
@@ -89,7 +89,7 @@ def outline(picture: U8) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
 
 @pytest.mark.parametrize("planned", [False, True], ids=["cpu", "gpu"])
 def test_the_outline_of_a_bent_sleeve_changes_in_the_picture_and_that_of_a_straight_one_does_not(
-    planned: bool, eva: Person, drawing: Drawing
+    planned: bool, eva: AvatarFigure, drawing: Drawing
 ) -> None:
     worn, mean, most = eva.wearing, {}, {}
     for degrees in (5.0, 110.0):
@@ -111,14 +111,14 @@ def test_the_outline_of_a_bent_sleeve_changes_in_the_picture_and_that_of_a_strai
     assert most[110.0] > 1.5
 
 
-def test_both_engines_draw_the_same_wrinkles(eva: Person, drawing: Drawing) -> None:
+def test_both_engines_draw_the_same_wrinkles(eva: AvatarFigure, drawing: Drawing) -> None:
     posture = bent(110.0)
     camera = at_the_elbow(eva, posture)
     one, other = (drawing.picture(eva, eva.pose(posture, planned=p), camera).astype(int) for p in (False, True))
     assert (np.abs(one - other).max(axis=2) > 12).mean() < 2e-3
 
 
-def pressing(person: Person, posture: Posture) -> tuple[GhostSource, NDArray[np.float64]]:
+def pressing(person: AvatarFigure, posture: Posture) -> tuple[GhostSource, NDArray[np.float64]]:
     """A ball that reaches below the skin at the highest fold."""
     worn, person.wearing = person.wearing, None
     bare = corners(person, posture)[0]
@@ -129,13 +129,13 @@ def pressing(person: Person, posture: Posture) -> tuple[GhostSource, NDArray[np.
     return ghosts_of(PrimitiveSet.of_kinds(["sphere"], [[0.05]], np.eye(3)[None], centre[None])), centre
 
 
-def corners(person: Person, posture: Posture, ghosts: tuple[GhostSource, ...] = ()) -> tuple[NDArray[np.float32], ...]:
+def corners(person: AvatarFigure, posture: Posture, ghosts: tuple[GhostSource, ...] = ()) -> tuple[NDArray[np.float32], ...]:
     skin = person.pose(posture, ghosts).skin
     assert isinstance(skin, Corners)
     return skin.positions.copy(), skin.normals.copy()
 
 
-def test_wrinkles_flatten_where_something_presses(eva: Person) -> None:
+def test_wrinkles_flatten_where_something_presses(eva: AvatarFigure) -> None:
     posture = bent(110.0)
     ball, centre = pressing(eva, posture)
     worn = eva.wearing
@@ -152,7 +152,7 @@ def test_wrinkles_flatten_where_something_presses(eva: Person) -> None:
     assert np.abs(after[far] - before[far]).max() < 1e-5
 
 
-def test_the_gpu_flattens_them_as_well(eva: Person, drawing: Drawing) -> None:
+def test_the_gpu_flattens_them_as_well(eva: AvatarFigure, drawing: Drawing) -> None:
     posture = bent(110.0)
     ball, _ = pressing(eva, posture)
     skin = eva.pose(posture, (ball,), planned=True).skin
@@ -165,7 +165,7 @@ def test_the_gpu_flattens_them_as_well(eva: Person, drawing: Drawing) -> None:
     gpu.release()
 
 
-def test_cloth_remembers_a_bend_for_a_while_and_then_forgets_it(eva: Person) -> None:
+def test_cloth_remembers_a_bend_for_a_while_and_then_forgets_it(eva: AvatarFigure) -> None:
     for k in range(120):
         eva.pose(bent(120.0), at_ns=k * SECOND // 20)
     deep = eva.wearing.whole.names.index("left_sleeve_deep") if eva.wearing else 0

@@ -12,7 +12,7 @@ import pytest
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, Posture, standing
-from vistel.render.figures.cache import person_of
+from vistel.render.figures.cache import cached_figure
 from vistel.render.figures.drawn import Corners
 from vistel.wrinkle.wardrobe import wardrobe
 from vistel.wrinkle.wardrobe_text import wardrobe_text
@@ -33,13 +33,13 @@ def bent() -> Posture:
 def test_an_avatar_wears_what_its_file_says_and_keeps_it(coarse: Avatar, tmp_path: Path) -> None:
     sleeves = [s for s in wardrobe(["shirt"]) if s.region.name == "sleeve"]
     dressed = replace(coarse, wrinkles=wardrobe_text(sleeves))
-    made, kept = (person_of(dressed, tmp_path) for _ in range(2))
+    made, kept = (cached_figure(dressed, tmp_path) for _ in range(2))
     for person in (made, kept):
         posed = person.pose(bent())
         assert posed.folds is not None and posed.folds.max() > 0.5
         assert posed.model.creases is not None
         assert isinstance(posed.skin, Corners)
-    bare = person_of(coarse, tmp_path).pose(bent())
+    bare = cached_figure(coarse, tmp_path).pose(bent())
     assert bare.folds is None and bare.model.creases is None
 
 
@@ -47,7 +47,7 @@ def test_an_avatar_wears_what_its_file_says_and_keeps_it(coarse: Avatar, tmp_pat
 def test_wrinkles_that_cannot_be_read_are_told_and_the_figure_is_drawn_without(
     text: str, coarse: Avatar, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    person = person_of(replace(coarse, wrinkles=text), tmp_path)
+    person = cached_figure(replace(coarse, wrinkles=text), tmp_path)
     assert caplog.text.count("event=wrinkles_refused") == 1
     posed = person.pose(bent())
     assert posed.folds is None
@@ -58,6 +58,6 @@ def test_regions_without_texture_coordinates_cost_only_their_wrinkles(
     coarse: Avatar, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     plain = replace(coarse.mesh, uv=np.full_like(coarse.mesh.uv, 0.5))
-    person = person_of(replace(coarse, mesh=plain, wrinkles=wardrobe_text(wardrobe(["face"]))), tmp_path)
+    person = cached_figure(replace(coarse, mesh=plain, wrinkles=wardrobe_text(wardrobe(["face"]))), tmp_path)
     assert "region=face" in caplog.text and "has no texture coordinates" in caplog.text
     assert person.pose(bent()).folds is None

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from vistel.figure.posture.posture import Stance, standing
-from vistel.render.figures.figures import Shape
+from vistel.render.figures.figures import DrawableFigure
 from vistel.render.gl.antialias import MARGIN, antialias
 from vistel.render.scene_renderer import SceneRenderer
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.view.camera import look_at
 from vistel.render.view.view import View
 
@@ -55,7 +55,9 @@ def test_a_name_in_a_drawn_picture_is_as_sharp_as_without_the_filter_and_the_pic
 def drawn(samples: int | None) -> tuple[np.ndarray, np.ndarray]:
     """A stand-in with a name, and where something is laid over the picture."""
     stance = Stance(np.array((0.0, standing().stance.position[1], -1.1)), 0.0)
-    somebody = PersonNow(About("ada", "Ada Lovelace", "ada.usdz"), replace(standing(), stance=stance), Timing(0, 0, 0, False))
+    somebody = PersonNow(
+        ParticipantInfo("ada", "Ada Lovelace", "ada.usdz"), replace(standing(), stance=stance), Timing(0, 0, 0, False)
+    )
     studio = SceneRenderer(View(320, 200, "room", "", light="fast", samples=samples), 3, load=missing)
     studio.camera = look_at(np.array((0.0, 1.5, 2.4)), np.array((0.0, 1.2, -1.1)), 0.8)
     try:
@@ -70,5 +72,5 @@ def drawn(samples: int | None) -> tuple[np.ndarray, np.ndarray]:
         studio.close()
 
 
-def missing(about: About) -> Shape:
+def missing(about: ParticipantInfo) -> DrawableFigure:
     raise FileNotFoundError("ada.usdz: no such file")

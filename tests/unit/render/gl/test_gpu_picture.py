@@ -7,11 +7,11 @@ import pytest
 from figure_fixture import tube_person
 
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, Stance, standing
-from vistel.render.figures.figures import Person
+from vistel.render.figures.figures import AvatarFigure
 from vistel.render.gl.context import NoOpenGlError, open_surface
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.stage.world_view import Ghost, WorldView
 
 pytestmark = pytest.mark.gl
@@ -31,14 +31,14 @@ def test_people_look_the_same_whoever_deforms_them() -> None:
     except NoOpenGlError as e:
         pytest.skip(str(e))
     people = tuple(
-        PersonNow(About(name, name), embracing(away, turned), Timing(0, 0, 0, False))
+        PersonNow(ParticipantInfo(name, name), embracing(away, turned), Timing(0, 0, 0, False))
         for name, away, turned in (("ada", 0.0, 0.0), ("grace", 0.36, np.pi))
     )
     ghosts = tuple(Ghost(b, a, (), 1.0) for a, b in (("ada", "grace"), ("grace", "ada")))
     now = Instant(0, people, WorldView(ghosts=ghosts))
     pictures: list[np.ndarray] = []
     for drawn_by in ("cpu", "gpu"):
-        studio = SceneRenderer(View(320, 180, "room", "", engine=drawn_by), 3, load=lambda _: Person(tube_person()))
+        studio = SceneRenderer(View(320, 180, "room", "", engine=drawn_by), 3, load=lambda _: AvatarFigure(tube_person()))
         try:
             studio.render(now)  # everybody enters
             while not studio.complete:

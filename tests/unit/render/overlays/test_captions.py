@@ -21,9 +21,9 @@ def utterance(state: Utterance.State, who: str = "aiko", t_ns: int = NOW, **keys
 
 def test_the_newest_of_each_speaker_is_shown_for_a_while() -> None:
     said = Captions()
-    said.hear(utterance(Utterance.STATE_SENT), NOW)
-    said.hear(utterance(Utterance.STATE_DONE, things=["box"], reply="はい"), NOW + 1)
-    said.hear(utterance(Utterance.STATE_REFUSED, "ben", reply="there is no box"), NOW + 2)
+    said.receive(utterance(Utterance.STATE_SENT), NOW)
+    said.receive(utterance(Utterance.STATE_DONE, things=["box"], reply="はい"), NOW + 1)
+    said.receive(utterance(Utterance.STATE_REFUSED, "ben", reply="there is no box"), NOW + 2)
     first, second = said.shown(NOW + 3, {"aiko": "Aiko"})
     assert (first.speaker, first.mark, first.things, first.reply) == ("Aiko", "✓", ("box",), "")
     assert (second.speaker, second.mark, second.things, second.reply) == ("ben", "✗", (), "there is no box")
@@ -32,8 +32,8 @@ def test_the_newest_of_each_speaker_is_shown_for_a_while() -> None:
 
 def test_a_question_stays_longer_and_what_is_old_is_not_shown_at_all() -> None:
     said = Captions()
-    said.hear(utterance(Utterance.STATE_QUESTION), NOW)
-    said.hear(utterance(Utterance.STATE_DONE, "ben", NOW - SHOWN_NS - 1), NOW)
+    said.receive(utterance(Utterance.STATE_QUESTION), NOW)
+    said.receive(utterance(Utterance.STATE_DONE, "ben", NOW - SHOWN_NS - 1), NOW)
     assert [c.speaker for c in said.shown(NOW + SHOWN_NS + 1, {})] == ["aiko"]
 
 

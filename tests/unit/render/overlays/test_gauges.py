@@ -8,14 +8,14 @@ import pytest
 from vistel.figure.posture.posture import standing
 from vistel.render.overlays.gauges import Rate, paint, rows_of
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.stage.world_view import WorldView
 
 MS = 1_000_000
 
 
 def instant(*people: tuple[str, Timing]) -> Instant:
-    shown = tuple(PersonNow(About(name.lower(), name), standing(), timing) for name, timing in people)
+    shown = tuple(PersonNow(ParticipantInfo(name.lower(), name), standing(), timing) for name, timing in people)
     return Instant(0, shown, WorldView(), {})
 
 

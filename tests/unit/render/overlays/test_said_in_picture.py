@@ -15,7 +15,7 @@ from vistel.geometry.pose import Pose
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.captions import Caption
 from vistel.render.stage.playout import Timing
-from vistel.render.stage.stage import About, Instant, PersonNow
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.stage.world_view import WorldView
 from vistel.render.view.camera import look_at
 from vistel.space.room import meeting_room
@@ -28,7 +28,7 @@ WIDTH, HEIGHT = 480, 270
 CAMERA = look_at(np.array([0.0, 1.5, -1.6]), np.array([0.0, 1.1, 0.5]), 0.9)
 THINGS = {t.id: t for t in meeting_room(2).things}
 BEN = PersonNow(
-    About("ben", "Ben"),
+    ParticipantInfo("ben", "Ben"),
     replace(standing(), stance=Stance(np.array([0.0, standing().stance.position[1], 1.0]), np.pi)),
     Timing(0, 0, 0, False),
 )

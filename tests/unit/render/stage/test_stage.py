@@ -30,7 +30,7 @@ def state(step: int, key: bool = False, **places: float) -> world_pb2.WorldState
 
 def hear(stage: Stage, decoder: WorldDecoder, message: world_pb2.WorldState) -> None:
     for now in decoder.read(message):
-        stage.hear_world(now, now.step * STEP)
+        stage.receive_world(now, now.step * STEP)
 
 
 def stage_with_motion(stage: Stage, name: str, steps: range) -> None:
@@ -39,14 +39,16 @@ def stage_with_motion(stage: Stage, name: str, steps: range) -> None:
         body = np.zeros(25)
         body[1] = 0.01 * k
         sample = MotionSample(k + 1, k * STEP, body, np.zeros((2, 20)), np.zeros(4))
-        stage.hear_motion(name, encoder.encode(sample), k * STEP + 5 * MS)
+        stage.receive_motion(name, encoder.encode(sample), k * STEP + 5 * MS)
 
 
 def test_somebody_is_shown_before_it_is_known_who_they_are() -> None:
     stage = Stage(100 * MS)
     stage_with_motion(stage, "ada", range(30))
     assert stage.instant(28 * STEP).people[0].about.display_name == "ada"
-    stage.hear_about(motion_pb2.Participant(participant="ada", display_name="Ada L.", height_m=1.6, avatar="builtin:seed=2"))
+    stage.receive_participant(
+        motion_pb2.Participant(participant="ada", display_name="Ada L.", height_m=1.6, avatar="builtin:seed=2")
+    )
     about = stage.instant(29 * STEP).people[0].about
     assert (about.display_name, about.height, about.avatar) == ("Ada L.", pytest.approx(1.6), "builtin:seed=2")
 
@@ -55,7 +57,7 @@ def test_an_implausible_height_is_not_believed() -> None:
     stage = Stage(100 * MS)
     stage_with_motion(stage, "ada", range(3))
     for height in (0.0, -3.0, 900.0, math.nan, math.inf):
-        stage.hear_about(motion_pb2.Participant(participant="ada", height_m=height))
+        stage.receive_participant(motion_pb2.Participant(participant="ada", height_m=height))
         assert stage.instant(4 * STEP).people[0].about.height == 1.75
 
 
@@ -122,7 +124,7 @@ def test_a_broken_motion_is_passed_over() -> None:
     stage_with_motion(stage, "ada", range(3))
     broken = motion_pb2.Motion(frame=b"\x01\x02\x00")
     broken.header.seq, broken.header.t_ns = 9, 9 * STEP
-    stage.hear_motion("ada", broken, 9 * STEP)
+    stage.receive_motion("ada", broken, 9 * STEP)
     assert stage.instant(10 * STEP).people[0].timing.age_ns == 8 * STEP
 
 

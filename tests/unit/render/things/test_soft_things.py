@@ -11,7 +11,7 @@ import pytest
 from vistel.figure.making.source import Material
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
-from vistel.render.things.soft import SoftThing, bond_pulls, gives_way
+from vistel.render.things.soft import SoftThing, bond_pulls, is_soft
 from vistel.space.files.model import Model
 from vistel.space.room import Extra
 from vistel.space.things.things import Look, Matter, Primitive, Thing
@@ -108,12 +108,12 @@ def test_a_dent_that_fades_goes_smoothly_and_wholly() -> None:
 
 
 def test_what_is_hard_is_drawn_as_it_is() -> None:
-    assert gives_way(lump())
-    assert gives_way(lump("ball"))
-    assert not gives_way(lump(rigidity=1.0))
-    assert gives_way(solid(Primitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))))
-    assert not gives_way(replace(solid(Primitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))), compliance=0.05))
-    assert not gives_way(replace(solid(Primitive("sphere", (0.1,))), primitives=()))
+    assert is_soft(lump())
+    assert is_soft(lump("ball"))
+    assert not is_soft(lump(rigidity=1.0))
+    assert is_soft(solid(Primitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))))
+    assert not is_soft(replace(solid(Primitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))), compliance=0.05))
+    assert not is_soft(replace(solid(Primitive("sphere", (0.1,))), primitives=()))
 
 
 def solid(*primitives: Primitive) -> Thing:
