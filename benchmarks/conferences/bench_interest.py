@@ -23,9 +23,9 @@ from vistel.space.eyes import Eyes
 from vistel.space.view import ThingView, WorldView
 from vistel.v1.world_pb2 import WorldDetail, WorldState
 from vistel.wire.topics import MESSAGE_VERSION
-from vistel.wire.world.room_now import RoomNow, WorldDecoder
+from vistel.wire.world.decoder import RoomState, WorldDecoder
 from vistel_services.world.service import warm_up
-from vistel_services.world.tell import Teller
+from vistel_services.world.world_encoder import WorldEncoder
 
 ABOVE = np.array([0.0, 0.3, 0.0])
 SETTLE, STEPS = 60, 300
@@ -94,7 +94,7 @@ def _row(case: str, metric: str, unit: str, value: float, where: str) -> Row:
 def listen(people: int, things: int, moving: int) -> Told:
     """Some seconds of a scene."""
     scene = Carried(people, things, moving)
-    teller, site, anybody = Teller(), WorldDecoder(), WorldDecoder()
+    encoder, site, anybody = WorldEncoder(), WorldDecoder(), WorldDecoder()
     me = "p00"
     out = Told(STEPS / 60, Heard(), Heard(), 0, 0.0, 0.0)
     seconds = np.zeros(STEPS // 60 + 1)
@@ -102,8 +102,8 @@ def listen(people: int, things: int, moving: int) -> Told:
         view, eyes = scene.next()
         counted = n >= SETTLE
         began = time.thread_time()
-        told = teller.tell(view)
-        details = teller.details(eyes, view.t_ns) if told.state is not None else {}
+        told = encoder.encode(view)
+        details = encoder.details(eyes, view.t_ns) if told.state is not None else {}
         data = {who: _bytes(d, n) for who, d in details.items()}
         state = _bytes(told.state, n) if told.state is not None else b""
         out.telling_s += (time.thread_time() - began) * counted
@@ -111,7 +111,7 @@ def listen(people: int, things: int, moving: int) -> Told:
             continue
         began = time.thread_time()
         if me in data:
-            site.hear_detail(WorldDetail.FromString(data[me]))
+            site.receive_detail(WorldDetail.FromString(data[me]))
         mine = site.read(WorldState.FromString(state))
         out.hearing_s += (time.thread_time() - began) * counted
         theirs = anybody.read(WorldState.FromString(state))
@@ -135,7 +135,7 @@ def _bytes(message: WorldState | WorldDetail, n: int) -> bytes:
     return message.SerializeToString()
 
 
-def _compare(out: Heard, view: WorldView, now: RoomNow, eye: Eyes) -> None:
+def _compare(out: Heard, view: WorldView, now: RoomState, eye: Eyes) -> None:
     for s in view.states:
         if s.moved:
             wrong = float(np.linalg.norm(now.poses[s.id][0] - s.position))

@@ -22,9 +22,9 @@ from vistel.space.inputs import PropInput, StepInputs
 from vistel.space.view import WorldView
 from vistel.v1.world_pb2 import WorldSnapshot, WorldState
 from vistel.wire.topics import MESSAGE_VERSION
-from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
+from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
 from vistel_services.world.service import warm_up
-from vistel_services.world.tell import Teller
+from vistel_services.world.world_encoder import WorldEncoder
 
 MOVING = 5
 SEATS = 14
@@ -97,14 +97,14 @@ def rows(thorough: bool) -> Iterator[Row]:
 def listen(load: Load, *, led: bool = False, seconds: float) -> ReceivedPosture:
     """Some seconds of a world, told and heard. led: the things that move follow hands at a distance, instead of being thrown."""
     scene = _Led(load) if led else Scene(load)
-    teller, decoder, backlog, stage = Teller(), WorldDecoder(), Backlog(), Stage(100_000_000)
+    encoder, decoder, backlog, stage = WorldEncoder(), WorldDecoder(), SnapshotBuilder(), Stage(100_000_000)
     out = ReceivedPosture()
     waiting: dict[int, WorldView] = {}
     begin, end = round(LASTS_S * 60), round((LASTS_S + seconds) * 60)
     for view in _steps(scene, end, f"wire: {load.name}, {'led' if led else 'thrown'}"):
         n = view.step - 1
         began = time.thread_time()
-        told = teller.tell(view)
+        told = encoder.encode(view)
         out.telling_s += (time.thread_time() - began) * (n >= begin)
         waiting[view.step] = view
         if told.whole is not None:
@@ -140,7 +140,7 @@ def _steps(scene: Scene, count: int, name: str) -> Iterator[WorldView]:
             done()
 
 
-def _compare(out: ReceivedPosture, view: WorldView, now: RoomNow) -> None:
+def _compare(out: ReceivedPosture, view: WorldView, now: RoomState) -> None:
     moved = [s for s in view.states if s.moved]
     out.moving.append(len(moved))
     for s in moved:

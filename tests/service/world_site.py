@@ -19,7 +19,7 @@ from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world.room_now import RoomNow, WorldDecoder
+from vistel.wire.world.decoder import RoomState, WorldDecoder
 from vistel_services import world
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import places
@@ -139,7 +139,7 @@ class WorldSite:
             for s in reader.take():
                 self.log.append((s.topic.name, s.names, s.message, s.received_ns))
 
-    def rooms(self) -> list[RoomNow]:
+    def rooms(self) -> list[RoomState]:
         """What somebody who has listened from the beginning knows, step by step."""
         decoder = WorldDecoder()
         return [now for topic, _, m, _ in self.log if topic == "world_state" for now in decoder.read(m)]

@@ -20,7 +20,7 @@ from pxr import Usd, UsdSkel, UsdValidation
 
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.log import LogReader
-from vistel.wire.world.room_now import WorldDecoder
+from vistel.wire.world.decoder import WorldDecoder
 
 pytestmark = [pytest.mark.alone, pytest.mark.slow]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.wire.world.room_now import RoomNow
+from vistel.wire.world.decoder import RoomState
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class RoomView:
         return any(thing in pair for pair in self.touching)
 
 
-def view_of(now: RoomNow) -> RoomView:
+def view_of(now: RoomState) -> RoomView:
     """What a program sees of a decoded room."""
     things = {
         t.id: ThingView(t.id, t.name, t.shape, t.colour, *now.poses[t.id], now.holders(t.id), t.id not in now.moving)

@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 from vistel.wire.log import LogReader
-from vistel.wire.world.room_now import WorldDecoder
+from vistel.wire.world.decoder import WorldDecoder
 
 ROOT = Path(__file__).resolve().parents[3]
 THIRD = {"aiko": "tokyo", "ben": "columbus", "carla": "zurich"}

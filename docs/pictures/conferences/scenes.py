@@ -39,7 +39,7 @@ from vistel.space.world import World
 from vistel.v1 import motion_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.proportions import to_message
-from vistel.wire.world.room_now import WorldDecoder
+from vistel.wire.world.decoder import WorldDecoder
 from vistel_services.world.encode import world_state
 from vistel_sim.motion.open import open_motion
 

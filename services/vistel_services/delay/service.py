@@ -34,7 +34,7 @@ _WATCHDOG_S = 10.0
 _S = EquipmentStatus
 
 
-class Wish:
+class DelayRequest:
     """What is desired of each register."""
 
     def __init__(self, registers: Mapping[str, Register], settings: Mapping[str, float], channel: int) -> None:
@@ -115,7 +115,7 @@ class _Keeper:
         self._device, self._clock = device, clock
         self._unit = DelayUnit(device.delay_channel) if device.delay_channel else None
         always = self._unit.wishes() if self._unit is not None else {}
-        self._wish = Wish(device.registers, always | dict(device.settings), device.delay_channel)
+        self._request = DelayRequest(device.registers, always | dict(device.settings), device.delay_channel)
         self._requests = bus.subscribe(BY_NAME["equipment_request"], site=bus.site, equipment=device.name)
         self._publication = bus.publish(BY_NAME["equipment_status"], equipment=device.name)
         self._modbus: ModbusDevice | None = None
@@ -130,7 +130,7 @@ class _Keeper:
         """Once: hear what is asked, read, write, tell."""
         started_ns = self._clock.now_ns()
         for sample in self._requests.take():
-            self._wish.follow(sample.message)
+            self._request.follow(sample.message)
         try:
             await self._work()
         except NoAnswerError as e:
@@ -168,7 +168,7 @@ class _Keeper:
         restarted = bool(self._observed) and observed.get("uptime", 0.0) < self._observed.get("uptime", 0.0)
         if restarted:
             log.warning("event=equipment_restarted equipment=%s action=written_again", self._device.name)
-        missing = self._wish.missing(observed)
+        missing = self._request.missing(observed)
         for name, value in missing.items():
             await device.write(name, value)
         if self._unit is not None and "heartbeat" in self._device.registers:
@@ -177,7 +177,7 @@ class _Keeper:
         self._observed, self._good_ns = observed, self._clock.now_ns()
         settling = bool(missing) or bool(observed.get("ramping"))
         fault = observed.get("fault", 0.0) != 0.0
-        detail = f"it reports fault {observed.get('fault_code', 0.0):.0f}" if fault else self._wish.complaint
+        detail = f"it reports fault {observed.get('fault_code', 0.0):.0f}" if fault else self._request.complaint
         self._tell(_S.STATE_FAULT if fault else _S.STATE_SETTLING if settling else _S.STATE_OBSERVED, detail)
 
     def _reach(self) -> ModbusDevice:
@@ -215,7 +215,7 @@ class _Keeper:
         self._told_refusals = refusals
         message = EquipmentStatus(equipment=name, state=state, detail=detail, reconnects=self.reconnects, refusals=refusals)
         message.header.t_ns = now_ns
-        wished = self._wish.values
+        wished = self._request.values
         for key, value in self._observed.items():
             unit = self._device.registers[key].unit
             message.values.add(name=key, observed=value, desired=wished.get(key, 0.0), asked=key in wished, unit=unit)

@@ -3,7 +3,7 @@
 A world is present on the bus under a token that holds its term. One that starts, or is asked to, asks whoever leads for the
 room and takes it over, step for step; one that is overtaken, or has given the room away, falls silent and waits. When it sees
 nobody of a higher term any more, it leads again, if it has the newest steps: if those lie on the disk of a world that is not
-there, it waits for that one. Receivers drop what a lower term says once a higher one has spoken (`vistel.wire.fence`), so
+there, it waits for that one. Receivers drop what a lower term publishes once a higher one has published (`vistel.wire.fence`), so
 that a world that was frozen and wakes does no harm.
 """
 
@@ -34,7 +34,8 @@ ASK_S = 1.0
 SUCCESSOR_S = 1.0
 """Who was given the room and is not heard of for so long has failed; the room goes back."""
 
-Listen = Callable[[Sequence[str]], Awaitable[None]]
+FollowMotion = Callable[[Sequence[str]], Awaitable[None]]
+"""Waits until the motion of these participants can be decoded."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +48,12 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Here:
-    """What a world that waits can go on from. complete: all steps up to the last that was told under its term; heard: the newest
-    state that who leads has told of since."""
+class RestartStates:
+    """From where a world that waits can go on. complete: after the last step published under its term; received: the newest state
+    that the leader has published since, None if there is none."""
 
     complete: Callable[[], Start]
-    heard: Callable[[], World | None]
+    received: Callable[[], World | None]
 
 
 class Authority:
@@ -88,7 +89,7 @@ class Authority:
     # -- leading -----------------------------------------------------------------------------------------------
 
     def lead(self, start: Start) -> None:
-        """Speak for the room from now on."""
+        """Publish the room from now on."""
         self._leading, self._term, self._given = start.world, start.term, 0
         self._waits, self._behind, self._wanted, self._forced = False, "", False, False
         self._over.clear()
@@ -103,11 +104,11 @@ class Authority:
 
     @property
     def leads(self) -> bool:
-        """Whether this world still speaks for the room."""
+        """Whether this world still publishes the room."""
         return self._leading is not None and not self.outranked
 
     def retire(self) -> None:
-        """Speak no more. What was said last is no longer repeated to who comes late: another world does that."""
+        """Publish no more. The last messages are no longer repeated to late joiners: another world does that."""
         self._leading = None
         self._bus.withdraw(Publisher.WORLD)
 
@@ -161,9 +162,9 @@ class Authority:
 
     # -- taking over and waiting -------------------------------------------------------------------------------
 
-    async def take_over(self, begins: Room, listen: Listen) -> Start | None:
+    async def take_over(self, begins: Room, follow_motion: FollowMotion) -> Start | None:
         """The room of whoever leads it, who then is silent; None when nobody does. begins: as this side knows the room;
-        listen: until all of some people can be heard.
+        follow_motion: see FollowMotion.
 
         What costs time is made ready from a first answer, while the other still leads; the second only moves things.
         """
@@ -174,7 +175,7 @@ class Authority:
             ready = World.restore(first.private_state)
             if (ready.seats, ready.source) != (len(begins.seats), begins.source):
                 log.warning("the room that is led is another than the conference file's; it is taken over as it is")
-            await listen(ready.participants)
+            await follow_motion(ready.participants)
             last = await self._ask(WorldHandoverRequest.PHASE_TAKE, first.term + 1)
             if last is None:
                 return None
@@ -186,7 +187,7 @@ class Authority:
         return Start(world, first.term + 1, last.due_ns)
 
     def resume(self, term: int) -> None:
-        """This world has all steps that were told under `term`: it counts as having led then."""
+        """This world has all steps that were published under `term`: it counts as having led then."""
         self._term = max(self._term, term)
 
     @property
@@ -200,11 +201,13 @@ class Authority:
         await self._within(within_s, lambda: self._wanted or bool(self._ranks()))
         return bool(self._ranks())
 
-    async def follow(self, here: Here, begins: Room, listen: Listen, newest: tuple[int, str] = (-1, "")) -> Start:
+    async def follow(
+        self, states: RestartStates, begins: Room, follow_motion: FollowMotion, newest: tuple[int, str] = (-1, "")
+    ) -> Start:
         """Wait until this world is to lead. newest: highest term that is known of, and where it was led."""
         if self._given and not await self._within(SUCCESSOR_S, lambda: any(t >= self._given for t, _ in self._ranks())):
             log.error("the world that took the room over is not there; leading again term=%d", self._given + 1)
-            return Start(here.complete().world, self._given + 1)
+            return Start(states.complete().world, self._given + 1)
         newest = max(newest, (self._given, ""))
         self._wait()
         log.info("world waits term=%d place=%s", self._term, self._place)
@@ -213,16 +216,16 @@ class Authority:
             if above:
                 newest, self._behind = max(newest, (above[-1][0], above[-1][3])), ""
                 if self._wanted or any(doing == LEAVING for _, _, doing, _ in above):
-                    taken = await self.take_over(begins, listen)
+                    taken = await self.take_over(begins, follow_motion)
                     if taken is not None:
                         return taken
                     self._wanted = False
             else:
-                found = here.complete()
+                found = states.complete()
                 if found.term >= newest[0]:
                     return Start(found.world, max(found.term, self._term) + 1)
                 if self._forced:
-                    world = max(found.world, here.heard() or found.world, key=lambda w: w.step_number)
+                    world = max(found.world, states.received() or found.world, key=lambda w: w.step_number)
                     log.error(
                         "leading by force term=%d step=%d; all later steps, at %s, are lost",
                         newest[0] + 1,
@@ -235,7 +238,7 @@ class Authority:
             await self._changed.wait()
 
     def _fall_behind(self, newest: tuple[int, str], step: int) -> None:
-        """Say once that this world has not the newest steps."""
+        """Log once that this world does not have the newest steps."""
         if not self._behind:
             self._behind = (
                 f"the newest steps are at {newest[1] or 'another place'} (term {newest[0]}), where no world is; here is step {step}"

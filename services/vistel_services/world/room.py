@@ -1,4 +1,4 @@
-"""One room: its world, who and what arrives for it, and its voice on the bus."""
+"""One room: its world, what it receives and what it publishes."""
 
 from __future__ import annotations
 
@@ -22,20 +22,25 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.world import journal
 from vistel_services.world.decode import command_input, prop_input
 from vistel_services.world.encode import bond_torn, carries_state, command_result, hand_force, input_person, ownership
-from vistel_services.world.intake import Arrived, Intake
+from vistel_services.world.received import InputCollector, ReceivedInputs
 from vistel_services.world.store import Store
-from vistel_services.world.tell import Teller
+from vistel_services.world.world_encoder import WorldEncoder
 
 log = logging.getLogger("vistel.world")
 
 STEP_NS = 16_666_667
 SAVE_STEPS = 120
 """Steps from one snapshot to the next: two seconds."""
-TUNE_IN_S, LISTEN_S, IDLE_S, RECENT = 1.5, 0.02, 1.0, 5
-"""A world that takes a room over listens for so long at most, looks every so often, one that waits less often; both keep
-what they saw the last times."""
+FOLLOW_S = 1.5
+"""How long a world that takes a room over waits, at most, until it can decode everybody's motion."""
+LISTEN_S = 0.02
+"""How often it looks meanwhile."""
+IDLE_S = 1.0
+"""How often a world that waits empties its subscriptions."""
+RECENT = 5
+"""Looks whose messages are kept for the first step."""
 TOPICS = "participant", "motion", "prop", "command"
-"""What a room listens to."""
+"""The inputs of a room."""
 
 _STEPS = Counter("vistel_world_steps_total", "Steps done")
 _STEP_TIME = Histogram(
@@ -47,27 +52,27 @@ _PEOPLE = Gauge("vistel_world_participants_count", "People in the room")
 _COMMANDS = Counter("vistel_world_commands_total", "Commands answered", ["outcome"])
 
 
-class Ears:
-    """What a room listens to. It hears before there is a world, so that nothing is missed when one takes a room over."""
+class RoomSubscriptions:
+    """The subscriptions of a room. They begin before there is a world, so that nothing is missed when one takes a room over."""
 
     def __init__(self, bus: Bus) -> None:
         self._inboxes = [bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in TOPICS]
         self._inputs = bus.subscribe(BY_NAME["world_inputs"], polled=True)
         self.newest_state = b""
-        """The newest state that another world has told of: where to go on by force, if all else is lost."""
-        self.intake = Intake()
-        self._recent: deque[Arrived] = deque(maxlen=RECENT)
+        """The newest state that another world has published: where to go on by force, if all else is lost."""
+        self.collector = InputCollector()
+        self._recent: deque[ReceivedInputs] = deque(maxlen=RECENT)
 
-    async def tune_in(self, people: Sequence[str], clock: Clock) -> None:
-        """Listen while another world leads, until the motions of all `people` can be read, or for a while."""
+    async def follow_motion(self, people: Sequence[str], clock: Clock) -> None:
+        """Receive while another world leads, until the motions of all `people` can be decoded, or for FOLLOW_S."""
         with contextlib.suppress(TimeoutError):
-            async with within(clock, TUNE_IN_S):
-                while not self.intake.follows(people):
+            async with within(clock, FOLLOW_S):
+                while not self.collector.follows(people):
                     await sleep(clock, LISTEN_S)
                     self._look(clock)
 
     async def listen(self, clock: Clock) -> None:
-        """Listen until cancelled, so that nothing piles up."""
+        """Empty the subscriptions until cancelled."""
         while True:
             await sleep(clock, IDLE_S)
             self._look(clock)
@@ -76,38 +81,38 @@ class Ears:
 
     def _look(self, clock: Clock) -> None:
         self.take()
-        self._recent.append(self.intake.take(clock.now_ns()))
+        self._recent.append(self.collector.take(clock.now_ns()))
 
     def adopt(self, world: World, now_ns: int) -> None:
         """From now on all that arrives is for `world`."""
         self._inputs.close()
-        self.intake.adopt(world.heard, self._recent, now_ns)
+        self.collector.adopt(world.heard, self._recent, now_ns)
         self._recent.clear()
 
     def take(self) -> None:
         """Everything that has arrived, for the next step."""
-        i = self.intake
+        i = self.collector
         for inbox, take in zip(self._inboxes, (i.participant, i.motion, i.prop, i.command), strict=True):
             for sample in inbox.take():
                 take(sample)
 
     def close(self) -> None:
-        """Listen no more."""
+        """End the subscriptions."""
         for inbox in (*self._inboxes, self._inputs):
             inbox.close()
 
 
 class Room:
-    """The world and its voice on the bus."""
+    """Steps a world and publishes it."""
 
-    def __init__(self, world: World, bus: Bus, ears: Ears, store: Store | None, now_ns: int) -> None:
+    def __init__(self, world: World, bus: Bus, subscriptions: RoomSubscriptions, store: Store | None, now_ns: int) -> None:
         self.world = world
-        self._ears = ears
+        self._subscriptions = subscriptions
         self._store = store
-        ears.adopt(world, now_ns)
+        subscriptions.adopt(world, now_ns)
         self._bus = bus
         self._states, self._wholes = bus.publish(BY_NAME["world_state"]), bus.publish(BY_NAME["world_key"])
-        self._teller = Teller()
+        self._encoder = WorldEncoder()
         self._inputs = bus.publish(BY_NAME["world_inputs"])
         self._results: dict[str, Publication] = {}
         self._torn = bus.publish(BY_NAME["bond_torn"])
@@ -119,12 +124,12 @@ class Room:
         self._held: dict[str, tuple[str, ...]] = {}
 
     def step(self, t_ns: int) -> None:
-        """One step, about conference time `t_ns`. What went into it is in the journal before anybody hears of it."""
+        """One step, about conference time `t_ns`. Its inputs are in the journal before it is published."""
         started = time.perf_counter()
-        self._ears.take()
+        self._subscriptions.take()
         passed = max(1, round((t_ns - self._last_ns) / STEP_NS))
         number = self.world.step_number + passed
-        arrived = self._ears.intake.take(t_ns)
+        arrived = self._subscriptions.collector.take(t_ns)
         before = self.world.snapshot() if carries_state(number, self._begins) else b""
         inputs = StepInputs(
             number,
@@ -141,41 +146,41 @@ class Room:
             self._store.append(journal.record(message, inputs))
         message.private_state = before
         self._inputs.put(message)
-        self._say(view)
+        self._publish(view)
         for felt in view.hands:
-            self._push_back(felt, view)
+            self._publish_force(felt, view)
         for outcome in view.outcomes:
             self._answer(outcome, t_ns)
         for event in view.claims:
-            self._tell_owner(event, view)
+            self._publish_owner(event, view)
         for torn in view.torn:
             log.info("bond torn thing=%s body=%s force_n=%.2f gap_mm=%.1f", torn.thing, torn.body, torn.force, 1e3 * torn.gap)
             self._torn.put(bond_torn(torn, view.step, view.t_ns))
-        self._tell_of_grasps(view)
+        self._log_grasps(view)
         self._begins, self._last_ns = False, t_ns
         _STEPS.inc()
         _PEOPLE.set(len(view.participants))
         _STEP_TIME.observe(time.perf_counter() - started)
 
     def answer(self, request: bytes) -> WorldSnapshot:
-        """The whole room, for who has just come."""
+        """The whole room, for a late joiner."""
         state_only = _state_only(request)
-        out = WorldSnapshot(state=self._teller.now(words=not state_only))
+        out = WorldSnapshot(state=self._encoder.snapshot(words=not state_only))
         if not state_only:
             out.private_state = self.world.snapshot()
         out.header.t_ns = self._last_ns
         return out
 
-    def _say(self, view: WorldView) -> None:
-        told = self._teller.tell(view)
-        if told.whole is not None:
-            self._wholes.put(told.whole)
-        if told.state is not None:
-            for who, detail in self._teller.details(self.world.eyes, view.t_ns).items():
+    def _publish(self, view: WorldView) -> None:
+        encoded = self._encoder.encode(view)
+        if encoded.whole is not None:
+            self._wholes.put(encoded.whole)
+        if encoded.state is not None:
+            for who, detail in self._encoder.details(self.world.eyes, view.t_ns).items():
                 if who not in self._details:
                     self._details[who] = self._bus.publish(BY_NAME["world_detail"], participant=who)
                 self._details[who].put(detail)
-            self._states.put(told.state)
+            self._states.put(encoded.state)
 
     def _answer(self, outcome: Outcome, t_ns: int) -> None:
         _COMMANDS.labels("done" if outcome.done else "refused").inc()
@@ -191,21 +196,21 @@ class Room:
             self._results[who] = self._bus.publish(BY_NAME["command_result"], participant=who)
         self._results[who].put(command_result(outcome, t_ns))
 
-    def _tell_owner(self, event: ClaimEvent, view: WorldView) -> None:
+    def _publish_owner(self, event: ClaimEvent, view: WorldView) -> None:
         who = event.participant
         log.info("claim %s participant=%s thing=%s owner=%s", event.what.value, who, event.thing, event.owner or "nobody")
         if who not in self._claims:
             self._claims[who] = self._bus.publish(BY_NAME["ownership"], participant=who)
         self._claims[who].put(ownership(event, view.step, view.t_ns))
 
-    def _push_back(self, felt: HandForce, view: WorldView) -> None:
+    def _publish_force(self, felt: HandForce, view: WorldView) -> None:
         hand = felt.participant, felt.right
         if hand not in self._forces:
             side = "right" if felt.right else "left"
             self._forces[hand] = self._bus.publish(BY_NAME["hand_force"], participant=felt.participant, hand=side)
         self._forces[hand].put(hand_force(felt, view.step, view.t_ns))
 
-    def _tell_of_grasps(self, view: WorldView) -> None:
+    def _log_grasps(self, view: WorldView) -> None:
         held = {s.id: s.holders for s in view.states if s.holders}
         for thing in sorted(held.keys() | self._held.keys()):
             if held.get(thing) != self._held.get(thing):
@@ -220,9 +225,9 @@ def _state_only(request: bytes) -> bool:
         return False
 
 
-def inputs_message(inputs: StepInputs, arrived: Arrived | None = None) -> WorldInputs:
-    """What went into a step, as it is told; arrived: the messages it came in."""
-    arrived = arrived if arrived is not None else Arrived()
+def inputs_message(inputs: StepInputs, arrived: ReceivedInputs | None = None) -> WorldInputs:
+    """The inputs of a step as the message that is published. arrived: the messages they came in."""
+    arrived = arrived if arrived is not None else ReceivedInputs()
     out = WorldInputs(step=inputs.step)
     out.header.t_ns = inputs.t_ns
     for m in inputs.motions:

@@ -1,4 +1,4 @@
-"""Several rooms in one process. Each has its own world, its own door to its conference and its own disk; an error in one
+"""Several rooms in one process. Each has its own world, its own bus and its own disk; an error in one
 ends that one, which then begins again from its disk, and the others go on."""
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Beside = Callable[[Bus], Coroutine[Any, Any, None]]
 
 @dataclass(frozen=True)
 class Served:
-    """One room. open: a new door to its conference, for each time it begins; beside: what else runs as long as it does."""
+    """One room. open: a new bus of its conference, for each time it begins; beside: what else runs as long as it does."""
 
     name: str
     config: Config

@@ -28,8 +28,8 @@ from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, sleep
 from vistel.wire.topics import BY_NAME
 from vistel_services.world import store
-from vistel_services.world.authority import Authority, Here, Start
-from vistel_services.world.room import SAVE_STEPS, STEP_NS, Ears, Room
+from vistel_services.world.authority import Authority, RestartStates, Start
+from vistel_services.world.room import SAVE_STEPS, STEP_NS, Room, RoomSubscriptions
 from vistel_services.world.store import Store
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ log = logging.getLogger("vistel.world")
 CATCH_UP_STEPS = 6
 """A world that is late by no more than this steps faster; what is beyond is left out."""
 FROZEN_NS = 1_000_000_000
-"""A world that was late by so much may have been taken for dead: it looks round before it speaks."""
+"""A world that was late by so much may have been taken for dead: it looks for another leader before it publishes."""
 LOOK_ROUND_S = 0.05
 ALONE_S = 20.0
 """How long a world that is to wait does so when nobody leads: those that are to lead may still be starting."""
@@ -66,7 +66,7 @@ class Config:
 
 
 @dataclass
-class _Led:
+class _LedRoom:
     """The room as this world leads it, or led it last; it is asked for by who comes late."""
 
     room: Room | None = None
@@ -103,37 +103,39 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     kept = Store(config.folder) if config.folder else None
     given = (lambda term, place: kept.gave(term, place, clock.now_ns())) if kept is not None else (lambda _term, _to: None)
     authority = Authority(bus, clock, config.place, given)
-    ears, led = Ears(bus), _Led()
+    subscriptions, led = RoomSubscriptions(bus), _LedRoom()
     bus.serve(BY_NAME["world_snapshot"], lambda request: led.room.answer(request) if led.room and authority.leads else None)
     try:
-        start = await _start(config, authority, ears, kept, begins, clock)
+        start = await _start(config, authority, subscriptions, kept, begins, clock)
         log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)
         while True:
-            world = await _lead(start, authority, ears, kept, bus, clock, led)
-            ears.close()
-            ears = Ears(bus)
-            start = await _follow(Start(world, start.term), authority, ears, kept, begins, clock)
+            world = await _lead(start, authority, subscriptions, kept, bus, clock, led)
+            subscriptions.close()
+            subscriptions = RoomSubscriptions(bus)
+            start = await _follow(Start(world, start.term), authority, subscriptions, kept, begins, clock)
     finally:
-        ears.close()
+        subscriptions.close()
         if shelf is not None:
             shelf.close()
 
 
-async def _start(config: Config, authority: Authority, ears: Ears, kept: Store | None, begins: RoomShape, clock: Clock) -> Start:
+async def _start(
+    config: Config, authority: Authority, subscriptions: RoomSubscriptions, kept: Store | None, begins: RoomShape, clock: Clock
+) -> Start:
     """From where to lead, at the earliest moment at which this world is to."""
     found = kept.load(begins, clock.now_ns()) if kept is not None else None
     if found is not None:
         authority.resume(found.term)
     if config.waits:
         if await authority.somebody(ALONE_S):
-            return await _follow(None, authority, ears, kept, begins, clock, _away(kept, clock))
+            return await _follow(None, authority, subscriptions, kept, begins, clock, _away(kept, clock))
         log.warning("nobody leads the room; not waiting any longer place=%s", config.place)
-    start = await authority.take_over(begins, lambda people: ears.tune_in(people, clock))
+    start = await authority.take_over(begins, lambda people: subscriptions.follow_motion(people, clock))
     if start is not None:
         return start
     away = _away(kept, clock)
     if authority.outranked or (away[0] >= 0 and (found is None or away[0] > found.term)):
-        return await _follow(None, authority, ears, kept, begins, clock, away)
+        return await _follow(None, authority, subscriptions, kept, begins, clock, away)
     if found is not None:
         return Start(found.world, found.term)
     return Start(World(begins), kept.next_term() if kept is not None else 0)
@@ -147,7 +149,7 @@ def _away(kept: Store | None, clock: Clock) -> tuple[int, str]:
 async def _follow(
     own: Start | None,
     authority: Authority,
-    ears: Ears,
+    subscriptions: RoomSubscriptions,
     kept: Store | None,
     begins: RoomShape,
     clock: Clock,
@@ -161,25 +163,27 @@ async def _follow(
             return Start(found.world, found.term)
         return own if own is not None else Start(World(begins), -1)
 
-    def heard() -> World | None:
+    def received() -> World | None:
         try:
-            return World.restore(ears.newest_state) if ears.newest_state else None
+            return World.restore(subscriptions.newest_state) if subscriptions.newest_state else None
         except ValueError as e:
             log.error("state heard of is not used reason=%s", e)
             return None
 
-    listening = background.start(ears.listen(clock), "listen")
+    listening = background.start(subscriptions.listen(clock), "listen")
     try:
-        here = Here(complete, heard)
-        return await authority.follow(here, begins, lambda people: ears.tune_in(people, clock), newest)
+        states = RestartStates(complete, received)
+        return await authority.follow(states, begins, lambda people: subscriptions.follow_motion(people, clock), newest)
     finally:
         listening.cancel()
 
 
-async def _lead(start: Start, authority: Authority, ears: Ears, kept: Store | None, bus: Bus, clock: Clock, led: _Led) -> World:
+async def _lead(
+    start: Start, authority: Authority, subscriptions: RoomSubscriptions, kept: Store | None, bus: Bus, clock: Clock, led: _LedRoom
+) -> World:
     """Step until another world leads; the state then. Cancelled, it gives the room to one that waits, or keeps it on disk."""
-    room = Room(start.world, bus, ears, kept, clock.now_ns())
-    authority.listen(lambda site, token, alive: ears.intake.presence(site, token, alive, clock.now_ns()))
+    room = Room(start.world, bus, subscriptions, kept, clock.now_ns())
+    authority.listen(lambda site, token, alive: subscriptions.collector.presence(site, token, alive, clock.now_ns()))
     authority.lead(start)
     led.room = room
     if kept is not None:

@@ -21,14 +21,14 @@ from vistel.wire.motion import MotionDecoder
 from vistel.wire.world.codec.bits import FrameError
 from vistel_services.world.decode import command_input, motion_input, people_of, prop_input
 from vistel_services.world.encode import hand_force
-from vistel_services.world.tell import Teller
+from vistel_services.world.world_encoder import WorldEncoder
 
 _Told = WorldState | HandForce | WorldDetail
 Record = tuple[str, dict[str, str], Any, int]
 """Topic name, names in the key, message, log time [ns]."""
 
 TOLD = ("world_state", "world_key")
-"""Topics of what a step says, in the order of `Told`."""
+"""Topics of what a step says, in the order of `EncodedStep`."""
 SETTLE_NS = 1_000_000_000
 """A recorder may write a motion later than the step that used it, by no more than this."""
 MOTIONS_KEPT_NS = 20_000_000_000
@@ -75,7 +75,7 @@ class _Rerun:
         self._decoders: dict[tuple[str, str], MotionDecoder] = {}
         self._motions: dict[tuple[str, int, int], MotionInput] = {}
         self._states: dict[tuple[str, int, int], WorldState] = {}
-        self._teller = Teller()
+        self._encoder = WorldEncoder()
         self._forces: dict[tuple[int, int], list[HandForce]] = {}
         self._details: dict[tuple[int, int], dict[str, WorldDetail]] = {}
         self._pending: deque[tuple[WorldInputs, int]] = deque()
@@ -143,11 +143,11 @@ class _Rerun:
 
     def _compare_told(self, view: WorldView, recorded: Sequence[WorldState | None]) -> bool:
         """Whether a message went out with this step."""
-        if self._teller.silent and (whole := recorded[1]) is not None:
+        if self._encoder.silent and (whole := recorded[1]) is not None:
             with contextlib.suppress(FrameError):
-                self._teller.take_up(view, whole)
+                self._encoder.continue_from(view, whole)
                 return True
-        told = self._teller.tell(view)
+        told = self._encoder.encode(view)
         for found, again in zip(recorded, told, strict=True):
             if found is not None and again is not None:
                 self._compare(found, again)
@@ -159,7 +159,7 @@ class _Rerun:
 
     def _compare_details(self, view: WorldView, recorded: dict[str, WorldDetail]) -> None:
         assert self._world is not None
-        again = self._teller.details(self._world.eyes, view.t_ns)
+        again = self._encoder.details(self._world.eyes, view.t_ns)
         for who, found in recorded.items():
             if not self.difference and (who not in again or not _same(found, again[who])):
                 self.difference = f"step {view.step}: the detail that {who} got differs"
@@ -176,7 +176,7 @@ class _Rerun:
         except ValueError as e:
             self._skip(str(e))
             return False
-        self._teller = Teller(begins=begins)
+        self._encoder = WorldEncoder(begins=begins)
         return True
 
     def _inputs(self, message: WorldInputs) -> StepInputs | None:

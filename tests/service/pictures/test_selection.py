@@ -20,25 +20,25 @@ from vistel.space.actions import Action, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
-from vistel.wire.world.room_now import Backlog, WorldDecoder
-from vistel_services.world.tell import Teller
+from vistel.wire.world.decoder import SnapshotBuilder, WorldDecoder
+from vistel_services.world.world_encoder import WorldEncoder
 
 STEP_NS = 16_666_667
 
 
 class Told:
-    """A world, its teller, who hears all of it, and what a late joiner is given."""
+    """A world, its encoder, who hears all of it, and what a late joiner is given."""
 
     def __init__(self) -> None:
-        self.world, self.teller = World(meeting_room(2)), Teller()
-        self.hears, self.backlog = WorldDecoder(), Backlog()
+        self.world, self.encoder = World(meeting_room(2)), WorldEncoder()
+        self.hears, self.backlog = WorldDecoder(), SnapshotBuilder()
         self.step()
 
     def step(self, *commands: CommandInput, left: tuple[str, ...] = ()) -> None:
         k = self.world.step_number + 1
         people = tuple(Person(n) for n in ("ann", "bob")) if k == 1 else ()
         motions = tuple(MotionInput(n, standing(), k, k * STEP_NS) for n in ("ann", "bob") if n not in left)
-        said = self.teller.tell(self.world.step(StepInputs(k, k * STEP_NS, people, motions, left, commands)))
+        said = self.encoder.encode(self.world.step(StepInputs(k, k * STEP_NS, people, motions, left, commands)))
         if said.whole is not None:
             self.backlog.key(said.whole)
             self.hears.begin(self.backlog.snapshot())

@@ -28,7 +28,7 @@ from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services import world
 from vistel_services.renderer.window.wire import LAST_WORDS, WindowWire
 from vistel_services.renderer.window.wishes import Ask, Carry, LetGo
-from vistel_services.world.intake import Intake
+from vistel_services.world.received import InputCollector
 
 UPRIGHT = np.array((0.0, 0.0, 0.0, 1.0))
 STILL = np.zeros(3)
@@ -183,14 +183,14 @@ def prop(site: str, t_ns: int, who: str, let_go: bool = False) -> Sample:
     return Sample(BY_NAME["prop"], "", {"site": site, "thing": "ball"}, message, t_ns)
 
 
-def taken(intake: Intake, *samples: Sample) -> list[tuple[str, bool]]:
+def taken(intake: InputCollector, *samples: Sample) -> list[tuple[str, bool]]:
     for sample in samples:
         intake.prop(sample)
     return [(p.led_by, p.let_go) for p in intake.take(0).props]
 
 
 def test_another_site_may_lead_a_thing_as_soon_as_the_first_has_let_go_of_it() -> None:
-    intake = Intake()
+    intake = InputCollector()
     assert taken(intake, prop("tokyo", 10, "aiko"), prop("paris", 11, "bruno")) == [("aiko", False)]
     assert taken(intake, prop("paris", 12, "bruno", let_go=True)) == []
     # Both in one step: who lets go comes first.
@@ -199,14 +199,14 @@ def test_another_site_may_lead_a_thing_as_soon_as_the_first_has_let_go_of_it() -
 
 
 def test_what_was_said_before_the_last_word_and_comes_after_it_is_not_heard() -> None:
-    intake = Intake()
+    intake = InputCollector()
     assert taken(intake, prop("tokyo", 10, "aiko"), prop("tokyo", 30, "aiko", let_go=True)) == [("aiko", True)]
     assert taken(intake, prop("tokyo", 20, "aiko"), prop("tokyo", 30, "aiko", let_go=True)) == []
     assert taken(intake, prop("tokyo", 40, "aiko")) == [("aiko", False)]
 
 
 def test_no_site_leads_things_in_the_name_of_somebody_elsewhere() -> None:
-    intake = Intake()
+    intake = InputCollector()
     about = Participant(participant="bruno", site="paris", height_m=1.7)
     intake.participant(Sample(BY_NAME["participant"], "", {"site": "paris", "participant": "bruno"}, about, 1))
     assert taken(intake, prop("tokyo", 10, "bruno")) == []

@@ -14,7 +14,7 @@ from vistel.speech.meaning import asked_for
 from vistel.v1.command_pb2 import CommandResult
 from vistel.v1.world_pb2 import Thing
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world.room_now import WorldDecoder
+from vistel.wire.world.decoder import WorldDecoder
 
 GRAMMAR, _ = load_grammar()
 

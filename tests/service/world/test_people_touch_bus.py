@@ -24,7 +24,7 @@ from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.render.stage.stage import Instant, Stage
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world.room_now import WorldDecoder
+from vistel.wire.world.decoder import WorldDecoder
 from vistel_services.world.verify import verify
 
 SKELETON = standard_skeleton()

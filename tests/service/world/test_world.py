@@ -16,7 +16,7 @@ from vistel.space.room import meeting_room
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing, ResetRoom
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.wire.topics import BY_NAME, Delivery
-from vistel.wire.world.room_now import WorldDecoder
+from vistel.wire.world.decoder import WorldDecoder
 
 DONE, REFUSED = CommandResult.OUTCOME_DONE, CommandResult.OUTCOME_REFUSED
 

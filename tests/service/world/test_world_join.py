@@ -14,10 +14,10 @@ from vistel.space.room import Extra, table_radius
 from vistel.v1.command_pb2 import Command, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world.codec.frame import MOST_TOLD
+from vistel.wire.world.codec.frame import MOST_ENCODED
+from vistel.wire.world.decoder import RoomState
 from vistel.wire.world.listener import WorldListener
-from vistel.wire.world.room_now import RoomNow
-from vistel_services.world.tell import MOST_KEYED
+from vistel_services.world.world_encoder import MOST_KEYED
 
 SEATS, THINGS = 14, 110
 
@@ -50,7 +50,7 @@ async def joined(site: WorldSite, site_name: str, person: str) -> WorldListener:
     raise AssertionError("no room within a second")
 
 
-def same(a: RoomNow, b: RoomNow) -> None:
+def same(a: RoomState, b: RoomState) -> None:
     assert a.step == b.step and a.t_ns == b.t_ns
     assert (a.participants, a.touches, a.moving, a.grasps) == (b.participants, b.touches, b.moving, b.grasps)
     assert list(a.things.items()) == list(b.things.items())
@@ -58,7 +58,7 @@ def same(a: RoomNow, b: RoomNow) -> None:
     assert all(np.array_equal(a.poses[k][i], b.poses[k][i]) for k in a.poses for i in (0, 1))
 
 
-def newest(listener: WorldListener) -> RoomNow:
+def newest(listener: WorldListener) -> RoomState:
     return listener.take()[-1][0]
 
 
@@ -83,7 +83,7 @@ def test_whoever_joins_a_large_room_at_any_moment_knows_what_those_know_who_were
             assert len(a.things) > MOST_KEYED
             moving = max(moving, len(a.moving))
             late.close()
-        assert moving > MOST_TOLD
+        assert moving > MOST_ENCODED
         near = await joined(site, "paris", "bruno")
         await site.play(1.2)
         assert near.right and newest(near).step == newest(first).step

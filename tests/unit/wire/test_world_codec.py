@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from vistel.wire.world.codec.bits import BitReader, BitWriter, FrameError
 from vistel.wire.world.codec.frame import (
-    MOST_TOLD,
+    MOST_ENCODED,
     STILL_STEPS,
     Book,
+    ChangedLists,
     Moves,
-    Said,
     is_key,
     read_changes,
     read_key,
@@ -25,7 +25,7 @@ from vistel.wire.world.codec.frame import (
 from vistel.wire.world.codec.poses import STILL, GridPose, place, rounded
 from vistel.wire.world.codec.touches import MOST_LEVEL, Touch, force_of, level_of
 
-NEITHER = Said(people=False, grasps=False)
+NEITHER = ChangedLists(people=False, grasps=False)
 numbers = st.integers(-(2**24), 2**24)
 
 
@@ -85,7 +85,7 @@ def test_steps_of_many_frames_come_back_as_they_were_rounded_and_things_at_rest_
     data = write_key(writer, 1, first, [1, 2], {(0, 3): Touch(0b1011, 4)})
     assert is_key(data)
     book, said = read_key(data, 1)
-    assert said == Said(True, True)
+    assert said == ChangedLists(True, True)
     assert book.touches == {(0, 3): Touch(0b1011, 4)}
     sizes: list[int] = []
     for k in range(1, 101, 2):
@@ -129,8 +129,8 @@ def test_when_everything_flies_what_is_said_stays_bounded_and_all_is_exact_once_
         sizes.append(len(data))
         for step in read_changes(data, book, 2 + k)[0]:
             wrong += [float(np.linalg.norm(place(p)[0] - ways[min(step.step - 1, 60), n])) for n, p in step.poses.items()]
-    assert max(sizes) < 2 * (2 * many + MOST_TOLD * 64) / 8
-    assert max(sizes) > 0.4 * 2 * (2 * many + MOST_TOLD * 64) / 8
+    assert max(sizes) < 2 * (2 * many + MOST_ENCODED * 64) / 8
+    assert max(sizes) > 0.4 * 2 * (2 * many + MOST_ENCODED * 64) / 8
     assert np.percentile(wrong, 99) < 0.15
     assert book.moving == ()
     assert [track.pose for track in book.tracks] == [pose(n, 60) for n in range(many)]

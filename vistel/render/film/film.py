@@ -25,7 +25,7 @@ from vistel.render.stage.stage import Instant, Stage
 from vistel.space.files.interior import Interior
 from vistel.v1.world_pb2 import WorldState
 from vistel.wire.log import LogRecord
-from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
+from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
 
 TOPICS = ("participant", "motion", "world_state", "world_key", "world_detail", "voice")
 """What of a log a film is made of."""
@@ -99,7 +99,7 @@ class _LogPlayback:
     def __init__(self, stage: Stage, records: Iterator[LogRecord], voices: FilmSound | None) -> None:
         self._stage, self._records, self._voices = stage, records, voices
         self._next = next(records, None)
-        self._decoder, self._backlog = WorldDecoder(), Backlog()
+        self._decoder, self._backlog = WorldDecoder(), SnapshotBuilder()
 
     def until(self, t_ns: int) -> None:
         while self._next is not None and self._next.log_ns <= t_ns:
@@ -121,14 +121,14 @@ class _LogPlayback:
         elif record.topic.name == "world_key":
             self._backlog.key(message)
         elif record.topic.name == "world_detail":
-            self._decoder.hear_detail(message)
+            self._decoder.receive_detail(message)
         else:
             self._backlog.add(message)
             for now in self._steps(message):
                 # The steps of one message as if each had come as soon as it was about.
                 self._stage.receive_world(now, record.log_ns - (message.header.t_ns - now.t_ns))
 
-    def _steps(self, message: WorldState) -> list[RoomNow]:
+    def _steps(self, message: WorldState) -> list[RoomState]:
         steps = self._decoder.read(message)
         if self._decoder.lost:
             now = self._decoder.begin(self._backlog.snapshot())

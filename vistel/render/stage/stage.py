@@ -21,7 +21,7 @@ from vistel.space.things.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
 from vistel.wire.proportions import from_message
-from vistel.wire.world.room_now import RoomNow, Touch
+from vistel.wire.world.decoder import RoomState, Touch
 
 log = logging.getLogger("vistel.renderer")
 
@@ -146,7 +146,7 @@ class Stage:
         for t_ns, heard in person.reader.read(message):
             person.playout.push(t_ns, heard, received_ns)
 
-    def receive_world(self, now: RoomNow, received_ns: int) -> None:
+    def receive_world(self, now: RoomState, received_ns: int) -> None:
         """A step of the room."""
         if now.things is not self._told:
             self._describe(now.things)

@@ -13,7 +13,7 @@ from vistel.space.things.arc import Arc
 from vistel.space.things.things import Curve, Look, Primitive, Thing
 from vistel.space.touch import FLESH_COMPLIANCE
 from vistel.v1 import geometry_pb2, world_pb2
-from vistel.wire.world.room_now import RoomNow, Touch
+from vistel.wire.world.decoder import RoomState, Touch
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def quaternion(q: geometry_pb2.Quaternion) -> F64:
     return out / n if n > 1e-6 else np.array((0.0, 0.0, 0.0, 1.0))
 
 
-def view_of(now: RoomNow, ghosts: tuple[Ghost, ...]) -> WorldView:
+def view_of(now: RoomState, ghosts: tuple[Ghost, ...]) -> WorldView:
     """What is shown of a step."""
     return WorldView(
         now.step, {thing: Pose(*pose) for thing, pose in now.poses.items()}, ghosts, now.grasps, now.dents, now.bonds, now.selected

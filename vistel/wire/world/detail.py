@@ -26,7 +26,7 @@ class Details:
         self._held: dict[int, GridPose] = {}
         self._epoch = 0
 
-    def hear(self, message: WorldDetail) -> None:
+    def receive(self, message: WorldDetail) -> None:
         """One detail; several of a step count together."""
         try:
             corrections = read_detail(message.frame)

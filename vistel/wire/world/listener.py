@@ -11,7 +11,7 @@ from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.world.room_now import RoomNow, WorldDecoder
+from vistel.wire.world.decoder import RoomState, WorldDecoder
 
 log = logging.getLogger("vistel.wire")
 
@@ -34,17 +34,17 @@ class WorldListener:
         self._asking: asyncio.Task[None] | None = None
         self._background = background.current()
         self._ask_ns = clock.now_ns()
-        self._caught_up: list[tuple[RoomNow, int]] = []
+        self._caught_up: list[tuple[RoomState, int]] = []
         self._told_of = 0
 
-    def take(self) -> list[tuple[RoomNow, int]]:
+    def take(self) -> list[tuple[RoomState, int]]:
         """The steps told of since the last call, in order, with the conference time at which each arrived: the steps of one
         message as if each had come as soon as it was about, so that transit times compare."""
         out, self._caught_up = self._caught_up, []
         states = self._states.take()
         for inbox in self._details:  # each is said before the message it goes with
             for sample in inbox.take():
-                self._decoder.hear_detail(sample.message)
+                self._decoder.receive_detail(sample.message)
         for sample in states:
             steps = self._decoder.read(sample.message)
             newest_ns: int = sample.message.header.t_ns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vistel.wire.log import LogRecord
-from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
+from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
 
 TOPICS = ("world_state", "world_key", "world_detail")
 """What of a log tells where everything is."""
@@ -15,15 +15,15 @@ class RecordedWorld:
 
     def __init__(self) -> None:
         self._decoder = WorldDecoder()
-        self._backlog = Backlog()
+        self._backlog = SnapshotBuilder()
 
-    def take(self, record: LogRecord) -> list[RoomNow]:
+    def take(self, record: LogRecord) -> list[RoomState]:
         """The steps that a record completes, in order."""
         if record.topic.name == "world_key":
             self._backlog.key(record.message)
             return []
         if record.topic.name == "world_detail":
-            self._decoder.hear_detail(record.message)
+            self._decoder.receive_detail(record.message)
             return []
         self._backlog.add(record.message)
         steps = self._decoder.read(record.message)

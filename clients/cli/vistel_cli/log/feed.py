@@ -16,7 +16,7 @@ from vistel.wire.clock import Clock
 from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.raw_bytes import reads_of
 from vistel.wire.topics import BY_NAME, Topic
-from vistel.wire.world.room_now import Backlog
+from vistel.wire.world.decoder import SnapshotBuilder
 from vistel_services.devices.device import Driver
 from vistel_services.devices.service import connect
 
@@ -50,7 +50,7 @@ class Feeder:
         self._topics = FED_TOPICS[source]
         self._publications: dict[str, Publication] = {}
         self._drivers: dict[str, Driver] = {}
-        self._told = Backlog()
+        self._told = SnapshotBuilder()
         if "world_key" in self._topics:
             bus.serve(BY_NAME["world_snapshot"], lambda _: self._told.snapshot())
         self.fed = 0

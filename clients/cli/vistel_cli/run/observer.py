@@ -12,8 +12,8 @@ from vistel.v1.service_pb2 import ImageDelay
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
+from vistel.wire.world.decoder import RoomState
 from vistel.wire.world.listener import WorldListener
-from vistel.wire.world.room_now import RoomNow
 from vistel_cli.run.sound_watch import SoundWatch
 
 
@@ -57,7 +57,7 @@ class Observer:
         for now, _ in self._room.take():
             self._look_at(now)
 
-    def _look_at(self, now: RoomNow) -> None:
+    def _look_at(self, now: RoomState) -> None:
         w = self._world
         w.first_step = w.first_step or now.step
         w.last_step = now.step

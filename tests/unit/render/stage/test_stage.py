@@ -12,7 +12,7 @@ from vistel.render.stage.stage import GONE_NS, Stage
 from vistel.render.stage.world_view import WorldView, between, view_of
 from vistel.v1 import motion_pb2, world_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
-from vistel.wire.world.room_now import WorldDecoder
+from vistel.wire.world.decoder import WorldDecoder
 
 MS = 1_000_000
 STEP = 1_000_000_000 // 60

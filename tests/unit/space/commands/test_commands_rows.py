@@ -11,8 +11,8 @@ from vistel.space import actions as ask
 from vistel.space.actions import Shown, Which
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.world import World
-from vistel.wire.world.room_now import Backlog, WorldDecoder
-from vistel_services.world.tell import Teller
+from vistel.wire.world.decoder import SnapshotBuilder, WorldDecoder
+from vistel_services.world.world_encoder import WorldEncoder
 
 SOME = ("box", "can", "cone", "tile")
 
@@ -61,11 +61,11 @@ def test_one_thing_stands_in_no_row_and_what_is_fixed_in_none() -> None:
 
 def test_a_hidden_thing_is_told_as_such_also_to_who_comes_late_and_stays_where_it_is() -> None:
     talk = Talk()
-    teller, backlog, hears = Teller(), Backlog(), WorldDecoder()
+    encoder, backlog, hears = WorldEncoder(), SnapshotBuilder(), WorldDecoder()
 
     def step(action: ask.Action | None = None) -> None:
         done(talk.say(action)) if action else talk.wait(1)
-        said = teller.tell(talk.play.views[-1])
+        said = encoder.encode(talk.play.views[-1])
         if said.whole is not None:
             backlog.key(said.whole)
             hears.begin(backlog.snapshot())

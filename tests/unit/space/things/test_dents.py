@@ -20,8 +20,8 @@ from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things.things import Matter, Primitive
 from vistel.space.view import WorldView
 from vistel.space.world import World
-from vistel.wire.world.room_now import WorldDecoder
-from vistel_services.world.tell import Teller
+from vistel.wire.world.decoder import WorldDecoder
+from vistel_services.world.world_encoder import WorldEncoder
 
 BALL = PrimitiveSet.of_cone_spheres(np.zeros((1, 3)), np.zeros((1, 3)), np.array([0.04]), np.array([0.04]))
 SECOND = 1_000_000_000
@@ -115,10 +115,10 @@ def test_a_reset_takes_dents_away() -> None:
 
 def test_what_a_renderer_gathers_is_what_the_world_knows() -> None:
     extra = clay(material="plastic", sticky=0.02)
-    play, teller, reader, changed = playing(extra), Teller(), WorldDecoder(), 0
+    play, encoder, reader, changed = playing(extra), WorldEncoder(), WorldDecoder(), 0
     views = press(play, extra)
     for n, view in enumerate(views):
-        told = teller.tell(view)
+        told = encoder.encode(view)
         if told.state is None:
             continue
         changed += len(told.state.dents) + len(told.state.bonds)
@@ -131,7 +131,7 @@ def test_what_a_renderer_gathers_is_what_the_world_knows() -> None:
             assert seen.dents[d.number].depth == pytest.approx(d.depth, rel=1e-6)
     assert changed < 12 * max(len(v.dents) for v in play.views)
     for _ in range(2):
-        still = teller.tell(play.step({"ann": hand(0.3, extra)})).state
+        still = encoder.encode(play.step({"ann": hand(0.3, extra)})).state
     assert still is not None
     assert not (still.dents or still.gone)
     assert not reader.lost

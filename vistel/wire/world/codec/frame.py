@@ -14,7 +14,7 @@ MOST_THINGS = 1 << 16
 MOST_STEPS = 16
 STILL_STEPS = 12
 """A thing that has not moved for so long is no longer named."""
-MOST_TOLD = 12
+MOST_ENCODED = 12
 """Things that move and are told of exactly in each step. When more do, those that are farthest from where readers foresee them go
 first, the others are left to foresight and cost nothing: what is said stays bounded, and who is left out comes next."""
 STEP_BITS = 400
@@ -24,7 +24,7 @@ MOST_TOUCHES = 16
 _NAME = 3
 
 
-class Said(NamedTuple):
+class ChangedLists(NamedTuple):
     """Which lists of the message are complete news; an empty one that is said means that there is none any more."""
 
     people: bool
@@ -62,7 +62,7 @@ def write_key(book: Book, step: int, poses: Sequence[GridPose], moving: Sequence
     """A frame that refers to nothing: everything at one step."""
     out = BitWriter()
     out.flag(True)
-    _write_said(out, Said(True, True))
+    _write_said(out, ChangedLists(True, True))
     out.count(len(poses), 5)
     book.tracks = [Track() for _ in poses]
     chosen = frozenset(moving)
@@ -75,7 +75,7 @@ def write_key(book: Book, step: int, poses: Sequence[GridPose], moving: Sequence
     return out.to_bytes()
 
 
-def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Touch], said: Said) -> bytes:
+def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Touch], said: ChangedLists) -> bytes:
     """A frame of one or more steps that refers to the frame before. When people are said, touches begin anew."""
     out = BitWriter()
     out.flag(False)
@@ -83,7 +83,7 @@ def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Tou
     before = book.step
     moved = {number for now in steps for number, pose in now.poses.items() if pose != book.tracks[number].pose}
     moving = frozenset(moved) | {n for n in book.moving if book.tracks[n].still < STILL_STEPS}
-    some = book.crowded = len(moving) > MOST_TOLD
+    some = book.crowded = len(moving) > MOST_ENCODED
     out.count(len(steps) - 1 + (MOST_STEPS if some else 0))
     for now in steps:
         out.count(now.step - before - 1)
@@ -148,7 +148,7 @@ def write_book(book: Book) -> bytes:
     """A frame that refers to nothing and changes nothing: all that both ends know, so that somebody else can go on from it."""
     out = BitWriter()
     out.flag(True)
-    _write_said(out, Said(False, True))
+    _write_said(out, ChangedLists(False, True))
     out.count(len(book.tracks), 5)
     moving = frozenset(book.moving)
     for number, track in enumerate(book.tracks):
@@ -162,7 +162,7 @@ def is_key(data: bytes) -> bool:
     return bool(data) and data[0] >= 0x80
 
 
-def read_key(data: bytes, step: int) -> tuple[Book, Said]:
+def read_key(data: bytes, step: int) -> tuple[Book, ChangedLists]:
     """A key frame of a step. Raises FrameError."""
     bits = BitReader(data)
     bits.flag()
@@ -185,10 +185,10 @@ def read_key(data: bytes, step: int) -> tuple[Book, Said]:
             moving.append(number)
     book.moving = tuple(moving)
     read_touches(bits, book.touches)
-    return book, Said(True, True)
+    return book, ChangedLists(True, True)
 
 
-def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], Said]:
+def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], ChangedLists]:
     """The steps, up to step `newest`, of a frame that goes on from `book`, which it changes. Raises FrameError: before any
     change where it goes on from another step, else with the book half changed."""
     bits = BitReader(data)
@@ -244,13 +244,13 @@ def _read_steps(bits: BitReader) -> tuple[bool, list[int]]:
     return some, [bits.count() + 1 for _ in range(count)]
 
 
-def _write_said(out: BitWriter, said: Said) -> None:
+def _write_said(out: BitWriter, said: ChangedLists) -> None:
     out.flag(said.people)
     out.flag(said.grasps)
 
 
-def _read_said(bits: BitReader) -> Said:
-    return Said(bits.flag(), bits.flag())
+def _read_said(bits: BitReader) -> ChangedLists:
+    return ChangedLists(bits.flag(), bits.flag())
 
 
 def _write_toggles(out: BitWriter, book: Book, moving: frozenset[int]) -> None:

@@ -1,4 +1,4 @@
-"""What the world says of each step, as messages: changes to what it said before, and now and then everything.
+"""Encodes the steps of a world as messages: changes to the message before, and now and then everything.
 
 The bytes depend on the steps since the last key frame alone, so that a re-run that begins at a recorded state says the
 same from the next key frame on.
@@ -15,41 +15,41 @@ from vistel.space.view import GraspView, WorldView
 from vistel.v1.world_pb2 import Grasp, WorldDetail, WorldState
 from vistel.v1.world_pb2 import Thing as ThingMessage
 from vistel.wire.world.codec.bits import FrameError
-from vistel.wire.world.codec.frame import MOST_TOLD, Book, Moves, Said, read_key, write_book, write_changes, write_key
+from vistel.wire.world.codec.frame import MOST_ENCODED, Book, ChangedLists, Moves, read_key, write_book, write_changes, write_key
 from vistel.wire.world.codec.poses import GridPose, rounded
 from vistel.wire.world.codec.touches import Pair, Touch
-from vistel.wire.world.room_now import check_of, crc_of, crc_of_marks
+from vistel.wire.world.decoder import check_of, crc_of, crc_of_marks
 from vistel_services.world.encode import bond_message, dent_message, grasp_message, selections, thing_message, world_state
-from vistel_services.world.near import Near
+from vistel_services.world.interest import InterestFilter
 from vistel_services.world.touching import Touching
 
 KEY_STEPS = 120
 """Steps from one whole message to the next: two seconds."""
 MOST_KEYED = 100
-"""Things of a room whose key frames go to everybody as often. Of larger ones only those who ask hear the whole, so that what
-others hear does not grow with the room."""
+"""Rooms with up to so many things publish key frames to everybody as often. In larger rooms only who asks gets the whole, so that
+the stream of the others does not grow with the room."""
 TOGETHER = 2
 """Steps in a message."""
 
 
-class Told(NamedTuple):
+class EncodedStep(NamedTuple):
     """state: for `world_state`, None when more steps go into it; whole: for `world_key`, with key frames."""
 
     state: WorldState | None = None
     whole: WorldState | None = None
 
 
-class Teller:
-    """Tells the steps of one world. begins: the first step given is the first of a world that has just started; otherwise
-    nothing is told before the next step at which a key frame is due anyway, or, in a large room, before `take_up`."""
+class WorldEncoder:
+    """Encodes the steps of one world. begins: the first step given is the first of a world that has just started. Otherwise
+    nothing is published before the next step at which a key frame is due, or, in a large room, before `continue_from`."""
 
     def __init__(self, begins: bool = True) -> None:
         self._begins, self._silent = begins, not begins
         self._book = Book()
-        self._near = Near()
+        self._interest = InterestFilter()
         self._newest: Mapping[int, GridPose] = {}
         self._steps = 0
-        self._told: WorldView | None = None
+        self._published: WorldView | None = None
         self._last = 0
         self._moves: list[Moves] = []
         self._fresh: set[int] = set()
@@ -61,30 +61,30 @@ class Teller:
         self._things_crc = 0
         self._people: tuple[str, ...] = ()
         self._grasps: tuple[object, ...] = ()
-        self._said_grasps: list[Grasp] = []
+        self._published_grasps: list[Grasp] = []
         self._selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
         self._touching = Touching()
 
-    def tell(self, view: WorldView) -> Told:
-        """What is said of a step."""
+    def encode(self, view: WorldView) -> EncodedStep:
+        """The messages of a step."""
         due = view.step // KEY_STEPS > self._last // KEY_STEPS or self._begins
         self._last = view.step
         if self._silent and (view.step % KEY_STEPS or view.changed or len(view.things) > MOST_KEYED):
-            return Told()
+            return EncodedStep()
         changed = view.things != self._things
         renamed = changed and [t.id for t in view.things] != [t.id for t in self._things]
         key = renamed or self._silent or (due and len(view.things) <= MOST_KEYED) or self._begins
         out = self._key(view, changed, renamed) if key else self._step(view, changed, due)
         self._begins = self._silent = False
-        return Told(out, self._whole(view, out) if due and out is not None else None)
+        return EncodedStep(out, self._whole(view, out) if due and out is not None else None)
 
     @property
     def silent(self) -> bool:
-        """Whether nothing has been told yet, because it did not begin with the world."""
+        """Whether nothing has been published yet, because the encoder did not begin with the world."""
         return self._silent
 
-    def take_up(self, view: WorldView, whole: WorldState) -> None:
-        """Go on from a step at which somebody else has told the whole of a large room. Raises FrameError."""
+    def continue_from(self, view: WorldView, whole: WorldState) -> None:
+        """Go on from a step at which another world has published the whole of a large room. Raises FrameError."""
         book, _ = read_key(whole.frame, view.step)
         if len(book.tracks) != len(view.things) or len(book.tracks) <= MOST_KEYED:
             raise FrameError("a frame of another room")
@@ -92,17 +92,17 @@ class Teller:
         self._begins = self._silent = False
         self._describe(view, WorldState())
         self._people, self._selected = view.participants, view.selected
-        self._say_grasps(view, WorldState())
+        self._encode_grasps(view, WorldState())
         self._touching.begin(view)
         self._touches(view)
         self._newest = {n: rounded(view.states[n].position, view.states[n].rotation) for n in book.moving}
-        book.crowded = len(book.moving) > MOST_TOLD
+        book.crowded = len(book.moving) > MOST_ENCODED
         self._steps = 1
 
-    def now(self, words: bool) -> WorldState | None:
-        """All that has been told so far, in a message that refers to no other, for who asks; None before anything was.
-        words: also in words, which a `WorldDecoder` does not need. Nothing changes."""
-        view = self._told
+    def snapshot(self, words: bool) -> WorldState | None:
+        """Everything published so far, in one message that refers to no other; None before anything was. words: also in the
+        readable fields, which a `WorldDecoder` does not need. Changes nothing."""
+        view = self._published
         if view is None:
             return None
         things = [message for _, message in self._described.values()]
@@ -116,14 +116,14 @@ class Teller:
             out.bonds.extend(bond_message(b) for b in view.bonds)
             if view.selected:
                 out.selections.CopyFrom(selections(view))
-        out.grasps.extend(self._said_grasps)
+        out.grasps.extend(self._published_grasps)
         out.frame, out.check = write_book(self._book), self._check(view)
         out.ClearField("hash")
         return out
 
     def details(self, eyes: Mapping[str, Eyes], t_ns: int) -> dict[str, WorldDetail]:
-        """What goes before the message of the step last told, by participant; eyes: of everybody."""
-        return self._near.tell(self._book, self._newest, self._steps, eyes, t_ns)
+        """Details to publish before the message of the newest step, by participant. eyes: of everybody."""
+        return self._interest.encode(self._book, self._newest, self._steps, eyes, t_ns)
 
     # -- the two kinds -----------------------------------------------------------------------------------------
 
@@ -134,11 +134,11 @@ class Teller:
             if not self._silent and renamed:
                 out.order.extend(t.id for t in view.things)
         if self._silent:
-            del out.things[:]  # they were told before
+            del out.things[:]  # published before
         self._people, self._selected = view.participants, view.selected
         if view.selected:
             out.selections.CopyFrom(selections(view))
-        self._say_grasps(view, out)
+        self._encode_grasps(view, out)
         self._touching.begin(view)
         poses = [rounded(s.position, s.rotation) for s in view.states]
         moving = [n for n, s in enumerate(view.states) if s.moved]
@@ -166,8 +166,8 @@ class Teller:
             out.selections.CopyFrom(selections(view))
         grasps = due or _rough(view.grasps) != self._grasps
         if grasps:
-            self._say_grasps(view, out)
-        out.frame = write_changes(self._book, self._moves, self._touches(view), Said(people, grasps))
+            self._encode_grasps(view, out)
+        out.frame = write_changes(self._book, self._moves, self._touches(view), ChangedLists(people, grasps))
         self._newest, self._steps = poses, len(self._moves)
         return self._finish(view, out, due)
 
@@ -180,7 +180,7 @@ class Teller:
             out.hash = self._hash
         if out.key or due or self._hash:
             out.check = self._check(view)
-        self._moves, self._hash, self._told = [], 0, view
+        self._moves, self._hash, self._published = [], 0, view
         self._fresh.clear()
         self._gone.clear()
         return out
@@ -188,10 +188,10 @@ class Teller:
     def _check(self, view: WorldView) -> int:
         dents = {d.number: dent_message(d) for d in view.dents}
         bonds = {b.number: bond_message(b) for b in view.bonds}
-        return check_of(self._things_crc, crc_of_marks(dents, bonds), self._book, self._said_grasps, view.participants)
+        return check_of(self._things_crc, crc_of_marks(dents, bonds), self._book, self._published_grasps, view.participants)
 
     def _whole(self, view: WorldView, said: WorldState) -> WorldState:
-        """Everything, in words and as the frame of the message that goes beside it."""
+        """Everything, in readable fields and as the frame of the message beside it."""
         out = world_state(view, [self._described[t.id][1] for t in view.things])
         out.frame = said.frame if said.key else write_book(self._book)
         out.ClearField("hash")
@@ -215,10 +215,10 @@ class Teller:
         self._things, self._rows = view.things, {t.id: n for n, t in enumerate(view.things)}
         self._things_crc = crc_of(message for _, message in self._described.values())
 
-    def _say_grasps(self, view: WorldView, out: WorldState) -> None:
+    def _encode_grasps(self, view: WorldView, out: WorldState) -> None:
         self._grasps = _rough(view.grasps)
-        self._said_grasps = [grasp_message(g) for g in view.grasps]
-        out.grasps.extend(self._said_grasps)
+        self._published_grasps = [grasp_message(g) for g in view.grasps]
+        out.grasps.extend(self._published_grasps)
 
     def _remember_marks(self, view: WorldView) -> None:
         self._fresh.update(view.fresh)

@@ -1,6 +1,6 @@
-"""Who gets which detail: of the things that `world_state` leaves to foresight, each participant hears where those are that they
-would see to be wrong, by how wrong they look from where their eyes are. So each hears a bounded number of things, however
-many move and however many people hear of them.
+"""Interest: which details each participant gets. `world_state` leaves some things to prediction. Of these, each participant
+receives the poses that would look most wrong from where their eyes are. So everyone receives a bounded number of things, however
+many move and however many people receive them.
 """
 
 from __future__ import annotations
@@ -16,28 +16,30 @@ from vistel.wire.world.codec.detail import HOLD_STEPS, coded, write_detail
 from vistel.wire.world.codec.frame import Book
 from vistel.wire.world.codec.poses import POSITION_STEP, GridPose
 
-MOST_NEAR = 16
-"""Things told of in one detail, at most."""
+MOST_DETAILED = 16
+"""Things in one detail message, at most."""
 DETAIL_BITS = 900
-"""What they take."""
+"""Size of one detail message."""
 TURNS = 2
-"""Everybody gets a detail with every second message: what it corrects goes on as foreseen, only from the right place."""
+"""Everybody gets a detail with every second message. A corrected thing goes on as predicted, from the right place."""
 SEEN = 2.0
-"""Half millimetres at a metre: what is less wrong nobody sees."""
+"""Half millimetres at a metre: smaller errors are not visible."""
 NEAREST = 0.25
-"""Metres: nothing is closer to the eyes than that."""
-ASIDE, WIDE = 0.25, 0.5
-"""What lies further than this cosine off the way a head faces counts so much less: people turn their heads."""
+"""Distances to the eyes are taken to be at least this [m]."""
+ASIDE = 0.25
+"""Factor of a thing to the side: people turn their heads."""
+WIDE = 0.5
+"""Cosine of the angle from the direction of the head beyond which a thing is to the side."""
 
 
-class Near:
+class InterestFilter:
     """Details for everybody in one room."""
 
     def __init__(self) -> None:
-        self._known: dict[str, I64] = {}  # (N, 7) corrections that a participant was told and that still hold
+        self._known: dict[str, I64] = {}  # (N, 7) corrections that a participant received and that still hold
         self._epoch = 0
 
-    def tell(
+    def encode(
         self, book: Book, poses: Mapping[int, GridPose], steps: int, eyes: Mapping[str, Eyes], t_ns: int
     ) -> dict[str, WorldDetail]:
         """What goes with a frame that has just been written, by participant. poses: of the newest of its `steps` steps, by
@@ -87,5 +89,5 @@ def _most_seen(wrong: I64, place: F64, eye: Eyes) -> I64:
     far = np.maximum(np.sqrt((way * way).sum(1)), NEAREST)
     looks = amount / far
     looks[way @ eye.facing < WIDE * far] *= ASIDE
-    order = np.argsort(-looks, kind="stable")[:MOST_NEAR]
+    order = np.argsort(-looks, kind="stable")[:MOST_DETAILED]
     return order[looks[order] >= SEEN]

@@ -1,4 +1,4 @@
-"""The room as it is told: WorldState messages to `RoomNow`, and what a late joiner is given.
+"""The room as it is told: WorldState messages to `RoomState`, and what a late joiner is given.
 
 A message says what has changed since the one before. Who has missed one, or finds that what it knows is not what
 `WorldState.check` says, is `lost` until it gets a `WorldSnapshot` or a key frame. docs/reference/world-stream.md
@@ -18,7 +18,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.v1.world_pb2 import Bond, Dent, Grasp, Thing, WorldDetail, WorldSnapshot, WorldState
 from vistel.wire.world.codec.bits import FrameError
-from vistel.wire.world.codec.frame import Book, Said, Step, is_key, read_changes, read_key
+from vistel.wire.world.codec.frame import Book, ChangedLists, Step, is_key, read_changes, read_key
 from vistel.wire.world.codec.poses import place
 from vistel.wire.world.codec.touches import force_of
 from vistel.wire.world.detail import Details
@@ -40,7 +40,7 @@ class Touch(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class RoomNow:
+class RoomState:
     """The room at one step. poses: position (3,) [m] and unit quaternion (4,) (x, y, z, w) of every thing, room frame, within
     0.5 mm and 0.1 degrees; moving: ids of things that have moved lately; grasps: oldest first; dents, bonds: by number."""
 
@@ -94,7 +94,7 @@ def _little(numbers: array[int]) -> bytes:
 
 
 class WorldDecoder:
-    """Takes WorldState messages in their order and tells the room at each step."""
+    """Decodes WorldState messages, in their order, into the room at each step."""
 
     def __init__(self) -> None:
         self.lost = True
@@ -103,20 +103,20 @@ class WorldDecoder:
         """How often a message was missing, and how often what was known was not what the sender knew."""
         self.agreed = 0
         """How often it was."""
-        self.now = RoomNow()
+        self.now = RoomState()
         self._book: Book | None = None
         self._order: tuple[str, ...] = ()
         self._things_crc, self._marks_crc = 0, 0
         self._waiting: deque[WorldState] = deque(maxlen=WAITING_MOST)
         self._details = Details()
 
-    def hear_detail(self, message: WorldDetail) -> None:
-        """Where some things are exactly, to be heard before the message of the same step. Changes what `read` tells of that
-        step, not what is known and checked."""
-        self._details.hear(message)
+    def receive_detail(self, message: WorldDetail) -> None:
+        """Exact poses of some things, to be given before the message of the same step. Changes what `read` returns for that
+        step, not the state that is checked."""
+        self._details.receive(message)
 
-    def read(self, message: WorldState) -> list[RoomNow]:
-        """The steps that this message tells of, in order; none while it cannot be followed."""
+    def read(self, message: WorldState) -> list[RoomState]:
+        """The steps in this message, in order; none while it cannot be decoded."""
         if not message.frame:
             return self._read_words(message)
         if not self.lost and message.step <= self.now.step and message.header.t_ns <= self.now.t_ns:
@@ -138,7 +138,7 @@ class WorldDecoder:
                 self.lost = True
         return out
 
-    def begin(self, snapshot: WorldSnapshot) -> RoomNow | None:
+    def begin(self, snapshot: WorldSnapshot) -> RoomState | None:
         """The newest step that a snapshot and what has come since tell of; None when they tell nothing new."""
         if not self.lost and self._book is not None:
             return None
@@ -153,7 +153,7 @@ class WorldDecoder:
 
     # -- whole and changed -------------------------------------------------------------------------------------
 
-    def _read_key(self, message: WorldState) -> list[RoomNow]:
+    def _read_key(self, message: WorldState) -> list[RoomState]:
         whole = bool(message.things) and not message.order
         things = self._things(message, whole)
         order = tuple(t.id for t in message.things) if whole else tuple(message.order) or self._order
@@ -170,7 +170,7 @@ class WorldDecoder:
         self.now = replace(now, step=message.step, t_ns=message.header.t_ns, poses=poses)
         return [self.now]
 
-    def _read_changes(self, message: WorldState) -> list[RoomNow]:
+    def _read_changes(self, message: WorldState) -> list[RoomState]:
         book = self._book
         if self.lost or book is None:
             self._waiting.append(message)
@@ -186,7 +186,7 @@ class WorldDecoder:
         # Steps before the newest are told of by nobody exactly: whoever is shown more than the frame says goes without.
         return [replace(now, poses={**now.poses, **exact})] if exact else out
 
-    def _step(self, message: WorldState, step: Step, now: RoomNow) -> RoomNow:
+    def _step(self, message: WorldState, step: Step, now: RoomState) -> RoomState:
         poses = now.poses
         if step.poses:
             poses = dict(poses)
@@ -194,7 +194,7 @@ class WorldDecoder:
         t_ns = message.header.t_ns - (message.step - step.step) * STEP_NS
         return replace(now, step=step.step, t_ns=t_ns, poses=poses)
 
-    def _told(self, message: WorldState, said: Said, things: Mapping[str, Thing], whole: bool) -> RoomNow:
+    def _told(self, message: WorldState, said: ChangedLists, things: Mapping[str, Thing], whole: bool) -> RoomState:
         """What was known with everything new but step and poses."""
         book, before = self._book, self.now
         assert book is not None
@@ -257,7 +257,7 @@ class WorldDecoder:
 
     # -- in words ----------------------------------------------------------------------------------------------
 
-    def _read_words(self, m: WorldState) -> list[RoomNow]:
+    def _read_words(self, m: WorldState) -> list[RoomState]:
         """A message without a frame, as logs of before have them: doubles, whole or only what moved."""
         before = self.now
         if not m.key and (self._book is not None or not before.step or m.step < before.step):
@@ -271,7 +271,7 @@ class WorldDecoder:
             poses[s.id] = np.array((p.x, p.y, p.z)), turn / size if size > 1e-6 else np.array((0.0, 0.0, 0.0, 1.0))
         force = {(c.body_a, c.body_b): c.force for c in m.contacts}
         dents, bonds = self._marks(m, m.key)
-        self.now = RoomNow(
+        self.now = RoomState(
             m.step,
             m.header.t_ns,
             {t.id: t for t in m.things} if m.key and m.things else before.things,
@@ -287,7 +287,7 @@ class WorldDecoder:
         return [self.now]
 
 
-def _selected(message: WorldState, before: RoomNow) -> tuple[tuple[str, tuple[str, ...]], ...]:
+def _selected(message: WorldState, before: RoomState) -> tuple[tuple[str, tuple[str, ...]], ...]:
     if not (message.key or message.HasField("selections")):
         return before.selected
     return tuple((s.participant, tuple(s.things)) for s in message.selections.of)
@@ -297,8 +297,8 @@ def _set_of(bits: int) -> tuple[int, ...]:
     return tuple(i for i in range(bits.bit_length()) if bits >> i & 1)
 
 
-class Backlog:
-    """What the one who tells the room keeps for late joiners: the last whole message, and all since."""
+class SnapshotBuilder:
+    """Keeps what a late joiner needs: the last whole message, and all since."""
 
     def __init__(self) -> None:
         self._whole: WorldState | None = None

@@ -15,11 +15,11 @@ from vistel.space.view import ThingView, WorldView
 from vistel.v1.world_pb2 import WorldDetail, WorldState
 from vistel.wire.world.codec.bits import BitReader, BitWriter
 from vistel.wire.world.codec.detail import read_detail
-from vistel.wire.world.codec.frame import MOST_TOLD
+from vistel.wire.world.codec.frame import MOST_ENCODED
 from vistel.wire.world.codec.touches import Touch, read_touches, write_touches
-from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
-from vistel_services.world.near import MOST_NEAR
-from vistel_services.world.tell import KEY_STEPS, MOST_KEYED, Teller
+from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
+from vistel_services.world.interest import MOST_DETAILED
+from vistel_services.world.world_encoder import KEY_STEPS, MOST_KEYED, WorldEncoder
 
 STEP_NS = 16_666_667
 AXES = np.array([0.0, 1.0, 0.0, 0.0])
@@ -63,10 +63,10 @@ def room(things: int, moving: int, steps: int, people: int = 2, first: int = 1) 
 
 
 def told(things: int, moving: int, steps: int, people: int = 2) -> Iterator[Said]:
-    teller = Teller()
+    encoder = WorldEncoder()
     for view, eyes in room(things, moving, steps, people):
-        said = teller.tell(view)
-        details = teller.details(eyes, view.t_ns) if said.state is not None else {}
+        said = encoder.encode(view)
+        details = encoder.details(eyes, view.t_ns) if said.state is not None else {}
         state, whole = (WorldState.FromString(m.SerializeToString()) if m is not None else None for m in said)
         yield Said(view, eyes, state, whole, {w: WorldDetail.FromString(d.SerializeToString()) for w, d in details.items()})
 
@@ -86,7 +86,7 @@ def test_what_a_site_hears_is_bounded_whatever_is_in_the_room_and_moves() -> Non
     assert kbit_s(600, 600, people=2) < 1.15 * much
 
 
-def wrong(now: RoomNow, said: Said) -> list[float]:
+def wrong(now: RoomState, said: Said) -> list[float]:
     """How wrong things that move look to p0, in radians."""
     eye = said.eyes["p0"].position
     moved = [s for s in said.view.states if s.moved]
@@ -101,9 +101,9 @@ def test_whoever_is_near_sees_things_where_they_are_and_all_know_the_same_room()
         if said.state is None:
             continue
         if (detail := said.details.get("p0")) is not None:
-            site.hear_detail(detail)
+            site.receive_detail(detail)
             if n % 7:
-                deaf.hear_detail(detail)
+                deaf.receive_detail(detail)
         mine, theirs = site.read(said.state)[-1], anybody.read(said.state)[-1]
         deaf.read(said.state)
         assert mine.step == theirs.step == said.view.step
@@ -117,7 +117,7 @@ def test_whoever_is_near_sees_things_where_they_are_and_all_know_the_same_room()
 
 
 def test_where_no_more_moves_than_everybody_is_told_of_there_are_no_details() -> None:
-    assert not any(s.details for s in told(60, MOST_TOLD, 60))
+    assert not any(s.details for s in told(60, MOST_ENCODED, 60))
 
 
 def test_a_detail_names_a_bounded_number_of_things_and_what_is_before_the_eyes_first() -> None:
@@ -126,7 +126,7 @@ def test_a_detail_names_a_bounded_number_of_things_and_what_is_before_the_eyes_f
     for said in told(400, 200, 90):
         if (detail := said.details.get("p0")) is not None:
             things = read_detail(detail.frame)
-            assert 0 < len(things) <= MOST_NEAR
+            assert 0 < len(things) <= MOST_DETAILED
             if said.view.step > 60:
                 named |= things.keys()
             eye = said.eyes["p0"].position
@@ -136,7 +136,7 @@ def test_a_detail_names_a_bounded_number_of_things_and_what_is_before_the_eyes_f
 
 
 def test_a_late_joiner_of_a_large_room_knows_what_the_others_know_and_goes_on() -> None:
-    backlog, first, late = Backlog(), WorldDecoder(), WorldDecoder()
+    backlog, first, late = SnapshotBuilder(), WorldDecoder(), WorldDecoder()
     for n, said in enumerate(told(MOST_KEYED + 50, 40, 400)):
         if said.whole is not None:
             backlog.key(said.whole)
@@ -163,15 +163,15 @@ def frames(details: dict[str, WorldDetail]) -> dict[str, bytes]:
 @pytest.mark.parametrize("things", [MOST_KEYED, MOST_KEYED + 50])
 def test_a_teller_that_begins_in_the_middle_says_the_same_of_a_crowded_room(things: int) -> None:
     all_said = {s.view.step: s for s in told(things, 40, 330)}
-    teller = Teller(begins=False)
+    encoder = WorldEncoder(begins=False)
     compared = 0
     for view, eyes in room(things, 40, 250, first=81):
         before = all_said[view.step]
-        if teller.silent and things > MOST_KEYED and before.whole is not None:
-            teller.take_up(view, before.whole)
-            assert frames(teller.details(eyes, view.t_ns)) == frames(before.details)
+        if encoder.silent and things > MOST_KEYED and before.whole is not None:
+            encoder.continue_from(view, before.whole)
+            assert frames(encoder.details(eyes, view.t_ns)) == frames(before.details)
             continue
-        again = teller.tell(view)
+        again = encoder.encode(view)
         if again.state is None:
             continue
         assert before.state is not None and view.step >= KEY_STEPS
@@ -179,7 +179,7 @@ def test_a_teller_that_begins_in_the_middle_says_the_same_of_a_crowded_room(thin
         assert (again.whole is None) == (before.whole is None)
         if again.whole is not None and before.whole is not None:
             assert again.whole.frame == before.whole.frame
-        assert frames(teller.details(eyes, view.t_ns)) == frames(before.details)
+        assert frames(encoder.details(eyes, view.t_ns)) == frames(before.details)
         compared += 1
     assert compared > 100
 

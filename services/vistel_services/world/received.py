@@ -37,7 +37,7 @@ _USABLE = (TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, Trac
 
 @dataclass
 class _PropSource:
-    """Who speaks for a thing; over: it has let go of it, and only its newest word counts."""
+    """Which site publishes a prop. over: it has let go of it, and only its newest message counts."""
 
     site: str
     heard_ns: int
@@ -55,7 +55,7 @@ class _Somebody:
 
 
 @dataclass
-class Arrived:
+class ReceivedInputs:
     """What is new for one step."""
 
     people: list[Person] = field(default_factory=list)
@@ -65,8 +65,8 @@ class Arrived:
     props: list[Prop] = field(default_factory=list)
 
 
-class Intake:
-    """Feed it samples; take what is new at each step. Times are conference time [ns]."""
+class InputCollector:
+    """Takes samples as they are received, and gives what is new for each step. Times are conference time [ns]."""
 
     def __init__(self) -> None:
         self._known: dict[str, Person] = {}
@@ -77,10 +77,10 @@ class Intake:
         self._newest: dict[str, MotionInput] = {}
         self._props: dict[str, _PropSource] = {}
         self._newest_props: dict[tuple[str, str], Prop] = {}
-        self._arrived = Arrived()
+        self._arrived = ReceivedInputs()
         self._told: set[tuple[str, str]] = set()
 
-    def adopt(self, present: Mapping[str, int], recent: Sequence[Arrived], now_ns: int) -> None:
+    def adopt(self, present: Mapping[str, int], recent: Sequence[ReceivedInputs], now_ns: int) -> None:
         """Go on with a world in which somebody is already. present: who, and the time of the motion that the world knows
         [ns]; they leave again unless heard of. recent: what arrived of late, of which the world may have taken some."""
         for name, somebody in self._people.items():
@@ -171,7 +171,7 @@ class Intake:
             return
         self._arrived.commands.append((sample.names["participant"], sample.message))
 
-    def take(self, now_ns: int) -> Arrived:
+    def take(self, now_ns: int) -> ReceivedInputs:
         """What is new since the last call."""
         for name, somebody in sorted(self._people.items()):
             silent = somebody.moves and now_ns - somebody.heard_ns > SILENT_NS
@@ -186,7 +186,7 @@ class Intake:
         out.motions = [self._newest[name] for name in sorted(self._newest)]
         # Who lets go of a thing comes before who takes it in the same step.
         out.props = sorted(self._newest_props.values(), key=lambda p: (p.thing, not p.let_go, p.led_by))
-        self._arrived, self._newest, self._newest_props = Arrived(), {}, {}
+        self._arrived, self._newest, self._newest_props = ReceivedInputs(), {}, {}
         return out
 
     def _join(self, name: str, site: str, now_ns: int) -> None:

@@ -19,9 +19,9 @@ from vistel.space.actions import Create, Delete, Paint, Which
 from vistel.space.inputs import CommandInput
 from vistel.space.view import WorldView
 from vistel.v1.world_pb2 import WorldState
-from vistel.wire.world.room_now import Backlog, RoomNow, WorldDecoder
+from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
 from vistel_services.world.encode import world_state
-from vistel_services.world.tell import KEY_STEPS, Teller, Told
+from vistel_services.world.world_encoder import KEY_STEPS, EncodedStep, WorldEncoder
 
 
 def handled(steps: int, *commands: tuple[int, CommandInput]) -> list[WorldView]:
@@ -46,15 +46,15 @@ def views() -> list[WorldView]:
     )
 
 
-def told(views: list[WorldView]) -> Iterator[tuple[WorldView, Told]]:
+def told(views: list[WorldView]) -> Iterator[tuple[WorldView, EncodedStep]]:
     """Each step and what is said after it, through bytes."""
-    teller = Teller()
+    encoder = WorldEncoder()
     for view in views:
-        said = teller.tell(view)
-        yield view, Told(*(WorldState.FromString(m.SerializeToString()) if m is not None else None for m in said))
+        said = encoder.encode(view)
+        yield view, EncodedStep(*(WorldState.FromString(m.SerializeToString()) if m is not None else None for m in said))
 
 
-def same(now: RoomNow, view: WorldView, newest: bool = True) -> None:
+def same(now: RoomState, view: WorldView, newest: bool = True) -> None:
     """newest: of the steps in a message; lists are as of that one."""
     assert now.step == view.step and now.t_ns == view.t_ns
     assert list(now.things) == [t.id for t in view.things] == list(now.poses)
@@ -101,7 +101,7 @@ def test_whatever_touches_is_named_at_once_and_for_half_a_second_at_most_when_it
 
 
 def test_a_late_joiner_knows_all_from_a_snapshot_and_goes_on(views: list[WorldView]) -> None:
-    backlog, late, first = Backlog(), WorldDecoder(), WorldDecoder()
+    backlog, late, first = SnapshotBuilder(), WorldDecoder(), WorldDecoder()
     for n, (_, said) in enumerate(told(views)):
         if said.whole is not None:
             backlog.key(said.whole)
@@ -163,8 +163,8 @@ def test_a_receiver_that_knows_something_else_finds_out_within_a_second(views: l
 
 def test_a_teller_that_begins_in_the_middle_says_the_same_from_the_next_key_frame_on(views: list[WorldView]) -> None:
     whole = {view.step: said for view, said in told(views)}
-    teller = Teller(begins=False)
-    again = {view.step: teller.tell(view) for view in views[90:]}
+    encoder = WorldEncoder(begins=False)
+    again = {view.step: encoder.encode(view) for view in views[90:]}
     said = {step: t for step, t in again.items() if t.state is not None}
     assert min(said) == KEY_STEPS
     assert len(said) == sum(t.state is not None for step, t in whole.items() if step >= KEY_STEPS)
@@ -205,6 +205,6 @@ def test_the_same_inputs_give_the_same_messages_whatever_the_thread_count() -> N
     threads = "1" if numba.config.NUMBA_NUM_THREADS > 1 else "2"  # type: ignore[attr-defined]
     here = str(Path(__file__).parent)
     env = os.environ | {"NUMBA_NUM_THREADS": threads, "OMP_NUM_THREADS": threads, "PYTHONPATH": here}
-    code = "from test_world_told import digest; print(digest())"
+    code = "from test_world_encoder import digest; print(digest())"
     done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == digest()
