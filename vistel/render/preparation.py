@@ -55,8 +55,13 @@ def preload(conference: Conference) -> None:
     for figure in _figures.values():
         figure.ghosts(figure.pose(standing(), [touching]).posed, None)
     _look_about(stand_in)
-    antialias(np.zeros((8, 8, 4), np.uint8))
+    compile_filter()
     motion.warm_up()
+
+
+def compile_filter() -> None:
+    """Load the filter of edges; where it was never compiled on this machine, that takes seconds."""
+    antialias(np.zeros((8, 8, 4), np.uint8))
 
 
 def _look_about(stand_in: StandIn) -> None:

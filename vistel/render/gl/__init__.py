@@ -1,0 +1,1 @@
+"""OpenGL: a context, shader programs, textures, and the canvas that is drawn on."""

@@ -1,0 +1,1 @@
+"""Shadows, occlusion and reflections."""

@@ -1,0 +1,1 @@
+"""Text over the picture: names, captions, subtitles, delays."""

@@ -1,0 +1,1 @@
+"""Things as they are drawn: solid, soft, outlined."""

@@ -28,7 +28,7 @@ from vistel.figure.posture.solve import PostureSolver
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.render.figures.people import load_figure
-from vistel.render.gl.antialias import antialias
+from vistel.render.preparation import compile_filter
 from vistel.render.stage.stage import ParticipantInfo
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
@@ -110,7 +110,7 @@ def _compile_figures(conference: Conference) -> None:
     things = PrimitiveSet.of_kinds(kinds, params, np.tile(np.eye(3), (5, 1, 1)), np.tile((0.0, 1.2, 0.1), (5, 1)))
     other.pose(Posture(), [one.ghosts(posed), ghosts_of(things, compliance=0.0)])
     PostureSolver(avatar.skeleton).solve(0.0, {})
-    antialias(np.zeros((8, 8, 4), np.uint8))
+    compile_filter()
 
 
 def _run(conference: Conference) -> Iterator[str]:
